@@ -152,7 +152,8 @@ setup() { # REQUIREMENTS…: install them, the four packages and the laboratory,
 }
 
 lint() {
-  echo 'ruff' && "$VENV/bin/python" -m ruff check . && echo 'mypy' && "$VENV/bin/python" -m mypy
+  echo 'ruff' && "$VENV/bin/python" -m ruff check . && "$VENV/bin/python" -m ruff format --check . &&
+    echo 'mypy' && "$VENV/bin/python" -m mypy
 }
 
 run_tests() { # ARG…: pytest's; neither BLAS nor explain's second process takes another test's core

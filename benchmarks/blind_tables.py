@@ -35,10 +35,15 @@ from leo_msgs_py.errors import UserError
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS, PAGES = ROOT / 'benchmarks/results', ROOT / 'docs'
 MARKED = re.compile(r'(<!-- blind_tables: (.*?) -->\n)(.*?)(<!-- end of table -->)', re.DOTALL)
-RIGHT = {'effect': 'right name and place', 'none': '`fine`', 'pair': 'both named',
-         'triple': 'all three named', 'outside': 'right',
-         'small': 'the largest first, nothing wrong and sure',
-         'pushed': '`unknown`, or what is hidden'}  # fmt: skip
+RIGHT = {
+    'effect': 'right name and place',
+    'none': '`fine`',
+    'pair': 'both named',
+    'triple': 'all three named',
+    'outside': 'right',
+    'small': 'the largest first, nothing wrong and sure',
+    'pushed': '`unknown`, or what is hidden',
+}
 WORLDS = {'pybullet': 'ours', 'rigid': 'ours, another step', 'rk4': 'rk4', 'mujoco': 'MuJoCo'}
 """Who simulated, by the engine of a line."""
 Rows = Sequence[dict]
@@ -94,10 +99,13 @@ def _parser() -> argparse.ArgumentParser:
 
 def _chosen(lines: Path, given: argparse.Namespace) -> list[dict]:
     since = dict(word.split('=') for word in given.since)
-    rows = [r for r in read_lines(lines)
-            if r['seed'] >= int(since.get(r['kind'], 0))
-            and given.of in (None, walker_of(r) or 'fixed')
-            and given.kind in (None, r['kind'])]  # fmt: skip
+    rows = [
+        r
+        for r in read_lines(lines)
+        if r['seed'] >= int(since.get(r['kind'], 0))
+        and given.of in (None, walker_of(r) or 'fixed')
+        and given.kind in (None, r['kind'])
+    ]
     return sorted(rows, key=lambda r: (list(TITLES).index(r['kind']), r['seed']))
 
 
@@ -106,8 +114,10 @@ def _origin(given: argparse.Namespace, rows: Rows) -> str:
     commits = sorted({r['commit'] for r in rows if 'commit' in r}) or [given.commit or 'unknown']
     machines = sorted({r['machine'] for r in rows if 'machine' in r})
     on = f'; {"; ".join(machines)}' if machines else ''
-    return (f'{len(rows)} lines of `benchmarks/results/{given.lines}`, commit '
-            f'{", ".join(commits)}{on}. In brackets: Wilson, 95 %.\n')  # fmt: skip
+    return (
+        f'{len(rows)} lines of `benchmarks/results/{given.lines}`, commit '
+        f'{", ".join(commits)}{on}. In brackets: Wilson, 95 %.\n'
+    )
 
 
 def _kinds(rows: Rows) -> Iterator[tuple[str, list[dict]]]:
@@ -201,8 +211,10 @@ def _laws(rows: Rows) -> Cells:
 
 
 def _effect(effect: dict) -> str:
-    values = ', '.join(f'{name} = {value:.3g} {effect["units"][name]}'.strip()
-                       for name, value in effect['parameters'].items())  # fmt: skip
+    values = ', '.join(
+        f'{name} = {value:.3g} {effect["units"][name]}'.strip()
+        for name, value in effect['parameters'].items()
+    )
     return f'{effect["name"]} at {effect["where"]}: {values} ({effect["size"]:.1f} floors)'
 
 

@@ -33,8 +33,9 @@ class Still:
     """Servos without a robot."""
 
     def __init__(self, count: int) -> None:
-        self.servos = {f'joint{n}': Servo(n, servo_model('XM430-W210'))
-                       for n in range(1, count + 1)}
+        self.servos = {
+            f'joint{n}': Servo(n, servo_model('XM430-W210')) for n in range(1, count + 1)
+        }
         for servo in self.servos.values():
             servo.set('return_delay_time', 0)
             servo.set('operating_mode', PWM_MODE)
@@ -99,8 +100,11 @@ def main() -> None:
         for baud in (1e6, 4e6):
             times = emulated(count, baud, periods)
             middle, most = np.percentile(times, (50, 99))
-            print(f'{count:7}{baud / 1e6:7.0f}{computed(count, baud):13.2f}{middle:17.2f}'
-                  f'{most:7.2f}', flush=True)
+            print(
+                f'{count:7}{baud / 1e6:7.0f}{computed(count, baud):13.2f}{middle:17.2f}'
+                f'{most:7.2f}',
+                flush=True,
+            )
 
 
 if __name__ == '__main__':

@@ -85,7 +85,8 @@ def record(folder: Path, seed: int) -> None:
             leo.stop('recorder')
         found: dict[str, Any] = {bag: applied(folder / bag, leo, offset) for _, bag, _ in MOTIONS}
         found |= {
-            'seed': seed, 'bus_waited_s': round(leo.waited(0.0), 3),
+            'seed': seed,
+            'bus_waited_s': round(leo.waited(0.0), 3),
             'lost': re.findall(r'\((\d+) so far\)', leo.said('robot'))[-1:],
             'said': leo.said('play').splitlines()[-1],
         }
@@ -114,8 +115,11 @@ def applied(bag: Path, leo: Emulated, offset: float) -> dict[str, Any]:
         near = volts[max(0, first - 1) : last + 1]
         there = np.nan_to_num(near, nan=FREE)
         off.append(np.abs(there - np.nan_to_num(message.effort, nan=FREE)).min(axis=0).max())
-    return {'messages': len(said), 'worst_v': round(float(np.max(off)), 6),
-            'beyond_step': int(np.sum(np.array(off) > ROBOT.actuators[0].supply / 885))}
+    return {
+        'messages': len(said),
+        'worst_v': round(float(np.max(off)), 6),
+        'beyond_step': int(np.sum(np.array(off) > ROBOT.actuators[0].supply / 885)),
+    }
 
 
 def explained(folder: Path) -> dict[str, Any]:
@@ -123,26 +127,55 @@ def explained(folder: Path) -> dict[str, Any]:
     answer = folder / 'explain' / 'explain.json'
     bags = [str(folder / bag) for _, bag, _ in MOTIONS if (folder / bag).exists()]
     if not answer.exists():
-        subprocess.run([LEO, 'explain', *bags, '--model', 'leo', '-o', str(answer.parent),
-                        '--within', WITHIN],
-                       check=False, stdout=subprocess.DEVNULL)
+        subprocess.run(
+            [
+                LEO,
+                'explain',
+                *bags,
+                '--model',
+                'leo',
+                '-o',
+                str(answer.parent),
+                '--within',
+                WITHIN,
+            ],
+            check=False,
+            stdout=subprocess.DEVNULL,
+        )
     truth = true_case(folder)
     row = judge(truth, json.loads(answer.read_text()), ROBOT)
-    print(folder.name, truth['effects'][0]['name'], truth['effects'][0]['where'],
-          truth['effects'][0]['parameters'], row['verdict'], row['set'][:1], row['errors'],
-          'right' if row['right'] else 'WRONG', f'{row["seconds"]:.0f} s', flush=True)
+    print(
+        folder.name,
+        truth['effects'][0]['name'],
+        truth['effects'][0]['where'],
+        truth['effects'][0]['parameters'],
+        row['verdict'],
+        row['set'][:1],
+        row['errors'],
+        'right' if row['right'] else 'WRONG',
+        f'{row["seconds"]:.0f} s',
+        flush=True,
+    )
     return row
 
 
 def true_case(folder: Path) -> dict[str, Any]:
     """What was hidden, as `leo blind` says it."""
     effects = read_sealed(folder / 'truth.sealed')['effects']
-    return {'kind': 'effect', 'ever_free': False, 'effects': [
-        {**e, 'family': EFFECTS[e['name']].family,
-         'units': {p.name: p.unit for p in EFFECTS[e['name']].parameters},
-         'parameters': {p: q['value'] for p, q in e['parameters'].items()},
-         'neutral': {p.name: p.neutral for p in EFFECTS[e['name']].parameters}}
-        for e in effects]}
+    return {
+        'kind': 'effect',
+        'ever_free': False,
+        'effects': [
+            {
+                **e,
+                'family': EFFECTS[e['name']].family,
+                'units': {p.name: p.unit for p in EFFECTS[e['name']].parameters},
+                'parameters': {p: q['value'] for p, q in e['parameters'].items()},
+                'neutral': {p.name: p.neutral for p in EFFECTS[e['name']].parameters},
+            }
+            for e in effects
+        ],
+    }
 
 
 if __name__ == '__main__':

@@ -63,6 +63,7 @@ class Ends:
 
 def ends(problem: Problem, hypothesis: Hypothesis, begin: Array, seed: int) -> Ends:
     """Fit from `begin`, which changes nothing but for whole numbers, and from four more starts."""
+
     def loss(fitted: Fit) -> float:
         return float(fitted.loss[problem.train].sum())
 
@@ -77,22 +78,27 @@ def ends(problem: Problem, hypothesis: Hypothesis, begin: Array, seed: int) -> E
     above = [(loss(f) - loss(best)) / unit for f in (*fits, told)]
     numerics = SETTINGS.numerics
     near = numerics.same_values * best.standard_errors
-    same = [a <= numerics.same_nats or bool((np.abs(f.theta - best.theta) <= near).all())
-            for a, f in zip(above, fits, strict=False)]  # fmt: skip
+    same = [
+        a <= numerics.same_nats or bool((np.abs(f.theta - best.theta) <= near).all())
+        for a, f in zip(above, fits, strict=False)
+    ]
     assert told.certificate
     return Ends(above[:-1], sum(same), above[-1], told.certificate.converged)
 
 
-def posed(recordings: list[Recording], model: Model, labels: list[str]
-          ) -> tuple[Problem, Hypothesis]:
+def posed(
+    recordings: list[Recording], model: Model, labels: list[str]
+) -> tuple[Problem, Hypothesis]:
     """The problem that `leo explain` would pose, and the hypothesis of these effects."""
     data, _ = Cut.of(recordings, [], SETTINGS, model).thinned
     problem = pose(data, [], model).problem
     pool = {c.label: limited(c, model, problem.grids) for c in candidates(model)}
     unknown = [name for name in labels if name not in pool]
     if unknown:
-        raise SystemExit(f'convergence: no candidate is named {unknown[0]}; there are: '
-                         f'{", ".join(sorted(pool))}')  # fmt: skip
+        raise SystemExit(
+            f'convergence: no candidate is named {unknown[0]}; there are: '
+            f'{", ".join(sorted(pool))}'
+        )
     return problem, Hypothesis(tuple(pool[n] for n in labels), uncertain(model, problem.trained))
 
 
@@ -139,11 +145,16 @@ def main() -> None:
         found.append(ends(problem, hypothesis, begin, given.first_seed))
         e = found[-1]
         above = ' '.join(f'{a:.2f}' for a in e.above)
-        print(f'{name}: above the least {above} nats; {e.reached} of 5 there; told {e.told:.2f} '
-              f'above, {"converged" if e.converged else "not converged"}', flush=True)
+        print(
+            f'{name}: above the least {above} nats; {e.reached} of 5 there; told {e.told:.2f} '
+            f'above, {"converged" if e.converged else "not converged"}',
+            flush=True,
+        )
     sure = [e.told for e in found if e.converged]
-    print(f'two of five starts or more reach the least in {sum(e.reached > 1 for e in found)} of '
-          f'{len(found)}; converged {len(sure)}, at most {max(sure, default=0.0):.2f} nats above')
+    print(
+        f'two of five starts or more reach the least in {sum(e.reached > 1 for e in found)} of '
+        f'{len(found)}; converged {len(sure)}, at most {max(sure, default=0.0):.2f} nats above'
+    )
 
 
 if __name__ == '__main__':

@@ -58,7 +58,8 @@ def main() -> None:
 def compare(name: str, hidden: tuple[int, ...], options: argparse.Namespace) -> None:
     """Steps per second of the programs with one size of networks, and ratios to ours."""
     programs: dict[str, Callable[[int], float]] = {
-        'ours': ours(hidden), 'stable-baselines3': stable_baselines(hidden)
+        'ours': ours(hidden),
+        'stable-baselines3': stable_baselines(hidden),
     }
     if options.cleanrl and hidden == (256, 256):
         programs['CleanRL'] = lambda steps: cleanrl(options.cleanrl, steps)
@@ -68,9 +69,7 @@ def compare(name: str, hidden: tuple[int, ...], options: argparse.Namespace) -> 
             rates[program].append(run(options.steps))
     print(f'\nenvironment and update, layers {name}, steps per second of processor time')
     for program, each in rates.items():
-        ratio = statistics.median(
-            a / b for a, b in zip(rates['ours'], each, strict=True)
-        )
+        ratio = statistics.median(a / b for a, b in zip(rates['ours'], each, strict=True))
         print(f'  {program:18} {statistics.median(each):7.1f}   ours is {ratio:.2f} times as fast')
 
 
@@ -81,8 +80,9 @@ def environment() -> ModelEnv:
 
 def ours(hidden: tuple[int, ...]) -> Callable[[int], float]:
     """Steps per second of this project's DDPG from where the last call ended."""
-    config = replace(THESIS_WALKING, hidden=hidden, warm_up=WARM_UP, batch=BATCH,
-                     test_interval=10**9)
+    config = replace(
+        THESIS_WALKING, hidden=hidden, warm_up=WARM_UP, batch=BATCH, test_interval=10**9
+    )
     training = Training(environment(), config, 0)
 
     def run(steps: int) -> float:
@@ -105,10 +105,20 @@ def stable_baselines(hidden: tuple[int, ...]) -> Callable[[int], float]:
 
     noise = OrnsteinUhlenbeckActionNoise(np.zeros(6), 0.2 * np.ones(6), dt=1.0)
     agent = DDPG(
-        'MlpPolicy', environment(), learning_rate=1e-3, buffer_size=300_000, batch_size=BATCH,
-        learning_starts=WARM_UP, tau=0.001, train_freq=1, gradient_steps=1, action_noise=noise,
-        policy_kwargs={'net_arch': list(hidden)}, device='cpu', seed=0,
-    )  # fmt: skip
+        'MlpPolicy',
+        environment(),
+        learning_rate=1e-3,
+        buffer_size=300_000,
+        batch_size=BATCH,
+        learning_starts=WARM_UP,
+        tau=0.001,
+        train_freq=1,
+        gradient_steps=1,
+        action_noise=noise,
+        policy_kwargs={'net_arch': list(hidden)},
+        device='cpu',
+        seed=0,
+    )
 
     def run(steps: int) -> float:
         before, began = agent.num_timesteps, time.process_time()
@@ -122,10 +132,22 @@ def stable_baselines(hidden: tuple[int, ...]) -> Callable[[int], float]:
 def cleanrl(script: Path, steps: int) -> float:
     """Steps a second of CPU time of CleanRL's DDPG, from what a process of its own prints."""
     command = [
-        sys.executable, __file__, '--run-cleanrl', str(script), '--env-id', 'Leo-v0', '--no-cuda',
-        '--batch-size', str(BATCH), '--policy-frequency', '1', '--learning-starts', str(WARM_UP),
-        '--total-timesteps', str(WARM_UP + 200 + steps),
-    ]  # fmt: skip
+        sys.executable,
+        __file__,
+        '--run-cleanrl',
+        str(script),
+        '--env-id',
+        'Leo-v0',
+        '--no-cuda',
+        '--batch-size',
+        str(BATCH),
+        '--policy-frequency',
+        '1',
+        '--learning-starts',
+        str(WARM_UP),
+        '--total-timesteps',
+        str(WARM_UP + 200 + steps),
+    ]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     [rate] = re.findall(r'rate ([0-9.]+)', printed)
     return float(rate)
@@ -176,13 +198,17 @@ def update(name: str, hidden: tuple[int, ...], rounds: int) -> None:
         for kind, agent in agents.items():
             times[kind].append(_timed(lambda agent=agent: agent.learn(batch), 200))
     best = {library: max(each) for library, each in rates.items()}
-    print(f'\nupdate, layers {name}: {work / 1e6:.0f} million operations; products of {LARGE} x '
-          f'{LARGE} matrices: ' + ', '.join(f'{k} {v / 1e9:.0f} GFLOP/s' for k, v in best.items()))
+    print(
+        f'\nupdate, layers {name}: {work / 1e6:.0f} million operations; products of {LARGE} x '
+        f'{LARGE} matrices: ' + ', '.join(f'{k} {v / 1e9:.0f} GFLOP/s' for k, v in best.items())
+    )
     for kind, each in times.items():
         seconds = min(each)
         shares = ', '.join(f'{100 * work / seconds / v:.0f} % of {k}' for k, v in best.items())
-        print(f'  {kind:18} {1e3 * seconds:6.2f} ms ({1e3 * statistics.median(each):.2f} median): '
-              f'{shares}')
+        print(
+            f'  {kind:18} {1e3 * seconds:6.2f} ms ({1e3 * statistics.median(each):.2f} median): '
+            f'{shares}'
+        )
 
 
 def flops(config: Config) -> float:
@@ -212,8 +238,10 @@ def start_up() -> None:
     began = time.perf_counter()
     command = [sys.executable, __file__, '--run-some']
     said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
-    print(f'\nstart-up to the first updates {float(said[0]) - began:.1f} s; peak memory with '
-          f'{THESIS_WALKING.replay} transitions held {int(said[1]) / 1024:.0f} MiB')
+    print(
+        f'\nstart-up to the first updates {float(said[0]) - began:.1f} s; peak memory with '
+        f'{THESIS_WALKING.replay} transitions held {int(said[1]) / 1024:.0f} MiB'
+    )
 
 
 def run_some() -> None:
@@ -230,8 +258,9 @@ def run_some() -> None:
 def _batch() -> Batch:
     rng = np.random.default_rng(0)
     columns = rng.normal(size=(BATCH, 14)), rng.uniform(-1, 1, (BATCH, 6)), rng.normal(size=BATCH)
-    return Batch(*(c.astype('f4') for c in (*columns, rng.normal(size=(BATCH, 14)),
-                                            np.zeros(BATCH))))
+    return Batch(
+        *(c.astype('f4') for c in (*columns, rng.normal(size=(BATCH, 14)), np.zeros(BATCH)))
+    )
 
 
 def _timed(call: Callable[[], Any], times: int) -> float:

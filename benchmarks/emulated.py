@@ -135,8 +135,9 @@ class Emulated:
         given = {name: yaml.safe_load(value) for name, value in pairs}
         file = self.folder / f'{executable}.yaml'  # in a folder that nobody else can read
         file.write_text(yaml.safe_dump({'/**': {'ros__parameters': given}}))
-        self.start(executable, 'run', 'leo_sim', executable, '--ros-args', '--params-file',
-                   str(file))
+        self.start(
+            executable, 'run', 'leo_sim', executable, '--ros-args', '--params-file', str(file)
+        )
 
 
 def real_time(process: int, priority: int = 1) -> None:
@@ -164,9 +165,10 @@ def emulated(
     start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
 ) -> Iterator[Emulated]:
     """LEO on an emulated bus, in a domain and a folder of its own; nothing is left behind."""
-    with free_domain() as domain, TemporaryDirectory(
-        dir=MEMORY if MEMORY.is_dir() else None
-    ) as folder:
+    with (
+        free_domain() as domain,
+        TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as folder,
+    ):
         runtime = f'{folder}/runtime'  # in which a folder `leo` is made, that is no robot
         os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': runtime}
         with graph(['--ros-args', '--log-level', 'error']):

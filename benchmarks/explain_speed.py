@@ -66,8 +66,10 @@ def main() -> None:
             taken.append(times(case))
             names = '+'.join(p.effect.name for p in case.effects) or 'none'
             print(f'{robot} {case.seed} {names}: {_text(taken[-1])}', flush=True)
-        print(f'{robot}: median {_text(_over(median, taken))}; most {_text(_over(max, taken))} '
-              f'(gate of explain {GATES[robot]:g} s)')
+        print(
+            f'{robot}: median {_text(_over(median, taken))}; most {_text(_over(max, taken))} '
+            f'(gate of explain {GATES[robot]:g} s)'
+        )
 
 
 def _over(what: Callable[[list[float]], float], taken: list[dict[str, float]]) -> dict[str, float]:

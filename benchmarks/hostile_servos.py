@@ -62,7 +62,8 @@ class Honest(Node):
         self._commands = self.create_publisher(KIND, TOPIC, QOS)
         self.create_timer(0.02, self._command)
         self.states = self.create_subscription(
-            *topics.JOINT_STATES[:2], lambda _: None, topics.LOSSLESS, raw=True)
+            *topics.JOINT_STATES[:2], lambda _: None, topics.LOSSLESS, raw=True
+        )
         self.unstop = self.create_client(*topics.E_STOP_RESET)
         self.stopped = False
         self.create_subscription(*topics.E_STOPPED[:2], self._on_stopped, topics.E_STOPPED.qos)
@@ -98,16 +99,20 @@ def main() -> None:
         attack(options.attack, options.count)
         return
     kinds = options.kinds or list(KINDS)
-    print(f'{"":20}{"sent":>8}{"s":>6}{"largest |V|":>13}{"before":>9}{"during [ms]":>13}'
-          f'{"MB":>8}  stopped itself')
+    print(
+        f'{"":20}{"sent":>8}{"s":>6}{"largest |V|":>13}{"before":>9}{"during [ms]":>13}'
+        f'{"MB":>8}  stopped itself'
+    )
     with emulated(watchdog=2.0) as leo:
         node = join(Honest())
         leo.start_robot('fault_periods:=100')
         ready(leo, node)
         print(f'{"at first":59}{leo.memory("robot"):18.1f}')
         sent = [attacked(leo, node, kind, options.count // len(kinds)) for kind in kinds]
-        print(f'{sum(sent)} messages; a traceback: '
-              f'{"Traceback" in leo.said("robot")}; the robot lives: {leo.runs("robot")}')
+        print(
+            f'{sum(sent)} messages; a traceback: '
+            f'{"Traceback" in leo.said("robot")}; the robot lives: {leo.runs("robot")}'
+        )
 
 
 def ready(leo: Emulated, node: Honest) -> None:
@@ -133,8 +138,11 @@ def attacked(leo: Emulated, node: Honest, kind: str, count: int) -> int:
             spin_until(lambda: peer.poll() is not None, 0.1)
             published.extend(taken(node.states))
     seconds = time.monotonic() - began
-    print(f'{kind:20}{count:8}{seconds:6.1f}{leo.largest_since(began):13.3f}{before:9.1f}'
-          f'{gap(published):13.1f}{leo.memory("robot"):8.1f}  {node.stopped}', flush=True)
+    print(
+        f'{kind:20}{count:8}{seconds:6.1f}{leo.largest_since(began):13.3f}{before:9.1f}'
+        f'{gap(published):13.1f}{leo.memory("robot"):8.1f}  {node.stopped}',
+        flush=True,
+    )
     if not leo.runs('robot'):
         print(leo.said('robot').splitlines()[-2])
     return count

@@ -94,8 +94,11 @@ def counts(tree: Path, package: str) -> dict[str, int]:
     edges = graph(everything)
     inside = edges.subgraph(modules)
     annotated = Counter(arguments(modules))
-    files = [p for one in ([package] if package else PACKAGES)
-             for p in (tree / 'src' / one / one).rglob('*.py')]  # fmt: skip
+    files = [
+        p
+        for one in ([package] if package else PACKAGES)
+        for p in (tree / 'src' / one / one).rglob('*.py')
+    ]
     lines = sum(len(p.read_text().splitlines()) for p in files)
     return {
         'modules': len(modules),
@@ -117,8 +120,12 @@ def main() -> None:
     for package in (*PACKAGES, ''):
         columns = [counts(tree, package) for tree in trees]
         for what in columns[0]:
-            table.add_row(package or 'all four', what, *(str(c[what]) for c in columns),
-                          end_section=what == 'of them Any')
+            table.add_row(
+                package or 'all four',
+                what,
+                *(str(c[what]) for c in columns),
+                end_section=what == 'of them Any',
+            )
     Console(width=120).print(table)
     for tree in trees:
         for circle in circles(graph(read(tree))):

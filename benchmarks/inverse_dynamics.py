@@ -24,8 +24,9 @@ def residual(model: Model, recording: Recording) -> np.ndarray:
     accelerations are those of the smoothed angles. Where a joint hardly moves, dry friction
     takes whatever it can hold.
     """
-    return np.concatenate([_episode(model, e, sample_period([recording]))
-                           for e in recording.episodes])
+    return np.concatenate(
+        [_episode(model, e, sample_period([recording])) for e in recording.episodes]
+    )
 
 
 def refitted_by_torque(model: Model, recordings: Sequence[Recording]) -> Model:
@@ -61,15 +62,17 @@ def _at_motors(model: Model, episode: Episode) -> np.ndarray:
     if all(placed.effect.hook != 'command' for placed in model.effects):
         return episode.inputs
     memory, out = {}, []
-    for u, h in zip(episode.inputs, np.diff(episode.t, append=2 * episode.t[-1] - episode.t[-2]),
-                    strict=True):
+    for u, h in zip(
+        episode.inputs, np.diff(episode.t, append=2 * episode.t[-1] - episode.t[-2]), strict=True
+    ):
         reached, _, memory = model.laws.command(u[None], None, memory, float(h))
         out.append(reached[0])
     return np.array(out)
 
 
-def _left(model: Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, u: np.ndarray
-          ) -> np.ndarray:
+def _left(
+    model: Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, u: np.ndarray
+) -> np.ndarray:
     mass, bias = model.rigid.mass_and_bias(q, dq)
     needed = (mass @ ddq[..., None])[..., 0] + bias + model.laws.rotor_inertia * ddq
     load = model.rigid.load(q) if model.laws.needs_load else None

@@ -117,13 +117,18 @@ def kills(node: Node, folder: Path, count: int) -> bool:
         for number, name in enumerate(order, 1):
             spin_until(lambda: False, random.uniform(0.2, 1.5))
             rows.append((name, *killed(loop, name)))
-            print(f'{number}/{len(order)} {name}: goes on {rows[-1][1]}, {rows[-1][2]:.1f} s, '
-                  f'lost {rows[-1][3]:.3f} s, in /dev/shm {shared_files()}', flush=True)
+            print(
+                f'{number}/{len(order)} {name}: goes on {rows[-1][1]}, {rows[-1][2]:.1f} s, '
+                f'lost {rows[-1][3]:.3f} s, in /dev/shm {shared_files()}',
+                flush=True,
+            )
     finally:
         loop.stop()
     lost = [row[3] for row in rows if row[0] == 'recorder']
-    print(f'went on {sum(row[1] for row in rows)} of {len(rows)}, most of a bag lost '
-          f'{max(lost):.3f} s')
+    print(
+        f'went on {sum(row[1] for row in rows)} of {len(rows)}, most of a bag lost '
+        f'{max(lost):.3f} s'
+    )
     return all(row[1] for row in rows)
 
 
@@ -133,8 +138,10 @@ def ends(folder: Path, count: int) -> bool:
     for number in range(count):
         how = (signal.SIGINT, signal.SIGTERM)[number % 2]
         bag = folder / f'end{number}'
-        words = [['leo_sim', 'robot'], ['leo_diffmodel', 'diffmodel', '--ros-args', '-p',
-                                        f'bag:={bag}']]
+        words = [
+            ['leo_sim', 'robot'],
+            ['leo_diffmodel', 'diffmodel', '--ros-args', '-p', f'bag:={bag}'],
+        ]
         running = [subprocess.Popen([LEO, 'run', *w], stderr=subprocess.DEVNULL) for w in words]
         end = time.monotonic() + PATIENCE
         while not any(bag.glob('*.mcap')) and time.monotonic() < end:

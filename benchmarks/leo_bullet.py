@@ -6,6 +6,7 @@
 Bullet integrates explicitly, at 0.03 ms and less, with the motors' torques sent every step and
 contacts through its own collision detection and solver (docs/reference/bullet.md, 1 to 3).
 """
+
 import argparse
 import os
 import tempfile
@@ -31,8 +32,13 @@ class OwnBullet:
         pybullet.setGravity(0, 0, -9.81, **self._at)
         pybullet.setTimeStep(h, **self._at)
         pybullet.setPhysicsEngineParameter(
-            numSubSteps=0, numSolverIterations=50, deterministicOverlappingPairs=1,
-            warmStartingFactor=0.0, solverResidualThreshold=0.0, **self._at)
+            numSubSteps=0,
+            numSolverIterations=50,
+            deterministicOverlappingPairs=1,
+            warmStartingFactor=0.0,
+            solverResidualThreshold=0.0,
+            **self._at,
+        )
         shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, **self._at)
         plane = pybullet.createMultiBody(0, shape, **self._at)
         pybullet.changeDynamics(plane, -1, lateralFriction=1.0, **self._at)
@@ -48,11 +54,13 @@ class OwnBullet:
         gain = motor.torque_constant / motor.resistance
         for _ in range(round(PERIOD / self._h)):
             states = pybullet.getJointStates(self._body, self._joints[3:], **self._at)
-            torques = [gain * (u - motor.torque_constant * s[1])
-                       for u, s in zip(volts, states, strict=True)]
-            pybullet.setJointMotorControlArray(self._body, self._joints[3:],
-                                               pybullet.TORQUE_CONTROL, forces=torques,
-                                               **self._at)
+            torques = [
+                gain * (u - motor.torque_constant * s[1])
+                for u, s in zip(volts, states, strict=True)
+            ]
+            pybullet.setJointMotorControlArray(
+                self._body, self._joints[3:], pybullet.TORQUE_CONTROL, forces=torques, **self._at
+            )
             pybullet.stepSimulation(**self._at)
         states = pybullet.getJointStates(self._body, self._joints, **self._at)
         return [s[0] for s in states], [s[1] for s in states]
@@ -65,8 +73,9 @@ class OwnBullet:
         handle, path = tempfile.mkstemp(suffix='.urdf')
         with os.fdopen(handle, 'w', encoding='utf-8') as file:
             file.write(text)
-        body: int = pybullet.loadURDF(path, useFixedBase=True,
-                                      flags=pybullet.URDF_USE_INERTIA_FROM_FILE, **self._at)
+        body: int = pybullet.loadURDF(
+            path, useFixedBase=True, flags=pybullet.URDF_USE_INERTIA_FROM_FILE, **self._at
+        )
         os.unlink(path)
         return body
 
@@ -78,15 +87,27 @@ class OwnBullet:
             name = pybullet.getJointInfo(self._body, number, **self._at)[1].decode()
             numbers[name] = number
             # In one call Bullet takes the first and leaves the rest out.
-            pybullet.changeDynamics(self._body, number, linearDamping=0, angularDamping=0,
-                                    **self._at)
+            pybullet.changeDynamics(
+                self._body, number, linearDamping=0, angularDamping=0, **self._at
+            )
             pybullet.changeDynamics(self._body, number, maxJointVelocity=1e9, **self._at)
             pybullet.changeDynamics(
-                self._body, number, lateralFriction=ground.friction, restitution=0,
-                contactStiffness=ground.stiffness, contactDamping=ground.damping, **self._at)
+                self._body,
+                number,
+                lateralFriction=ground.friction,
+                restitution=0,
+                contactStiffness=ground.stiffness,
+                contactDamping=ground.damping,
+                **self._at,
+            )
         self._joints = [numbers[name] for name in self._model.robot.joint_names]
-        pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.VELOCITY_CONTROL,
-                                           forces=[0.0] * len(self._joints), **self._at)
+        pybullet.setJointMotorControlArray(
+            self._body,
+            self._joints,
+            pybullet.VELOCITY_CONTROL,
+            forces=[0.0] * len(self._joints),
+            **self._at,
+        )
 
 
 def _with_spheres(model: Model) -> str:
@@ -118,24 +139,32 @@ def main() -> None:
     count = parser.parse_args().states
     model = Model('leo', engine='rigid', integration_step=1e-5)
     found = sampled(Model('leo', engine='rigid', scheme='training'), 8 * count, seed=3)
-    print('Bullet with its own contacts against ours (0.01 ms): rms difference of one control '
-          'step over rms change, % (median of the states in brackets)')
+    print(
+        'Bullet with its own contacts against ours (0.01 ms): rms difference of one control '
+        'step over rms change, % (median of the states in brackets)'
+    )
     for kind, states in found.items():
         given = States(*(a[:count] for a in clear_of_stops(model, states)))
         ours = moved(model, given, PERIOD)
         for h in (3e-5, 1e-5):
             bullet = OwnBullet(model, h)
             theirs = np.array([bullet.step(*one) for one in zip(*given, strict=True)])
-            print(f'{kind:11} n {len(given.q):4} Bullet at {h * 1e3:g} ms: '
-                  + ', '.join(_line(name, theirs[:, i] - ours[i], ours[i] - given[i])
-                              for i, name in enumerate(('angles', 'rates'))))
+            print(
+                f'{kind:11} n {len(given.q):4} Bullet at {h * 1e3:g} ms: '
+                + ', '.join(
+                    _line(name, theirs[:, i] - ours[i], ours[i] - given[i])
+                    for i, name in enumerate(('angles', 'rates'))
+                )
+            )
 
 
 def _line(name: str, error: np.ndarray, change: np.ndarray) -> str:
     each, moves = (np.sqrt(np.mean(a[:, 2:] ** 2, axis=-1)) for a in (error, change))
-    scale = np.sqrt(np.mean(moves ** 2))
-    return f'{name} {100 * np.sqrt(np.mean(each ** 2)) / scale:.2f} ' \
-           f'({100 * np.median(each) / scale:.2f})'
+    scale = np.sqrt(np.mean(moves**2))
+    return (
+        f'{name} {100 * np.sqrt(np.mean(each**2)) / scale:.2f} '
+        f'({100 * np.median(each) / scale:.2f})'
+    )
 
 
 if __name__ == '__main__':

@@ -91,16 +91,28 @@ def run_case(seed: int) -> dict:
     answer = explain(recordings, Model(case.robot))
     given, true, repaired = (
         Model(robot, effects, engine='rigid', scheme='training')
-        for robot, effects in ((case.robot, ()), (case.run.robot, case.effects),
-                               (answer.model.robot, answer.model.effects))
+        for robot, effects in (
+            (case.robot, ()),
+            (case.run.robot, case.effects),
+            (answer.model.robot, answer.model.effects),
+        )
     )
     hidden = [(p.effect.name, p.where[0] if len(p.where) == 1 else 'all') for p in case.effects]
     named = [(e['name'], e['where']) for e in answer.effects]
     models, step = (given, repaired, true), case.robot.control_period
-    table = {motion: {'one_step': scores(models, bag, step), 'ahead': scores(models, bag, far)}
-             for (motion, bag), far in zip(new.items(), AHEAD.values(), strict=True)}
-    return {'seed': seed, 'hidden': hidden, 'sizes': case.sizes, 'verdict': answer.verdict,
-            'named': named, 'scores': table, 'seconds': time.process_time() - began}
+    table = {
+        motion: {'one_step': scores(models, bag, step), 'ahead': scores(models, bag, far)}
+        for (motion, bag), far in zip(new.items(), AHEAD.values(), strict=True)
+    }
+    return {
+        'seed': seed,
+        'hidden': hidden,
+        'sizes': case.sizes,
+        'verdict': answer.verdict,
+        'named': named,
+        'scores': table,
+        'seconds': time.process_time() - began,
+    }
 
 
 def show(rows: Sequence[dict]) -> None:
@@ -110,10 +122,12 @@ def show(rows: Sequence[dict]) -> None:
         far = np.array([r['scores'][motion]['ahead'] for r in rows]) - 1
         shown = far[far[:, 0] != 0]
         median = 100 * np.median(1 - shown[:, 1] / shown[:, 0])
-        print(f'{motion}: one step, times the error of a perfect model, {np.median(one[:, 0]):.2f}'
-              f' -> {np.median(one[:, 1]):.3f} (most {one[:, 1].max():.3f}); of the excess '
-              f'{AHEAD[motion]:g} s ahead {100 * (1 - far[:, 1].sum() / far[:, 0].sum()):.1f} % '
-              f'is gone, in the median case {median:.1f} %')
+        print(
+            f'{motion}: one step, times the error of a perfect model, {np.median(one[:, 0]):.2f}'
+            f' -> {np.median(one[:, 1]):.3f} (most {one[:, 1].max():.3f}); of the excess '
+            f'{AHEAD[motion]:g} s ahead {100 * (1 - far[:, 1].sum() / far[:, 0].sum()):.1f} % '
+            f'is gone, in the median case {median:.1f} %'
+        )
 
 
 def main() -> None:

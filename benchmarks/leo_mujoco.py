@@ -6,6 +6,7 @@
 Both use the data sheet's springs and dampers under the feet; how sliding is held back and how
 stops end a motion differ. Speeds are per second of process time; set OMP_NUM_THREADS=1.
 """
+
 import argparse
 import time
 
@@ -30,18 +31,22 @@ def table(states: dict[str, States]) -> None:
     """One control step of MuJoCo with several substeps, against ours with short ones."""
     truth = Model('leo', engine='rigid', integration_step=REFERENCE)
     count = min(len(part.q) for part in states.values())
-    print(f'MuJoCo against our dynamics at {REFERENCE * 1e3:g} ms, one control step of 0.03 s: '
-          f'rms difference over rms change, %; n = {count} each')
+    print(
+        f'MuJoCo against our dynamics at {REFERENCE * 1e3:g} ms, one control step of 0.03 s: '
+        f'rms difference over rms change, %; n = {count} each'
+    )
     print(f'{"":26}{"angles":>8}{"rates":>8}{"99.9 % rad/s":>14}{"steps/s":>9}')
     for kind, part in states.items():
         q, dq = moved(truth, part, 0.03)
         for step in STEPS:
             angle, rate, speed = stepped(part, step)
             off = np.abs(rate - dq)[:, 2:]
-            print(f'{kind:12}{step * 1e3:8.1f} ms   '
-                  f'{_percent((angle - q)[:, 2:], (q - part.q)[:, 2:]):8.2f}'
-                  f'{_percent(off, (dq - part.dq)[:, 2:]):8.2f}'
-                  f'{np.quantile(off, 0.999):14.2f}{speed:9.0f}')
+            print(
+                f'{kind:12}{step * 1e3:8.1f} ms   '
+                f'{_percent((angle - q)[:, 2:], (q - part.q)[:, 2:]):8.2f}'
+                f'{_percent(off, (dq - part.dq)[:, 2:]):8.2f}'
+                f'{np.quantile(off, 0.999):14.2f}{speed:9.0f}'
+            )
 
 
 def stepped(states: States, step: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -56,7 +61,7 @@ def stepped(states: States, step: float) -> tuple[np.ndarray, np.ndarray, float]
 
 
 def _percent(error: np.ndarray, change: np.ndarray) -> float:
-    return 100 * float(np.sqrt(np.mean(error ** 2) / np.mean(change ** 2)))
+    return 100 * float(np.sqrt(np.mean(error**2) / np.mean(change**2)))
 
 
 if __name__ == '__main__':

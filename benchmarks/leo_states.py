@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """States of LEO under random voltages: airborne, in stance, landing in the next step."""
+
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +23,9 @@ class States(NamedTuple):
 def moved(model: Model, states: States, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Angles and rates after dt s."""
     count = substeps(dt, model.integration_step)
-    q, dq, _ = model.integrate(model.laws, model.rigid, states.q, states.dq, {}, states.volts,
-                               None, dt / count, count)
+    q, dq, _ = model.integrate(
+        model.laws, model.rigid, states.q, states.dq, {}, states.volts, None, dt / count, count
+    )
     return q, dq
 
 
@@ -42,8 +44,9 @@ def sampled(model: Model, each: int, seed: int = 0, robots: int = 300) -> dict[s
             noise = rng.normal(0, 2.5, states.volts.shape)
             states = states._replace(volts=np.clip(0.85 * states.volts + noise, -8.6, 8.6))
             states = _sorted_in(model, states, found)
-    joined = {kind: States(*map(np.concatenate, zip(*part, strict=True)))
-              for kind, part in found.items()}
+    joined = {
+        kind: States(*map(np.concatenate, zip(*part, strict=True))) for kind, part in found.items()
+    }
     return {kind: _drawn(states, each, rng) for kind, states in joined.items()}
 
 
@@ -75,8 +78,11 @@ def _sorted_in(model: Model, states: States, found: dict[str, list[States]]) -> 
     up = (np.abs(states.q[:, 2]) < 1) & (track[..., 4:].min(axis=(0, 2)) > 0.001)
     feet = track[..., FEET]
     lands = ((feet[0] > CLEAR) & (feet.min(axis=0) < 0)).any(axis=-1)
-    kinds = {'airborne': feet.min(axis=(0, 2)) > CLEAR, 'touch-down': lands,
-             'stance': (feet[0] < 0).any(axis=-1) & ~lands}
+    kinds = {
+        'airborne': feet.min(axis=(0, 2)) > CLEAR,
+        'touch-down': lands,
+        'stance': (feet[0] < 0).any(axis=-1) & ~lands,
+    }
     for kind, there in kinds.items():
         found[kind].append(States(*(a[there & up] for a in states)))
     return now
@@ -94,7 +100,7 @@ def stepping(model: Model, volts: float, seed: int = 0, robots: int = 200) -> St
     for k in range(40):
         wave = np.sign(np.sin(2 * np.pi * cycle * 0.03 * k + shift))
         now = now._replace(volts=volts * wave)
-        up = (np.abs(now.q[:, 2]) < 1) & (heights(model, now.q)[:, FEET.stop:].min(axis=-1) > 0)
+        up = (np.abs(now.q[:, 2]) < 1) & (heights(model, now.q)[:, FEET.stop :].min(axis=-1) > 0)
         now = States(*(a[up] for a in now))
         cycle, shift = cycle[up], shift[up]
         met.append(now)

@@ -46,9 +46,7 @@ FORMS = {'recommended': "s' form", 'torque': 'torque form'}
 def with_cable(model: Model) -> Model:
     """The robot with a cable at the left knee."""
     cable = get_effect(str(Path(kinds.__file__).with_name('cable.py')))
-    return model.changed(
-        effects=[*model.effects, place(model.robot, cable, 'left_knee', **CABLE)]
-    )
+    return model.changed(effects=[*model.effects, place(model.robot, cable, 'left_knee', **CABLE)])
 
 
 def mirrored(policy: Policy) -> Act:
@@ -73,12 +71,14 @@ def walked(real: Model, act: Act, steps: int, seed: int) -> Recording:
     return robot.recording()
 
 
-def corrected(bag: Recording, named: Model, seed: int
-              ) -> dict[str, tuple[Model, DifferenceModel | None]]:
+def corrected(
+    bag: Recording, named: Model, seed: int
+) -> dict[str, tuple[Model, DifferenceModel | None]]:
     """Every way to take the error off, by its name; the first is none."""
     given = Model(named.robot.name)
     ways: dict[str, tuple[Model, DifferenceModel | None]] = {
-        'model as given': (given, None), 'named effects': (named, None)
+        'model as given': (given, None),
+        'named effects': (named, None),
     }
     for config, form in FORMS.items():
         for name, model in (('network', given), ('named effects, then network', named)):
@@ -92,10 +92,14 @@ def show(title: str, rows: dict[str, list[np.ndarray]], columns: list[str]) -> N
     table = Table('', *columns, title=title)
     first = next(iter(rows.values()))
     for name, errors in rows.items():
-        table.add_row(name, *(
-            f'{e.mean():.3g} ({100 * (e.mean() / before.mean() - 1):+.2f} %), {np.median(e):.2g}'
-            for e, before in zip(errors, first, strict=True)
-        ))
+        table.add_row(
+            name,
+            *(
+                f'{e.mean():.3g} ({100 * (e.mean() / before.mean() - 1):+.2f} %), '
+                f'{np.median(e):.2g}'
+                for e, before in zip(errors, first, strict=True)
+            ),
+        )
     Console(width=150).print(table)
 
 
@@ -107,15 +111,23 @@ def main() -> None:
     policy, thesis = Policy.load('leo_walk'), real_model(THESIS_GAP)
     for title, real in (('thesis', thesis), ('thesis and a cable', with_cable(thesis))):
         bag = walked(real, policy, TRANSITIONS, seed)
-        new = {'same policy': walked(real, policy, NEW, seed + 1),
-               'its mirror image': walked(real, mirrored(policy), NEW, seed + 2)}
+        new = {
+            'same policy': walked(real, policy, NEW, seed + 1),
+            'its mirror image': walked(real, mirrored(policy), NEW, seed + 2),
+        }
         answer = explain([bag], Model('leo'))
-        print(f'{title}, seed {seed}: {answer.verdict}: '
-              f'{[(e["name"], e["where"], e["parameters"]) for e in answer.effects]}; '
-              f'{TRANSITIONS} transitions in {len(bag.episodes)} episodes', flush=True)
+        print(
+            f'{title}, seed {seed}: {answer.verdict}: '
+            f'{[(e["name"], e["where"], e["parameters"]) for e in answer.effects]}; '
+            f'{TRANSITIONS} transitions in {len(bag.episodes)} episodes',
+            flush=True,
+        )
         rows = {
-            name: [squares_ahead(ModelEnv(model, difference), b, k)
-                   for b in new.values() for k in AHEAD]
+            name: [
+                squares_ahead(ModelEnv(model, difference), b, k)
+                for b in new.values()
+                for k in AHEAD
+            ]
             for name, (model, difference) in corrected(bag, answer.model, seed).items()
         }
         step = real.robot.control_period

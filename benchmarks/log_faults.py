@@ -41,8 +41,13 @@ FINE = 0.001
 SLOWEST = 0.01
 """s: largest period of a log; inputs change at its multiples, as they do where one node sends
 them and writes the log. A servo's goal that changes within a row is not the mean of the two."""
-ROBOTS = {'pendulum': 0.5, 'torque_pendulum': 0.3, 'servo_pendulum': 0.5, 'double_pendulum': 0.06,
-          'xl330_pendulum': 0.4}  # fmt: skip
+ROBOTS = {
+    'pendulum': 0.5,
+    'torque_pendulum': 0.3,
+    'servo_pendulum': 0.5,
+    'double_pendulum': 0.06,
+    'xl330_pendulum': 0.4,
+}
 """Share of the largest input that runs use."""
 EFFECTS = {'viscous_friction': 'b', 'coulomb_friction': 'c', 'armature': 'J'}
 """Effects beside a fault, and the parameter that scales each."""
@@ -66,10 +71,16 @@ SIZES = {
     'repeated': lambda m, run: min(0.06 + 0.02 * m, 0.6),
     'quantised': lambda m, run: min(0.03 + 0.01 * m, 0.08) * min(run.span, 3.0),
     'goal_as_angle': lambda m, run: 1.0,
-}  # fmt: skip
+}
 """Size of each fault from its multiple m of what just shows, 1 to 30."""
-OF_TORQUES = ('angle_zero', 'input_scale', 'input_sign', 'input_late', 'angle_scale',
-              'time_stretch')  # fmt: skip
+OF_TORQUES = (
+    'angle_zero',
+    'input_scale',
+    'input_sign',
+    'input_late',
+    'angle_scale',
+    'time_stretch',
+)
 """Not drawn for robots that take positions: their servo's torque is not logged."""
 OF_SENSORS = ('repeated', 'quantised', 'frozen', 'clipped', 'goal_as_angle')
 """They come after the noise."""
@@ -113,19 +124,32 @@ def answered(task: tuple[str, int], mend: bool) -> dict:
     robot = load_robot(str(rng.choice([*ROBOTS])))
     effect = _effect(robot, rng)
     clean, period = _run(robot, effect, rng)
-    name, value, log = ('', 0.0, _measured(clean, period, rng)) if kind == 'clean' else \
-        _spoilt(clean, robot, period, rng)
+    name, value, log = (
+        ('', 0.0, _measured(clean, period, rng))
+        if kind == 'clean'
+        else _spoilt(clean, robot, period, rng)
+    )
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         bag = write_runs(Path(folder) / 'bag', runs_of(log), {})
         recording = read_bag(bag, robot)
         found = find_faults([recording], Model(robot))
-        row = {'kind': kind, 'seed': seed, 'robot': robot.name, 'fault': name, 'value': value,
-               'effect': effect.effect.name if effect else '', 'period': period,
-               'cpu': time.process_time() - began,
-               'found': [{k: f.to_json()[k] for k in ('name', 'value', 'ci95', 'sure')}
-                         | {'worst': f.worst, 'otherwise': len(f.otherwise)} for f in found],
-               'read': [w.split(': ', 1)[-1] for w in recording.warnings]}  # fmt: skip
+        row = {
+            'kind': kind,
+            'seed': seed,
+            'robot': robot.name,
+            'fault': name,
+            'value': value,
+            'effect': effect.effect.name if effect else '',
+            'period': period,
+            'cpu': time.process_time() - began,
+            'found': [
+                {k: f.to_json()[k] for k in ('name', 'value', 'ci95', 'sure')}
+                | {'worst': f.worst, 'otherwise': len(f.otherwise)}
+                for f in found
+            ],
+            'read': [w.split(': ', 1)[-1] for w in recording.warnings],
+        }
         if mend and effect is not None:
             row['named'] = _named(recording, robot)
     return row
@@ -139,12 +163,16 @@ def show(rows: list[dict]) -> None:
     for name, cases in sorted(by.items()):
         first = sum(map(_first, cases))
         inside = [r for r in (_inside(c) for c in cases) if r is not None]
-        print(f'{name:15} first {first:3} of {len(cases):3}; '
-              f'in its interval {sum(inside)} of {len(inside)}')  # fmt: skip
+        print(
+            f'{name:15} first {first:3} of {len(cases):3}; '
+            f'in its interval {sum(inside)} of {len(inside)}'
+        )
     faulty = [r for cases in by.values() for r in cases]
     inside = [r for r in map(_inside, faulty) if r is not None]
-    print(f'all: first {sum(map(_first, faulty))} of {len(faulty)}, in its interval '
-          f'{sum(inside)} of {len(inside)}')  # fmt: skip
+    print(
+        f'all: first {sum(map(_first, faulty))} of {len(faulty)}, in its interval '
+        f'{sum(inside)} of {len(inside)}'
+    )
     false = [r for r in rows if r['kind'] == 'clean' and any(f['sure'] for f in r['found'])]
     print(f'clean: {len(false)} false errors in {sum(r["kind"] == "clean" for r in rows)}')
     named = [r for r in rows if 'named' in r]
@@ -176,17 +204,18 @@ def _effect(robot: Robot, rng: np.random.Generator) -> Placed | None:
     joint = robot.actuators[0]
     usual = {'viscous_friction': 0.02, 'coulomb_friction': 0.03, 'armature': 0.0}[name]
     reach = joint.torque_constant or 1.0
-    strong = {'voltage': joint.limit * reach / (joint.resistance or 1.0), 'torque': joint.limit,
-              'position': 0.5}[robot.input]  # fmt: skip
+    strong = {
+        'voltage': joint.limit * reach / (joint.resistance or 1.0),
+        'torque': joint.limit,
+        'position': 0.5,
+    }[robot.input]
     size = usual * strong * rng.uniform(1, 4)
     if name == 'armature':
         size = 0.15 * strong / 30.0 * rng.uniform(0.5, 1)
     return place(robot, name, joint.joint, **{EFFECTS[name]: size})
 
 
-def _run(
-    robot: Robot, effect: Placed | None, rng: np.random.Generator
-) -> tuple[Recording, float]:
+def _run(robot: Robot, effect: Placed | None, rng: np.random.Generator) -> tuple[Recording, float]:
     """A run at 1 kHz without noise, and the period it will be sampled with."""
     count, period = round(SECONDS / FINE), float(rng.choice([0.005, SLOWEST]))
     hold = round(rng.uniform(0.15, 0.5) / SLOWEST) * round(SLOWEST / FINE)
@@ -196,8 +225,9 @@ def _run(
     model = Model(robot, (effect,) if effect else ())
     start = model.start('nominal')
     q, dq = rollout(model, start.q[None], start.dq[None], u[None], FINE)
-    e = Episode(FINE * np.arange(count), q[0][:count], dq[0][:count], u,
-                np.ones(u.shape, dtype=bool))  # fmt: skip
+    e = Episode(
+        FINE * np.arange(count), q[0][:count], dq[0][:count], u, np.ones(u.shape, dtype=bool)
+    )
     names = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
     return Recording(Path('simulated'), '', *names, robot.input, period, (e,), {}), period
 
@@ -208,10 +238,18 @@ def _spoilt(
     """The run with one fault of its first actuated joint."""
     joint = clean.joints.index(clean.actuators[0])
     e = clean.episodes[0]
-    run = Drawn(period, float(e.dq[:, joint].std()), float(np.ptp(e.q[:, joint])),
-                float(rng.choice([-1, 1])))  # fmt: skip
-    names = [n for n in SIZES if (n == 'goal_as_angle') <= (robot.input == 'position')
-             and not (robot.input == 'position' and n in OF_TORQUES)]  # fmt: skip
+    run = Drawn(
+        period,
+        float(e.dq[:, joint].std()),
+        float(np.ptp(e.q[:, joint])),
+        float(rng.choice([-1, 1])),
+    )
+    names = [
+        n
+        for n in SIZES
+        if (n == 'goal_as_angle') <= (robot.input == 'position')
+        and not (robot.input == 'position' and n in OF_TORQUES)
+    ]
     name = str(rng.choice(names))
     value = float(SIZES[name](float(np.exp(rng.uniform(0, np.log(30)))), run))
     base = _measured(clean, period, rng) if name in OF_SENSORS else clean
@@ -229,8 +267,9 @@ def _sampled(recording: Recording, period: float) -> Recording:
     count = len(e.t) // every
     inputs = e.inputs[: count * every].reshape(count, every, -1).mean(axis=1)
     rows = slice(0, count * every, every)
-    return replace(recording, episodes=(Episode(e.t[rows], e.q[rows], e.dq[rows], inputs,
-                                                e.enabled[rows]),))  # fmt: skip
+    return replace(
+        recording, episodes=(Episode(e.t[rows], e.q[rows], e.dq[rows], inputs, e.enabled[rows]),)
+    )
 
 
 def _measured(recording: Recording, period: float, rng: np.random.Generator) -> Recording:

@@ -44,7 +44,9 @@ def lost(bag: Path, sent: int) -> dict[str, int]:
     resets = np.count_nonzero(gaps == CONTROL_NS)
     odd = np.count_nonzero((gaps != STATE_NS) & (gaps != CONTROL_NS))
     return {
-        'sent': sent, 'episodes': int(resets) + 1, 'odd gaps': int(odd),
+        'sent': sent,
+        'episodes': int(resets) + 1,
+        'odd gaps': int(odd),
         'states lost': sent - at['states'].size,
         'inputs lost': sent - int(resets) - 1 - at['inputs'].size,
     }
@@ -53,9 +55,17 @@ def lost(bag: Path, sent: int) -> dict[str, int]:
 def run(folder: Path, seed: int, policy: Path, transitions: int) -> dict[str, int]:
     """One rollout."""
     with Processes(folder / 'logs') as processes:
-        processes.node('robot', 'leo_sim', 'robot', robot='pendulum', realtime_factor=0, seed=seed,
-                       start='random', hidden_seed=seed,
-                       sealed=str(folder / 'sealed'))  # fmt: skip
+        processes.node(
+            'robot',
+            'leo_sim',
+            'robot',
+            robot='pendulum',
+            realtime_factor=0,
+            seed=seed,
+            start='random',
+            hidden_seed=seed,
+            sealed=str(folder / 'sealed'),
+        )
         processes.node('diffmodel', 'leo_diffmodel', 'diffmodel', bag=str(folder / 'rollout'))
         processes.wait_for(folder / 'rollout', 'diffmodel')
         processes.ask('play', str(policy), '--collect', str(transitions))

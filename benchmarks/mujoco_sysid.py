@@ -88,8 +88,9 @@ def sequences(robot: Robot, recording: Recording, seconds: float) -> sysid.Model
     return sysid.ModelSequences('pendulum', spec, names, starts, controls, sensors)
 
 
-def with_mujoco(robot: Robot, recording: Recording, name: str, high: float, seconds: float
-                ) -> float:
+def with_mujoco(
+    robot: Robot, recording: Recording, name: str, high: float, seconds: float
+) -> float:
     """The value that the toolbox finds for one parameter of the joint."""
 
     def modify(spec: mujoco.MjSpec, parameter: sysid.Parameter) -> None:

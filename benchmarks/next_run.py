@@ -150,18 +150,22 @@ def show(rows: Sequence[dict]) -> None:
     console = Console()
     table = Table('seed', 'robot', 'open', 'run', 'nats', *KINDS)
     for row in rows:
-        cells = ['named' if _named(row, kind) else row.get(kind, {}).get('verdict', 'no proposal')
-                 for kind in KINDS]  # fmt: skip
+        cells = [
+            'named' if _named(row, kind) else row.get(kind, {}).get('verdict', 'no proposal')
+            for kind in KINDS
+        ]
         nats = '-' if row['nats'] is None else f'{row["nats"]:.1f}'
-        table.add_row(str(row['seed']), row['robot'], '\n'.join(row['open']), row['run'] or '-',
-                      nats, *cells)  # fmt: skip
+        table.add_row(
+            str(row['seed']), row['robot'], '\n'.join(row['open']), row['run'] or '-', nats, *cells
+        )
     console.print(table)
     for kind in KINDS:
         r = rate(sum(_named(row, kind) for row in rows), len(rows))
         console.print(
             f'{kind}: named in {r["hits"]} of {len(rows)} ({100 * r["rate"]:.0f} %, 95 % bounds '
-            f'{100 * r["at_least"]:.0f} … {100 * r["at_most"]:.0f} %)', highlight=False,
-        )  # fmt: skip
+            f'{100 * r["at_least"]:.0f} … {100 * r["at_most"]:.0f} %)',
+            highlight=False,
+        )
 
 
 def _named(row: dict, kind: str) -> bool:

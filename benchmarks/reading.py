@@ -61,8 +61,10 @@ def main() -> None:
             for _ in range(arguments.repeats)
         ]
     ours, theirs = (median(column) for column in zip(*turns, strict=True))
-    print(f'{arguments.seconds:g} s of bag: read_bag {ours:.3f} s, mcap alone {theirs:.3f} s, '
-          f'{ours / theirs:.1f} times')
+    print(
+        f'{arguments.seconds:g} s of bag: read_bag {ours:.3f} s, mcap alone {theirs:.3f} s, '
+        f'{ours / theirs:.1f} times'
+    )
 
 
 if __name__ == '__main__':

@@ -56,8 +56,14 @@ def main() -> None:
         for label, model in models.items()
     }
     usual = float(np.sqrt((left[USUAL] ** 2).mean()))
-    table = Table('model', 'pooled [N m]', 'shoulder', 'elbow', 'less than frictionless',
-                  title='rms torque residual, last two files, held out')  # fmt: skip
+    table = Table(
+        'model',
+        'pooled [N m]',
+        'shoulder',
+        'elbow',
+        'less than frictionless',
+        title='rms torque residual, last two files, held out',
+    )
     for label, torque in left.items():
         pooled, joints = np.sqrt((torque**2).mean()), np.sqrt((torque**2).mean(axis=0))
         saved = f'{100 * (1 - pooled / usual):.1f} %'

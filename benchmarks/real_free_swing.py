@@ -38,8 +38,10 @@ def main() -> None:
         folder = options.keep or Path(name)
         for column_map in ('map_single_pendulum', 'map_single_pendulum_validation'):
             imported([options.data / LOG], column_map, folder / column_map)
-        bag, unseen = (folder / m / Path(LOG).stem
-                       for m in ('map_single_pendulum', 'map_single_pendulum_validation'))
+        bag, unseen = (
+            folder / m / Path(LOG).stem
+            for m in ('map_single_pendulum', 'map_single_pendulum_validation')
+        )
         output = folder / 'repair'
         leo('repair', bag, '--hold-out', unseen, '--model', ROBOT, '-o', output)
         answer = json.loads((output / 'explain.json').read_text())

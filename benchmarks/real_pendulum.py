@@ -39,9 +39,14 @@ def window_error(model: Model, recording: Recording, mean_of: int) -> float:
     moving = np.ptp(windows.q[..., 0], axis=1) > 0.1
     rate = start_rate(recording, windows, mean_of)
     predicted, _ = rollout(
-        model, windows.q[:, 0], rate, windows.inputs, windows.dt,
-        enabled=windows.enabled, history=windows.history,
-    )  # fmt: skip
+        model,
+        windows.q[:, 0],
+        rate,
+        windows.inputs,
+        windows.dt,
+        enabled=windows.enabled,
+        history=windows.history,
+    )
     error = (windows.q - predicted)[moving, :, 0]
     return float(np.median(np.sqrt((error**2).mean(axis=1))))
 
@@ -70,15 +75,27 @@ def main() -> None:
             log = data / f'control_method_{run}.data_measured.csv'
             leo('import', str(log), '--map', 'dfki_simple_pendulum', '-o', str(folder / run))
         bags = [str(folder / run) for run in RUNS]
-        leo('repair', *bags[:3], '--hold-out', bags[3], '--model', 'torque_pendulum',
-            '-o', str(folder / 'repair'))  # fmt: skip
+        leo(
+            'repair',
+            *bags[:3],
+            '--hold-out',
+            bags[3],
+            '--model',
+            'torque_pendulum',
+            '-o',
+            str(folder / 'repair'),
+        )
         models = {
             'CAD': load_model('torque_pendulum'),
             'repaired': load_model(folder / 'repair/model.yaml'),
         }
         held = read_bag(bags[3], models['CAD'].robot)
-    table = Table('model', 'from the measured start', 'rate averaged over 5 samples',
-                  title='median 0.5 s window error on energy shaping, held out [rad]')  # fmt: skip
+    table = Table(
+        'model',
+        'from the measured start',
+        'rate averaged over 5 samples',
+        title='median 0.5 s window error on energy shaping, held out [rad]',
+    )
     for label, model in models.items():
         table.add_row(label, *(f'{window_error(model, held, n):.4f}' for n in (1, 5)))
     Console().print(table)

@@ -33,8 +33,9 @@ def gains(data: Path) -> dict[str, int]:
     return {p.stem: json.loads(p.read_text())['kp'] for p in sorted(data.glob('*.json'))}
 
 
-def score(gain: int, bags: list[Path], gain_of: dict[str, int], folder: Path, table: Table
-          ) -> None:
+def score(
+    gain: int, bags: list[Path], gain_of: dict[str, int], folder: Path, table: Table
+) -> None:
     """Learn from the other gains and add this one's errors to the table."""
     held = [b for b in bags if gain_of[b.name] == gain]
     others = [b for b in bags if gain_of[b.name] != gain]
@@ -62,8 +63,14 @@ def main() -> None:
     parser.add_argument('--data', type=Path, default=DATA / 'bam_xl330')
     parser.add_argument('--keep', type=Path, help='folder for bags, models and reports')
     options = parser.parse_args()
-    table = Table('held out: gain', 'model', 'rms [rad]', 'median [rad]', 'rms ratio',
-                  title='0.5 s windows of the held-out gain')  # fmt: skip
+    table = Table(
+        'held out: gain',
+        'model',
+        'rms [rad]',
+        'median [rad]',
+        'rms ratio',
+        title='0.5 s windows of the held-out gain',
+    )
     with tempfile.TemporaryDirectory() as name:
         folder = options.keep or Path(name)
         bags = imported(options.data.glob('*.json'), 'bam_xl330', folder / 'bags')

@@ -42,7 +42,9 @@ def imported(logs: Iterable[Path], column_map: str, folder: Path) -> list[Path]:
 
 
 def refitted(
-    model: Model, labels: Sequence[str], recordings: Sequence[Recording],
+    model: Model,
+    labels: Sequence[str],
+    recordings: Sequence[Recording],
     hold_out: Sequence[Recording],
 ) -> Model:
     """`model` with the effects `labels` and its uncertain constants fitted to `recordings`.
@@ -77,9 +79,8 @@ def window_errors(model: Model, recordings: Sequence[Recording], seconds: float)
     windows = windows.take(np.ptp(windows.q, axis=1).max(axis=-1) > 0.1)
     q, dq = starts(recordings, windows)
     predicted, _ = rollout(
-        model, q, dq, windows.inputs, windows.dt,
-        enabled=windows.enabled, history=windows.history,
-    )  # fmt: skip
+        model, q, dq, windows.inputs, windows.dt, enabled=windows.enabled, history=windows.history
+    )
     return np.sqrt(((windows.q - predicted) ** 2).mean(axis=(1, 2)))
 
 

@@ -23,7 +23,8 @@ import yaml
 ROOT = Path(__file__).parents[1]
 PACKAGE = 'src/leo_sim/leo_sim'
 MUTATIONS: dict[str, dict[str, str]] = yaml.safe_load(
-    Path(__file__).with_suffix('.yaml').read_text())
+    Path(__file__).with_suffix('.yaml').read_text()
+)
 
 
 def main() -> int:
@@ -47,9 +48,21 @@ def noticed(name: str, mutation: dict[str, str]) -> bool:
         file.write_text(text.replace(mutation['old'], mutation.get('new', '')))
         paths = os.pathsep.join(str(package) for package in sorted(source.iterdir()))
         run = subprocess.run(
-            [sys.executable, '-m', 'pytest', '-q', '-x', '-p', 'no:cacheprovider',
-             *f'tests/{mutation["tests"]}'.split()],
-            cwd=ROOT, env={**os.environ, 'PYTHONPATH': paths}, capture_output=True, text=True)
+            [
+                sys.executable,
+                '-m',
+                'pytest',
+                '-q',
+                '-x',
+                '-p',
+                'no:cacheprovider',
+                *f'tests/{mutation["tests"]}'.split(),
+            ],
+            cwd=ROOT,
+            env={**os.environ, 'PYTHONPATH': paths},
+            capture_output=True,
+            text=True,
+        )
     failed = re.findall(r'^(?:FAILED|ERROR) \S+::(\S+)', run.stdout, re.MULTILINE)
     print(f'{name:37}{failed[0] if failed else "NOT NOTICED"}', flush=True)
     return bool(failed)

@@ -115,8 +115,10 @@ def main() -> None:
             same[way] += row[way] == row['as it is']
             names[way] += row[way].split()[1:] == row['as it is'].split()[1:]
             if row[way] != row['as it is']:
-                print(f'{row["seed"]} {row["robot"]} {"+".join(row["hidden"])}: '
-                      f'{row["as it is"]}; {way}: {row[way]}')
+                print(
+                    f'{row["seed"]} {row["robot"]} {"+".join(row["hidden"])}: '
+                    f'{row["as it is"]}; {way}: {row[way]}'
+                )
     for way in WAYS:
         print(f'{way}: same names {names[way]} of {len(seeds)}, same verdict too {same[way]}')
 

@@ -39,23 +39,36 @@ Values = dict[str, tuple[float, float]]
 def ways() -> dict[str, dict[str, str]]:
     """What each way to compute sets in the environment."""
     flags = set(Path('/proc/cpuinfo').read_text().split()) if sys.platform == 'linux' else set()
-    kernels = {name: {'OPENBLAS_CORETYPE': name} for name, flag in KERNELS.items()
-               if flag in flags}  # fmt: skip
-    return {'as it is': {}, **kernels, 'any processor': {'NUMBA_CPU_NAME': 'generic'},
-            'two processes': {'LOKY_MAX_CPU_COUNT': '2'}, 'bags in reverse': {}}  # fmt: skip
+    kernels = {
+        name: {'OPENBLAS_CORETYPE': name} for name, flag in KERNELS.items() if flag in flags
+    }
+    return {
+        'as it is': {},
+        **kernels,
+        'any processor': {'NUMBA_CPU_NAME': 'generic'},
+        'two processes': {'LOKY_MAX_CPU_COUNT': '2'},
+        'bags in reverse': {},
+    }
 
 
 def answer(bags: list[str], model: str, changed: dict[str, str]) -> tuple[list[str], Values]:
     """The names with their places, and each value with the half-width of its interval."""
     leo = str(Path(sys.executable).with_name('leo'))
-    said = subprocess.run([leo, 'explain', *bags, '--model', model, '--json'],
-                          env={**os.environ, **ALONE, **changed}, capture_output=True, text=True,
-                          check=False)  # fmt: skip
+    said = subprocess.run(
+        [leo, 'explain', *bags, '--model', model, '--json'],
+        env={**os.environ, **ALONE, **changed},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     if said.returncode not in (0, 1):
         raise SystemExit(f'same_kernels: leo explain: {said.stderr.strip()}')
     effects = json.loads(said.stdout)['effects']
-    values = {f'{e["name"]}:{e["where"]}.{name}': (p['value'], _half(p))
-              for e in effects for name, p in e['parameters'].items()}  # fmt: skip
+    values = {
+        f'{e["name"]}:{e["where"]}.{name}': (p['value'], _half(p))
+        for e in effects
+        for name, p in e['parameters'].items()
+    }
     return sorted(f'{e["name"]}:{e["where"]}' for e in effects), values
 
 
@@ -66,8 +79,13 @@ def _half(parameter: dict[str, Any]) -> float:
 
 def apart(first: Values, other: Values) -> float:
     """The largest difference of a value, in half-widths of its interval."""
-    return max((abs(other[name][0] - value) / max(half, 1e-12 + 1e-9 * abs(value))
-                for name, (value, half) in first.items()), default=0.0)  # fmt: skip
+    return max(
+        (
+            abs(other[name][0] - value) / max(half, 1e-12 + 1e-9 * abs(value))
+            for name, (value, half) in first.items()
+        ),
+        default=0.0,
+    )
 
 
 def cases(given: argparse.Namespace) -> Iterator[tuple[str, list[str], str]]:
@@ -78,8 +96,11 @@ def cases(given: argparse.Namespace) -> Iterator[tuple[str, list[str], str]]:
     for seed in range(given.first_seed, given.first_seed + given.cases):
         case = draw_case(seed, 'pair' if seed % 3 == 0 else 'effect')
         with tempfile.TemporaryDirectory() as folder:
-            yield f'{seed} {case.robot.name}', [*map(str, record(case, Path(folder)))], (
-                case.robot.name)
+            yield (
+                f'{seed} {case.robot.name}',
+                [*map(str, record(case, Path(folder)))],
+                (case.robot.name),
+            )
 
 
 def main() -> None:

@@ -110,8 +110,14 @@ class Bench(Node):
         """
         offset = time.time() - time.monotonic()
         said = re.findall(r'\[([0-9.]+)\] \[robot_?\w*\]: e-stop: 0', self.leo.said('robot'))
-        return next((float(t) - offset - began for t in reversed(said)
-                     if float(t) - offset > began - 1e-3), None)
+        return next(
+            (
+                float(t) - offset - began
+                for t in reversed(said)
+                if float(t) - offset > began - 1e-3
+            ),
+            None,
+        )
 
     def _released(self) -> bool:
         self.leo.start_robot()
@@ -200,13 +206,16 @@ KINDS: dict[str, Callable[[Bench], float]] = {
     'servo 3 silent': breaking(silent=3),
     **{f'e-stop, {share:.0%} lost': losing(share) for share in BUS_LOSS},
     BLOCKED: blocked,
-    **{f'e-stop, {name}': stopped_during(fault) for name, fault in {
-        BLOCKED: blocked,
-        'bus cable out': breaking(bus_cable=False),
-        'usb cable out': breaking(usb_cable=False),
-        'servo 3 silent': breaking(silent=3),
-        'kill -9': killed,
-    }.items()},
+    **{
+        f'e-stop, {name}': stopped_during(fault)
+        for name, fault in {
+            BLOCKED: blocked,
+            'bus cable out': breaking(bus_cable=False),
+            'usb cable out': breaking(usb_cable=False),
+            'servo 3 silent': breaking(silent=3),
+            'kill -9': killed,
+        }.items()
+    },
 }
 
 
@@ -224,8 +233,11 @@ def main() -> None:
 
 def report(bench: Bench, kinds: list[str], count: int, results: Path | None) -> None:
     """Each kind so many times."""
-    print(f'{"":28}{"n":>5}{"median":>8}{"p90":>7}{"p99":>7}{"max [ms]":>10}{"largest |V|":>13}'
-          '  of the slowest: bus waited, e-stop sent, carried out, node waited [ms]', flush=True)
+    print(
+        f'{"":28}{"n":>5}{"median":>8}{"p90":>7}{"p99":>7}{"max [ms]":>10}{"largest |V|":>13}'
+        '  of the slowest: bus waited, e-stop sent, carried out, node waited [ms]',
+        flush=True,
+    )
     done = kept(results)
     for kind in kinds:
         cases = [case for case in done if case['kind'] == kind]
@@ -256,9 +268,11 @@ def measured(bench: Bench, kind: str) -> dict[str, Any]:
     after = bench.stopped_after(began)
     answered = bench.answered(began)
     return {
-        'kind': kind, 'ms': round(1e3 * after, 2),
-        'robot_waited_ms': round(1e3 * max((now[t] - waits[t] for t in waits.keys() & now.keys()),
-                                           default=0.0), 2),
+        'kind': kind,
+        'ms': round(1e3 * after, 2),
+        'robot_waited_ms': round(
+            1e3 * max((now[t] - waits[t] for t in waits.keys() & now.keys()), default=0.0), 2
+        ),
         'bus_waited_ms': round(1e3 * bench.leo.waited(began), 2),
         'sent_ms': None if bench.asked is None else round(1e3 * (bench.asked - began), 2),
         'answered_ms': None if answered is None else round(1e3 * answered, 2),
@@ -272,11 +286,16 @@ def print_row(kind: str, cases: list[dict[str, Any]]) -> None:
     times = [case['ms'] for case in cases]
     middle, *most = np.percentile(times, (50, 90, 99))
     worst = max(cases, key=lambda case: float(case['ms']))
-    told = ', '.join('-' if worst.get(key) is None else f'{worst[key]:.1f}'
-                     for key in ('bus_waited_ms', 'sent_ms', 'answered_ms', 'robot_waited_ms'))
+    told = ', '.join(
+        '-' if worst.get(key) is None else f'{worst[key]:.1f}'
+        for key in ('bus_waited_ms', 'sent_ms', 'answered_ms', 'robot_waited_ms')
+    )
     largest = max(case['largest_v'] for case in cases)
-    print(f'{kind:28}{len(cases):>5}{middle:8.1f}{most[0]:7.1f}{most[1]:7.1f}{max(times):10.1f}'
-          f'{largest:13.3f}  {told}', flush=True)
+    print(
+        f'{kind:28}{len(cases):>5}{middle:8.1f}{most[0]:7.1f}{most[1]:7.1f}{max(times):10.1f}'
+        f'{largest:13.3f}  {told}',
+        flush=True,
+    )
 
 
 if __name__ == '__main__':

@@ -100,8 +100,9 @@ def simulated(robot: Robot, seconds: float = SECONDS, seed: int = SEED) -> Sampl
             data.qfrc_applied[:] = torque - friction(data.qvel)
             mujoco.mj_step(arm, data)
     columns = (np.array(column) for column in zip(*rows, strict=True))
-    return Samples(*(c + s * rng.standard_normal(c.shape)
-                     for c, s in zip(columns, NOISE, strict=True)))  # fmt: skip
+    return Samples(
+        *(c + s * rng.standard_normal(c.shape) for c, s in zip(columns, NOISE, strict=True))
+    )
 
 
 def friction(rate: np.ndarray) -> np.ndarray:
@@ -112,8 +113,7 @@ def friction(rate: np.ndarray) -> np.ndarray:
 def write(robot: Robot, samples: Samples, bag: Path) -> None:
     """The samples as a bag of joint states and applied torques."""
     writer, joints = BagWriter(bag, {'robot': robot.name}), tuple(robot.joint_names)
-    states, applied, episode = (writer.add_topic(*t)
-                                for t in (STATES, APPLIED['effort'], EPISODE))  # fmt: skip
+    states, applied, episode = (writer.add_topic(*t) for t in (STATES, APPLIED['effort'], EPISODE))
     writer.write(episode, cdr.uint32(1), 0)
     for k, (q, dq, torque) in enumerate(zip(*samples, strict=True)):
         stamp = round(k * PERIOD * 1e9)
@@ -136,8 +136,11 @@ def measured(verb: str, bag: Path, limit: float) -> tuple[Took, str]:
     leo = str(Path(sys.executable).with_name('leo'))
     with tempfile.TemporaryFile('w+') as said:
         began = time.perf_counter()
-        process = subprocess.Popen(['timeout', f'{limit:g}', leo, verb, bag, '--model', RIG],
-                                   stdout=said, stderr=subprocess.STDOUT)  # fmt: skip
+        process = subprocess.Popen(
+            ['timeout', f'{limit:g}', leo, verb, bag, '--model', RIG],
+            stdout=said,
+            stderr=subprocess.STDOUT,
+        )
         _, status, used = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
         said.seek(0)
@@ -168,8 +171,10 @@ def table(bag: Path, verbs: Sequence[str], limit: float) -> None:
     print(f'{"":10}{"exit":>6}{"wall [s]":>10}{"CPU [s]":>10}{"memory [MB]":>13}', flush=True)
     for verb in verbs:
         took, texts[verb] = measured(verb, bag, limit)
-        print(f'{verb:10}{took.status:6d}{took.wall:10.1f}{took.processor:10.1f}'
-              f'{took.memory:13.0f}', flush=True)
+        print(
+            f'{verb:10}{took.status:6d}{took.wall:10.1f}{took.processor:10.1f}{took.memory:13.0f}',
+            flush=True,
+        )
     for verb, said in texts.items():
         print(f'\nleo {verb}:\n{said.rstrip()}')
 

@@ -106,14 +106,17 @@ def report(folder: Path) -> int:
         jitter = np.percentile(np.abs(gaps - 1e3 * STATE), (50, 99, 99.9))
         lost = sent - before - np.unique(numbers).size
         missing += lost
-        print(f'{said.stem}: {times[-1] / 60:.1f} min, {sent} states sent, {before} before the '
-              f'recorder had found the robot, {times.size} in the bag, {lost} missing; '
-              f'{faults[-1]} periods without one; '
-              f'{np.count_nonzero(gaps > 1.5e3 * STATE)} gaps above 15 ms, the longest '
-              f'{gaps.max():.1f} ms; |period - 10 ms| median '
-              f'{jitter[0]:.3f}, p99 {jitter[1]:.3f}, p99.9 {jitter[2]:.3f} ms')
-    print_memory([json.loads(line) for line in
-                  (folder / 'minutes.jsonl').read_text().splitlines()])
+        print(
+            f'{said.stem}: {times[-1] / 60:.1f} min, {sent} states sent, {before} before the '
+            f'recorder had found the robot, {times.size} in the bag, {lost} missing; '
+            f'{faults[-1]} periods without one; '
+            f'{np.count_nonzero(gaps > 1.5e3 * STATE)} gaps above 15 ms, the longest '
+            f'{gaps.max():.1f} ms; |period - 10 ms| median '
+            f'{jitter[0]:.3f}, p99 {jitter[1]:.3f}, p99.9 {jitter[2]:.3f} ms'
+        )
+    print_memory(
+        [json.loads(line) for line in (folder / 'minutes.jsonl').read_text().splitlines()]
+    )
     return int(missing > 0)
 
 
@@ -122,8 +125,10 @@ def print_memory(rows: list[dict[str, Any]]) -> None:
     warm = rows[min(WARM, len(rows)) - 1]
     for name in PROCESSES:
         first, last = rows[0][name], rows[-1][name]
-        print(f'{name}: {first} MB after a minute, {warm[name]} after {min(WARM, len(rows))}, '
-              f'{last} after {len(rows)} ({100 * (last / warm[name] - 1):+.1f} %)')
+        print(
+            f'{name}: {first} MB after a minute, {warm[name]} after {min(WARM, len(rows))}, '
+            f'{last} after {len(rows)} ({100 * (last / warm[name] - 1):+.1f} %)'
+        )
 
 
 if __name__ == '__main__':

@@ -32,8 +32,10 @@ def main() -> None:
     print(f'{given.cases} cases, median {np.median(drawn):.0f} s, longest {drawn.max():.0f} s')
     for cores in given.cores:
         end = last_end(drawn, cores)
-        print(f'{cores} cores: {end / 3600:.2f} h, {cores * end / 3600:.1f} core hours, '
-              f'busy {100 * drawn.sum() / (cores * end):.0f} %')
+        print(
+            f'{cores} cores: {end / 3600:.2f} h, {cores * end / 3600:.1f} core hours, '
+            f'busy {100 * drawn.sum() / (cores * end):.0f} %'
+        )
 
 
 def last_end(seconds: np.ndarray, cores: int) -> float:

@@ -65,7 +65,8 @@ class Bench:
     def __init__(self, checkout: Path, folder: Path) -> None:
         self._bin, self._folder = checkout / '.venv' / 'bin', folder
         self._environment = os.environ | {
-            'ROS_DOMAIN_ID': str(random.randint(101, 200)), 'XDG_RUNTIME_DIR': str(folder),
+            'ROS_DOMAIN_ID': str(random.randint(101, 200)),
+            'XDG_RUNTIME_DIR': str(folder),
         }
 
     def trips(self) -> Figures:
@@ -100,8 +101,11 @@ class Bench:
 
     def _ask(self, role: str, count: int) -> Figures:
         done = subprocess.run(
-            [self._bin / 'python', PEER, role, str(count)], env=self._environment,
-            capture_output=True, text=True, check=True,
+            [self._bin / 'python', PEER, role, str(count)],
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            check=True,
         )
         return json.loads(done.stdout.splitlines()[-1])
 
@@ -111,8 +115,12 @@ class Bench:
     ) -> Iterator[subprocess.Popen[str]]:
         out = subprocess.PIPE if pipe else subprocess.DEVNULL
         process = subprocess.Popen(
-            [self._bin / program, *words], env=self._environment, cwd=self._folder,
-            stdout=out, stderr=subprocess.DEVNULL, text=True,
+            [self._bin / program, *words],
+            env=self._environment,
+            cwd=self._folder,
+            stdout=out,
+            stderr=subprocess.DEVNULL,
+            text=True,
         )
         try:
             yield process

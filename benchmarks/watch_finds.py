@@ -45,8 +45,12 @@ def leo(*words: str) -> list[str]:
 @contextmanager
 def page(words: list[str]) -> Iterator[str]:
     """The address of the page that `leo watch` serves."""
-    served = subprocess.Popen(leo('watch', *words, '--no-browser', '--json'),
-                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    served = subprocess.Popen(
+        leo('watch', *words, '--no-browser', '--json'),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
     assert served.stdout is not None
     try:
         yield json.loads(served.stdout.readline())['url']
@@ -101,8 +105,11 @@ def same(seed: int) -> bool:
         shown, told = found_by_page(words), explained(words)
     hidden = '+'.join(p.effect.name for p in case.effects)
     print(f'{seed} {case.robot.name} {hidden}: {"same" if shown == told else "DIFFERENT"}')
-    print(*([f'  {told}'] if shown == told else [f'  page: {shown}', f'  leo explain: {told}']),
-          sep='\n', flush=True)  # fmt: skip
+    print(
+        *([f'  {told}'] if shown == told else [f'  page: {shown}', f'  leo explain: {told}']),
+        sep='\n',
+        flush=True,
+    )
     return shown == told
 
 

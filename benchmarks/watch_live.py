@@ -56,8 +56,9 @@ def main() -> int:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--minutes', type=float, default=60.0, help='with the page')
-    parser.add_argument('--alone', type=float, default=2.0,
-                        help='minutes without, half of them before')  # fmt: skip
+    parser.add_argument(
+        '--alone', type=float, default=2.0, help='minutes without, half of them before'
+    )
     options = parser.parse_args()
     with free_domain() as domain, graph_in(domain):
         node = join(Beside())
@@ -88,8 +89,12 @@ def graph_in(domain: int) -> Any:
 
 def leo(*words: str) -> subprocess.Popen:
     """Start a command."""
-    return subprocess.Popen([sys.executable, '-c', LEO, *words], stdout=subprocess.PIPE,
-                            stderr=subprocess.DEVNULL, text=True)  # fmt: skip
+    return subprocess.Popen(
+        [sys.executable, '-c', LEO, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
 
 
 def end(process: subprocess.Popen) -> None:

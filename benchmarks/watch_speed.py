@@ -106,9 +106,9 @@ class Change(NamedTuple):
 def recorded(name: str, folder: Path) -> Path:
     """A bag of a robot that hides friction."""
     robot, (where, size) = load_robot(name), HIDDEN[name]
-    scene: Any = Walking(robot) if robot.contacts else Given(
-        *excitation(robot, np.random.default_rng(1))
-    )  # fmt: skip
+    scene: Any = (
+        Walking(robot) if robot.contacts else Given(*excitation(robot, np.random.default_rng(1)))
+    )
     hidden = place(robot, 'coulomb_friction', where, c=size)
     run = Run(robot, (scene,), NOISE)
     return record(Case('effect', 1, robot, run, ('rigid', 0.0), (hidden,)), folder)[0]
@@ -169,8 +169,9 @@ class Hand:
         self._driver.execute_script('watched.drawn = 0')
         before, late = cpu(self._pid), time.monotonic() + NONE_COMES
         act()
-        browser.until(lambda: self._at('drawn') > self._at(event) or time.monotonic() > late,
-                      'a new curve')  # fmt: skip
+        browser.until(
+            lambda: self._at('drawn') > self._at(event) or time.monotonic() > late, 'a new curve'
+        )
         if self._at('drawn') <= self._at(event):
             return None
         until = cpu(self._pid) - before
@@ -231,10 +232,13 @@ def measure(name: str, turns: int, folder: Path) -> None:
             opened, seen = time.perf_counter(), browser_cpu(driver)
             page = browser.Page(driver, url)
             painted = time.perf_counter() - opened
-            print(f'{name}: the command is ready after {ready:.2f} s (CPU {used:.2f} s), the page '
-                  f'painted {painted:.2f} s after it is opened (CPU: server '
-                  f'{cpu(pid) - used:.2f} s, browser {browser_cpu(driver) - seen:.2f} s; gate '
-                  f'{FIRST_PAINT:g} s)', flush=True)
+            print(
+                f'{name}: the command is ready after {ready:.2f} s (CPU {used:.2f} s), the page '
+                f'painted {painted:.2f} s after it is opened (CPU: server '
+                f'{cpu(pid) - used:.2f} s, browser {browser_cpu(driver) - seen:.2f} s; gate '
+                f'{FIRST_PAINT:g} s)',
+                flush=True,
+            )
             again = time.perf_counter()
             browser.Page(driver, url)
             print(f'  opened again: {time.perf_counter() - again:.2f} s', flush=True)
@@ -247,9 +251,11 @@ def measure(name: str, turns: int, folder: Path) -> None:
 
 def _words(taken: list[Change]) -> str:
     drawn, used, followed = zip(*taken, strict=True)
-    return (f'{len(taken):3} times: redrawn after {median(drawn):.2f} s, at most {max(drawn):.2f};'
-            f' CPU until then {median(used):.2f} s, at most {max(used):.2f}; until all '
-            f'followed {median(followed):.2f} s')
+    return (
+        f'{len(taken):3} times: redrawn after {median(drawn):.2f} s, at most {max(drawn):.2f};'
+        f' CPU until then {median(used):.2f} s, at most {max(used):.2f}; until all '
+        f'followed {median(followed):.2f} s'
+    )
 
 
 def main() -> int:

@@ -51,8 +51,10 @@ def main() -> None:
                 with mock.patch.object(whole_windows, 'possible', return_value=False):
                     each, its = least(model, count)
                 apart = float(np.abs(mine - its).max())
-                print(f'{name}, {label}, {count} windows: {1e3 * whole:.2f} ms, by sample periods '
-                      f'{1e3 * each:.2f} ms, {each / whole:.1f} times; {apart:.1e} rad apart')
+                print(
+                    f'{name}, {label}, {count} windows: {1e3 * whole:.2f} ms, by sample periods '
+                    f'{1e3 * each:.2f} ms, {each / whole:.1f} times; {apart:.1e} rad apart'
+                )
 
 
 if __name__ == '__main__':

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write docs/effects.md and its pictures from the catalogue of effects.
 
-    python docs/make_effects.py            writes them
-    python docs/make_effects.py --check    exit status 1 where they are not up to date
+python docs/make_effects.py            writes them
+python docs/make_effects.py --check    exit status 1 where they are not up to date
 """
 
 from collections.abc import Callable, Iterator

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write docs/faults.md and its pictures from the catalogue of faults of a log.
 
-    python docs/make_faults.py            writes them
-    python docs/make_faults.py --check    exit status 1 where they are not up to date
+python docs/make_faults.py            writes them
+python docs/make_faults.py --check    exit status 1 where they are not up to date
 """
 
 from collections.abc import Iterator

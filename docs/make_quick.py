@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Make the recording that `leo demo --quick` explains: 8 s of a simulated robot with a secret.
 
-    python docs/make_quick.py     # from the repository's root; needs the folder not to be there
+python docs/make_quick.py     # from the repository's root; needs the folder not to be there
 """
 
 from dataclasses import replace
@@ -24,8 +24,12 @@ def main() -> None:
     secret = draw(TORQUE, np.random.default_rng(SEED))
     run = record(TORQUE, secret, seconds=SECONDS, seed=SEED)
     bag(FOLDER / 'bag', replace(run, path=FOLDER / 'bag'))
-    seal(FOLDER / 'secret.seal', yaml.safe_dump({
-        'robot': TORQUE.name, 'effects': write_effects([secret])}, sort_keys=False))
+    seal(
+        FOLDER / 'secret.seal',
+        yaml.safe_dump(
+            {'robot': TORQUE.name, 'effects': write_effects([secret])}, sort_keys=False
+        ),
+    )
 
 
 if __name__ == '__main__':

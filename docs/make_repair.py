@@ -51,9 +51,11 @@ def main() -> None:
     recording = read_bag(options.bag, given.robot)
     episode = _cut(recording.episodes[0], options.start, options.seconds)
     time = episode.t - episode.t[0]
-    shown = [Series('the robot, measured', INK, 7.0, episode.q),
-             Series('model as given', BEFORE, 3.5, predicted(given, episode)),
-             Series('model with what was missing', AFTER, 3.5, predicted(repaired, episode))]
+    shown = [
+        Series('the robot, measured', INK, 7.0, episode.q),
+        Series('model as given', BEFORE, 3.5, predicted(given, episode)),
+        Series('model with what was missing', AFTER, 3.5, predicted(repaired, episode)),
+    ]
     write_gif(options.o, frames(Stick(given.robot), time, shown))
     for series in shown[1:]:
         print(f'{series.label}: {np.abs(series.q - episode.q)[-1].max():.3f} rad off at the end')
@@ -63,15 +65,27 @@ def _cut(episode: Episode, start: float, seconds: float) -> Episode:
     """The stretch of an episode that is shown."""
     since = episode.t - episode.t[0]
     kept = (since >= start) & (since <= start + seconds)
-    return Episode(episode.t[kept], episode.q[kept], episode.dq[kept], episode.inputs[kept],
-                   episode.enabled[kept], None)
+    return Episode(
+        episode.t[kept],
+        episode.q[kept],
+        episode.dq[kept],
+        episode.inputs[kept],
+        episode.enabled[kept],
+        None,
+    )
 
 
 def predicted(model: Model, episode: Episode) -> np.ndarray:
     """Angles (T, J) from the first measured state, with the recorded inputs."""
     periods = np.diff(episode.t)[None]
-    q, _ = rollout(model, episode.q[None, 0], episode.dq[None, 0], episode.inputs[None, :-1],
-                   periods, enabled=episode.enabled[None, :-1])
+    q, _ = rollout(
+        model,
+        episode.q[None, 0],
+        episode.dq[None, 0],
+        episode.inputs[None, :-1],
+        periods,
+        enabled=episode.enabled[None, :-1],
+    )
     return np.asarray(q[0])
 
 
@@ -79,16 +93,19 @@ def frames(stick: Stick, time: np.ndarray, shown: list[Series]) -> Iterator[Imag
     """One picture for each frame, the last one again while it stays."""
     points = np.concatenate([line for s in shown for q in s.q for line, _ in stick.sticks(q)])
     low, high = np.vstack([points.min(axis=0), points.max(axis=0)])
-    scale = min((FIGURE - 2 * SIDE) / np.ptp((low, high), axis=0)[0],
-                (HEIGHT - HEAD - SIDE) / np.ptp((low, high), axis=0)[1])
+    scale = min(
+        (FIGURE - 2 * SIDE) / np.ptp((low, high), axis=0)[0],
+        (HEIGHT - HEAD - SIDE) / np.ptp((low, high), axis=0)[1],
+    )
     middle = np.array([FIGURE / 2, (HEAD + HEIGHT - SIDE) / 2])
     view = View((low + high) / 2, middle, scale, 0, FIGURE, HEIGHT)
     for now in [*np.arange(0.0, time[-1], 1 / RATE), *[time[-1]] * int(STILL * RATE)]:
         yield _frame(stick, view, time, shown, float(now))
 
 
-def _frame(stick: Stick, view: View, time: np.ndarray, shown: list[Series], now: float
-           ) -> Image.Image:
+def _frame(
+    stick: Stick, view: View, time: np.ndarray, shown: list[Series], now: float
+) -> Image.Image:
     canvas = Canvas(WIDTH, HEIGHT, fine=2)
     _words(canvas, shown, now)
     if stick.root is not None:

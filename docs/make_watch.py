@@ -142,8 +142,11 @@ def main() -> None:
     parser.add_argument('-o', type=Path, default=Path(__file__).with_name('watch.gif'))
     given = parser.parse_args()
     words = [LEO, 'watch', given.bag, '--model', given.model, '--no-browser', '--json']
-    with ended(subprocess.Popen(words, stdout=subprocess.PIPE, text=True)) as leo, \
-            tempfile.TemporaryDirectory() as profile, chromium(Path(profile)) as driver:
+    with (
+        ended(subprocess.Popen(words, stdout=subprocess.PIPE, text=True)) as leo,
+        tempfile.TemporaryDirectory() as profile,
+        chromium(Path(profile)) as driver,
+    ):
         driver.set_window_size(*WINDOW)
         url = json.loads(leo.stdout.readline())['url']
         film = watched(Page(driver, url), given.effect, given.begin)

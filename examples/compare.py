@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How wrong a model is on a bag, where, and how much of it is only noise.
 
-    python examples/compare.py bags/friction torque_pendulum
+python examples/compare.py bags/friction torque_pendulum
 """
 
 import sys

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which effect a model lacks; the model with it; how much better that is on another bag.
 
-    python examples/explain.py bags/friction bags/other torque_pendulum repaired.yaml
+python examples/explain.py bags/friction bags/other torque_pendulum repaired.yaml
 """
 
 import sys

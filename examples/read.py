@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a bag holds, as arrays.
 
-    python examples/read.py bags/friction torque_pendulum
+python examples/read.py bags/friction torque_pendulum
 """
 
 import sys

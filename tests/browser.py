@@ -18,10 +18,16 @@ from tests.patience import PATIENCE
 CHROMIUM, DRIVER = shutil.which('chromium'), shutil.which('chromedriver')
 WITHOUT = 'there is no chromium with its chromedriver here; Debian: apt install chromium-driver'
 FLAGS = (
-    '--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
-    '--disable-background-networking', '--disable-component-update', '--disable-sync',
+    '--headless',
+    '--no-sandbox',
+    '--disable-gpu',
+    '--disable-quic',
+    '--no-first-run',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
     '--window-size=1440,1300',
-)  # fmt: skip
+)
 MODEL = 'Bokeh.documents[0].get_model_by_name(arguments[0])'
 PART = f"""
 const view = Bokeh.index.find_one({MODEL});
@@ -78,11 +84,13 @@ class Page:
 
     def drawn(self) -> bool:
         """Whether the curves are on the screen."""
-        return bool(self.driver.execute_script(
-            "return Boolean(window.Bokeh && Bokeh.documents.length"
-            " && Bokeh.documents[0].get_model_by_name('horizon plot')"
-            " && Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name('horizon plot')))"
-        ))  # fmt: skip
+        return bool(
+            self.driver.execute_script(
+                'return Boolean(window.Bokeh && Bokeh.documents.length'
+                " && Bokeh.documents[0].get_model_by_name('horizon plot')"
+                " && Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name('horizon plot')))"
+            )
+        )
 
     @property
     def names(self) -> list[str]:

@@ -20,5 +20,6 @@ def cart(folder: Path) -> Robot:
     (folder / 'robot.yaml').write_text(
         'name: cart\ninput: torque\ncontrol_period: 0.01\nintegration_step: 0.01\n'
         'state_rate: 100\nepisode_seconds: 20\ngravity: {value: 9.81, unit: m/s2}\n'
-        'actuators: {rail: {limit: {value: 20, unit: N m}}}\nstart_poses: {nominal: {}}\n')
+        'actuators: {rail: {limit: {value: 20, unit: N m}}}\nstart_poses: {nominal: {}}\n'
+    )
     return load_robot(folder)

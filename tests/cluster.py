@@ -19,8 +19,14 @@ def local_cluster(workers: int) -> Iterator[Any]:
     import dask
 
     patient = dask.config.set({'distributed.deploy.lost-worker-timeout': PATIENCE})
-    with patient, distributed.LocalCluster(
-        n_workers=workers, threads_per_worker=1, host='127.0.0.1', dashboard_address=None,
-        silence_logs=50,
-    ) as cluster:  # fmt: skip
+    with (
+        patient,
+        distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            host='127.0.0.1',
+            dashboard_address=None,
+            silence_logs=50,
+        ) as cluster,
+    ):
         yield cluster

@@ -30,8 +30,9 @@ def pytest_configure(config: pytest.Config) -> None:
     given = getattr(config, 'workerinput', {}).get('seed') or config.option.hypothesis_seed
     drawn = '1' if 'CI' in os.environ else str(secrets.randbits(32))
     config.option.hypothesis_seed = given or drawn
-    settings.register_profile('patient', deadline=None, derandomize=False,
-                              suppress_health_check=[HealthCheck.too_slow])
+    settings.register_profile(
+        'patient', deadline=None, derandomize=False, suppress_health_check=[HealthCheck.too_slow]
+    )
     settings.load_profile('patient')
 
 

@@ -49,17 +49,26 @@ inputs: {pivot: {voltage: {expression: volts * 1}, enabled: on}}
 """
 EXPLANATION = {
     'verdict': 'named',
-    'effects': [{
-        'name': 'viscous_friction', 'where': 'pivot', 'error_before': 0.1, 'error_after': 0.01,
-        'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad', 'ci95': [0.9e-5, 1.1e-5]}},
-    }],
+    'effects': [
+        {
+            'name': 'viscous_friction',
+            'where': 'pivot',
+            'error_before': 0.1,
+            'error_after': 0.01,
+            'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad', 'ci95': [0.9e-5, 1.1e-5]}},
+        }
+    ],
     'constants': {'actuators.pivot.resistance': {'value': 9.0, 'unit': 'ohm'}},
     'provenance': {'robot': 'pendulum', 'bags': [{'path': 'a', 'sha256': 'b'}], 'date': 'today'},
 }
 LAW = EXPLANATION | {
-    'verdict': 'unknown', 'effects': [],
+    'verdict': 'unknown',
+    'effects': [],
     'unknown': {
-        'joint': 'pivot', 'source': 'found.py', 'error_before': 0.1, 'error_after': 0.01,
+        'joint': 'pivot',
+        'source': 'found.py',
+        'error_before': 0.1,
+        'error_after': 0.01,
         'model': {key: EXPLANATION[key] for key in ('effects', 'constants')},
     },
 }

@@ -25,5 +25,6 @@ def flywheel(folder: Path, motor: bool = True, gravity: float = 9.81) -> Robot:
         f'name: flywheel\ninput: {"voltage" if motor else "torque"}\ncontrol_period: 0.01\n'
         'integration_step: 0.01\nstate_rate: 100\nepisode_seconds: 20\n'
         f'gravity: {{value: {gravity}, unit: m/s2}}\nactuators: {MOTOR if motor else "{}"}\n'
-        'start_poses: {nominal: {}}\n')
+        'start_poses: {nominal: {}}\n'
+    )
     return load_robot(folder)

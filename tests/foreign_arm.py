@@ -24,8 +24,12 @@ from leo_sim.dynamics.rigid import Rigid
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 EPOCH = 1_700_000_000.0
 STATES, COMMANDS = '/omx/measured', '/omx/torque_goals'
-NAMES = {'joint3': 'omx_elbow', 'gripper': 'omx_gripper', 'joint1': 'omx_turn',
-         'joint2': 'omx_lift'}
+NAMES = {
+    'joint3': 'omx_elbow',
+    'gripper': 'omx_gripper',
+    'joint1': 'omx_turn',
+    'joint2': 'omx_lift',
+}
 SIGNS, OFFSETS = {'joint2': -1.0}, {'joint2': 0.2}
 NOISE = (2e-4, 5e-3)
 GOALS = {'joint1': (-0.7, 0.7), 'joint2': (-0.9, 0.7), 'joint3': (-0.3, 0.7)}
@@ -53,8 +57,9 @@ class Arm:
         added: Hidden mass on links, kg.
     """
 
-    def __init__(self, robot: Robot, torque: Torque | None = None,
-                 added: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self, robot: Robot, torque: Torque | None = None, added: Mapping[str, float] | None = None
+    ) -> None:
         self.joints, self.torque = robot.joint_names, torque
         self.limits = robot.limits
         values = {path: c.value for path, c in robot.constants.items()}
@@ -89,27 +94,47 @@ def run(arm: Arm, seconds: float, seed: int, noise: tuple[float, float] = NOISE)
     state, rows, sent = np.zeros(2 * size), [], []
     for start, end in pairwise(ticks):
         u = arm.controller(goals[int(start / 0.4)], state)
-        moved = solve_ivp(lambda _, y, u=u: arm.rate(y, u), (start, end), state, 'RK45',
-                          dense_output=True, rtol=1e-6, atol=1e-9)
+        moved = solve_ivp(
+            lambda _, y, u=u: arm.rate(y, u),
+            (start, end),
+            state,
+            'RK45',
+            dense_output=True,
+            rtol=1e-6,
+            atol=1e-9,
+        )
         rows += [moved.sol(t) for t in stamps[(stamps >= start) & (stamps < end)]]
         state = moved.y[:, -1]
         sent.append(u)
     q, dq = np.split(np.array(rows), 2, axis=1)
-    return Run(arm.joints, stamps, q + rng.normal(0, noise[0], q.shape),
-               dq + rng.normal(0, noise[1], dq.shape), ticks[:-1], np.array(sent))
+    return Run(
+        arm.joints,
+        stamps,
+        q + rng.normal(0, noise[0], q.shape),
+        dq + rng.normal(0, noise[1], dq.shape),
+        ticks[:-1],
+        np.array(sent),
+    )
 
 
 def write(folder: Path, happened: Run) -> Path:
     """Write a run as the arm's own software would: its names, order, signs and more joints."""
     rng = np.random.default_rng(7)
-    q, dq, u = (_theirs(happened, values, offsets) for values, offsets in (
-        (happened.q, OFFSETS), (happened.dq, {}), (happened.commands, {})))
+    q, dq, u = (
+        _theirs(happened, values, offsets)
+        for values, offsets in ((happened.q, OFFSETS), (happened.dq, {}), (happened.commands, {}))
+    )
     messages = [(t, STATES, _state(t, a, b)) for t, a, b in zip(happened.t, q, dq, strict=True)]
     messages += [(t, COMMANDS, _command(a)) for t, a in zip(happened.command_t, u, strict=True)]
     delayed = [(t + rng.uniform(3e-4, 5e-4), *rest) for t, *rest in messages]
     with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        connections = {name: writer.add_connection(name, kind, typestore=STORE) for name, kind in (
-            (STATES, 'sensor_msgs/msg/JointState'), (COMMANDS, 'std_msgs/msg/Float64MultiArray'))}
+        connections = {
+            name: writer.add_connection(name, kind, typestore=STORE)
+            for name, kind in (
+                (STATES, 'sensor_msgs/msg/JointState'),
+                (COMMANDS, 'std_msgs/msg/Float64MultiArray'),
+            )
+        }
         for log, topic, message in sorted(delayed, key=lambda m: m[0]):
             data = STORE.serialize_cdr(message, message.__msgtype__)
             writer.write(connections[topic], round((EPOCH + log) * 1e9), data)
@@ -118,8 +143,10 @@ def write(folder: Path, happened: Run) -> Path:
 
 def _theirs(happened: Run, values: np.ndarray, offsets: Mapping[str, float]) -> np.ndarray:
     """Values in their joints' order and signs; theirs = sign (ours - offset), 0 for others."""
-    columns = {joint: SIGNS.get(joint, 1.0) * (values[:, i] - offsets.get(joint, 0.0))
-               for i, joint in enumerate(happened.joints)}
+    columns = {
+        joint: SIGNS.get(joint, 1.0) * (values[:, i] - offsets.get(joint, 0.0))
+        for i, joint in enumerate(happened.joints)
+    }
     return np.column_stack([columns.get(joint, np.zeros(len(values))) for joint in NAMES])
 
 
@@ -138,11 +165,19 @@ def _command(u: np.ndarray) -> object:
 
 def topic_map(robot: Robot) -> str:
     """The topic map of these bags for the joints that a robot has."""
-    joints = {joint: {'name': NAMES[joint]} | ({'sign': -1, 'offset': OFFSETS[joint]}
-                                               if joint in SIGNS else {})
-              for joint in robot.joint_names}
-    return yaml.safe_dump({'topics': {'joint_states': STATES, 'commands': COMMANDS},
-                           'joints': joints, 'command_order': list(NAMES)}, sort_keys=False)
+    joints = {
+        joint: {'name': NAMES[joint]}
+        | ({'sign': -1, 'offset': OFFSETS[joint]} if joint in SIGNS else {})
+        for joint in robot.joint_names
+    }
+    return yaml.safe_dump(
+        {
+            'topics': {'joint_states': STATES, 'commands': COMMANDS},
+            'joints': joints,
+            'command_order': list(NAMES),
+        },
+        sort_keys=False,
+    )
 
 
 def viscous(robot: Robot, joint: str, b: float) -> Torque:

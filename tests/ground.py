@@ -40,20 +40,29 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
     q, dq, volts = (np.array(column) for column in zip(*rows, strict=True))
     shape = q.shape
     q, dq = q + NOISE[0] * rng.standard_normal(shape), dq + NOISE[1] * rng.standard_normal(shape)
-    episode = Episode(0.01 * np.arange(len(q)), q, dq, np.clip(volts, -8.6, 8.6),
-                      np.ones((len(q), 6), bool))  # fmt: skip
+    episode = Episode(
+        0.01 * np.arange(len(q)), q, dq, np.clip(volts, -8.6, 8.6), np.ones((len(q), 6), bool)
+    )
     held = str(LEO.start_poses[start].held).lower()
-    return Recording(Path(start), '0' * 64, tuple(LEO.joint_names),
-                     tuple(a.joint for a in LEO.actuators), 'voltage', 0.03, (episode,),
-                     {'held': held})  # fmt: skip
+    return Recording(
+        Path(start),
+        '0' * 64,
+        tuple(LEO.joint_names),
+        tuple(a.joint for a in LEO.actuators),
+        'voltage',
+        0.03,
+        (episode,),
+        {'held': held},
+    )
 
 
 def scanned(model, bag):
     """The settled windows of a bag, the model as given fitted to them, and its scanner."""
     windows = cut([bag], 0.1)
     kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
-    problem = Problem(model, windows.take(kept), SIGMA, np.ones(len(kept), bool), ON_GROUND,
-                      linearisation)  # fmt: skip
+    problem = Problem(
+        model, windows.take(kept), SIGMA, np.ones(len(kept), bool), ON_GROUND, linearisation
+    )
     null = fit(problem, Hypothesis())
     return problem, null, GroundScanner(problem, null, scales_of(model, windows))
 

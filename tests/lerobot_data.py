@@ -13,28 +13,41 @@ JOINTS = ('shoulder_pan', 'gripper')
 
 
 def write_lerobot(
-    folder: Path, episodes: Sequence[tuple[np.ndarray, np.ndarray]], fps: float = 30.0,
-    joints: Sequence[str] = JOINTS, files: int = 1,
+    folder: Path,
+    episodes: Sequence[tuple[np.ndarray, np.ndarray]],
+    fps: float = 30.0,
+    joints: Sequence[str] = JOINTS,
+    files: int = 1,
 ) -> Path:
     """Write episodes of (observation.state, action), each of shape (T, J) in their units."""
     info = {
-        'codebase_version': 'v3.0', 'robot_type': 'so101_follower', 'fps': fps,
-        'total_episodes': len(episodes), 'chunks_size': 1000,
+        'codebase_version': 'v3.0',
+        'robot_type': 'so101_follower',
+        'fps': fps,
+        'total_episodes': len(episodes),
+        'chunks_size': 1000,
         'data_path': 'data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet',
         'features': {
-            name: {'dtype': 'float32', 'shape': [len(joints)],
-                   'names': [f'{joint}.pos' for joint in joints]}
+            name: {
+                'dtype': 'float32',
+                'shape': [len(joints)],
+                'names': [f'{joint}.pos' for joint in joints],
+            }
             for name in ('action', 'observation.state')
-        } | {
+        }
+        | {
             'observation.images.front': {
-                'dtype': 'video', 'shape': [480, 640, 3], 'names': ['height', 'width', 'channels'],
+                'dtype': 'video',
+                'shape': [480, 640, 3],
+                'names': ['height', 'width', 'channels'],
             },
             'timestamp': {'dtype': 'float32', 'shape': [1], 'names': None},
-        } | {
+        }
+        | {
             name: {'dtype': 'int64', 'shape': [1], 'names': None}
             for name in ('frame_index', 'episode_index', 'index', 'task_index')
         },
-    }  # fmt: skip
+    }
     (folder / 'meta').mkdir(parents=True)
     (folder / 'meta/info.json').write_text(json.dumps(info))
     (folder / 'data/chunk-000').mkdir(parents=True)
@@ -49,12 +62,14 @@ def _frames(number: int, state: np.ndarray, action: np.ndarray, fps: float) -> p
     count = len(state)
     frame = np.arange(count)
     vectors = pa.list_(pa.float32())
-    return pa.table({
-        'action': pa.array(action.tolist(), vectors),
-        'observation.state': pa.array(state.tolist(), vectors),
-        'timestamp': pa.array(frame / fps, pa.float32()),
-        'frame_index': pa.array(frame, pa.int64()),
-        'episode_index': pa.array(np.full(count, number), pa.int64()),
-        'index': pa.array(frame, pa.int64()),
-        'task_index': pa.array(np.zeros(count), pa.int64()),
-    })
+    return pa.table(
+        {
+            'action': pa.array(action.tolist(), vectors),
+            'observation.state': pa.array(state.tolist(), vectors),
+            'timestamp': pa.array(frame / fps, pa.float32()),
+            'frame_index': pa.array(frame, pa.int64()),
+            'episode_index': pa.array(np.full(count, number), pa.int64()),
+            'index': pa.array(frame, pa.int64()),
+            'task_index': pa.array(np.zeros(count), pa.int64()),
+        }
+    )

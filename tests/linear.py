@@ -28,8 +28,13 @@ def posed(fold: Array) -> Any:
     """What a selection reads of a problem: windows of one recording, all trained on."""
     count = len(fold)
     windows = SimpleNamespace(source=np.zeros(count, dtype=int), count=count)
-    problem = SimpleNamespace(train=np.ones(count, dtype=bool), fold=fold, windows=windows,
-                              gates=SETTINGS.gates, numerics=SETTINGS.numerics)  # fmt: skip
+    problem = SimpleNamespace(
+        train=np.ones(count, dtype=bool),
+        fold=fold,
+        windows=windows,
+        gates=SETTINGS.gates,
+        numerics=SETTINGS.numerics,
+    )
     return SimpleNamespace(problem=problem, longer=None)
 
 
@@ -63,8 +68,15 @@ def scored(names: Sequence[str], left: Array, fold: Array) -> Scored:
     samples = 40
     residual = np.sqrt(2 * left / samples)[:, None] * np.ones(samples)
     hypothesis, count = free(names), len(names)
-    fitted = Fit(hypothesis, np.ones(count), np.eye(count), np.zeros((len(left), STATES)),
-                 left, residual, np.zeros((len(left), samples, count)))  # fmt: skip
+    fitted = Fit(
+        hypothesis,
+        np.ones(count),
+        np.eye(count),
+        np.zeros((len(left), STATES)),
+        left,
+        residual,
+        np.zeros((len(left), samples, count)),
+    )
     return Scored(Estimate(posed(fold), fitted), left, fold)
 
 
@@ -95,8 +107,9 @@ class Regression:
         fits = [self.refitted(base, h) for h in larger]
         return Extension(base, tuple(fits), (), self.threshold)
 
-    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
-                 ) -> Estimate:
+    def refitted(
+        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+    ) -> Estimate:
         """Another hypothesis; where it starts from does not matter."""
         return solved(self.at, hypothesis, self.data, self.columns)
 

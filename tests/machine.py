@@ -14,14 +14,19 @@ from threadpoolctl import threadpool_info
 
 def described(seed: object) -> list[str]:
     """What repeats a run: lines of processor, kernel of BLAS, numba's target, hypothesis' seed."""
-    kernels = {f'{pool["architecture"]} ({pool["internal_api"]} {pool["version"]})'
-               for pool in threadpool_info() if pool['user_api'] == 'blas'}  # fmt: skip
+    kernels = {
+        f'{pool["architecture"]} ({pool["internal_api"]} {pool["version"]})'
+        for pool in threadpool_info()
+        if pool['user_api'] == 'blas'
+    }
     host = llvmlite.binding.get_host_cpu_name()
     numba = os.environ.get('NUMBA_CPU_NAME')
-    return [f'processor: {_processor()}, {os.cpu_count()} cores',
-            f'kernel of BLAS: {", ".join(sorted(kernels))}',
-            f'numba compiles for: {numba or host}' + f' (on {host})' * (numba is not None),
-            f'to repeat hypothesis: --hypothesis-seed={seed}']  # fmt: skip
+    return [
+        f'processor: {_processor()}, {os.cpu_count()} cores',
+        f'kernel of BLAS: {", ".join(sorted(kernels))}',
+        f'numba compiles for: {numba or host}' + f' (on {host})' * (numba is not None),
+        f'to repeat hypothesis: --hypothesis-seed={seed}',
+    ]
 
 
 def _processor() -> str:

@@ -35,8 +35,12 @@ def dynamic(stamp_ns: int, joints: Mapping[str, Mapping[str, float]]) -> bytes:
 
 
 def state(
-    stamp_ns: int, names: Sequence[str], q: Sequence[float], dq: Sequence[float] = (),
-    effort: Sequence[float] = (), frame: str = '',
+    stamp_ns: int,
+    names: Sequence[str],
+    q: Sequence[float],
+    dq: Sequence[float] = (),
+    effort: Sequence[float] = (),
+    frame: str = '',
 ) -> bytes:
     """A sensor_msgs/JointState of a frame."""
     columns = (np.array(values, float) for values in (q, dq, effort))
@@ -44,7 +48,7 @@ def state(
 
 
 def trajectory(
-    stamp_ns: int, names: Sequence[str], points: Mapping[int, Sequence[float]],
+    stamp_ns: int, names: Sequence[str], points: Mapping[int, Sequence[float]]
 ) -> bytes:
     """A trajectory_msgs/JointTrajectory of goals by their time from its start [ns]."""
     made = [_point(goal, after) for after, goal in points.items()]
@@ -53,7 +57,7 @@ def trajectory(
 
 
 def controller_state(
-    stamp_ns: int, names: Sequence[str], goal: Sequence[float], fields: Sequence[str],
+    stamp_ns: int, names: Sequence[str], goal: Sequence[float], fields: Sequence[str]
 ) -> bytes:
     """A control_msgs/JointTrajectoryControllerState; `fields` are those of its version."""
     name, store = CONTROLLER_STATE, get_typestore(Stores.ROS2_JAZZY)
@@ -69,14 +73,16 @@ def controller_state(
 def _header(stamp_ns: int, frame: str = '') -> object:
     kinds = cdr.typestore().types
     return kinds['std_msgs/msg/Header'](
-        kinds['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9)), frame)
+        kinds['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9)), frame
+    )
 
 
 def _point(goal: Sequence[float], after_ns: int) -> object:
     kinds, none = cdr.typestore().types, np.array([])
     after = kinds['builtin_interfaces/msg/Duration'](*divmod(after_ns, 10**9))
     return kinds['trajectory_msgs/msg/JointTrajectoryPoint'](
-        np.array(goal, float), none, none, none, after)
+        np.array(goal, float), none, none, none, after
+    )
 
 
 def write_bag(folder: Path, messages: Iterable[tuple[str, str, int, bytes]]) -> Path:

@@ -17,8 +17,12 @@ FIRST = SETTINGS.changed(most_effects=1, pairs=0)
 """Single effects against the model as given, and nothing on top of them."""
 
 
-def searched(data: Sequence[Recording], model: Model, settings: Settings = SETTINGS,
-             hold_out: Sequence[Recording] = ()) -> Search:
+def searched(
+    data: Sequence[Recording],
+    model: Model,
+    settings: Settings = SETTINGS,
+    hold_out: Sequence[Recording] = (),
+) -> Search:
     """What is chosen from all effects of the catalogue."""
     return search([*data, *hold_out], model, pose(data, hold_out, model, settings))
 

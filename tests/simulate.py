@@ -53,8 +53,8 @@ def record(
     inputs = steps(robot, seconds, seed) if inputs is None else inputs
     enabled, push = physics.pop('enabled', None), physics.pop('push', None)
     model = Model(robot, effects, **{'engine': 'rigid', **physics})
-    q, dq = _stepped(model, inputs) if model.engine == 'rk4' else _rolled(
-        model, inputs, enabled, push
+    q, dq = (
+        _stepped(model, inputs) if model.engine == 'rk4' else _rolled(model, inputs, enabled, push)
     )
     count, rng = len(inputs), np.random.default_rng([seed, 1])
     q = q[:count] + rng.normal(0, noise[0], q[:count].shape)
@@ -62,18 +62,30 @@ def record(
     on = np.ones(inputs.shape, dtype=bool) if enabled is None else enabled
     episode = Episode(DT * np.arange(count), q, dq, inputs, on)
     return Recording(
-        Path(f'simulated_{seed}'), '0' * 64, tuple(robot.joint_names),
-        tuple(a.joint for a in robot.actuators), robot.input, DT, (episode,), {},
-    )  # fmt: skip
+        Path(f'simulated_{seed}'),
+        '0' * 64,
+        tuple(robot.joint_names),
+        tuple(a.joint for a in robot.actuators),
+        robot.input,
+        DT,
+        (episode,),
+        {},
+    )
 
 
 def rounded(recording: Recording, seed: int = 0) -> Recording:
     """The same run as another processor might have rounded it: moved by 1e-12 of its size."""
     rng = np.random.default_rng(seed)
     moved = tuple(
-        replace(e, **{name: x * (1 + 1e-12 * rng.standard_normal(x.shape))
-                      for name, x in (('q', e.q), ('dq', e.dq), ('inputs', e.inputs))})
-        for e in recording.episodes)  # fmt: skip
+        replace(
+            e,
+            **{
+                name: x * (1 + 1e-12 * rng.standard_normal(x.shape))
+                for name, x in (('q', e.q), ('dq', e.dq), ('inputs', e.inputs))
+            },
+        )
+        for e in recording.episodes
+    )
     return replace(recording, episodes=moved)
 
 
@@ -81,19 +93,27 @@ def bag(folder: Path, recording: Recording) -> Path:
     """Write a recording as a rosbag2 folder."""
     interface = INTERFACES[recording.input]
     runs = [
-        Run(e.t, recording.joints, e.q, e.dq,
-            inputs={a: {interface: e.inputs[:, i], 'enabled': e.enabled[:, i].astype(float)}
-                    for i, a in enumerate(recording.actuators)})
+        Run(
+            e.t,
+            recording.joints,
+            e.q,
+            e.dq,
+            inputs={
+                a: {interface: e.inputs[:, i], 'enabled': e.enabled[:, i].astype(float)}
+                for i, a in enumerate(recording.actuators)
+            },
+        )
         for e in recording.episodes
-    ]  # fmt: skip
+    ]
     return write_runs(folder, runs, {})
 
 
 def _rolled(model: Model, inputs: np.ndarray, enabled: Any, push: Any) -> tuple[Any, Any]:
     start = model.start('nominal')
     batch = [None if x is None else x[None] for x in (enabled, push)]
-    q, dq = rollout(model, start.q[None], start.dq[None], inputs[None], DT,
-                    enabled=batch[0], push=batch[1])  # fmt: skip
+    q, dq = rollout(
+        model, start.q[None], start.dq[None], inputs[None], DT, enabled=batch[0], push=batch[1]
+    )
     return q[0], dq[0]
 
 

@@ -23,12 +23,21 @@ def did(motion: str, *effects: Placed, seconds: float = 3.0, seed: int = 1) -> R
     model = Model(LEO, effects, engine='rigid', scheme='training')
     rng = np.random.default_rng([seed, 1])
     episodes = tuple(
-        replace(e, q=e.q + rng.normal(0, NOISE[0], e.q.shape),
-                dq=e.dq + rng.normal(0, NOISE[1], e.dq.shape))
+        replace(
+            e,
+            q=e.q + rng.normal(0, NOISE[0], e.q.shape),
+            dq=e.dq + rng.normal(0, NOISE[1], e.dq.shape),
+        )
         for e in performed(MotionRun(motion, seed, seconds), model, 0.01)
-    )  # fmt: skip
+    )
     held = str(LEO.start_poses[MOTIONS[motion].start].held).lower()
     return Recording(
-        Path(motion), '0' * 64, tuple(LEO.joint_names), tuple(a.joint for a in LEO.actuators),
-        'voltage', 0.03, episodes, {'held': held},
-    )  # fmt: skip
+        Path(motion),
+        '0' * 64,
+        tuple(LEO.joint_names),
+        tuple(a.joint for a in LEO.actuators),
+        'voltage',
+        0.03,
+        episodes,
+        {'held': held},
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_diffmodel, for pip and for colcon."""
+
 from glob import glob
 from xml.etree import ElementTree
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_sim, for pip and for colcon."""
+
 from glob import glob
 from xml.etree import ElementTree
 
@@ -16,9 +17,15 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.11',
     packages=find_packages(),
-    package_data={PACKAGE: [
-        'py.typed', 'description/robots/*/*', 'description/robots/*/models/*.yaml',
-        'description/servos/*.yaml', 'description/servos/models/*.yaml']},
+    package_data={
+        PACKAGE: [
+            'py.typed',
+            'description/robots/*/*',
+            'description/robots/*/models/*.yaml',
+            'description/servos/*.yaml',
+            'description/servos/models/*.yaml',
+        ]
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

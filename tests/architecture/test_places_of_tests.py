@@ -61,13 +61,16 @@ def slow_as_a_whole(source: str) -> bool:
     """Whether a whole test or file is marked slow, not some cases of a test."""
     tree = ast.parse(source)
     decorators = [
-        mark for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) for mark in node.decorator_list
-    ]  # fmt: skip
+        mark
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.ClassDef)
+        for mark in node.decorator_list
+    ]
     of_files = [
-        node.value for node in tree.body
+        node.value
+        for node in tree.body
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'pytestmark'
-    ]  # fmt: skip
+    ]
     slow = 'pytest.mark.slow'
     return slow in map(ast.unparse, decorators) or any(slow in ast.unparse(m) for m in of_files)
 
@@ -76,10 +79,13 @@ def test_what_is_slow_is_a_case_of_a_test_that_stays() -> None:
     assert [f for f in FILES if slow_as_a_whole((TESTS / f).read_text())] == [REAL_TIME]
 
 
-@pytest.mark.parametrize('source', [
-    '@pytest.mark.slow\ndef test_a():\n    pass',
-    'pytestmark = pytest.mark.slow',
-    'pytestmark = [pytest.mark.graph, pytest.mark.slow]',
-])
+@pytest.mark.parametrize(
+    'source',
+    [
+        '@pytest.mark.slow\ndef test_a():\n    pass',
+        'pytestmark = pytest.mark.slow',
+        'pytestmark = [pytest.mark.graph, pytest.mark.slow]',
+    ],
+)
 def test_a_test_without_a_quick_case_is_noticed(source: str) -> None:
     assert slow_as_a_whole(source)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who may import whom (the tables in docs/architecture.md), read from the source."""
+
 import ast
 from collections.abc import Iterator
 from functools import cache
@@ -14,8 +15,10 @@ PRODUCT = ('leo_msgs_py', 'leo_sim', 'leo_diffmodel', 'leo_learner')
 LABORATORY = 'leo_lab'
 OURS = (*PRODUCT, LABORATORY)
 """Each may import those before it."""
-HOMES = {**{package: ROOT / 'src' / package for package in PRODUCT},
-         LABORATORY: ROOT / 'benchmarks/laboratory'}
+HOMES = {
+    **{package: ROOT / 'src' / package for package in PRODUCT},
+    LABORATORY: ROOT / 'benchmarks/laboratory',
+}
 """The folder that holds each package."""
 MODULES = {
     '.'.join(path.relative_to(HOMES[package]).with_suffix('').parts).removesuffix(
@@ -35,9 +38,17 @@ TRUTH = 'leo_sim.truth.hidden'
 MAY_SEE_THE_TRUTH = {'leo_sim.drivers.simulated', 'leo_sim.verbs.reveal'}
 ENGINES = {'pybullet': 'leo_sim.dynamics.pybullet', 'mujoco': 'leo_sim.references.mujoco'}
 ROS = {
-    'rclpy', 'builtin_interfaces', 'control_msgs', 'diagnostic_msgs', 'rcl_interfaces',
-    'rosgraph_msgs', 'sensor_msgs', 'std_msgs', 'std_srvs', 'type_description_interfaces',
-}  # fmt: skip
+    'rclpy',
+    'builtin_interfaces',
+    'control_msgs',
+    'diagnostic_msgs',
+    'rcl_interfaces',
+    'rosgraph_msgs',
+    'sensor_msgs',
+    'std_msgs',
+    'std_srvs',
+    'type_description_interfaces',
+}
 NEED_ROS = (
     'leo_msgs_py.hostile',
     'leo_msgs_py.node',
@@ -56,11 +67,17 @@ NEED_ROS = (
 MAX_FUNCTION_LINES = 60
 DRIVERS = 'leo_sim.drivers'
 HARDWARE = (DRIVERS, 'leo_sim.description.servos', 'dynamixel_sdk', 'scservo_sdk')
-ANY_DRIVER = tuple(f'{DRIVERS}.{name}'
-                   for name in ('base', 'safety', 'goal_safety', 'faults', 'apart', 'check'))
+ANY_DRIVER = tuple(
+    f'{DRIVERS}.{name}' for name in ('base', 'safety', 'goal_safety', 'faults', 'apart', 'check')
+)
 """What every driver has; what stands between it and a command; the suite that tries any."""
-ONE_DRIVER = (DRIVERS, 'leo_sim.description', 'leo_sim.verbs.skeleton', 'leo_sim.verbs.robot',
-              'leo_sim.nodes.servo_bus')
+ONE_DRIVER = (
+    DRIVERS,
+    'leo_sim.description',
+    'leo_sim.verbs.skeleton',
+    'leo_sim.verbs.robot',
+    'leo_sim.nodes.servo_bus',
+)
 """What knows of servos: drivers, their bus, robot.yaml and what writes it."""
 LOADERS = ('leo_sim.nodes.robot', 'leo_sim.verbs.check_driver')
 """What builds a driver by its name."""
@@ -69,30 +86,77 @@ BLIND = 'leo_lab.blind'
 KINDS = ('dynamixel', 'feetech', 'replay')
 EXPLAIN = 'leo_diffmodel.explain'
 EXPLAIN_ROOMS = (
-    'settings', 'problem', 'estimate', 'select', 'unknown', 'findings', 'decide', 'tell',
+    'settings',
+    'problem',
+    'estimate',
+    'select',
+    'unknown',
+    'findings',
+    'decide',
+    'tell',
     'explanation',
-)  # fmt: skip
+)
 """The rooms of explain; each may import those before it, late imports included."""
 STAGES = (
-    'bags', 'outside', 'compare', 'faults', 'explain', 'check', 'add', 'difference', 'next_run',
-    'picture', 'report', 'watch', 'nodes', 'verbs',
-)  # fmt: skip
+    'bags',
+    'outside',
+    'compare',
+    'faults',
+    'explain',
+    'check',
+    'add',
+    'difference',
+    'next_run',
+    'picture',
+    'report',
+    'watch',
+    'nodes',
+    'verbs',
+)
 """The rooms of leo_diffmodel, likewise."""
 PURE = ('decide', 'tell')
 """They read findings: nothing is fitted, settled or predicted there, nor where they import."""
-FIT = tuple(f'{EXPLAIN}.{name}' for name in (
-    'problem.pose', 'problem.linearisation', 'estimate.fit', 'estimate.settle', 'estimate.contact',
-    'estimate.smooth', 'estimate.own_constants', 'select.sets', 'select.search', 'unknown',
-    'findings.collect',
-))  # fmt: skip
-PREDICT = ('leo_diffmodel.compare.pushes', 'leo_diffmodel.compare.errors',
-           f'{EXPLAIN}.problem.shooting', 'leo_sim.model.batch', 'leo_sim.model.rollout')
+FIT = tuple(
+    f'{EXPLAIN}.{name}'
+    for name in (
+        'problem.pose',
+        'problem.linearisation',
+        'estimate.fit',
+        'estimate.settle',
+        'estimate.contact',
+        'estimate.smooth',
+        'estimate.own_constants',
+        'select.sets',
+        'select.search',
+        'unknown',
+        'findings.collect',
+    )
+)
+PREDICT = (
+    'leo_diffmodel.compare.pushes',
+    'leo_diffmodel.compare.errors',
+    f'{EXPLAIN}.problem.shooting',
+    'leo_sim.model.batch',
+    'leo_sim.model.rollout',
+)
 
 
 ROOMS = (
-    'common', 'description', 'kinematics', 'effects', 'laws', 'dynamics', 'references', 'model',
-    'export', 'task', 'truth', 'drivers', 'nodes', 'verbs',
-)  # fmt: skip
+    'common',
+    'description',
+    'kinematics',
+    'effects',
+    'laws',
+    'dynamics',
+    'references',
+    'model',
+    'export',
+    'task',
+    'truth',
+    'drivers',
+    'nodes',
+    'verbs',
+)
 """The rooms of leo_sim, likewise."""
 
 
@@ -198,12 +262,15 @@ def test_the_product_imports_nothing_that_examines_it() -> None:
     assert named == []
 
 
-@pytest.mark.parametrize('source', [
-    'from leo_lab.workers import Workers',
-    'def f():\n    from benchmarks import rig',
-    'import log_faults',
-    'if TYPE_CHECKING:\n    import leo_lab.blind.case',
-])
+@pytest.mark.parametrize(
+    'source',
+    [
+        'from leo_lab.workers import Workers',
+        'def f():\n    from benchmarks import rig',
+        'import log_faults',
+        'if TYPE_CHECKING:\n    import leo_lab.blind.case',
+    ],
+)
 def test_what_examines_is_noticed_where_the_product_imports_it(source: str) -> None:
     assert examiners(source)
 
@@ -291,8 +358,9 @@ def of_rooms(package: str, rooms: tuple[str, ...]) -> list[str]:
     return [m for m in MODULES if room(m, package) in rooms]
 
 
-@pytest.mark.parametrize(('package', 'rooms'), [
-    ('leo_sim', ROOMS), ('leo_diffmodel', STAGES), (EXPLAIN, EXPLAIN_ROOMS)])
+@pytest.mark.parametrize(
+    ('package', 'rooms'), [('leo_sim', ROOMS), ('leo_diffmodel', STAGES), (EXPLAIN, EXPLAIN_ROOMS)]
+)
 def test_a_room_imports_only_those_before_it(package: str, rooms: tuple[str, ...]) -> None:
     files = of_rooms(package, rooms)
     found = {m: later_rooms(m, MODULES[m].read_text(), package, rooms) for m in files}
@@ -300,11 +368,14 @@ def test_a_room_imports_only_those_before_it(package: str, rooms: tuple[str, ...
     assert {room(m, package) for m in files} == set(rooms)
 
 
-@pytest.mark.parametrize(('package', 'rooms', 'module', 'source'), [
-    ('leo_sim', ROOMS, 'leo_sim.laws.laws', 'from leo_sim.dynamics import ground'),
-    ('leo_diffmodel', STAGES, f'{EXPLAIN}.problem.cut', 'import leo_diffmodel.check.traces'),
-    (EXPLAIN, EXPLAIN_ROOMS, f'{EXPLAIN}.problem.pose', f'import {EXPLAIN}.estimate.fit'),
-])
+@pytest.mark.parametrize(
+    ('package', 'rooms', 'module', 'source'),
+    [
+        ('leo_sim', ROOMS, 'leo_sim.laws.laws', 'from leo_sim.dynamics import ground'),
+        ('leo_diffmodel', STAGES, f'{EXPLAIN}.problem.cut', 'import leo_diffmodel.check.traces'),
+        (EXPLAIN, EXPLAIN_ROOMS, f'{EXPLAIN}.problem.pose', f'import {EXPLAIN}.estimate.fit'),
+    ],
+)
 def test_a_later_room_is_noticed(
     package: str, rooms: tuple[str, ...], module: str, source: str
 ) -> None:
@@ -325,8 +396,9 @@ def test_no_files_import_each_other_in_a_circle(package: str) -> None:
     assert files and in_circles(files) == set()
 
 
-@pytest.mark.parametrize('late', [
-    'def f():\n    import a.one', 'if TYPE_CHECKING:\n    from a.one import One'])
+@pytest.mark.parametrize(
+    'late', ['def f():\n    import a.one', 'if TYPE_CHECKING:\n    from a.one import One']
+)
 def test_a_circle_is_noticed(late: str) -> None:
     assert in_circles({'a.one': 'from a import two', 'a.two': late}) == {'a.one', 'a.two'}
 
@@ -355,30 +427,40 @@ def test_verdict_rows_and_sentences_are_read_off_findings() -> None:
     assert all(any(within(m, known) for m in MODULES) for known in FIT)
 
 
-@pytest.mark.parametrize('source', [
-    f'from {EXPLAIN}.estimate.fit import fit',
-    f'def f():\n    from {EXPLAIN}.findings.parts import without',
-    f'from {EXPLAIN}.problem.shooting import predict',
-    'from leo_sim.model import rollout',
-    'def f():\n    from leo_diffmodel.compare.errors import predict_windows',
-])
+@pytest.mark.parametrize(
+    'source',
+    [
+        f'from {EXPLAIN}.estimate.fit import fit',
+        f'def f():\n    from {EXPLAIN}.findings.parts import without',
+        f'from {EXPLAIN}.problem.shooting import predict',
+        'from leo_sim.model import rollout',
+        'def f():\n    from leo_diffmodel.compare.errors import predict_windows',
+    ],
+)
 def test_a_fit_or_a_prediction_in_a_verdict_is_noticed(source: str) -> None:
     assert computing(f'{EXPLAIN}.decide.verdict', source)
 
 
 def numbers(source: str) -> list[str]:
     """Names at the top of a module that hold numbers, or what the settings were at import."""
-    made = [(node.targets if isinstance(node, ast.Assign) else [node.target], node.value)
-            for node in ast.parse(source).body
-            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value]  # fmt: skip
-    return [ast.unparse(target) for targets, value in made if any(map(_is_number, ast.walk(value)))
-            for target in targets]  # fmt: skip
+    made = [
+        (node.targets if isinstance(node, ast.Assign) else [node.target], node.value)
+        for node in ast.parse(source).body
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value
+    ]
+    return [
+        ast.unparse(target)
+        for targets, value in made
+        if any(map(_is_number, ast.walk(value)))
+        for target in targets
+    ]
 
 
 def _is_number(node: ast.AST) -> bool:
     named = node.attr if isinstance(node, ast.Attribute) else getattr(node, 'id', '')
     return named in ('SETTINGS', 'pi', 'e', 'inf', 'nan') or (
-        isinstance(node, ast.Constant) and type(node.value) in (int, float))  # fmt: skip
+        isinstance(node, ast.Constant) and type(node.value) in (int, float)
+    )
 
 
 def test_all_numbers_of_explain_are_settings_that_travel_with_the_problem() -> None:
@@ -388,24 +470,41 @@ def test_all_numbers_of_explain_are_settings_that_travel_with_the_problem() -> N
     found = {module: numbers(source) for module, source in sources.items()}
     assert {module: names for module, names in found.items() if names} == {}
     defaults = {f'{EXPLAIN}.settings.{name}' for name in ('SETTINGS', 'settings_for')}
-    doors = {module for module, source in sources.items()
-             if defaults.intersection(imports(source, module))}  # fmt: skip
+    doors = {
+        module
+        for module, source in sources.items()
+        if defaults.intersection(imports(source, module))
+    }
     assert doors == {f'{EXPLAIN}.explanation', f'{EXPLAIN}.problem.pose'}
 
 
-@pytest.mark.parametrize('source', [
-    'HUBER = 2.5', 'MOST, SCALES = 4, (1.0, 0.3)', 'RIDGE: float = -1e-9', 'TURN = np.pi',
-    'NEARBY = np.linspace(-1.0, 1.0, 33)', 'MARGIN = SETTINGS.gates.margin_nats',
-    "WIDTHS = {'narrow': 0.1}", 'STILL = Motor(0.0, 0.0)',
-])
+@pytest.mark.parametrize(
+    'source',
+    [
+        'HUBER = 2.5',
+        'MOST, SCALES = 4, (1.0, 0.3)',
+        'RIDGE: float = -1e-9',
+        'TURN = np.pi',
+        'NEARBY = np.linspace(-1.0, 1.0, 33)',
+        'MARGIN = SETTINGS.gates.margin_nats',
+        "WIDTHS = {'narrow': 0.1}",
+        'STILL = Motor(0.0, 0.0)',
+    ],
+)
 def test_a_number_at_the_top_of_a_module_is_noticed(source: str) -> None:
     assert numbers(source)
 
 
-@pytest.mark.parametrize('source', [
-    "NAMES = ('q', 'dq')", 'Array = np.ndarray', 'def f():\n    most = 3', 'TRUE = True',
-    '_started: list[Future] = []',
-])
+@pytest.mark.parametrize(
+    'source',
+    [
+        "NAMES = ('q', 'dq')",
+        'Array = np.ndarray',
+        'def f():\n    most = 3',
+        'TRUE = True',
+        '_started: list[Future] = []',
+    ],
+)
 def test_texts_and_types_are_no_numbers(source: str) -> None:
     assert numbers(source) == []
 
@@ -414,19 +513,30 @@ def test_every_number_of_explain_is_read() -> None:
     texts = ''.join(MODULES[m].read_text() for m in of_rooms('leo_diffmodel', ('explain',)))
     read = set(re.findall(r'\.(\w+)', texts))
     tables = [MODULES[f'{EXPLAIN}.settings.{part}'] for part in ('gates', 'numerics', 'grids')]
-    kept = [ast.unparse(n.target) for path in tables for n in ast.walk(ast.parse(path.read_text()))
-            if isinstance(n, ast.AnnAssign)]  # fmt: skip
+    kept = [
+        ast.unparse(n.target)
+        for path in tables
+        for n in ast.walk(ast.parse(path.read_text()))
+        if isinstance(n, ast.AnnAssign)
+    ]
     assert len(kept) > 100 and [name for name in kept if name not in read] == []
 
 
 def of_one_driver(module: str, source: str) -> list[str]:
     """Name what a module knows of which driver runs: imports, and drivers' names as texts."""
     loads = [DRIVERS, f'{DRIVERS}.load_driver'] if module in LOADERS else []
-    found = [name for name in imports(source, module)
-             if any(within(name, place) for place in HARDWARE)
-             and not any(within(name, place) for place in ANY_DRIVER) and name not in loads]
-    texts = [node.value for node in ast.walk(ast.parse(source))
-             if isinstance(node, ast.Constant) and node.value in KINDS]
+    found = [
+        name
+        for name in imports(source, module)
+        if any(within(name, place) for place in HARDWARE)
+        and not any(within(name, place) for place in ANY_DRIVER)
+        and name not in loads
+    ]
+    texts = [
+        node.value
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Constant) and node.value in KINDS
+    ]
     return [*found, *texts]
 
 
@@ -437,12 +547,15 @@ def test_nobody_but_drivers_knows_which_driver_runs() -> None:
     assert {module: names for module, names in known.items() if names} == {}
 
 
-@pytest.mark.parametrize('source', [
-    "if driver == 'dynamixel':\n    pass",
-    'from leo_sim.drivers.dynamixel import DynamixelDriver',
-    'from leo_sim.drivers import load_driver',
-    'import scservo_sdk',
-])
+@pytest.mark.parametrize(
+    'source',
+    [
+        "if driver == 'dynamixel':\n    pass",
+        'from leo_sim.drivers.dynamixel import DynamixelDriver',
+        'from leo_sim.drivers import load_driver',
+        'import scservo_sdk',
+    ],
+)
 def test_a_branch_on_the_driver_is_noticed(source: str) -> None:
     assert of_one_driver('leo_learner.learning', source)
 
@@ -458,9 +571,11 @@ def test_files_start_with_their_licence() -> None:
 
 def too_long(source: str) -> list[str]:
     """Functions of more than a page, with their lines."""
-    lines = [(node.name, (node.end_lineno or node.lineno) - node.lineno + 1)
-             for node in ast.walk(ast.parse(source))
-             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    lines = [
+        (node.name, (node.end_lineno or node.lineno) - node.lineno + 1)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
     return [f'{name} ({count} lines)' for name, count in lines if count > MAX_FUNCTION_LINES]
 
 

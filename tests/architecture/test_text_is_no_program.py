@@ -9,9 +9,18 @@ import pytest
 from tests.architecture.test_source import imports, MODULES
 
 RUN = (
-    'exec', 'eval', 'compile', '__import__', 'os.system', 'os.popen', 'torch.load', 'yaml.load',
-    'yaml.unsafe_load', 'yaml.full_load', 'importlib.util.spec_from_file_location',
-)  # fmt: skip
+    'exec',
+    'eval',
+    'compile',
+    '__import__',
+    'os.system',
+    'os.popen',
+    'torch.load',
+    'yaml.load',
+    'yaml.unsafe_load',
+    'yaml.full_load',
+    'importlib.util.spec_from_file_location',
+)
 """Functions that run a text, or can."""
 LOADERS = ('pickle', 'marshal', 'shelve', 'dill', 'runpy', 'importlib.import_module')
 """What makes objects or modules of what a file says."""
@@ -33,16 +42,24 @@ def runs(module: str, source: str) -> set[str]:
     return {
         *(set(imports(source, module)) & set(LOADERS)),
         *({ast.unparse(call.func) for call in calls} & set(RUN)),
-        *(f'{k.arg}=True' for call in calls for k in call.keywords
-          if k.arg in ('shell', 'allow_pickle') and ast.unparse(k.value) != 'False'),
-    }  # fmt: skip
+        *(
+            f'{k.arg}=True'
+            for call in calls
+            for k in call.keywords
+            if k.arg in ('shell', 'allow_pickle') and ast.unparse(k.value) != 'False'
+        ),
+    }
 
 
 def put_in(source: str, pattern: re.Pattern[str]) -> list[str]:
     """The f-strings that have a pattern, what is put in written as FIELD."""
     strings = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.JoinedStr)]
-    said = [''.join(str(part.value) if isinstance(part, ast.Constant) else FIELD
-                    for part in string.values) for string in strings]  # fmt: skip
+    said = [
+        ''.join(
+            str(part.value) if isinstance(part, ast.Constant) else FIELD for part in string.values
+        )
+        for string in strings
+    ]
     return [text for text in said if FIELD in text and pattern.search(text)]
 
 
@@ -63,11 +80,19 @@ def test_what_is_put_into_commands_and_html_is_held_to_be_words(pattern: re.Patt
     assert {module: texts for module, texts in found.items() if texts} == {}
 
 
-@pytest.mark.parametrize('source', [
-    'exec(text)', 'eval(text)', "compile(text, 'x', 'exec')", "run(['a'], shell=True)",
-    'np.load(file, allow_pickle=True)', 'torch.load(file)', 'yaml.load(text)',
-    "importlib.util.spec_from_file_location('a', path)",
-])
+@pytest.mark.parametrize(
+    'source',
+    [
+        'exec(text)',
+        'eval(text)',
+        "compile(text, 'x', 'exec')",
+        "run(['a'], shell=True)",
+        'np.load(file, allow_pickle=True)',
+        'torch.load(file)',
+        'yaml.load(text)',
+        "importlib.util.spec_from_file_location('a', path)",
+    ],
+)
 def test_a_program_is_noticed(source: str) -> None:
     assert runs('leo_sim.model.model', source)
 

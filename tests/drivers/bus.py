@@ -122,7 +122,11 @@ class Emulated(Rig):
 
 
 def robot_with_servo(
-    folder: Path, like: str, model: str, family: str = 'dynamixel', period: float = 0.05,
+    folder: Path,
+    like: str,
+    model: str,
+    family: str = 'dynamixel',
+    period: float = 0.05,
     **more: object,
 ) -> Robot:
     """A robot with one joint, like a shipped one but slow, on a servo with these figures."""

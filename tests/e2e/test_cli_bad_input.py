@@ -112,8 +112,10 @@ OTHERS = [
     (['check', 'good', 'good', *P], ['the same bag', 'give each once']),
     (['check', 'good', *P, '--effect', 'nothing.py'], ['no effect file nothing.py']),
     (['check', 'good', *P, '--topic-map', 'broken.yaml'], ['broken.yaml']),
-    (['compare', 'good', '--model', 'bad_law.yaml', '--effect', 'broken_law.py'],
-     ['broken_law.py', 'no wind today']),
+    (
+        ['compare', 'good', '--model', 'bad_law.yaml', '--effect', 'broken_law.py'],
+        ['broken_law.py', 'no wind today'],
+    ),
     (['next', 'tiny', *P], ['tiny', '2 s']),
     (['next', 'nowhere', *P], ['no bag at nowhere']),
     (['next', 'good', *P, '-o', 'notes.txt'], ['notes.txt', '.csv']),
@@ -169,9 +171,11 @@ def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {str(p): p.read_bytes() for p in folder.rglob('*') if '__pycache__' not in p.parts
-            and p.is_file()} | {f'{p}/': b'' for p in folder.rglob('*') if p.is_dir()
-                                and '__pycache__' not in p.parts}
+    return {
+        str(p): p.read_bytes()
+        for p in folder.rglob('*')
+        if '__pycache__' not in p.parts and p.is_file()
+    } | {f'{p}/': b'' for p in folder.rglob('*') if p.is_dir() and '__pycache__' not in p.parts}
 
 
 @pytest.mark.parametrize(('argv', 'said'), CASES, ids=lambda v: ' '.join(v))

@@ -52,9 +52,12 @@ def test_next_writes_a_run_that_play_takes(folder, monkeypatch, capsys):
     sha = read_bag('open', PENDULUM).sha256
     row = {'name': 'voltage_scale', 'where': 'pivot', 'confusable_with': [RIVAL]}
     told = {
-        'verdict': 'ambiguous', 'sentence': 'one or the other', 'effects': [row],
-        'not_testable': [], 'provenance': {'bags': [{'sha256': sha}]},
-    }  # fmt: skip
+        'verdict': 'ambiguous',
+        'sentence': 'one or the other',
+        'effects': [row],
+        'not_testable': [],
+        'provenance': {'bags': [{'sha256': sha}]},
+    }
     (folder / 'explain.json').write_text(json.dumps(told))
     words = ['next', 'open', *P, '--explain', 'explain.json', '--seconds', '6', '-o', 'run.csv']
     assert main(words) == 0

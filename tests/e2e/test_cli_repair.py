@@ -33,8 +33,14 @@ def _few():
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(progress, 'EVERY', threading.TIMEOUT_MAX)
-        among(patch, Model(TORQUE), 'coulomb_friction', 'viscous_friction', 'stribeck_friction',
-              'bias_torque')
+        among(
+            patch,
+            Model(TORQUE),
+            'coulomb_friction',
+            'viscous_friction',
+            'stribeck_friction',
+            'bias_torque',
+        )
         yield
 
 
@@ -105,8 +111,9 @@ def test_held_out_bags_and_json(folder, tmp_path, capsys):
     assert err == '' and answer['verdict'] == 'named'
     assert answer['model'] == str(out / 'model.yaml')
     assert [Path(b['path']).name for b in answer['provenance']['bags']] == [
-        'friction', 'friction_too'
-    ]  # fmt: skip
+        'friction',
+        'friction_too',
+    ]
     assert answer['ladder'] == answer['errors']['ladder']
     assert answer['effects'][0]['gain_held_out'] > 100
 

@@ -32,8 +32,11 @@ COMMANDS: tuple[tuple[list[str], str, Spoil], ...] = (
     (['compare', 'plain', '--model', 'robot'], 'robot/robot.urdf', XML),
     (['robot', 'init', 'robot/robot.urdf', '-o', 'new'], 'robot/robot.urdf', XML),
     (['import', 'log.csv', '--map', 'columns.yaml', '-o', 'new'], 'columns.yaml', YAML),
-    (['add', 'pendulum', '--from', 'explain.json', '-o', 'new.yaml'], 'explain.json',
-     damage.damage_json),
+    (
+        ['add', 'pendulum', '--from', 'explain.json', '-o', 'new.yaml'],
+        'explain.json',
+        damage.damage_json,
+    ),
 )
 
 

@@ -66,8 +66,16 @@ def play_nothing(processes, folder) -> None:
 def test_the_secret_is_not_in_the_list_of_processes(tmp_path):
     secret = 4711
     with Processes(tmp_path / 'logs') as processes:
-        processes.node('robot', 'leo_sim', 'robot', robot='pendulum', realtime_factor=0, seed=3,
-                       hidden_seed=secret, sealed=str(tmp_path / 'sealed'))  # fmt: skip
+        processes.node(
+            'robot',
+            'leo_sim',
+            'robot',
+            robot='pendulum',
+            realtime_factor=0,
+            seed=3,
+            hidden_seed=secret,
+            sealed=str(tmp_path / 'sealed'),
+        )
         processes.wait_for(tmp_path / 'sealed', 'robot')
         reset = 'service', 'call', '/robot/reset', 'std_srvs/srv/Trigger', '--timeout', '60'
         processes.ask(*reset)

@@ -29,12 +29,30 @@ class Graph:
         (folder / 'hidden.yaml').write_text(HIDDEN)
         self._spawn, self._folder = spawn, folder
         self._arguments = {
-            'robot': ['leo_sim', 'robot', 'robot:=pendulum', 'realtime_factor:=0',
-                      'start:=random', f'hidden:={folder / "hidden.yaml"}'],
-            'diffmodel': ['leo_diffmodel', 'diffmodel', 'model:=pendulum',
-                          f'bag:={folder / "rollout"}'],
-            'learner': ['leo_learner', 'learner', 'model:=pendulum', f'folder:={folder / "run"}',
-                        'first_steps:=100', 'update_steps:=100', 'transitions:=500', 'tests:=1'],
+            'robot': [
+                'leo_sim',
+                'robot',
+                'robot:=pendulum',
+                'realtime_factor:=0',
+                'start:=random',
+                f'hidden:={folder / "hidden.yaml"}',
+            ],
+            'diffmodel': [
+                'leo_diffmodel',
+                'diffmodel',
+                'model:=pendulum',
+                f'bag:={folder / "rollout"}',
+            ],
+            'learner': [
+                'leo_learner',
+                'learner',
+                'model:=pendulum',
+                f'folder:={folder / "run"}',
+                'first_steps:=100',
+                'update_steps:=100',
+                'transitions:=500',
+                'tests:=1',
+            ],
         }
         for name, more in changes.items():
             self._arguments[name] += more
@@ -78,8 +96,11 @@ def test_every_process_may_be_killed_and_the_loop_goes_on(spawn, tmp_path):
     done = json.loads((tmp_path / 'run' / 'algorithm5.json').read_text())
     assert done['phase'] == 'end' and done['version'] >= 1 and len(done['tests']) == 2
     assert Policy.load(tmp_path / 'run' / 'round-1' / 'policy.safetensors').robot == 'pendulum'
-    samples = sum(len(e.t) for bag in recorded(tmp_path / 'rollout')
-                  for e in read_bag(bag, 'pendulum').episodes)
+    samples = sum(
+        len(e.t)
+        for bag in recorded(tmp_path / 'rollout')
+        for e in read_bag(bag, 'pendulum').episodes
+    )
     assert samples > 5 * 500
 
 

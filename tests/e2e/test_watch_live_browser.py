@@ -71,17 +71,41 @@ class Commander(Node):
 def robot_of(folder: Path, name: str, hidden: Path) -> Iterator[subprocess.Popen]:
     """A robot in real time that hides what is in a file; the domain is the environment's."""
     secret = ['-p', NOISE, '-p', f'hidden:={hidden}']
-    with (folder / 'robot.log').open('a') as log, running(
-        'run', 'leo_sim', 'robot', '--ros-args', '-p', f'robot:={name}', *secret, cwd=folder,
-        stdout=log, stderr=log) as robot:  # fmt: skip
+    with (
+        (folder / 'robot.log').open('a') as log,
+        running(
+            'run',
+            'leo_sim',
+            'robot',
+            '--ros-args',
+            '-p',
+            f'robot:={name}',
+            *secret,
+            cwd=folder,
+            stdout=log,
+            stderr=log,
+        ) as robot,
+    ):
         yield robot
 
 
 @contextmanager
 def page_of(folder: Path, model: str) -> Iterator[browser.Page]:
     """The live page beside the robot, in a browser."""
-    words = ['watch', '--live', '--model', model, '--seconds', SHORT, '-o', folder / 'out',
-             '--no-browser', '--json', '--patience', browser.PATIENCE]  # fmt: skip
+    words = [
+        'watch',
+        '--live',
+        '--model',
+        model,
+        '--seconds',
+        SHORT,
+        '-o',
+        folder / 'out',
+        '--no-browser',
+        '--json',
+        '--patience',
+        browser.PATIENCE,
+    ]
     with running(*words, stdout=subprocess.PIPE) as leo:
         url = json.loads(leo.stdout.readline())['url']
         with browser.chromium(folder / 'profile') as driver:
@@ -98,8 +122,11 @@ def beside(folder: Path, name: str, volts: float, where: str, scale: float):
     hidden.write_text(yaml.safe_dump({'effects': write_effects((placed,))}))
     with graph(['--ros-args', '--log-level', 'warn']):
         commander = Commander(name, volts)
-        with served_apart(commander, 0.05, commander.command), \
-                robot_of(folder, name, hidden) as robot, page_of(folder, name) as page:
+        with (
+            served_apart(commander, 0.05, commander.command),
+            robot_of(folder, name, hidden) as robot,
+            page_of(folder, name) as page,
+        ):
             yield robot, page, hidden
 
 
@@ -107,10 +134,13 @@ def says(page: browser.Page, text: str) -> bool:
     return text in page.text('robot says')
 
 
-@pytest.mark.parametrize(('name', 'volts', 'where', 'scale'), [
-    ('pendulum', 1.5, 'pivot', 0.7),
-    pytest.param('leo', 4.0, 'left_knee', 0.6, marks=pytest.mark.slow),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('name', 'volts', 'where', 'scale'),
+    [
+        ('pendulum', 1.5, 'pivot', 0.7),
+        pytest.param('leo', 4.0, 'left_knee', 0.6, marks=pytest.mark.slow),
+    ],
+)
 def test_the_error_falls_by_hand_and_the_robot_hears_the_page(
     name, volts, where, scale, domain, tmp_path
 ):

@@ -48,8 +48,14 @@ def python(tmp_path):
     environment = os.environ | {'PYTHONPATH': os.pathsep.join(paths)}
 
     def run(program: str, *words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run([sys.executable, '-c', program, *words], env=environment,
-                              cwd=tmp_path, capture_output=True, text=True, timeout=300)
+        return subprocess.run(
+            [sys.executable, '-c', program, *words],
+            env=environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
 
     return run
 
@@ -64,8 +70,11 @@ def test_help_works(python):
 
 def test_bags_models_and_learning_work(python, tmp_path: Path):
     bag(tmp_path / 'swing', record(PENDULUM, seconds=5))
-    for words in (['bag', 'info', 'swing'], ['compare', 'swing', '--model', 'pendulum', '--json'],
-                  ['learn', '--model', 'pendulum', '--steps', '100', '-o', 'run', '--json']):
+    for words in (
+        ['bag', 'info', 'swing'],
+        ['compare', 'swing', '--model', 'pendulum', '--json'],
+        ['learn', '--model', 'pendulum', '--steps', '100', '-o', 'run', '--json'],
+    ):
         done = python(LEO, *words)
         assert done.returncode == 0, done.stderr
     policy = json.loads(done.stdout.splitlines()[-1])['policy']

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Both installs of the workspace, colcon's and pip's, hold what ros2 run and leo run look for."""
+
 from importlib.metadata import distribution, distributions, entry_points
 import os
 from pathlib import Path
@@ -171,15 +172,18 @@ def test_pip_installs_leo_and_no_node_into_bin(pip_prefix: Path) -> None:
 def test_pip_of_the_four_packages_leaves_the_laboratory_out(
     pip_prefix: Path, laboratory_prefix: Path
 ) -> None:
-    folders = {p.name for p in modules(pip_prefix).iterdir()
-               if p.suffix not in ('.dist-info', '.egg-info')}
+    folders = {
+        p.name
+        for p in modules(pip_prefix).iterdir()
+        if p.suffix not in ('.dist-info', '.egg-info')
+    }
     assert folders == set(PACKAGES)
     assert verbs(laboratory_prefix) == {'blind', 'reproduce'}
     assert verbs(pip_prefix) and verbs(pip_prefix).isdisjoint(verbs(laboratory_prefix))
 
 
 def test_pip_installs_every_module_of_the_laboratory_and_no_command(
-    laboratory_prefix: Path
+    laboratory_prefix: Path,
 ) -> None:
     source, there = LABORATORY / 'leo_lab', modules(laboratory_prefix) / 'leo_lab'
     files = [*source.rglob('*.py'), source / 'py.typed']
@@ -198,9 +202,17 @@ def test_every_node_is_known_to_leo_run() -> None:
     assert {f'{package}.{node}' for package, node in EXECUTABLES} <= known
 
 
-@pytest.mark.parametrize('group', [
-    'leo.verbs', 'leo.executables', 'leo.robots', 'leo.drivers', 'leo.effects', 'leo.log_formats',
-])
+@pytest.mark.parametrize(
+    'group',
+    [
+        'leo.verbs',
+        'leo.executables',
+        'leo.robots',
+        'leo.drivers',
+        'leo.effects',
+        'leo.log_formats',
+    ],
+)
 def test_every_entry_point_leads_somewhere(group: str) -> None:
     ours = (*PACKAGES, 'leo_lab')
     found = [e for e in entry_points(group=group) if e.dist and e.dist.name in ours]

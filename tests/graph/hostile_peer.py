@@ -113,11 +113,17 @@ class Peer:
     def set(self, parameters: list[Parameter]) -> None:
         """Set parameters one by one, all at once, and atomically."""
         requests = [srv.SetParameters.Request(parameters=[each]) for each in parameters]
-        self.ask(srv.SetParameters, 'set_parameters',
-                 [*requests, srv.SetParameters.Request(parameters=parameters)])
+        self.ask(
+            srv.SetParameters,
+            'set_parameters',
+            [*requests, srv.SetParameters.Request(parameters=parameters)],
+        )
         atomic = [srv.SetParametersAtomically.Request(parameters=[each]) for each in parameters]
-        self.ask(srv.SetParametersAtomically, 'set_parameters_atomically',
-                 [*atomic, srv.SetParametersAtomically.Request(parameters=parameters)])
+        self.ask(
+            srv.SetParametersAtomically,
+            'set_parameters_atomically',
+            [*atomic, srv.SetParametersAtomically.Request(parameters=parameters)],
+        )
 
     def on_wire(self, kind: Any, name: str, payloads: Iterable[bytes]) -> None:
         """Send request payloads as they are."""
@@ -180,9 +186,12 @@ def other_types(peer: Peer) -> None:
 def other_structure(peer: Peer) -> None:
     """Send other structures under the type names of the robot's topics."""
     for kind, name, payload in (
-        (Float64MultiArray, COMMANDS, STATE), (JointState, QUERY, COMMAND),
-        (JointState, topics.JOINT_STATES.name, COMMAND), (UInt32, topics.EPISODE.name, STATE),
-        (String, topics.ROBOT_DESCRIPTION.name, STATE), (Clock, topics.CLOCK.name, b'\0\1\0\0'),
+        (Float64MultiArray, COMMANDS, STATE),
+        (JointState, QUERY, COMMAND),
+        (JointState, topics.JOINT_STATES.name, COMMAND),
+        (UInt32, topics.EPISODE.name, STATE),
+        (String, topics.ROBOT_DESCRIPTION.name, STATE),
+        (Clock, topics.CLOCK.name, b'\0\1\0\0'),
     ):
         peer.publish(kind, name, [payload] * 20)
 
@@ -210,13 +219,19 @@ def many_names(peer: Peer) -> None:
     """Ask each parameter service about 10^5 names."""
     names = [f'name_{i}' for i in range(MANY)]
     own = ['use_sim_time'] * MANY
-    for kind, verb in ((srv.GetParameters, 'get_parameters'), (srv.DescribeParameters,
-                       'describe_parameters'), (srv.GetParameterTypes, 'get_parameter_types')):
+    for kind, verb in (
+        (srv.GetParameters, 'get_parameters'),
+        (srv.DescribeParameters, 'describe_parameters'),
+        (srv.GetParameterTypes, 'get_parameter_types'),
+    ):
         peer.ask(kind, verb, [kind.Request(names=names), kind.Request(names=own)])
     setting = [parameter('start', 4, string_value='x') for _ in range(MANY // 4)]
     peer.ask(srv.SetParameters, 'set_parameters', [srv.SetParameters.Request(parameters=setting)])
-    peer.ask(srv.SetParametersAtomically, 'set_parameters_atomically',
-             [srv.SetParametersAtomically.Request(parameters=setting)])
+    peer.ask(
+        srv.SetParametersAtomically,
+        'set_parameters_atomically',
+        [srv.SetParametersAtomically.Request(parameters=setting)],
+    )
 
 
 def many_prefixes(peer: Peer) -> None:
@@ -224,7 +239,8 @@ def many_prefixes(peer: Peer) -> None:
     prefixes = [f'prefix_{i}' for i in range(MANY)]
     requests = [
         srv.ListParameters.Request(prefixes=asked, depth=depth)
-        for asked in ([], ['a.' * 1000], prefixes) for depth in (0, 1, 2**63, 2**64 - 1)
+        for asked in ([], ['a.' * 1000], prefixes)
+        for depth in (0, 1, 2**63, 2**64 - 1)
     ]
     peer.ask(srv.ListParameters, 'list_parameters', requests)
 
@@ -233,8 +249,10 @@ def unreadable_requests(peer: Peer) -> None:
     """Send requests that are none: bad UTF-8, cut off, noise."""
     name = serialize_message(srv.GetParameters.Request(names=[LABEL]))
     entry = serialize_message(srv.SetParameters.Request(parameters=[parameter(LABEL, 4)]))
-    for kind, verb, sample in ((srv.GetParameters, 'get_parameters', name),
-                               (srv.SetParameters, 'set_parameters', entry)):
+    for kind, verb, sample in (
+        (srv.GetParameters, 'get_parameters', name),
+        (srv.SetParameters, 'set_parameters', entry),
+    ):
         bad = [*spelled(b'\xff\xfe\xfd\xfc____')(sample), sample[:9], *random_bytes(sample)]
         peer.on_wire(kind.Request, f'{peer.target}/{verb}', bad)
     empty = [b'', b'\0', b'\0\1\0\0', b'\0\1\0\0\xff', os.urandom(99)] * 9
@@ -252,12 +270,20 @@ def types_asked(peer: Peer) -> None:
 
 def queries(peer: Peer) -> None:
     """Ask for differences of other joints, too many, too few, and where there are none."""
-    peer.publish(JointState, QUERY, [
-        *(query(value) for value in (math.nan, math.inf, -math.inf, 1e308, -1e-308, 1e9)),
-        query(), query(1.0, 2.0), query(*[0.0] * MANY), JointState(name=['other'] * 3),
-        JointState(name=['pivot']), JointState(name=['pivot'] * 2, position=[1.0] * 2),
-        JointState(name=[str(i) for i in range(MANY)]),
-    ])
+    peer.publish(
+        JointState,
+        QUERY,
+        [
+            *(query(value) for value in (math.nan, math.inf, -math.inf, 1e308, -1e-308, 1e9)),
+            query(),
+            query(1.0, 2.0),
+            query(*[0.0] * MANY),
+            JointState(name=['other'] * 3),
+            JointState(name=['pivot']),
+            JointState(name=['pivot'] * 2, position=[1.0] * 2),
+            JointState(name=[str(i) for i in range(MANY)]),
+        ],
+    )
 
 
 def strangers_say(peer: Peer) -> None:

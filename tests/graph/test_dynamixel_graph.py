@@ -32,10 +32,22 @@ class Motor:
     def __init__(self, node, spawn, folder, robot) -> None:
         self.node, self.port, self.log = node, folder / 'port', folder / 'motor.log'
         self.process = spawn(
-            LEO, 'run', 'leo_sim', 'servo_bus', '--ros-args', '-p', f'robot:={robot.folder}',
-            '-p', f'link:={self.port}', '-p', f'log:={self.log}', '-p', 'engine:=rigid',
-            stdout=(folder / 'bus.log').open('w'), stderr=-2,
-        )  # fmt: skip
+            LEO,
+            'run',
+            'leo_sim',
+            'servo_bus',
+            '--ros-args',
+            '-p',
+            f'robot:={robot.folder}',
+            '-p',
+            f'link:={self.port}',
+            '-p',
+            f'log:={self.log}',
+            '-p',
+            'engine:=rigid',
+            stdout=(folder / 'bus.log').open('w'),
+            stderr=-2,
+        )
         self.client = node.create_client(SetParameters, '/servo_bus/set_parameters')
         assert spin_until(self.port.is_symlink, PATIENCE), (folder / 'bus.log').read_text()
 
@@ -44,8 +56,9 @@ class Motor:
 
     def ask(self, **parameters) -> list:
         """The answers; asked again where one got lost before both sides knew each other."""
-        asked = [Parameter(name, value=value).to_parameter_msg()
-                 for name, value in parameters.items()]
+        asked = [
+            Parameter(name, value=value).to_parameter_msg() for name, value in parameters.items()
+        ]
         for _ in range(12):
             try:
                 return call(self.client, SetParameters.Request(parameters=asked), 10.0).results
@@ -62,13 +75,13 @@ class Motor:
 
     def wait_for(self, what) -> None:
         assert spin_until(lambda: bool(self.volts()) and what(self.volts()[-1]), PATIENCE), (
-            self.volts()[-5:])
+            self.volts()[-5:]
+        )
 
 
 @pytest.fixture
 def motor(node, spawn, tmp_path):
-    robot = robot_with_servo(
-        tmp_path, 'servo_pendulum', 'XM430-W210', period=PERIOD, direction=-1)
+    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', period=PERIOD, direction=-1)
     made = Motor(node, spawn, tmp_path, robot)
     made.robot = robot
     return made
@@ -77,7 +90,10 @@ def motor(node, spawn, tmp_path):
 @pytest.fixture
 def robot(robots, motor):
     made = robots(
-        '/bus', robot=motor.robot.folder, driver='dynamixel', port=motor.port,
+        '/bus',
+        robot=motor.robot.folder,
+        driver='dynamixel',
+        port=motor.port,
         fault_periods=ROBOT_SILENCE,
     )
     return made.ready()
@@ -91,9 +107,10 @@ def drive(robot: Robot, motor: Motor, volts: float) -> None:
 def test_what_is_published_as_applied_was_on_the_motor(robot, motor):
     heard = {topic.name: [] for topic in (topics.SUPPLY, topics.CURRENT, topics.TEMPERATURE)}
     for kind, name in (
-        (BatteryState, 'robot/supply'), (JointState, 'robot/current'),
+        (BatteryState, 'robot/supply'),
+        (JointState, 'robot/current'),
         (Temperature, 'robot/temperature'),
-    ):  # fmt: skip
+    ):
         robot.node.create_subscription(kind, f'/bus/{name}', heard[name].append, 10)
     for volts in (1.0, -2.0, 3.3):
         drive(robot, motor, volts)

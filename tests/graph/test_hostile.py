@@ -29,8 +29,14 @@ LOCKSTEP = '-p', 'realtime_factor:=0'
 DIFFMODEL = LEO, 'run', 'leo_diffmodel', 'diffmodel', '--ros-args', '-p', 'bag:=rollout'
 SERVICES = 'unknown type number', 'requests that are none', 'calls at full speed'
 COMMANDS = (
-    'trailing bytes', 'cut off', 'random bytes', 'huge counts', 'NaN and inf', 'wrong length',
-    'start poses', 'malformed commands at full speed',
+    'trailing bytes',
+    'cut off',
+    'random bytes',
+    'huge counts',
+    'NaN and inf',
+    'wrong length',
+    'start poses',
+    'malformed commands at full speed',
 )
 
 
@@ -43,9 +49,7 @@ class Watch(Node):
         kind, name, qos = topics.JOINT_STATES
         self.create_subscription(kind, name, self._on_state, qos)
         kind, name, _ = topics.APPLIED['voltage']
-        self.create_subscription(
-            kind, name, lambda m: self.applied.extend(m.effort), topics.DEEP
-        )
+        self.create_subscription(kind, name, lambda m: self.applied.extend(m.effort), topics.DEEP)
 
     def _on_state(self, message) -> None:
         if list(message.name) == ['pivot'] and np.isfinite(message.position).all():

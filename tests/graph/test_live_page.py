@@ -46,8 +46,16 @@ APART = 5.0
 SOURCE = Source(Model('pendulum'), TopicMap())
 LONG = 4000
 """Control periods of a run that the e-stop ends."""
-ROBOT = ['run', 'leo_sim', 'robot', '--ros-args', '-p', 'robot:=pendulum', '-p',
-         'noise:=[0.001, 0.03]']  # fmt: skip
+ROBOT = [
+    'run',
+    'leo_sim',
+    'robot',
+    '--ros-args',
+    '-p',
+    'robot:=pendulum',
+    '-p',
+    'noise:=[0.001, 0.03]',
+]
 WATCH = ['watch', '--live', '--no-browser', '--json']
 
 
@@ -75,8 +83,9 @@ def live(robot, domain, tmp_path):
         finder = SimpleNamespace(busy=False, news=News())
         documents, run = [Document(), Document()], run_of(tmp_path)
         tabs = [LiveTab(d, state, finder, ['leo', 'add'], beside, run) for d in documents]
-        yield SimpleNamespace(robot=robot, beside=beside, state=state, tabs=tabs,
-                              documents=documents)  # fmt: skip
+        yield SimpleNamespace(
+            robot=robot, beside=beside, state=state, tabs=tabs, documents=documents
+        )
         beside.sending.wait()
         renewing.end()
         beside.recording.wait()
@@ -88,8 +97,16 @@ def run_of(folder) -> SimpleNamespace:
     run = Run('steps', 'slow steps', np.full((LONG, 1), 0.5), np.ones(LONG, bool))
     plan = Plan((), robot, run)
     words = ['play', str(write_run(folder / 'run.csv', run, robot))]
-    return SimpleNamespace(busy=False, news=News(), hindrance='', plan=plan, file=None, said='',
-                           words=words, recorded=words)  # fmt: skip
+    return SimpleNamespace(
+        busy=False,
+        news=News(),
+        hindrance='',
+        plan=plan,
+        file=None,
+        said='',
+        words=words,
+        recorded=words,
+    )
 
 
 def scene_of(heard, found) -> bool:
@@ -189,21 +206,27 @@ def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, doma
     assert leo.wait(PATIENCE) == 0 and robot.poll() is None
 
 
-@pytest.mark.parametrize(('model', 'words'), [
-    ('pendulum', 'no robot is publishing joint_states'), ('nobody', 'nobody'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('model', 'words'), [('pendulum', 'no robot is publishing joint_states'), ('nobody', 'nobody')]
+)
 def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
     done = subprocess.run(
         [sys.executable, '-c', LEO, *WATCH, '--model', model, '--patience', '1'],
-        capture_output=True, text=True, env=os.environ, timeout=PATIENCE,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        env=os.environ,
+        timeout=PATIENCE,
+    )
     assert done.returncode == 2 and words in done.stderr and done.stderr.count('\n') == 1
 
 
 def test_another_robot_than_the_models_is_refused_with_both_names(robot, domain):
     done = subprocess.run(
-        [sys.executable, '-c', LEO, *WATCH, '--model', 'leo'], capture_output=True, text=True,
-        env=os.environ, timeout=PATIENCE,
-    )  # fmt: skip
+        [sys.executable, '-c', LEO, *WATCH, '--model', 'leo'],
+        capture_output=True,
+        text=True,
+        env=os.environ,
+        timeout=PATIENCE,
+    )
     error = done.stderr.splitlines()[-1]  # on a busy machine progress comes before
     assert done.returncode == 2 and 'pivot' in error and done.stderr.count('leo: error') == 1

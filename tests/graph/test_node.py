@@ -134,8 +134,9 @@ def test_a_wrong_type_of_parameter_is_one_line(text, default, kind):
     ],
 )
 def test_arguments_that_ros_does_not_understand_are_one_line(words, says, capfd):
-    with pytest.raises(UserError, match=f'^ROS does not start: .*{says}.*$'), graph(
-        ['--ros-args', *words]
+    with (
+        pytest.raises(UserError, match=f'^ROS does not start: .*{says}.*$'),
+        graph(['--ros-args', *words]),
     ):
         pass
     assert capfd.readouterr().err == ''

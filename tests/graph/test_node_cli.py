@@ -85,8 +85,9 @@ def test_a_missing_topic_lists_those_there_are(peer, leo):
 def test_pub_is_heard(peer, leo):
     with subprocess.Popen(
         [LEO, 'topic', 'echo', '/echo', 'std_msgs/msg/Float64MultiArray', '--once'],
-        stdout=subprocess.PIPE, text=True,
-    ) as echo:  # fmt: skip
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as echo:
         values = '{data: [1, 2.5]}'
         while echo.poll() is None:
             leo('topic', 'pub', '--once', '/commands', 'std_msgs/msg/Float64MultiArray', values)

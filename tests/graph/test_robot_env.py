@@ -86,9 +86,12 @@ def test_a_restarted_robot_loses_the_episode_and_the_next_one_goes_on(robot_env,
 
 def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(domain):
     command = [
-        sys.executable, '-c', 'import sys; from leo_msgs_py.cli import main; sys.exit(main())',
-        'play', 'leo_walk',
-    ]  # fmt: skip
+        sys.executable,
+        '-c',
+        'import sys; from leo_msgs_py.cli import main; sys.exit(main())',
+        'play',
+        'leo_walk',
+    ]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     lines = iter(process.stderr.readline, '')
     assert any('waiting for the robot' in line for line in lines)

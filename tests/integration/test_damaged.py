@@ -59,8 +59,9 @@ def _bag(root: Path, folder: Path, rng: Rng) -> Damage:
     name = ('plain', 'plain', 'zstd', 'lz4')[rng.integers(4)]
     bag = Path(shutil.copytree(root / name, folder / name))
     victims = sorted(bag.iterdir())
-    victim = victims[rng.integers(len(victims))] if rng.random() < 0.2 else next(
-        bag.glob('*.mcap'))
+    victim = (
+        victims[rng.integers(len(victims))] if rng.random() < 0.2 else next(bag.glob('*.mcap'))
+    )
     before = victim.read_bytes()
     done = (damage.damage_path if rng.random() < 0.1 else damage.damage_bytes)(victim, rng)
     _told(lambda: _nothing_lost(bag, victim, before, done))
@@ -92,8 +93,11 @@ def _record_start(content: bytes, place: int) -> int:
     start = at = MAGIC
     while at <= place:
         start = at
-        at += FRAME.size + FRAME.unpack_from(content, at)[1] if at + FRAME.size < len(content) \
+        at += (
+            FRAME.size + FRAME.unpack_from(content, at)[1]
+            if at + FRAME.size < len(content)
             else len(content)
+        )
     return start
 
 
@@ -189,9 +193,15 @@ def _told(read: Callable[[], Any]) -> None:
     assert '\n' not in said and 0 < len(said) < 3000, said[:3000]
 
 
-KINDS = {'bag': (_bag, 0.5), 'map': (_map, 0.1), 'model': (_model, 0.1), 'robot': (_robot, 0.15),
-         'log': (_log, 0.1), 'explanation': (_explanation, 0.05),
-         'run': (_run, 0.1)}
+KINDS = {
+    'bag': (_bag, 0.5),
+    'map': (_map, 0.1),
+    'model': (_model, 0.1),
+    'robot': (_robot, 0.15),
+    'log': (_log, 0.1),
+    'explanation': (_explanation, 0.05),
+    'run': (_run, 0.1),
+}
 
 
 @pytest.fixture

@@ -58,8 +58,9 @@ def test_mend_undoes_it_and_goes_on(faulty, monkeypatch, capsys):
 
 
 def test_keep_takes_the_log_as_it_is(faulty, monkeypatch, capsys):
-    monkeypatch.setattr(EXPLANATION, '_explained',
-                        lambda cut, model, *_: Explanation('fine', 'as it is', model))  # fmt: skip
+    monkeypatch.setattr(
+        EXPLANATION, '_explained', lambda cut, model, *_: Explanation('fine', 'as it is', model)
+    )
     assert explain_verb.main([str(faulty), '--model', 'torque_pendulum', '--keep']) == 0
     assert 'as it is' in capsys.readouterr().out
 
@@ -73,8 +74,12 @@ def test_bag_fix_writes_a_bag_without_it(faulty, tmp_path, capsys):
     assert fixed.episodes[0].dq == pytest.approx(old.episodes[0].dq / SIZE, rel=0.01)
     assert fixed.episodes[0].inputs == pytest.approx(old.episodes[0].inputs)
     assert 'speed_scale' in fixed.metadata['mended']
-    assert bag_verb.main(['fix', str(new), '-o', str(tmp_path / 'again'),
-                          '--model', 'torque_pendulum']) == 0  # fmt: skip
+    assert (
+        bag_verb.main(
+            ['fix', str(new), '-o', str(tmp_path / 'again'), '--model', 'torque_pendulum']
+        )
+        == 0
+    )
     assert 'nothing written' in capsys.readouterr().out and not (tmp_path / 'again').exists()
 
 
@@ -85,7 +90,7 @@ def test_stretches_without_measurements_are_left_out(tmp_path, capsys):
     before = read_bag(old, TORQUE)
     log = Logged.of([before], (), Model(TORQUE), mend=True, by_torques=True)
     (fault,) = log.mended
-    (begin, end), = fault.where
+    ((begin, end),) = fault.where
     assert 1.4 < end - begin < 1.6 and not log.in_the_way and 'left out' in log.headline
     assert not any(((e.t > begin) & (e.t < end)).any() for e in log.recordings[0].episodes)
     words = ['fix', str(old), '-o', str(tmp_path / 'new'), '--model', 'torque_pendulum']
@@ -105,11 +110,14 @@ def test_the_line_it_names_mends_it_when_the_bag_is_read(faulty, tmp_path):
     assert Logged.of([after], (), Model(TORQUE), False, True).faults == ()
 
 
-@pytest.mark.parametrize(('line', 'what'), [
-    ('joints: {pivot: {speed_scale: 0}}', 'a scale is a number other than 0'),
-    ('joints: {pivot: {input_late: 99}}', 'less than or equal to 10'),
-    ('time_scale: -1', 'greater than 0'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('line', 'what'),
+    [
+        ('joints: {pivot: {speed_scale: 0}}', 'a scale is a number other than 0'),
+        ('joints: {pivot: {input_late: 99}}', 'less than or equal to 10'),
+        ('time_scale: -1', 'greater than 0'),
+    ],
+)
 def test_a_map_that_cannot_be_is_refused(faulty, tmp_path, line, what):
     mapping = tmp_path / 'map.yaml'
     mapping.write_text(line)
@@ -119,8 +127,9 @@ def test_a_map_that_cannot_be_is_refused(faulty, tmp_path, line, what):
 
 def test_late_channels_and_stretched_time_are_read_as_the_map_says(faulty, tmp_path):
     mapping = tmp_path / 'map.yaml'
-    mapping.write_text('joints: {pivot: {scale: 2, offset: 1, speed: none, input_scale: 3}}\n'
-                       'time_scale: 0.5\n')  # fmt: skip
+    mapping.write_text(
+        'joints: {pivot: {scale: 2, offset: 1, speed: none, input_scale: 3}}\ntime_scale: 0.5\n'
+    )
     old, new = (read_bag(faulty, TORQUE, m) for m in (None, mapping))
     a, b = old.episodes[0], new.episodes[0]
     assert b.t == pytest.approx(0.5 * a.t) and b.q == pytest.approx(2 * a.q + 1)

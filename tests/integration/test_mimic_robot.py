@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A gripper whose joints mimic each other, from its URDF to the effect it lacks."""
+
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +19,14 @@ from leo_sim.verbs.skeleton.folder import make_folder
 @pytest.fixture
 def claw(tmp_path: Path):
     (tmp_path / 'claw.urdf').write_text(CLAW)
-    return make_folder(tmp_path / 'claw.urdf', tmp_path / 'claw', 'torque',
-                       left_out=['wheel']).robot
+    return make_folder(
+        tmp_path / 'claw.urdf', tmp_path / 'claw', 'torque', left_out=['wheel']
+    ).robot
 
 
 def inputs() -> np.ndarray:
     t = np.arange(0, 8, 0.01)
-    return 0.05 * np.sign(np.sin(2.6 * t))[:, None] * (0.4 + 0.6 * np.sin(0.7 * t)**2)[:, None]
+    return 0.05 * np.sign(np.sin(2.6 * t))[:, None] * (0.4 + 0.6 * np.sin(0.7 * t) ** 2)[:, None]
 
 
 def test_what_rubs_at_the_leader_is_named(claw):

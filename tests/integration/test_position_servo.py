@@ -27,8 +27,9 @@ def recorded(folder: Path, topic: str = 'position') -> Recording:
     hidden = folder / 'hidden.yaml'
     zone = place(POSITION, 'voltage_deadband', 'pivot', v=DEAD_ZONE)
     hidden.write_text(yaml.safe_dump({'effects': write_effects([zone])}))
-    driver = SimulatedDriver(DriverOptions(
-        POSITION, noise=NOISE, engine='rk4', private={'hidden': str(hidden)}))
+    driver = SimulatedDriver(
+        DriverOptions(POSITION, noise=NOISE, engine='rk4', private={'hidden': str(hidden)})
+    )
     bag = BagWriter(folder / 'bag')
     states, applied = (bag.add_topic(*t) for t in (STATES, APPLIED[topic]))
     for goal in np.concatenate([np.full((20, 1), np.nan), steps(POSITION, SECONDS, 3)]):

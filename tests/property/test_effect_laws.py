@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of the effects for any sensible numbers."""
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
@@ -21,8 +22,9 @@ FRICTION = [name for name, effect in EFFECTS.items() if effect.family == 'fricti
 
 
 @pytest.mark.parametrize('name', FRICTION)
-@given(w=speeds, q=angles, motor=torques, load=torques,
-       size=st.lists(sizes, min_size=3, max_size=3))
+@given(
+    w=speeds, q=angles, motor=torques, load=torques, size=st.lists(sizes, min_size=3, max_size=3)
+)
 def test_friction_opposes_motion(name, w, q, motor, load, size):
     effect = EFFECTS[name]
     p = dict(zip((p.name for p in effect.parameters), size, strict=False))
@@ -34,7 +36,7 @@ def test_friction_opposes_motion(name, w, q, motor, load, size):
 
 def energy(q, dq):
     """Of the torque pendulum, J."""
-    return 0.5 * 0.149519217 * dq ** 2 - 2.996955 * np.cos(q)
+    return 0.5 * 0.149519217 * dq**2 - 2.996955 * np.cos(q)
 
 
 @pytest.mark.parametrize('name', FRICTION)
@@ -46,9 +48,15 @@ def test_friction_creates_no_energy(name, q, w, size):
     values = {first.name: size} | {p.name: size for p in others}
     model = Model(robot, [place(robot, name, 'all', **values)], integration_step=0.002)
     angle, rate = rollout(model, [[q]], [[w]], np.zeros((1, 60, 1)), 0.01)
-    kept, ideal = (energy(*track) for track in (
-        (angle, rate), rollout(Model(robot, integration_step=0.002), [[q]], [[w]],
-                               np.zeros((1, 60, 1)), 0.01)))
+    kept, ideal = (
+        energy(*track)
+        for track in (
+            (angle, rate),
+            rollout(
+                Model(robot, integration_step=0.002), [[q]], [[w]], np.zeros((1, 60, 1)), 0.01
+            ),
+        )
+    )
     wobble = np.ptp(ideal) + 1e-9
     assert np.all(np.diff(kept[0, :, 0]) <= 2 * wobble)
     assert kept[0, -1, 0] <= kept[0, 0, 0] + 2 * wobble
@@ -78,29 +86,41 @@ def test_neutral_parameters_change_nothing(effect, name, q, w, share, on):
     if not EFFECTS[effect].applies(robot):
         return
     inputs = share * robot.limits * np.array([[1.0], [-0.5]])[None]
-    tracks = [rollout(Model(robot, effects), [[q]], [[w]], inputs, 0.03, np.full((1, 2, 1), on))
-              for effects in ((), (place(robot, effect, 'all'),))]
+    tracks = [
+        rollout(Model(robot, effects), [[q]], [[w]], inputs, 0.03, np.full((1, 2, 1), on))
+        for effects in ((), (place(robot, effect, 'all'),))
+    ]
     assert close(*tracks)
 
 
-@pytest.mark.parametrize(('name', 'tiny'), [
-    ('command_delay', {'delay': 1e-9}), ('actuator_lag', {'tau': 1e-9}),
-    ('backlash', {'gap': 1e-9}), ('coulomb_friction', {'c': 1e-12}),
-    ('voltage_deadband', {'v': 1e-9})])
+@pytest.mark.parametrize(
+    ('name', 'tiny'),
+    [
+        ('command_delay', {'delay': 1e-9}),
+        ('actuator_lag', {'tau': 1e-9}),
+        ('backlash', {'gap': 1e-9}),
+        ('coulomb_friction', {'c': 1e-12}),
+        ('voltage_deadband', {'v': 1e-9}),
+    ],
+)
 @given(q=angles, w=st.floats(-9, 9), share=st.floats(-1, 1))
 @settings(max_examples=8, deadline=None)
 def test_a_tiny_effect_changes_almost_nothing(name, tiny, q, w, share):
     robot = ROBOTS['pendulum']
     inputs = share * robot.limits * np.ones((1, 2, 1))
-    tracks = [rollout(Model(robot, effects), [[q]], [[w]], inputs, 0.03)
-              for effects in ((), (place(robot, name, 'all', **tiny),))]
+    tracks = [
+        rollout(Model(robot, effects), [[q]], [[w]], inputs, 0.03)
+        for effects in ((), (place(robot, name, 'all', **tiny),))
+    ]
     assert np.allclose(*(t[1] for t in tracks), atol=1e-5)
 
 
 @given(u=st.floats(-12, 12), w=speeds, k=st.floats(0.01, 2), r=st.floats(0.1, 20))
 def test_motor_law(u, w, k, r):
-    running, free, shorted = (voltage_motor(v, np.array([w]), k, r, np.array([on]))
-                              for v, on in ((u, True), (u, False), (0.0, True)))
+    running, free, shorted = (
+        voltage_motor(v, np.array([w]), k, r, np.array([on]))
+        for v, on in ((u, True), (u, False), (0.0, True))
+    )
     assert running.torque[0] == pytest.approx(k * (u - k * w) / r, abs=1e-9)
     assert free.torque[0] == free.back_emf[0] == 0.0
     assert shorted.torque[0] * w <= 0

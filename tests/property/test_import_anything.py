@@ -23,27 +23,92 @@ from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 MAP: dict[str, Any] = {
-    'time': 't', 'joints': {'pivot': {'position': 'q', 'velocity': 'dq'}},
+    'time': 't',
+    'joints': {'pivot': {'position': 'q', 'velocity': 'dq'}},
     'inputs': {'pivot': {'voltage': 'u'}},
-}  # fmt: skip
+}
 COLUMNS = ('t', 'q', 'dq', 'u')
 CELLS = (
-    '', ' ', '0', '1', '-1', '2.5', '1e300', '-1e300', '1e-320', 'nan', 'inf', '-inf', 'true', 'x',
-    '9' * 400, '9' * 200_000, '"', '"1"', "'", '\x00', '\x1b[31m', 'é', '١', '1_0', '0x10', '1 2',
-    '-', '.', '1,2', '4e9', '9e18',
-)  # fmt: skip
+    '',
+    ' ',
+    '0',
+    '1',
+    '-1',
+    '2.5',
+    '1e300',
+    '-1e300',
+    '1e-320',
+    'nan',
+    'inf',
+    '-inf',
+    'true',
+    'x',
+    '9' * 400,
+    '9' * 200_000,
+    '"',
+    '"1"',
+    "'",
+    '\x00',
+    '\x1b[31m',
+    'é',
+    '١',
+    '1_0',
+    '0x10',
+    '1 2',
+    '-',
+    '.',
+    '1,2',
+    '4e9',
+    '9e18',
+)
 JSON_CELLS = (
-    None, True, 0, 1, -1, 2.5, 1e300, float('nan'), float('inf'), 10**400, 10**30, '', 'x', '1',
-    [], {}, [1.0], [[1.0], [2.0, 3.0]], {'q': 1}, 4e9, 9e18,
+    None,
+    True,
+    0,
+    1,
+    -1,
+    2.5,
+    1e300,
+    float('nan'),
+    float('inf'),
+    10**400,
+    10**30,
+    '',
+    'x',
+    '1',
+    [],
+    {},
+    [1.0],
+    [[1.0], [2.0, 3.0]],
+    {'q': 1},
+    4e9,
+    9e18,
 )
 ENDS = ('\n', '\r\n', '\n\n', '\r', '\n \n')
-PLACES = (None, '', 'a', 'a[0]', 'a[9]', 'a.b', '[*]', 'a[-1]', 'a[999999999]', 'a[:, 0]',
-          'a[0, :]', ['a', 'b'], ['a', 'a'], [])
+PLACES = (
+    None,
+    '',
+    'a',
+    'a[0]',
+    'a[9]',
+    'a.b',
+    '[*]',
+    'a[-1]',
+    'a[999999999]',
+    'a[:, 0]',
+    'a[0, :]',
+    ['a', 'b'],
+    ['a', 'a'],
+    [],
+)
 FIELDS: tuple[dict[str, Any], ...] = (
-    {}, {name: name for name in COLUMNS}, {name: f'[*].{name}' for name in COLUMNS},
-    {name: ['a[*]', name] for name in COLUMNS}, {'t': '[*][*]'},
+    {},
+    {name: name for name in COLUMNS},
+    {name: f'[*].{name}' for name in COLUMNS},
+    {name: ['a[*]', name] for name in COLUMNS},
+    {'t': '[*][*]'},
     {name: f'a[:, {k}]' for k, name in enumerate(COLUMNS)},
-)  # fmt: skip
+)
 SETTINGS = settings(max_examples=150, deadline=None)
 
 
@@ -89,15 +154,21 @@ rising = st.builds(
 )
 lines = st.lists(
     st.one_of(
-        st.just([]), st.lists(st.sampled_from(CELLS), max_size=6),
+        st.just([]),
+        st.lists(st.sampled_from(CELLS), max_size=6),
         st.tuples(*[st.sampled_from(CELLS)] * 4),
-    ), max_size=6,
-)  # fmt: skip
+    ),
+    max_size=6,
+)
 
 
 @SETTINGS
-@given(st.one_of(st.just(list(COLUMNS)), st.lists(st.sampled_from((*COLUMNS, '', '1')))),
-       st.one_of(lines, rising), st.sampled_from(ENDS), st.sampled_from(',;\t'))  # fmt: skip
+@given(
+    st.one_of(st.just(list(COLUMNS)), st.lists(st.sampled_from((*COLUMNS, '', '1')))),
+    st.one_of(lines, rising),
+    st.sampled_from(ENDS),
+    st.sampled_from(',;\t'),
+)
 @example([], [[], [], []], '\n', ',')
 @example(list(COLUMNS), [[], []], '\n', ',')
 @example(list(COLUMNS), [['9' * 200_000, '1', '1', '1']] * 2, '\n', ',')
@@ -110,8 +181,10 @@ def test_any_table(header, rows, end, sign):
 
 
 @SETTINGS
-@given(st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)),
-       st.sampled_from(('csv', 'json', 'mat', 'txt')))  # fmt: skip
+@given(
+    st.one_of(st.binary(max_size=200), st.text(max_size=200).map(str.encode)),
+    st.sampled_from(('csv', 'json', 'mat', 'txt')),
+)
 def test_any_bytes(content, kind):
     imported(content, f'log.{kind}')
 
@@ -120,23 +193,42 @@ cells = st.sampled_from(JSON_CELLS)
 records = st.lists(st.one_of(cells, st.dictionaries(st.sampled_from(COLUMNS), cells)), max_size=4)
 columns = st.dictionaries(st.sampled_from(COLUMNS), st.one_of(cells, st.lists(cells, max_size=4)))
 rows = st.lists(st.lists(cells, max_size=4), max_size=4)
-whole = st.builds(lambda rows: [dict(zip(COLUMNS, row, strict=True)) for row in rows],
-                  st.lists(st.tuples(cells, cells, cells, cells), max_size=4))  # fmt: skip
+whole = st.builds(
+    lambda rows: [dict(zip(COLUMNS, row, strict=True)) for row in rows],
+    st.lists(st.tuples(cells, cells, cells, cells), max_size=4),
+)
 
 
 @SETTINGS
-@given(st.one_of(records, columns, whole, rows, st.fixed_dictionaries({'a': records}), cells,
-                 st.fixed_dictionaries({'a': rows, 'b': rows})),
-       st.sampled_from(PLACES), st.sampled_from(FIELDS))  # fmt: skip
+@given(
+    st.one_of(
+        records,
+        columns,
+        whole,
+        rows,
+        st.fixed_dictionaries({'a': records}),
+        cells,
+        st.fixed_dictionaries({'a': rows, 'b': rows}),
+    ),
+    st.sampled_from(PLACES),
+    st.sampled_from(FIELDS),
+)
 def test_any_json(content, place, fields):
     guessed(json.dumps(content).encode(), 'log.json')
     imported(json.dumps(content).encode(), 'log.json', MAP | {'records': place, 'fields': fields})
 
 
-@pytest.mark.parametrize('text', [
-    '[' * 100_000, '[' * 100_000 + ']' * 100_000, '{"t":' * 100_000, '9' * 1_000_000,
-    '[{"t": ' + '9' * 5000 + '}]', '[{"t": ' + '9' * 400 + ', "q": 1}]',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'text',
+    [
+        '[' * 100_000,
+        '[' * 100_000 + ']' * 100_000,
+        '{"t":' * 100_000,
+        '9' * 1_000_000,
+        '[{"t": ' + '9' * 5000 + '}]',
+        '[{"t": ' + '9' * 400 + ', "q": 1}]',
+    ],
+)
 def test_deep_and_long_json(text):
     imported(text.encode(), 'log.json')
 
@@ -152,16 +244,31 @@ def test_any_time(start, step):
     imported(f't,q,dq,u\n{rows}'.encode(), 'log.csv')
 
 
-@pytest.mark.parametrize('changed', [
-    {'delimiter': ''}, {'delimiter': ';;'}, {'delimiter': '\n'}, {'delimiter': '\x00'},
-    {'header': []}, {'header': ['t', 't', 't', 't']}, {'header': ['', 'q', 'dq', 'u']},
-    {'time': {'period': 1e-320}}, {'time': {'period': 1e300}}, {'time': {'period': 5e8}},
-    {'time': {'column': 't', 'unit': 'm'}}, {'columns': {'': 'q'}}, {'columns': {'q': 'q' * 9}},
-    {'joints': {'': {'position': 'q'}}}, {'joints': {'pivot\n': {'position': 'q'}}, 'inputs': {}},
-    {'joints': {'pivot': {'position': {'column': 'q', 'scale': 1e308, 'unit': 'deg'}}}},
-    {'joints': {'pivot': {'position': {'expression': '(' * 300 + 'q' + ')' * 300}}}},
-    {'format': 'mat'}, {'format': 'json'}, {'fields': {'t': ''}},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'changed',
+    [
+        {'delimiter': ''},
+        {'delimiter': ';;'},
+        {'delimiter': '\n'},
+        {'delimiter': '\x00'},
+        {'header': []},
+        {'header': ['t', 't', 't', 't']},
+        {'header': ['', 'q', 'dq', 'u']},
+        {'time': {'period': 1e-320}},
+        {'time': {'period': 1e300}},
+        {'time': {'period': 5e8}},
+        {'time': {'column': 't', 'unit': 'm'}},
+        {'columns': {'': 'q'}},
+        {'columns': {'q': 'q' * 9}},
+        {'joints': {'': {'position': 'q'}}},
+        {'joints': {'pivot\n': {'position': 'q'}}, 'inputs': {}},
+        {'joints': {'pivot': {'position': {'column': 'q', 'scale': 1e308, 'unit': 'deg'}}}},
+        {'joints': {'pivot': {'position': {'expression': '(' * 300 + 'q' + ')' * 300}}}},
+        {'format': 'mat'},
+        {'format': 'json'},
+        {'fields': {'t': ''}},
+    ],
+)
 def test_any_map(changed):
     imported(b't,q,dq,u\n0,0.1,0,1e308\n0.01,0.2,0,1\n0.02,0.3,1,1\n', 'log.csv', MAP | changed)
 
@@ -170,13 +277,21 @@ numbers = st.sampled_from(('0', '1', '2.5', '1e308', '9' * 400, '1e999', 'pi', '
 expressions = st.recursive(
     numbers,
     lambda inner: st.one_of(
-        st.builds('({} {} {})'.format, inner,
-                  st.sampled_from(('+', '-', '*', '/', '%', '**', '<', '==', '//', '@')), inner),
+        st.builds(
+            '({} {} {})'.format,
+            inner,
+            st.sampled_from(('+', '-', '*', '/', '%', '**', '<', '==', '//', '@')),
+            inner,
+        ),
         st.builds('{}{}'.format, st.sampled_from(('-', '+', '~', 'not ')), inner),
-        st.builds(lambda name, given: f'{name}({", ".join(given)})',
-                  st.sampled_from(list(FUNCTIONS)), st.lists(inner, max_size=4)),
-    ), max_leaves=8,
-)  # fmt: skip
+        st.builds(
+            lambda name, given: f'{name}({", ".join(given)})',
+            st.sampled_from(list(FUNCTIONS)),
+            st.lists(inner, max_size=4),
+        ),
+    ),
+    max_leaves=8,
+)
 
 
 def evaluated(text: str) -> None:
@@ -209,10 +324,17 @@ def test_any_text_as_expression(text):
     evaluated(text)
 
 
-@pytest.mark.parametrize('text', [
-    '+'.join(['q'] * 20_000), '-' * 100_000 + 'q', '(' * 10_000 + 'q' + ')' * 10_000,
-    'abs(' * 5_000 + 'q' + ')' * 5_000, '9' * 1_000_000, '**'.join(['q'] * 3_000),
-    ' ' * 10**6 + 'q',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'text',
+    [
+        '+'.join(['q'] * 20_000),
+        '-' * 100_000 + 'q',
+        '(' * 10_000 + 'q' + ')' * 10_000,
+        'abs(' * 5_000 + 'q' + ')' * 5_000,
+        '9' * 1_000_000,
+        '**'.join(['q'] * 3_000),
+        ' ' * 10**6 + 'q',
+    ],
+)
 def test_long_and_deep_expressions(text):
     evaluated(text)

@@ -54,8 +54,11 @@ ONE = Workers()
 def add_worker_arguments(parser: Parser, jobs: int) -> None:
     """Accept `--jobs` and `--scheduler`."""
     parser.add_argument('--jobs', type=int, default=jobs, metavar='N', help='processes at once')
-    parser.add_argument('--scheduler', metavar='tcp://HOST:PORT',
-                        help='the workers of a Dask scheduler instead of processes')
+    parser.add_argument(
+        '--scheduler',
+        metavar='tcp://HOST:PORT',
+        help='the workers of a Dask scheduler instead of processes',
+    )
 
 
 def chosen_workers(options: Any, verb: str) -> Workers:
@@ -100,8 +103,10 @@ def _by_cluster(
         except (_distributed().client.FutureCancelledError, OSError) as error:
             raise UserError(f'the scheduler at {address} has left; {GO_ON}') from error
     if given_up:
-        raise UserError(f'{given_up} of {len(items)} pieces of work were given up, as their '
-                        f'workers died again and again, for memory perhaps; {GO_ON}')
+        raise UserError(
+            f'{given_up} of {len(items)} pieces of work were given up, as their '
+            f'workers died again and again, for memory perhaps; {GO_ON}'
+        )
 
 
 def _tried(
@@ -127,17 +132,23 @@ def _client(address: str) -> Iterator[Any]:
     try:
         client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise UserError(f'--scheduler {address}: no Dask scheduler answers there '
-                        f'({one_line(error)}); dask scheduler starts one') from error
+        raise UserError(
+            f'--scheduler {address}: no Dask scheduler answers there '
+            f'({one_line(error)}); dask scheduler starts one'
+        ) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=FIRST_WORKER)
         except TimeoutError as error:
-            raise UserError(f'--scheduler {address} has no worker; start some: '
-                            f'dask worker {address} --nworkers 8 --nthreads 1') from error
+            raise UserError(
+                f'--scheduler {address} has no worker; start some: '
+                f'dask worker {address} --nworkers 8 --nthreads 1'
+            ) from error
         if max(client.nthreads().values()) > 1:
-            raise UserError(f'--scheduler {address} has workers of several threads; start them '
-                            'with --nthreads 1, and more of them')
+            raise UserError(
+                f'--scheduler {address} has workers of several threads; start them '
+                'with --nthreads 1, and more of them'
+            )
         yield client
 
 
@@ -145,6 +156,8 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError as error:
-        raise UserError('--scheduler needs the package distributed: '
-                        'pip install -r benchmarks/requirements-cluster.txt') from error
+        raise UserError(
+            '--scheduler needs the package distributed: '
+            'pip install -r benchmarks/requirements-cluster.txt'
+        ) from error
     return distributed

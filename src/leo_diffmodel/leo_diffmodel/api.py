@@ -93,8 +93,9 @@ def explain(
     recordings, held = _read(bags, model), _read(hold_out, model)
     changed = _read(edit_test, model)
     distinct([*recordings, *held, *changed])
-    found = explained(recordings, model, held, own, progress, step, within=within, keep=keep,
-                      mend=mend)  # fmt: skip
+    found = explained(
+        recordings, model, held, own, progress, step, within=within, keep=keep, mend=mend
+    )
     if changed and found.effects:
         found = replace(found, edit_test=edited(model, found.model, changed, step, progress))
     return Explanation.of(found.to_json(), found.model)

@@ -122,8 +122,10 @@ class Comparison:
     def of(cls, data: dict[str, Any]) -> Self:
         """From the contents of compare.json."""
         floors = data['noise_floor']['horizon']
-        errors = [{**row, 'noise_floor': floor['rmse']}
-                  for row, floor in zip(data['horizon'], floors, strict=True)]  # fmt: skip
+        errors = [
+            {**row, 'noise_floor': floor['rmse']}
+            for row, floor in zip(data['horizon'], floors, strict=True)
+        ]
         return TypeAdapter(cls).validate_python({**data, 'errors': errors, 'json': data})
 
 

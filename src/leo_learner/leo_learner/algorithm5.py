@@ -153,8 +153,10 @@ class Algorithm5:
     def run(self) -> bool:
         """All that is left to do; False where it was told to stop before."""
         phases = {
-            'train': self._train, 'test': self._test,
-            'collect': self._collect, 'update': self._update,
+            'train': self._train,
+            'test': self._test,
+            'collect': self._collect,
+            'update': self._update,
         }
         while self.done.phase != 'end':
             began = time.monotonic()
@@ -188,8 +190,13 @@ class Algorithm5:
         on = f'model + difference {self.done.version}' if update else 'the model'
         self._say(f'round {update}: training {steps} steps on {on}')
         outcome = learn(
-            training, self._model.robot, steps, self._round(update),
-            title=f'round {update}', quiet=self._quiet, alive=self._alive,
+            training,
+            self._model.robot,
+            steps,
+            self._round(update),
+            title=f'round {update}',
+            quiet=self._quiet,
+            alive=self._alive,
         )
         if outcome.finished:
             self.done.phase = 'test'
@@ -234,10 +241,14 @@ class Algorithm5:
         difference = from_bytes(weights)
         write_whole(self.folder / f'difference-{difference.version:03d}.safetensors', weights)
         self.done.version = difference.version
-        named = [f'{placed.effect.name} at {", ".join(placed.where)}'
-                 for placed in self.corrected()[0].effects]
-        self._say(f'difference model {difference.version}, from {difference.trained_on} steps'
-                  + (f', on top of {", ".join(named)}' if named else ''))
+        named = [
+            f'{placed.effect.name} at {", ".join(placed.where)}'
+            for placed in self.corrected()[0].effects
+        ]
+        self._say(
+            f'difference model {difference.version}, from {difference.trained_on} steps'
+            + (f', on top of {", ".join(named)}' if named else '')
+        )
         self.done.update += 1
         self.done.phase = 'train'
         return True
@@ -277,19 +288,25 @@ class Algorithm5:
         try:
             done = Done(**json.loads(path.read_text()))
         except (OSError, TypeError, ValueError) as error:
-            raise UserError(f'{path} cannot be read ({one_line(error)}); give another folder, or '
-                            'remove it to start anew') from error
+            raise UserError(
+                f'{path} cannot be read ({one_line(error)}); give another folder, or '
+                'remove it to start anew'
+            ) from error
         for name, value in of.items():
             if done.of.get(name, value) != value:
-                raise UserError(f'{self.folder} holds a run with another {name} '
-                                f'({done.of[name]}); give another folder')
+                raise UserError(
+                    f'{self.folder} holds a run with another {name} '
+                    f'({done.of[name]}); give another folder'
+                )
         return done
 
     def _of(self) -> dict[str, Any]:
         """What a run that is gone on with must have in common with this one."""
         of = {
-            'robot': self._model.robot.name, 'model': write_effects(self._model.effects),
-            'start': self._start and str(self._start), 'seed': self._settings.seed,
+            'robot': self._model.robot.name,
+            'model': write_effects(self._model.effects),
+            'start': self._start and str(self._start),
+            'seed': self._settings.seed,
             'config': asdict(self._config),
         }
         return cast(dict[str, Any], json.loads(json.dumps(of)))

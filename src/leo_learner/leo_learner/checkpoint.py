@@ -53,8 +53,9 @@ def _unwritten(folder: Path, error: OSError) -> UserError:
     kept = any(folder.glob(f'{PREFIX}*'))
     resumed = leo('learn', '--resume', folder)
     then = f'go on with: {resumed}' if kept else 'start again: nothing was saved'
-    return UserError(f'cannot write a checkpoint into {folder} ({error.strerror}); make room, '
-                     f'then {then}')
+    return UserError(
+        f'cannot write a checkpoint into {folder} ({error.strerror}); make room, then {then}'
+    )
 
 
 def load_checkpoint(folder: Path, training: TrainingLoop) -> None:

@@ -83,8 +83,12 @@ def learn(
     save_checkpoint(folder, training)
     save_policy(folder / POLICY, training, robot)
     return Outcome(
-        folder / POLICY, training.best_return, training.steps,
-        time.perf_counter() - began, training.steps >= steps, bool(signals),
+        folder / POLICY,
+        training.best_return,
+        training.steps,
+        time.perf_counter() - began,
+        training.steps >= steps,
+        bool(signals),
     )
 
 
@@ -113,8 +117,12 @@ class _Saver:
 @contextmanager
 def _progress(training: TrainingLoop, steps: int, title: str, quiet: bool) -> Iterator[OnScalar]:
     columns = (
-        TextColumn('{task.description}', markup=False), BarColumn(), MofNCompleteColumn(),
-        TextColumn('steps, left'), TimeRemainingColumn(), TextColumn('{task.fields[test]}'),
+        TextColumn('{task.description}', markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn('steps, left'),
+        TimeRemainingColumn(),
+        TextColumn('{task.fields[test]}'),
     )
     with Progress(*columns, console=Terminal(stderr=True), disable=quiet) as progress:
         task = progress.add_task(title, total=steps, completed=training.steps, test='')

@@ -84,6 +84,7 @@ class WatchedEnv(gymnasium.Wrapper):
             return Left(None, None, 0.0)
         first = outside[0]
         return Left(
-            round(first * self.env.robot.control_period, 6), self._names[steps[first][1]],
+            round(first * self.env.robot.control_period, 6),
+            self._names[steps[first][1]],
             len(outside) / len(steps),
         )

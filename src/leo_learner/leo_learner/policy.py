@@ -68,7 +68,12 @@ class Policy:
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
             return cls._build(metadata, tensors)
         except (
-            SafetensorError, KeyError, TypeError, ValueError, RuntimeError, OverflowError,
+            SafetensorError,
+            KeyError,
+            TypeError,
+            ValueError,
+            RuntimeError,
+            OverflowError,
         ) as error:
             raise UserError(
                 f'{path}: not a policy file ({one_line(error)}); give the policy.safetensors '
@@ -86,9 +91,14 @@ class Policy:
         observation = tuple(json.loads(metadata['observation']))
         act = AGENTS[metadata.get('agent', 'ddpg')](metadata, len(observation), limit, tensors)
         return cls(
-            act, metadata['robot'], metadata.get('actions', 'full'), observation,
-            metadata['unit'], limit, metadata,
-        )  # fmt: skip
+            act,
+            metadata['robot'],
+            metadata.get('actions', 'full'),
+            observation,
+            metadata['unit'],
+            limit,
+            metadata,
+        )
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Inputs (..., A) in volts (N m) for unscaled observations (..., n_obs)."""

@@ -58,7 +58,9 @@ class RobotEnv(RobotSpaces):
         self._state: JointStates | None = None
         self._period_ns = round(robot.control_period * 1e9)
         node.create_subscription(
-            topics.JOINT_STATES.type, topics.JOINT_STATES.name, self._on_state,
+            topics.JOINT_STATES.type,
+            topics.JOINT_STATES.name,
+            self._on_state,
             topics.JOINT_STATES.qos,
         )
         node.create_subscription(
@@ -116,9 +118,7 @@ class RobotEnv(RobotSpaces):
         future = self._reset.call_async(topics.RESET.type.Request())
         return future.result() if self._wait(future.done, 'the reset', limit=5.0) else None
 
-    def _follow(
-        self, before: JointStates, inputs: np.ndarray, episode: int
-    ) -> JointStates | None:
+    def _follow(self, before: JointStates, inputs: np.ndarray, episode: int) -> JointStates | None:
         """Command until the state one period after `before` is there; None if it never comes."""
         due = before.stamp_ns + self._period_ns - self._period_ns // 100
         command = Command(inputs).to_message()

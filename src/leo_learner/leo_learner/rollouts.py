@@ -48,9 +48,13 @@ class Rollouts(gymnasium.Wrapper):
         """Everything so far."""
         robot, period = self.model_env.robot, self.model_env.robot.control_period
         return Recording(
-            path=Path('in-process'), sha256='', joints=robot.joint_names,
-            actuators=tuple(a.joint for a in robot.actuators), input=robot.input,
-            command_period=period, metadata={},
+            path=Path('in-process'),
+            sha256='',
+            joints=robot.joint_names,
+            actuators=tuple(a.joint for a in robot.actuators),
+            input=robot.input,
+            command_period=period,
+            metadata={},
             episodes=tuple(_episode(rows, period) for rows in self._whole()),
         )
 
@@ -85,7 +89,6 @@ def _episode(rows: Rows, period: float) -> Episode:
 def _run(episode: Episode, robot: Robot) -> Run:
     kind = INTERFACES[robot.input]
     inputs = {
-        actuator.joint: {kind: episode.inputs[:, k]}
-        for k, actuator in enumerate(robot.actuators)
+        actuator.joint: {kind: episode.inputs[:, k]} for k, actuator in enumerate(robot.actuators)
     }
     return Run(episode.t, robot.joint_names, episode.q, episode.dq, inputs=inputs)

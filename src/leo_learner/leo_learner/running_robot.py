@@ -116,8 +116,10 @@ class RunningRobot:
         client = self.node.create_client(kind, name)
         try:
             if not spin_until(client.service_is_ready, FOUND_SECONDS):
-                raise UserError('no robot is running; start one (leo run leo_sim robot '
-                                '--ros-args -p robot:=leo) or name a model (--model leo)')
+                raise UserError(
+                    'no robot is running; start one (leo run leo_sim robot '
+                    '--ros-args -p robot:=leo) or name a model (--model leo)'
+                )
             return call(client, request, ANSWER_SECONDS)
         except TimeoutError as error:
             if not running():

@@ -28,8 +28,9 @@ CONTROLLER_LIMIT = 10.7745
 """Of the P controllers [V]; the robot's own limit comes after."""
 JOINTS = ('hip_stance', 'hip_swing', 'knee_stance', 'knee_swing', 'torso')
 OBSERVED = tuple(f'{kind}({joint})' for kind in ('angle', 'rate') for joint in JOINTS)
-LEGS = tuple(tuple(f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle'))
-             for side in ('left', 'right'))  # fmt: skip
+LEGS = tuple(
+    tuple(f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle')) for side in ('left', 'right')
+)
 FEET = ('left_foot', 'right_foot')
 
 

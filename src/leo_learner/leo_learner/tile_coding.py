@@ -42,7 +42,12 @@ class TileCoding:
     """
 
     def __init__(
-        self, widths: np.ndarray, actions: np.ndarray, tilings: int, memory: int, initial: float,
+        self,
+        widths: np.ndarray,
+        actions: np.ndarray,
+        tilings: int,
+        memory: int,
+        initial: float,
         seed: int,
     ) -> None:
         n_obs = len(widths) - actions.shape[1]
@@ -61,9 +66,15 @@ class TileCoding:
     def values(self, observation: np.ndarray) -> np.ndarray:
         """Of all actions, (N,)."""
         return values(
-            self._cells, self.weights, self._observed(observation), self._keys, self._counts,
-            self._groups, self._salt, self._initial,
-        )  # fmt: skip
+            self._cells,
+            self.weights,
+            self._observed(observation),
+            self._keys,
+            self._counts,
+            self._groups,
+            self._salt,
+            self._initial,
+        )
 
     def claim(self, observation: np.ndarray, action: int) -> np.ndarray:
         """The cells (T,) of an observation and the action with that number, claimed if new."""
@@ -152,8 +163,14 @@ def start(key: np.uint64, salt: np.uint64, initial: np.float32) -> np.float32:
 
 @compiled
 def values(
-    cells: np.ndarray, weights: np.ndarray, observed: np.ndarray, keys: np.ndarray,
-    counts: np.ndarray, groups: np.ndarray, salt: np.uint64, initial: np.float32,
+    cells: np.ndarray,
+    weights: np.ndarray,
+    observed: np.ndarray,
+    keys: np.ndarray,
+    counts: np.ndarray,
+    groups: np.ndarray,
+    salt: np.uint64,
+    initial: np.float32,
 ) -> np.ndarray:
     """Values (N,) of all actions.
 
@@ -182,8 +199,12 @@ def values(
 
 @compiled
 def claim(
-    cells: np.ndarray, weights: np.ndarray, observed: np.ndarray, own: np.ndarray,
-    salt: np.uint64, initial: np.float32,
+    cells: np.ndarray,
+    weights: np.ndarray,
+    observed: np.ndarray,
+    own: np.ndarray,
+    salt: np.uint64,
+    initial: np.float32,
 ) -> np.ndarray:
     """Cells (T,) of one observation and action, claimed where they are free.
 

@@ -134,9 +134,7 @@ class TrainingLoop(ABC):
         rng = np.random.default_rng([self.seed, self.episodes])
         began, first = time.perf_counter(), self.steps
         self._begin(rng)
-        observation, _ = self.env.reset(
-            seed=int(rng.integers(2**31)), options={'pose': 'random'}
-        )
+        observation, _ = self.env.reset(seed=int(rng.integers(2**31)), options={'pose': 'random'})
         total, done = 0.0, False
         logged: dict[str, Any] = {}
         while not done:

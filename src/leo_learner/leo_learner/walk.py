@@ -66,9 +66,14 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
     power = task.motor_power(dq[:-1], inputs, dq[1:])
     energy = float(np.sum(power)) * robot.control_period
     return Walk(
-        distance, len(steps), passes(gait, q), bool(task.terminated(State(q[-1], dq[-1]))), energy,
-        energy / distance if distance > 0 else None, len(inputs) * robot.control_period,
-    )  # fmt: skip
+        distance,
+        len(steps),
+        passes(gait, q),
+        bool(task.terminated(State(q[-1], dq[-1]))),
+        energy,
+        energy / distance if distance > 0 else None,
+        len(inputs) * robot.control_period,
+    )
 
 
 def footsteps(gait: Gait, q: np.ndarray) -> list[float]:

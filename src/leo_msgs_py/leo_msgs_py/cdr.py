@@ -112,9 +112,19 @@ def supply(stamp_ns: int, joint: str, volts: float) -> bytes:
     """Bytes of a sensor_msgs/BatteryState: the supply [V] of one joint's motor at a time [ns]."""
     unmeasured, empty = [np.nan] * 6, np.zeros(0, np.float32)
     return _message(
-        'sensor_msgs/msg/BatteryState', _header(stamp_ns, joint), float(volts), *unmeasured,
-        0, 0, 0, True, empty, empty, '', '',
-    )  # fmt: skip
+        'sensor_msgs/msg/BatteryState',
+        _header(stamp_ns, joint),
+        float(volts),
+        *unmeasured,
+        0,
+        0,
+        0,
+        True,
+        empty,
+        empty,
+        '',
+        '',
+    )
 
 
 def _message(type_name: str, *fields: Any) -> bytes:

@@ -37,14 +37,27 @@ recording, 'leo --version' says which leo this is.
 """
 _FIRST = ('import', 'robot', 'check', 'compare', 'explain', 'add', 'next', 'watch')
 """The verbs a newcomer needs, in the order in which they are used."""
-_OTHERS = {'models and bags': ('repair', 'bag', 'export'), 'controllers': ('learn', 'play'),
-           'drivers': ('check-driver',), 'try it': ('demo', 'reveal'),
-           'the running graph': ('run', 'status', 'topic', 'node', 'service', 'param'),
-           'the shell': ('completion',), 'laboratory': ('blind', 'reproduce')}  # fmt: skip
+_OTHERS = {
+    'models and bags': ('repair', 'bag', 'export'),
+    'controllers': ('learn', 'play'),
+    'drivers': ('check-driver',),
+    'try it': ('demo', 'reveal'),
+    'the running graph': ('run', 'status', 'topic', 'node', 'service', 'param'),
+    'the shell': ('completion',),
+    'laboratory': ('blind', 'reproduce'),
+}
 _ELSEWHERE = 'from other packages'
 _HELP = ('-h', '--help', 'help')
-_ROS = {'rclpy', 'rcl_interfaces', 'builtin_interfaces', 'rosgraph_msgs', 'diagnostic_msgs',
-        'sensor_msgs', 'std_msgs', 'std_srvs'}  # fmt: skip
+_ROS = {
+    'rclpy',
+    'rcl_interfaces',
+    'builtin_interfaces',
+    'rosgraph_msgs',
+    'diagnostic_msgs',
+    'sensor_msgs',
+    'std_msgs',
+    'std_srvs',
+}
 _NO_ROS = (
     'this needs ROS 2, and there is no {} here: source a ROS 2 Jazzy, or on Linux x86-64 install '
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
@@ -217,8 +230,10 @@ def _find(name: str, verbs: dict[str, EntryPoint]) -> EntryPoint:
     if name in verbs:
         return verbs[name]
     if name in _LABORATORY:
-        raise UserError(f'unknown verb {name!r}; it is one of the laboratory, which is not '
-                        "installed: pip install ./benchmarks/laboratory, in this project's source")
+        raise UserError(
+            f'unknown verb {name!r}; it is one of the laboratory, which is not '
+            "installed: pip install ./benchmarks/laboratory, in this project's source"
+        )
     near = difflib.get_close_matches(name, verbs, n=1)
     hint = f'did you mean {near[0]!r}?' if near else "see 'leo --help'"
     raise UserError(f'unknown verb {name!r}; {hint}')

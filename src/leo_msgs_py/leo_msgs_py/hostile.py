@@ -29,8 +29,13 @@ UNREADABLE = (RCLError, ValueError, MemoryError)
 """What rclpy raises about something that arrived."""
 
 _SERVICES = (
-    srv.DescribeParameters, srv.GetParameters, srv.GetParameterTypes, srv.ListParameters,
-    srv.SetParameters, srv.SetParametersAtomically, GetTypeDescription,
+    srv.DescribeParameters,
+    srv.GetParameters,
+    srv.GetParameterTypes,
+    srv.ListParameters,
+    srv.SetParameters,
+    srv.SetParametersAtomically,
+    GetTypeDescription,
 )
 _QUIET = 1.0
 """Time between two complaints [s]."""

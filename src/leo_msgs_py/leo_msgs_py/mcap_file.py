@@ -26,8 +26,14 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.shell_words import leo
 
 DAMAGE = (
-    McapError, CRCValidationError, struct.error, zstandard.ZstdError, RuntimeError,
-    UnicodeDecodeError, OverflowError, MemoryError,
+    McapError,
+    CRCValidationError,
+    struct.error,
+    zstandard.ZstdError,
+    RuntimeError,
+    UnicodeDecodeError,
+    OverflowError,
+    MemoryError,
 )
 """What readers of MCAP raise where bytes are not what was written."""
 LARGEST_CHUNK = 1 << 28
@@ -39,8 +45,11 @@ PIECE = 1 << 20
 _FRAME = struct.Struct('<BQ')
 _MESSAGE_HEAD = 22
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
-    Opcode.SCHEMA: Schema.read, Opcode.CHANNEL: Channel.read, Opcode.CHUNK: Chunk.read,
-    Opcode.METADATA: Metadata.read, Opcode.FOOTER: Footer.read,
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+    Opcode.CHUNK: Chunk.read,
+    Opcode.METADATA: Metadata.read,
+    Opcode.FOOTER: Footer.read,
 }
 
 
@@ -131,8 +140,10 @@ def refuse_many(path: Path, topics: Collection[object]) -> None:
         UserError: it has.
     """
     if len(topics) > MOST_TOPICS:
-        raise UserError(f'{path} has more than {MOST_TOPICS} topics, as no robot has; make a bag '
-                        'of those that are needed (ros2 bag convert, topics: [...])')
+        raise UserError(
+            f'{path} has more than {MOST_TOPICS} topics, as no robot has; make a bag '
+            'of those that are needed (ros2 bag convert, topics: [...])'
+        )
 
 
 def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:

@@ -38,19 +38,30 @@ class _Gid(c.Structure):
 
 
 class _Info(c.Structure):
-    _fields_ = [('published', c.c_int64), ('received', c.c_int64), ('number', c.c_uint64),
-                ('received_number', c.c_uint64), ('publisher', _Gid),
-                ('within_process', c.c_bool)]  # fmt: skip
+    _fields_ = [
+        ('published', c.c_int64),
+        ('received', c.c_int64),
+        ('number', c.c_uint64),
+        ('received_number', c.c_uint64),
+        ('publisher', _Gid),
+        ('within_process', c.c_bool),
+    ]
 
 
 class _Allocator(c.Structure):
-    _fields_ = [(name, c.c_void_p) for name in
-                ('allocate', 'deallocate', 'reallocate', 'zero_allocate', 'state')]  # fmt: skip
+    _fields_ = [
+        (name, c.c_void_p)
+        for name in ('allocate', 'deallocate', 'reallocate', 'zero_allocate', 'state')
+    ]
 
 
 class _Bytes(c.Structure):
-    _fields_ = [('buffer', c.c_void_p), ('length', c.c_size_t), ('capacity', c.c_size_t),
-                ('allocator', _Allocator)]  # fmt: skip
+    _fields_ = [
+        ('buffer', c.c_void_p),
+        ('length', c.c_size_t),
+        ('capacity', c.c_size_t),
+        ('allocator', _Allocator),
+    ]
 
 
 _rcl = c.CDLL(rclpy_implementation.__file__)
@@ -68,15 +79,19 @@ def taken(subscription: Subscription) -> Iterator[Taken]:
         info = _Info()
         while _take(subscription, data, info):
             yield Taken(
-                c.string_at(data.buffer, data.length), info.published, info.received,
-                0 if info.number == _UNKNOWN else info.number, bytes(info.publisher.data),
+                c.string_at(data.buffer, data.length),
+                info.published,
+                info.received,
+                0 if info.number == _UNKNOWN else info.number,
+                bytes(info.publisher.data),
             )
 
 
 def _take(subscription: Subscription, data: _Bytes, info: _Info) -> bool:
     """Take one message; say whether there was one."""
     result = _rcl.rcl_take_serialized_message(
-        subscription.handle.pointer, c.addressof(data), c.addressof(info), None)
+        subscription.handle.pointer, c.addressof(data), c.addressof(info), None
+    )
     if result not in (_OK, _NOTHING):
         _rcl.rcutils_reset_error()
         raise rclpy_implementation.RCLError(f'no message can be taken: rcl says {result}')

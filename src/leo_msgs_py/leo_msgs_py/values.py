@@ -68,9 +68,7 @@ class JointStates:
             )
         rows = [self.names.index(name) for name in names]
         effort = None if self.effort is None else self.effort[rows]
-        return JointStates(
-            self.stamp_ns, names, self.position[rows], self.velocity[rows], effort
-        )
+        return JointStates(self.stamp_ns, names, self.position[rows], self.velocity[rows], effort)
 
 
 def field_of(interface: str) -> str:

@@ -108,12 +108,15 @@ def test_too_little_data_is_untestable_with_empty_tables(tmp_path):
     assert answer.not_testable[0].why
 
 
-@pytest.mark.parametrize('given, said', [
-    (('no_such_effect',), 'no effect is named'),
-    (('coulomb_friction', 'elbow'), 'elbow'),
-    (('coulomb_friction', 'pivot'), 'without a value'),
-    (('out/explain.json',), 'no file'),
-])
+@pytest.mark.parametrize(
+    'given, said',
+    [
+        (('no_such_effect',), 'no effect is named'),
+        (('coulomb_friction', 'elbow'), 'elbow'),
+        (('coulomb_friction', 'pivot'), 'without a value'),
+        (('out/explain.json',), 'no file'),
+    ],
+)
 def test_what_cannot_be_added_is_said(given, said):
     with pytest.raises(UserError, match=said):
         add(MODEL, *given)

@@ -79,8 +79,10 @@ def quick() -> Recording:
     inputs = np.repeat(slow.episodes[0].inputs, 10, axis=0)
     q, dq = rollout(FINE, [[0.0]], [[0.0]], inputs[None], 0.001)
     rng, count = np.random.default_rng(1), len(inputs)
-    seen = (x[0, :count] + s * rng.standard_normal((count, 1))
-            for x, s in zip((q, dq), NOISE, strict=True))  # fmt: skip
+    seen = (
+        x[0, :count] + s * rng.standard_normal((count, 1))
+        for x, s in zip((q, dq), NOISE, strict=True)
+    )
     on = np.ones(inputs.shape, dtype=bool)
     episode = Episode(0.001 * np.arange(count), *seen, inputs, on)
     return replace(slow, episodes=(episode,), command_period=0.01)

@@ -57,8 +57,14 @@ def loop(tmp_path, monkeypatch):
             monkeypatch.setattr(algorithm5, 'play', lambda *a, **k: play(*a) * 0 + next(given))
         made.source = Fitting(robot)
         return Algorithm5(
-            tmp_path / folder, ideal, SMALL, replace(SETTINGS, **changed), robot, made.source,
-            say=said.append, start=start,
+            tmp_path / folder,
+            ideal,
+            SMALL,
+            replace(SETTINGS, **changed),
+            robot,
+            made.source,
+            say=said.append,
+            start=start,
         )
 
     made.said, made.folder = said, tmp_path
@@ -141,12 +147,16 @@ def test_what_was_gathered_may_be_gathered_again(loop):
     assert algorithm.done.samples == samples
 
 
-@pytest.mark.parametrize('make', [
-    lambda: sarsa.Training(driven(training_env(Model('leo_ode')), 'sym'),
-                           sarsa.CONFIGS['thesis'], 0),
-    lambda: Training(driven(training_env(Model('leo_ode')), 'sym'), RECOMMENDED_WALKING, 0),
-    lambda: Training(training_env(Model('leo_ode')), THESIS_WALKING, 0),
-])
+@pytest.mark.parametrize(
+    'make',
+    [
+        lambda: sarsa.Training(
+            driven(training_env(Model('leo_ode')), 'sym'), sarsa.CONFIGS['thesis'], 0
+        ),
+        lambda: Training(driven(training_env(Model('leo_ode')), 'sym'), RECOMMENDED_WALKING, 0),
+        lambda: Training(training_env(Model('leo_ode')), THESIS_WALKING, 0),
+    ],
+)
 def test_the_learner_starts_only_from_what_it_can_go_on_with(tmp_path, make):
     training, robot = make(), load_robot('leo_ode')
     save_checkpoint(tmp_path, training)

@@ -52,8 +52,13 @@ def test_networks_start_as_in_the_thesis():
     assert first.weight.shape == (400, 3) and second.weight.shape == (300, 400)
     (critic,) = agent.critic.members
     assert critic.hidden[1][0].weight.shape == (300, 401)
-    for layer, bound in ((first, 3**-0.5), (second, 400**-0.5), (agent.actor.output, 3e-3),
-                         (critic.hidden[1][0], 401**-0.5), (critic.output, 3e-3)):
+    for layer, bound in (
+        (first, 3**-0.5),
+        (second, 400**-0.5),
+        (agent.actor.output, 3e-3),
+        (critic.hidden[1][0], 401**-0.5),
+        (critic.output, 3e-3),
+    ):
         largest = float(layer.weight.detach().abs().max())
         assert 0.9 * bound < largest <= bound
         assert not layer.bias.any()
@@ -61,8 +66,10 @@ def test_networks_start_as_in_the_thesis():
 
 def test_critic_is_decayed_and_the_actor_is_not():
     update = Agent(3, 1, THESIS, seed=0, update=AutogradUpdate).update
-    decays = [[g['weight_decay'] for g in a.param_groups]
-              for a in (update.actor_adam, update.critic_adam)]
+    decays = [
+        [g['weight_decay'] for g in a.param_groups]
+        for a in (update.actor_adam, update.critic_adam)
+    ]
     rates = [a.param_groups[0]['lr'] for a in (update.actor_adam, update.critic_adam)]
     assert decays == [[0.0, 0.0], [0.01, 0.0]]
     assert rates == [1e-4, 1e-3]
@@ -77,22 +84,25 @@ def test_noise_follows_its_recursion():
 
 
 def test_bootstraps_unless_terminated():
-    agent = Agent(1, 1, replace(THESIS, hidden=(8, 8), tau=0.0, critic_l2=0.0, critic_rate=0.01),
-                  seed=0)
+    agent = Agent(
+        1, 1, replace(THESIS, hidden=(8, 8), tau=0.0, critic_l2=0.0, critic_rate=0.01), seed=0
+    )
     with torch.no_grad():
         agent.target_critic.members[0].output.bias.fill_(10.0)
     seen = np.zeros((64, 1), np.float32)
     for terminated, value in ((1.0, 1.0), (0.0, 1.0 + 0.99 * 10.0)):
-        batch = Batch(seen, seen, np.ones(64, np.float32), seen,
-                      np.full(64, terminated, np.float32))
+        batch = Batch(
+            seen, seen, np.ones(64, np.float32), seen, np.full(64, terminated, np.float32)
+        )
         for _ in range(1500):
             agent.learn(batch)
         zero = torch.zeros(1, 1)
         assert float(agent.critic(zero, zero).detach()) == pytest.approx(value, rel=0.05)
 
 
-@pytest.mark.parametrize('config', [SMALL, replace(THESIS, hidden=(32, 32), warm_up=64,
-                                                   actor_rate=1e-3, tau=0.01)])
+@pytest.mark.parametrize(
+    'config', [SMALL, replace(THESIS, hidden=(32, 32), warm_up=64, actor_rate=1e-3, tau=0.01)]
+)
 def test_learns_to_follow(config):
     training = Training(Follow(), config, seed=0)
     training.run(3000)
@@ -177,8 +187,14 @@ def test_folder_run_writes_curves_policy_checkpoint(tmp_path):
     robot = load_robot('pendulum')
     outcome = learn(Training(Follow(), SMALL, 0), robot, 200, tmp_path, quiet=True)
     events = EventAccumulator(str(tmp_path)).Reload()
-    assert {'charts/episodic_return', 'charts/test_return', 'charts/SPS', 'losses/qf_loss',
-            'losses/qf_values', 'losses/actor_loss'} <= set(events.Tags()['scalars'])
+    assert {
+        'charts/episodic_return',
+        'charts/test_return',
+        'charts/SPS',
+        'losses/qf_loss',
+        'losses/qf_values',
+        'losses/actor_loss',
+    } <= set(events.Tags()['scalars'])
     assert outcome.finished and outcome.steps == 200 and outcome.policy.is_file()
     again = learn(Training(Follow(), SMALL, 0), robot, 300, tmp_path, quiet=True)
     assert again.steps == 300

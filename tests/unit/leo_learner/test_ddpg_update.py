@@ -26,9 +26,12 @@ def batch(seed: int, size: int = 32) -> Batch:
     """Random transitions, some of them the last of their episode."""
     rng = np.random.default_rng(seed)
     columns = (
-        rng.normal(size=(size, N_OBS)), rng.uniform(-1, 1, (size, N_ACT)), rng.normal(size=size),
-        rng.normal(size=(size, N_OBS)), rng.random(size) < 0.2,
-    )  # fmt: skip
+        rng.normal(size=(size, N_OBS)),
+        rng.uniform(-1, 1, (size, N_ACT)),
+        rng.normal(size=size),
+        rng.normal(size=(size, N_OBS)),
+        rng.random(size) < 0.2,
+    )
     return Batch(*(column.astype(np.float32) for column in columns))
 
 

@@ -51,8 +51,9 @@ def shifted(model: Model, shift: float) -> DifferenceModel:
     for parameter in network.parameters():
         parameter.data.zero_()
     network.layers[-1].bias.data[2] = shift
-    return DifferenceModel(network.eval(), layout, Config(hidden=(4,), dropout=0.0),
-                           'pendulum', 1, 0)
+    return DifferenceModel(
+        network.eval(), layout, Config(hidden=(4,), dropout=0.0), 'pendulum', 1, 0
+    )
 
 
 @pytest.fixture
@@ -72,10 +73,11 @@ def test_step_is_the_models(model):
     env.reset(options={'pose': 'nominal'})
     observation, reward, terminated, truncated, info = env.step(np.array([5.0]))
     after = model.step(model.start(), [3.0], 0.05)
-    np.testing.assert_array_equal(observation, [np.cos(after.q[0]), np.sin(after.q[0]),
-                                                after.dq[0]])
+    np.testing.assert_array_equal(
+        observation, [np.cos(after.q[0]), np.sin(after.q[0]), after.dq[0]]
+    )
     angle = np.angle(np.exp(1j * after.q[0]))
-    assert reward == pytest.approx(-5 * angle**2 - 0.1 * after.dq[0]**2 - 0.01 * 9)
+    assert reward == pytest.approx(-5 * angle**2 - 0.1 * after.dq[0] ** 2 - 0.01 * 9)
     assert not terminated and not truncated and info == {}
 
 
@@ -140,9 +142,10 @@ def respelled(policy, target, limit=None, weights=None):
     return target
 
 
-@pytest.mark.parametrize('limit', [
-    '[NaN]', '[Infinity]', '[0]', '[-3]', '3', '[[3]]', '[]', f'[{"9" * 400}]', '"3"', 'null',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'limit',
+    ['[NaN]', '[Infinity]', '[0]', '[-3]', '3', '[[3]]', '[]', f'[{"9" * 400}]', '"3"', 'null'],
+)
 def test_a_policy_with_limits_that_are_none_is_refused(limit, policy, tmp_path):
     with pytest.raises(UserError, match='not a policy file'):
         Policy.load(respelled(policy, tmp_path / 'other', limit))
@@ -169,13 +172,16 @@ def test_returns_repeat_and_collecting_counts(model):
     assert len(driven) == 450
 
 
-@pytest.mark.parametrize('argv, words', [
-    (['--robot', 'pendulum'], '-o DIR'),
-    (['--robot', 'pendulm', '-o', 'x'], 'pendulum'),
-    (['--resume', 'nowhere'], 'holds no run'),
-    (['--steps', '0', '-o', 'x'], '--steps'),
-    (['--what', '-o', 'x'], '--what'),
-])
+@pytest.mark.parametrize(
+    'argv, words',
+    [
+        (['--robot', 'pendulum'], '-o DIR'),
+        (['--robot', 'pendulm', '-o', 'x'], 'pendulum'),
+        (['--resume', 'nowhere'], 'holds no run'),
+        (['--steps', '0', '-o', 'x'], '--steps'),
+        (['--what', '-o', 'x'], '--what'),
+    ],
+)
 def test_learn_says_what_is_wrong(argv, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match=words) as error:
@@ -201,11 +207,14 @@ def test_learn_and_play(tmp_path, capsys):
             play_verb.main([told['policy'], '--model', 'pendulum', *argv])
 
 
-@pytest.mark.parametrize('argv, words', [
-    (['--steps', '-5'], '--steps must be 1'),
-    (['--seed', '0'], '--seed cannot be changed'),
-    (['--config', 'thesis'], '--config cannot be changed'),
-])
+@pytest.mark.parametrize(
+    'argv, words',
+    [
+        (['--steps', '-5'], '--steps must be 1'),
+        (['--seed', '0'], '--seed cannot be changed'),
+        (['--config', 'thesis'], '--config cannot be changed'),
+    ],
+)
 def test_a_run_goes_on_as_it_was_begun(tmp_path, argv, words):
     folder = tmp_path / 'run'
     assert learn_verb.main(['--steps', '60', '-o', str(folder), '--json']) == 0
@@ -306,10 +315,13 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
     assert 'one network' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('argv, words', [
-    (['--difference', 'x'], 'no difference model x'),
-    (['--model', 'pendulum', '--difference', 'x'], 'no difference model x'),
-])
+@pytest.mark.parametrize(
+    'argv, words',
+    [
+        (['--difference', 'x'], 'no difference model x'),
+        (['--model', 'pendulum', '--difference', 'x'], 'no difference model x'),
+    ],
+)
 def test_play_says_what_is_wrong_with_a_difference_model(policy, argv, words):
     with pytest.raises(UserError, match=words) as error:
         play_verb.main([str(policy), *argv])

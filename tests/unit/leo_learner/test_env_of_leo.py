@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """LEO as a gymnasium environment."""
+
 import numpy as np
 import pytest
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """SARSA(lambda): the data sheet's numbers, its update by hand, learning, runs that go on."""
+
 from dataclasses import replace
 import json
 
@@ -22,8 +23,9 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
-SMALL = Config(levels=3, tilings=8, widths=(0.2, 1.5), memory=2**12, gamma=0.98, trace=0.8,
-               test_interval=5)
+SMALL = Config(
+    levels=3, tilings=8, widths=(0.2, 1.5), memory=2**12, gamma=0.98, trace=0.8, test_interval=5
+)
 
 
 class Corridor(gymnasium.Env):
@@ -57,11 +59,18 @@ def test_numbers_of_the_data_sheet():
     agent = Agent(10, np.full(3, 8.6), replace(Config(), memory=2**10), seed=0)
     assert agent.actions.shape == (343, 3)
     assert np.diff(agent.actions[:7, 2] * 8.6) == pytest.approx(2 * 8.6 / 6)
-    assert Config().widths == (.28, .28, .28, .28, .14, 10, 10, 10, 10, 5, 5.33, 5.33, 5.33)
+    assert Config().widths == (0.28, 0.28, 0.28, 0.28, 0.14, 10, 10, 10, 10, 5, 5.33, 5.33, 5.33)
     config = Config()
-    assert (config.alpha, config.gamma, config.trace, config.epsilon, config.tilings,
-            config.memory, config.initial, config.test_interval) == (
-        0.2, 0.9962, 0.8582, 0.05, 16, 33_554_432, 0.01, 10)
+    assert (
+        config.alpha,
+        config.gamma,
+        config.trace,
+        config.epsilon,
+        config.tilings,
+        config.memory,
+        config.initial,
+        config.test_interval,
+    ) == (0.2, 0.9962, 0.8582, 0.05, 16, 33_554_432, 0.01, 10)
 
 
 def test_update_by_hand():
@@ -85,8 +94,9 @@ def test_update_by_hand():
         trace[own] += 1
         for slot in dense:
             dense[slot] += config.alpha * (-k + ahead - value) * trace[slot]
-    np.testing.assert_allclose([tiles.weights[slot] for slot in dense], list(dense.values()),
-                               rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(
+        [tiles.weights[slot] for slot in dense], list(dense.values()), rtol=1e-4, atol=1e-5
+    )
     assert trace.max() > 1
 
 
@@ -190,7 +200,11 @@ def test_learn_and_play(tmp_path, capsys):
     assert learn_verb.main(argv) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert (told['model'], told['agent'], told['actions'], told['config']) == (
-        'leo_ode', 'sarsa', 'sym', 'thesis')
+        'leo_ode',
+        'sarsa',
+        'sym',
+        'thesis',
+    )
     assert play_verb.main([told['policy'], '--model', 'leo_ode', '--json']) == 0
     played = json.loads(capsys.readouterr().out.splitlines()[-1])
     # It was tested on the coarser scheme that it was trained on.
@@ -200,13 +214,16 @@ def test_learn_and_play(tmp_path, capsys):
     assert 'footsteps' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('argv, words', [
-    (['--agent', 'sarsa', '--actions', 'full'], '--actions sym only'),
-    (['--agent', 'sarsa', '--config', 'recommended'], '--config thesis'),
-    (['--agent', 'sarsa', '--start', 'run'], '--start takes networks'),
-    (['--agent', 'sarsa', '--robot', 'pendulum'], "'pendulum' is no LEO"),
-    (['--actions', 'sym', '--robot', 'pendulum'], "'pendulum' is no LEO"),
-])
+@pytest.mark.parametrize(
+    'argv, words',
+    [
+        (['--agent', 'sarsa', '--actions', 'full'], '--actions sym only'),
+        (['--agent', 'sarsa', '--config', 'recommended'], '--config thesis'),
+        (['--agent', 'sarsa', '--start', 'run'], '--start takes networks'),
+        (['--agent', 'sarsa', '--robot', 'pendulum'], "'pendulum' is no LEO"),
+        (['--actions', 'sym', '--robot', 'pendulum'], "'pendulum' is no LEO"),
+    ],
+)
 def test_learn_says_what_is_wrong(argv, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match=words) as error:

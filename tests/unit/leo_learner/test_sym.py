@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sym: stance and swing instead of left and right, three voltages, P controllers for the rest."""
+
 from dataclasses import replace
 
 from gymnasium.utils.env_checker import check_env
@@ -35,14 +36,26 @@ def state(**angles):
 
 
 def test_sees_stance_before_swing():
-    q = state(torso_pitch=0.1, left_hip=0.2, right_hip=0.3, left_knee=0.4, right_knee=0.5,
-              left_ankle=9, right_ankle=9)
+    q = state(
+        torso_pitch=0.1,
+        left_hip=0.2,
+        right_hip=0.3,
+        left_knee=0.4,
+        right_knee=0.5,
+        left_ankle=9,
+        right_ankle=9,
+    )
     seen = SymMap(ODE)
     left, right = (seen.observation(q, 10 * q, stance) for stance in (0, 1))
     assert left.tolist() == [0.2, 0.3, 0.4, 0.5, 0.1, 2, 3, 4, 5, 1]
     assert right.tolist() == [0.3, 0.2, 0.5, 0.4, 0.1, 3, 2, 5, 4, 1]
-    assert OBSERVED[:5] == ('angle(hip_stance)', 'angle(hip_swing)', 'angle(knee_stance)',
-                            'angle(knee_swing)', 'angle(torso)')
+    assert OBSERVED[:5] == (
+        'angle(hip_stance)',
+        'angle(hip_swing)',
+        'angle(knee_stance)',
+        'angle(knee_swing)',
+        'angle(torso)',
+    )
 
 
 def test_drives_stance_and_swing():

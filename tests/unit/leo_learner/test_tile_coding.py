@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tile coding: which inputs share tiles, hashing, and weights of their own."""
+
 import numpy as np
 import pytest
 
@@ -49,14 +50,14 @@ def test_number_of_tiles():
 def test_hashing_stays_as_it_is():
     """Policy files hold places in the memory, so these numbers must never change."""
     found = tile_keys(np.array([0.3, -1.2, 7.0]), 16 / WIDTHS, 0, 16)
-    assert [int(key) for key in found[:2]] == [
-        13784426123584120596, 12443422180362466869]
+    assert [int(key) for key in found[:2]] == [13784426123584120596, 12443422180362466869]
 
 
 def test_weights_start_small_random_and_by_seed():
     grid = np.random.default_rng(0).uniform(-50, 50, (2000, 2))
-    one, again, other = (np.array([t.values(x) for x in grid])
-                         for t in (tiles(), tiles(), tiles(seed=1)))
+    one, again, other = (
+        np.array([t.values(x) for x in grid]) for t in (tiles(), tiles(), tiles(seed=1))
+    )
     assert np.array_equal(one, again) and not np.any(one == other)
     assert one.mean() == pytest.approx(0.005, rel=0.01)
     assert one.std() == pytest.approx(0.01 / np.sqrt(12 * 16), rel=0.05)

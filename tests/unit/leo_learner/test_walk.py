@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Distance, footsteps, energy and fall of an episode, by hand."""
+
 import json
 
 import numpy as np
@@ -20,8 +21,14 @@ LEO, ODE = load_robot('leo'), load_robot('leo_ode')
 def leg(robot, lift, swing, **more):
     """One foot 1 mm deep in the ground, the other lifted; the left leg `swing` to the front."""
     q, gait = np.array(Model(robot, engine='rigid').start('standing').q), Gait(robot)
-    changes = [('left_hip', swing), ('right_hip', -swing), ('left_ankle', -swing),
-               ('right_ankle', swing), (f'{lift}_knee', -0.6), (f'{lift}_ankle', 0.6)]
+    changes = [
+        ('left_hip', swing),
+        ('right_hip', -swing),
+        ('left_ankle', -swing),
+        ('right_ankle', swing),
+        (f'{lift}_knee', -0.6),
+        (f'{lift}_ankle', 0.6),
+    ]
     for joint, value in [*changes, *more.items()]:
         q[robot.joint_names.index(joint)] += value
     q[1] -= gait.clearance(q) + 0.001
@@ -30,8 +37,11 @@ def leg(robot, lift, swing, **more):
 
 def walk(robot):
     """Left, right, left carries: two footsteps, the second one longer, 2 cm of travel each."""
-    rows = [leg(robot, 'right', 0.0), leg(robot, 'left', -0.1, base_x=0.02),
-            leg(robot, 'right', 0.2, base_x=0.04)]
+    rows = [
+        leg(robot, 'right', 0.0),
+        leg(robot, 'left', -0.1, base_x=0.02),
+        leg(robot, 'right', 0.2, base_x=0.04),
+    ]
     return np.array(rows)
 
 

@@ -82,11 +82,17 @@ def test_a_full_disk_is_one_line(verbs, capfd):
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
 
 
-@pytest.mark.parametrize('words', [
-    ['compare', LONG, '--model', 'pendulum'], ['bag', 'info', LONG], ['play', LONG],
-    ['learn', '--resume', LONG], ['import', LONG, '--map', 'bam_xl330', '-o', 'bag'],
-    ['run', 'leo_sim', 'robot', '--ros-args', '-p', f'robot:={LONG}'],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['compare', LONG, '--model', 'pendulum'],
+        ['bag', 'info', LONG],
+        ['play', LONG],
+        ['learn', '--resume', LONG],
+        ['import', LONG, '--map', 'bam_xl330', '-o', 'bag'],
+        ['run', 'leo_sim', 'robot', '--ros-args', '-p', f'robot:={LONG}'],
+    ],
+)
 def test_a_name_that_is_too_long_is_one_line(words, domain, capfd):
     assert cli.main(words) == 2
     lines = [line for line in capfd.readouterr().err.splitlines() if '[INFO]' not in line]
@@ -132,8 +138,10 @@ def test_an_unknown_verb_names_the_nearest(verbs, capsys):
 def test_a_verb_of_the_laboratory_says_how_to_install_that(verb, verbs, capsys):
     assert cli.main([verb, '--help']) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line == (f"leo: error: unknown verb '{verb}'; it is one of the laboratory, which is "
-                    "not installed: pip install ./benchmarks/laboratory, in this project's source")
+    assert line == (
+        f"leo: error: unknown verb '{verb}'; it is one of the laboratory, which is "
+        "not installed: pip install ./benchmarks/laboratory, in this project's source"
+    )
     assert (ROOT / 'benchmarks/laboratory/pyproject.toml').is_file()
 
 

@@ -24,14 +24,17 @@ def completed(script, *words):
     return done.stdout.split()
 
 
-@pytest.mark.parametrize(('words', 'expected'), [
-    (('exp',), ['explain', 'export']),
-    (('explain', 'bag', '--hold'), ['--hold-out']),
-    (('robot', 'ini'), ['init']),
-    (('robot', 'init', '--inp'), ['--input']),
-    (('compare', 'bag', '--model', 'servo'), ['servo_pendulum']),
-    (('completion', 'z'), ['zsh']),
-])
+@pytest.mark.parametrize(
+    ('words', 'expected'),
+    [
+        (('exp',), ['explain', 'export']),
+        (('explain', 'bag', '--hold'), ['--hold-out']),
+        (('robot', 'ini'), ['init']),
+        (('robot', 'init', '--inp'), ['--input']),
+        (('compare', 'bag', '--model', 'servo'), ['servo_pendulum']),
+        (('completion', 'z'), ['zsh']),
+    ],
+)
 def test_completed(script, words, expected):
     assert completed(script, *words) == expected
 

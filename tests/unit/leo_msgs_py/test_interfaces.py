@@ -23,10 +23,20 @@ def test_a_message_is_found_by_both_its_names(packages):
     assert load('polite/msg/Word') is load('polite/Word')
 
 
-@pytest.mark.parametrize('name', [
-    'opener/msg/Word', 'opener/Word', 'opener.msg/Word', './Word', '../msg/Word', 'os/path/Join',
-    'polite/msg/word', 'polite/msg/Other', '',
-])
+@pytest.mark.parametrize(
+    'name',
+    [
+        'opener/msg/Word',
+        'opener/Word',
+        'opener.msg/Word',
+        './Word',
+        '../msg/Word',
+        'os/path/Join',
+        'polite/msg/word',
+        'polite/msg/Other',
+        '',
+    ],
+)
 def test_no_other_module_is_imported(name, packages):
     with pytest.raises(UserError, match='is installed'):
         load(name)

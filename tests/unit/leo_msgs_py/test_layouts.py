@@ -39,8 +39,12 @@ def test_the_layouts_are_up_to_date(make, tmp_path):
 def test_foxglove_reads_topics_and_calls_services_that_there_are(robot):
     panels = json.loads((FOLDER / f'{robot}_foxglove.json').read_text())['configById']
     paths = [p['value'] for panel in panels.values() for p in panel.get('paths', [])]
-    paths += [panel[key] for panel in panels.values() for key in ('path', 'topicToRender',
-              'serviceName') if key in panel]  # fmt: skip
+    paths += [
+        panel[key]
+        for panel in panels.values()
+        for key in ('path', 'topicToRender', 'serviceName')
+        if key in panel
+    ]
     assert len(paths) >= 8 and {path.partition('.')[0] for path in paths} <= KNOWN
 
 

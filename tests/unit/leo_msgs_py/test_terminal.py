@@ -29,10 +29,16 @@ SPELT = r'\x1b]0;owned\x07\x1b[2J\x9b31m[bold]x[/red]\u202e'
 OBEYED = re.compile('[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]')
 
 
-@pytest.mark.parametrize(('text', 'shown'), [
-    ('pivot [rad] é ▁ \n\t', 'pivot [rad] é ▁ \n\t'), (HARM, SPELT), ('a\rb', r'a\rb'),
-    ('\udcff.csv', r'\udcff.csv'), ('a\u2066b\u2069', r'a\u2066b\u2069'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('text', 'shown'),
+    [
+        ('pivot [rad] é ▁ \n\t', 'pivot [rad] é ▁ \n\t'),
+        (HARM, SPELT),
+        ('a\rb', r'a\rb'),
+        ('\udcff.csv', r'\udcff.csv'),
+        ('a\u2066b\u2069', r'a\u2066b\u2069'),
+    ],
+)
 def test_what_is_obeyed_is_spelt_out(text, shown):
     assert visible(text) == shown
 
@@ -83,8 +89,9 @@ def hostile_bag(folder: Path) -> Path:
         writer.add_metadata('leo', {'robot': HARM, HARM: HARM})
         text, _ = definition(JOINT_STATE)
         schema = writer.register_schema(JOINT_STATE, 'ros2msg', text.encode())
-        channels = [writer.register_channel(name, 'cdr', schema)
-                    for name in ('/joint_states', f'/{HARM}')]  # fmt: skip
+        channels = [
+            writer.register_channel(name, 'cdr', schema) for name in ('/joint_states', f'/{HARM}')
+        ]
         for k in range(20):
             for channel in channels:
                 writer.add_message(channel, k, joint_state(k * 10**7, [HARM], [0.1 * k], [1.0]), k)
@@ -96,15 +103,22 @@ def harmless(text: str) -> bool:
     return not OBEYED.search(text)
 
 
-@pytest.mark.parametrize('words', [
-    ['bag', 'info', 'bag'], ['compare', 'bag', '--model', 'pendulum'],
-    ['check', 'bag', '--model', 'pendulum'], ['bag', 'show', 'bag'],
-    ['import', f'{HARM.replace("/", "")}.csv', '--map', 'map.yaml', '-o', 'new'],
-    ['import', 'log.csv', '--map', 'map.yaml', '-o', HARM.replace('/', '')],
-    ['import', 'bad.csv', '--map', 'map.yaml', '-o', 'other'], ['compare', HARM, '--model', HARM],
-    ['add', 'pendulum', f'{HARM}:pivot', 'b=1', '-o', 'm.yaml'],
-    ['compare', 'bag', '--model', 'mine'], ['add', 'pendulum', '--from', 'e.json', '-o', 'n.yaml'],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['bag', 'info', 'bag'],
+        ['compare', 'bag', '--model', 'pendulum'],
+        ['check', 'bag', '--model', 'pendulum'],
+        ['bag', 'show', 'bag'],
+        ['import', f'{HARM.replace("/", "")}.csv', '--map', 'map.yaml', '-o', 'new'],
+        ['import', 'log.csv', '--map', 'map.yaml', '-o', HARM.replace('/', '')],
+        ['import', 'bad.csv', '--map', 'map.yaml', '-o', 'other'],
+        ['compare', HARM, '--model', HARM],
+        ['add', 'pendulum', f'{HARM}:pivot', 'b=1', '-o', 'm.yaml'],
+        ['compare', 'bag', '--model', 'mine'],
+        ['add', 'pendulum', '--from', 'e.json', '-o', 'n.yaml'],
+    ],
+)
 def test_no_verb_prints_what_is_obeyed(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     hostile_bag(tmp_path / 'bag')
@@ -117,13 +131,21 @@ def test_no_verb_prints_what_is_obeyed(words, tmp_path, monkeypatch, capsys):
     )
     (tmp_path / 'mine').mkdir()
     pendulum = load_robot('pendulum')
-    for name, text in (('robot.urdf', pendulum.urdf),
-                       ('robot.yaml', (pendulum.folder / 'robot.yaml').read_text())):  # fmt: skip
+    for name, text in (
+        ('robot.urdf', pendulum.urdf),
+        ('robot.yaml', (pendulum.folder / 'robot.yaml').read_text()),
+    ):
         (tmp_path / 'mine' / name).write_text(text.replace('pivot', 'pi\x9b31mvot'))
-    (tmp_path / 'e.json').write_text(json.dumps({
-        'verdict': HARM, 'effects': [], 'constants': {},
-        'provenance': {'robot': HARM, 'bags': [], 'date': HARM},
-    }))  # fmt: skip
+    (tmp_path / 'e.json').write_text(
+        json.dumps(
+            {
+                'verdict': HARM,
+                'effects': [],
+                'constants': {},
+                'provenance': {'robot': HARM, 'bags': [], 'date': HARM},
+            }
+        )
+    )
     assert cli.main(words) in (0, 1, 2)
     out, err = capsys.readouterr()
     assert out + err and harmless(out) and harmless(err), (out, err)

@@ -64,9 +64,7 @@ def test_a_short_array_is_named():
 
 @both
 def test_applied_round_trip(message):
-    applied = Applied(
-        STAMP, ('a', 'b'), np.array([1.5, 0.0]), 'effort', np.array([True, False])
-    )  # fmt: skip
+    applied = Applied(STAMP, ('a', 'b'), np.array([1.5, 0.0]), 'effort', np.array([True, False]))
     sent = message(applied)
     assert len(sent.position) == len(sent.velocity) == 0
     np.testing.assert_array_equal(sent.effort, [1.5, np.nan])
@@ -85,8 +83,10 @@ def test_what_a_joint_state_broadcaster_publishes():
     message = decode(dynamic(STAMP, joints), 'control_msgs/msg/DynamicJointState')
     applied = Applied.from_dynamic(message, 'effort')
     assert (applied.stamp_ns, applied.names, applied.interface) == (
-        STAMP, ('knee', 'hip'), 'effort'
-    )  # fmt: skip
+        STAMP,
+        ('knee', 'hip'),
+        'effort',
+    )
     np.testing.assert_array_equal(applied.values, [3.0, 4.0])
     np.testing.assert_array_equal(applied.enabled, [True, False])
     with pytest.raises(UserError, match="interface 'voltage'"):

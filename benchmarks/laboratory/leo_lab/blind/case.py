@@ -61,9 +61,7 @@ class Case:
     pushes: tuple[Push, ...] = ()
 
 
-def draw_case(
-    seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True
-) -> Case:
+def draw_case(seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True) -> Case:
     """The case of a seed; every second one comes from another integrator and time step.
 
     No other integrator knows the ground: a walker has another time step alone. Small differences
@@ -150,8 +148,12 @@ def _pushed(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
     effects = (one_of(run, (), PUSHED_SIZES, rng),) if turn // len(pushes.KINDS) % 3 == 2 else ()
     kind = pushes.KINDS[turn % len(pushes.KINDS)]
     drawn = pushes.draw_pushes(kind, run.robot, SECONDS, rng)
-    return Drawn(tuple(p for p, _ in effects), tuple(s for _, s in effects), pushes=drawn,
-                 run=_led(run, drawn, rng))  # fmt: skip
+    return Drawn(
+        tuple(p for p, _ in effects),
+        tuple(s for _, s in effects),
+        pushes=drawn,
+        run=_led(run, drawn, rng),
+    )
 
 
 def _led(run: Run, drawn: tuple[Push, ...], rng: np.random.Generator) -> Run:
@@ -159,13 +161,21 @@ def _led(run: Run, drawn: tuple[Push, ...], rng: np.random.Generator) -> Run:
     (scene,), free = run.scenes, bool(rng.integers(2))
     assert isinstance(scene, Given)
     time = np.arange(scene.count) * run.robot.control_period
-    led = np.any([(time >= p.begin) & (time < p.begin + p.seconds) for p in drawn if p.path]
-                 or [np.zeros(len(time), dtype=bool)], axis=0)[:, None]  # fmt: skip
+    led = np.any(
+        [(time >= p.begin) & (time < p.begin + p.seconds) for p in drawn if p.path]
+        or [np.zeros(len(time), dtype=bool)],
+        axis=0,
+    )[:, None]
     given = Given(np.where(led, 0.0, scene.inputs), scene.enabled & ~(led & free))
     return replace(run, scenes=(given,))
 
 
 KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn | None]] = {
-    'none': _nothing, 'effect': _single, 'pair': _pair, 'outside': _outside,
-    'triple': _triple, 'small': draw_small, 'pushed': _pushed,
-}  # fmt: skip
+    'none': _nothing,
+    'effect': _single,
+    'pair': _pair,
+    'outside': _outside,
+    'triple': _triple,
+    'small': draw_small,
+    'pushed': _pushed,
+}

@@ -22,9 +22,13 @@ from leo_sim.model import Model
 SIZES, LEAST_OF_PAIR = (1.0, 30.0), 2.0
 ONE_LAW = (
     {'coulomb_friction', 'stribeck_friction'},
-    {'load_dependent_friction', 'stribeck_load_friction', 'quadratic_load_friction',
-     'directional_load_friction'},
-)  # fmt: skip
+    {
+        'load_dependent_friction',
+        'stribeck_load_friction',
+        'quadratic_load_friction',
+        'directional_load_friction',
+    },
+)
 """Laws with a term in common: two of them together are no two causes."""
 
 
@@ -67,7 +71,10 @@ def sizes_of(run: Run, effects: Effects) -> tuple[float, ...]:
 
 
 def one_of(
-    run: Run, others: Effects, sizes: tuple[float, float], rng: np.random.Generator,
+    run: Run,
+    others: Effects,
+    sizes: tuple[float, float],
+    rng: np.random.Generator,
     without: Container[str] = (),
 ) -> tuple[Placed, float]:
     """An effect of the catalogue beside others, and its size: name, place, size, parameters.
@@ -97,10 +104,11 @@ def _differ(effects: Effects, run: Run) -> bool:
     facts = Facts(run.robot, ever_free=run.ever_free)
     things = [place_of(placed) for placed in effects]
     return all(
-        a[0] != b[0] and not any({a[0], b[0]} <= law for law in ONE_LAW)
+        a[0] != b[0]
+        and not any({a[0], b[0]} <= law for law in ONE_LAW)
         and why_same(a, b, facts) is None
         for a, b in combinations(things, 2)
-    )  # fmt: skip
+    )
 
 
 def place_of(placed: Placed) -> tuple[str, str]:

@@ -92,8 +92,15 @@ def _outside(truth: dict, answer: dict, facts: Facts) -> dict:
     return {'right': right, 'variable': variable, 'lone': lone}
 
 
-_JUDGES = {'none': _nothing, 'effect': _single, 'pair': _several, 'triple': _several,
-           'outside': _outside, 'small': judge_small, 'pushed': judge_pushed}  # fmt: skip
+_JUDGES = {
+    'none': _nothing,
+    'effect': _single,
+    'pair': _several,
+    'triple': _several,
+    'outside': _outside,
+    'small': judge_small,
+    'pushed': judge_pushed,
+}
 
 
 def _family(name: str) -> str | None:
@@ -104,6 +111,8 @@ def _errors(truth: dict, rows: list[dict]) -> list[dict]:
     """Of every parameter of the hidden effects that were named as such."""
     return [
         error
-        for hidden in truth['effects'] for row in rows if thing(row) == thing(hidden)
+        for hidden in truth['effects']
+        for row in rows
+        if thing(row) == thing(hidden)
         for error in parameter_errors(hidden, row)
-    ]  # fmt: skip
+    ]

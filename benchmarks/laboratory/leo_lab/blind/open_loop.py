@@ -78,10 +78,22 @@ def _along(path: Path, seconds: float, apart: float, dt: float) -> Ahead:
     steps, past = round(seconds / dt), round(HISTORY / dt)
     first = np.arange(past, len(path.inputs) - steps, round(apart / dt))
     then, before = first[:, None] + np.arange(steps), first[:, None] + np.arange(-past, 0)
-    history = (path.q[before], path.dq[before], path.inputs[before], path.enabled[before],
-               np.full(before.shape, dt))  # fmt: skip
-    return Ahead(path.q[first], path.dq[first], path.inputs[then], path.enabled[then],
-                 np.full(len(first), path.held), path.since + first * dt, history)  # fmt: skip
+    history = (
+        path.q[before],
+        path.dq[before],
+        path.inputs[before],
+        path.enabled[before],
+        np.full(before.shape, dt),
+    )
+    return Ahead(
+        path.q[first],
+        path.dq[first],
+        path.inputs[then],
+        path.enabled[then],
+        np.full(len(first), path.held),
+        path.since + first * dt,
+        history,
+    )
 
 
 class OpenLoop:
@@ -126,11 +138,15 @@ class OpenLoop:
         for _ in range(REFITS if values else 0):
             now = self._by_values(values)
             nudges = {path: NUDGE * np.ptp(limits) for path, limits in ranges.items()}
-            columns = [(self._by_values({**values, path: values[path] + nudge}) - now) / nudge
-                       for path, nudge in nudges.items()]  # fmt: skip
+            columns = [
+                (self._by_values({**values, path: values[path] + nudge}) - now) / nudge
+                for path, nudge in nudges.items()
+            ]
             step = np.linalg.lstsq(np.stack(columns, axis=-1), change[0] - now, rcond=None)[0]
-            values = {path: float(np.clip(values[path] + moved, *ranges[path]))
-                      for path, moved in zip(ranges, step, strict=True)}  # fmt: skip
+            values = {
+                path: float(np.clip(values[path] + moved, *ranges[path]))
+                for path, moved in zip(ranges, step, strict=True)
+            }
             rest = change - self._by_values(values)
         return rest
 
@@ -149,8 +165,11 @@ class OpenLoop:
 
     def _by_constants(self) -> Array:
         """Orthonormal changes that the uncertain constants make, shape (W 2J, C)."""
-        columns = [self._by_values({c.path: c.value + NUDGE * np.ptp(c.uncertain)})
-                   for c in self.robot.constants.values() if c.uncertain]  # fmt: skip
+        columns = [
+            self._by_values({c.path: c.value + NUDGE * np.ptp(c.uncertain)})
+            for c in self.robot.constants.values()
+            if c.uncertain
+        ]
         if not columns:
             return np.zeros((self._ideal.size, 0))
         scaled = np.stack([c / max(np.linalg.norm(c), 1e-300) for c in columns], axis=-1)
@@ -174,14 +193,23 @@ class OpenLoop:
         at = self._ahead
         start = np.concatenate([at.q, at.dq], axis=-1) + move
         q, dq = np.split(start, 2, axis=-1)
-        angles, rates = rollout(model, q, dq, at.inputs, self.robot.control_period,
-                                enabled=at.enabled, history=at.history, start=at.start,
-                                held=at.held if self._on_ground else None)  # fmt: skip
+        angles, rates = rollout(
+            model,
+            q,
+            dq,
+            at.inputs,
+            self.robot.control_period,
+            enabled=at.enabled,
+            history=at.history,
+            start=at.start,
+            held=at.held if self._on_ground else None,
+        )
         return np.concatenate([angles[..., -1, :], rates[..., -1, :]], axis=-1)
 
     def _model(self, effects: Effects, constants: Mapping[str, float] | None = None) -> Model:
-        return Model(self.robot, effects, constants,
-                     scheme='search' if self._on_ground else 'reference')  # fmt: skip
+        return Model(
+            self.robot, effects, constants, scheme='search' if self._on_ground else 'reference'
+        )
 
 
 def sized(

@@ -37,18 +37,24 @@ def check_seeds(
     """
     if not examination:
         if seeds and max(seeds) >= FIRST_OF_EXAMINATION:
-            raise UserError(f'leo blind: seed {max(seeds)} is for an examination of {kind}; '
-                            f'take seeds below {FIRST_OF_EXAMINATION}, or --examination')
+            raise UserError(
+                f'leo blind: seed {max(seeds)} is for an examination of {kind}; '
+                f'take seeds below {FIRST_OF_EXAMINATION}, or --examination'
+            )
         return
     if seeds and min(seeds) < FIRST_OF_EXAMINATION:
-        raise UserError(f'leo blind: seed {min(seeds)} is for development; an examination '
-                        f'takes seeds from {FIRST_OF_EXAMINATION} on')
+        raise UserError(
+            f'leo blind: seed {min(seeds)} is for development; an examination '
+            f'takes seeds from {FIRST_OF_EXAMINATION} on'
+        )
     own = (True, commit())
     before = (x for x in held if x['kind'] == kind and (x['examination'], x['commit']) != own)
     seen = {line['seed'] for line in before} & set(seeds)
     if seen:
-        raise UserError(f'leo blind: seed {min(seen)} of {kind} is in the results already; '
-                        'no seed is examined twice')
+        raise UserError(
+            f'leo blind: seed {min(seen)} of {kind} is in the results already; '
+            'no seed is examined twice'
+        )
 
 
 def stamp(examination: bool) -> dict:

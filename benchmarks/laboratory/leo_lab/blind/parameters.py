@@ -38,10 +38,13 @@ def _scale(hidden: dict, name: str) -> float:
     if name in ANGLES:
         return 1.0
     unit = hidden['units'][name]
-    return math.hypot(*(
-        hidden['parameters'][n] - hidden['neutral'][n] for n, u in hidden['units'].items()
-        if u == unit and n not in ANGLES
-    ))  # fmt: skip
+    return math.hypot(
+        *(
+            hidden['parameters'][n] - hidden['neutral'][n]
+            for n, u in hidden['units'].items()
+            if u == unit and n not in ANGLES
+        )
+    )
 
 
 def _turned(values: dict, found: dict) -> dict:

@@ -32,8 +32,13 @@ def counted(rows: Iterable[Row], done: int, total: int, title: str) -> Iterator[
     if not console.is_terminal:
         yield from _logged(rows, done, total, title)
         return
-    columns = (TextColumn('{task.description}', markup=False), BarColumn(), MofNCompleteColumn(),
-               TimeRemainingColumn(), TextColumn('left'))  # fmt: skip
+    columns = (
+        TextColumn('{task.description}', markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn('left'),
+    )
     with Progress(*columns, console=console, speed_estimate_period=REMEMBERED) as bar:
         task = bar.add_task(title, total=total, completed=done)
         for row in rows:

@@ -155,6 +155,5 @@ def _along(path: Sequence[Wave], since: float) -> tuple[float, float]:
     turns = [2 * np.pi * wave.frequency for wave in path]
     at = [turn * since + wave.phase for turn, wave in zip(turns, path, strict=True)]
     angle = sum(w.size * (np.sin(a) - np.sin(w.phase)) for w, a in zip(path, at, strict=True))
-    rate = sum(w.size * turn * np.cos(a)
-               for w, turn, a in zip(path, turns, at, strict=True))  # fmt: skip
+    rate = sum(w.size * turn * np.cos(a) for w, turn, a in zip(path, turns, at, strict=True))
     return float(angle), float(rate)

@@ -31,8 +31,9 @@ def record(case: Case, folder: Path) -> list[Path]:
     for number, scene in enumerate(case.run.scenes):
         with tempfile.TemporaryDirectory() as private:
             options = _options(case, number, Path(private))
-            driver = (PushedDriver(options, case.pushes) if case.pushes
-                      else SimulatedDriver(options))  # fmt: skip
+            driver = (
+                PushedDriver(options, case.pushes) if case.pushes else SimulatedDriver(options)
+            )
         sensor = Sensor(case.sensing, case.seed + APART * number)
         bags.append(_recorded(driver, sensor, scene, case, folder / f'bag_{number}'))
     return bags

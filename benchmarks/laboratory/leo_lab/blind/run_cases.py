@@ -30,9 +30,7 @@ SIZED = ('small',)
 """Kinds whose judge asks how large the named effects are."""
 
 
-def run_case(
-    seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True
-) -> dict:
+def run_case(seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True) -> dict:
     """Draw, seal the truth, explain from the bags alone, and only then judge."""
     case = draw_case(seed, kind, walker, mujoco)
     with tempfile.TemporaryDirectory() as folder:
@@ -66,8 +64,13 @@ class Task(NamedTuple):
 
 
 def run(
-    seeds: Sequence[int], kind: str, results: Path, workers: Workers = ONE,
-    walker: str | Path | None = None, mujoco: bool = True, examination: bool = False,
+    seeds: Sequence[int],
+    kind: str,
+    results: Path,
+    workers: Workers = ONE,
+    walker: str | Path | None = None,
+    mujoco: bool = True,
+    examination: bool = False,
 ) -> list[dict]:
     """All cases of `seeds`; those already in `results` are not run again.
 
@@ -113,8 +116,11 @@ def _answer(task: Task, mujoco: bool, examination: bool) -> dict:
         row = run_case(task.seed, task.kind, task.walker, **options)
     except Exception as error:  # noqa: BLE001
         at = traceback.extract_tb(error.__traceback__)[-1]
-        row = {**_no_answer(task, mujoco), 'error': f'{error!r} ({at.filename}:{at.lineno})',
-               'of_machine': isinstance(error, OSError | MemoryError)}  # fmt: skip
+        row = {
+            **_no_answer(task, mujoco),
+            'error': f'{error!r} ({at.filename}:{at.lineno})',
+            'of_machine': isinstance(error, OSError | MemoryError),
+        }
     return {**row, **stamp(examination)}
 
 
@@ -122,18 +128,22 @@ def _no_answer(task: Task, mujoco: bool) -> dict:
     """The line of a case that ended with an error: nothing in it is right."""
     walks = task.walker is not None
     return {
-        'kind': task.kind, 'seed': task.seed,
+        'kind': task.kind,
+        'seed': task.seed,
         'robot': Path(task.walker).name if task.walker else robot_name(task.seed),
         'engine': engine_of(task.seed, task.kind, walks, mujoco)[0],
         **dict.fromkeys(SHARES[task.kind], False),
-        'effects': [], 'verdict': 'error', 'named': [], 'errors': [], 'seconds': 0.0,
-    }  # fmt: skip
+        'effects': [],
+        'verdict': 'error',
+        'named': [],
+        'errors': [],
+        'seconds': 0.0,
+    }
 
 
 def tell_error(row: dict) -> None:
     """Say on stderr what ended a case."""
-    print(f'leo blind: {row["kind"]} {row["seed"]} has no answer: {row["error"]}',
-          file=sys.stderr)  # fmt: skip
+    print(f'leo blind: {row["kind"]} {row["seed"]} has no answer: {row["error"]}', file=sys.stderr)
 
 
 def read_lines(results: Path) -> list[dict]:

@@ -69,8 +69,14 @@ class Given:
     def paths(self, robot: Robot, effects: Effects, noise: tuple[float, float]) -> list[Path]:
         """The run of a robot with effects."""
         start = Model(robot).start('nominal')
-        q, dq = rollout(Model(robot, effects), start.q[None], start.dq[None], self.inputs[None],
-                        robot.control_period, self.enabled[None])  # fmt: skip
+        q, dq = rollout(
+            Model(robot, effects),
+            start.q[None],
+            start.dq[None],
+            self.inputs[None],
+            robot.control_period,
+            self.enabled[None],
+        )
         return [Path(q[0], dq[0], self.inputs, self.enabled)]
 
 

@@ -89,9 +89,7 @@ def _encoder(run: Run, rng: np.random.Generator) -> tuple[Sensing, bool]:
     return counted(run.noise, differenced=False), False
 
 
-def _large(
-    count: int, run: Run, rng: np.random.Generator, without: Sequence[str]
-) -> Effects:
+def _large(count: int, run: Run, rng: np.random.Generator, without: Sequence[str]) -> Effects:
     if count == 0:
         return ()
     if count == 1:
@@ -120,8 +118,10 @@ def _small(
 
 def _laws() -> list[Effect]:
     folder = Path(kinds.__file__).parent
-    return [*(EFFECTS[name] for name in CATALOGUE),
-            *(get_effect(str(folder / f'{name}.py')) for name in LAWS)]  # fmt: skip
+    return [
+        *(EFFECTS[name] for name in CATALOGUE),
+        *(get_effect(str(folder / f'{name}.py')) for name in LAWS),
+    ]
 
 
 def _reach(run: Run, paths: Sequence, where: str) -> Array:
@@ -133,8 +133,7 @@ def _reach(run: Run, paths: Sequence, where: str) -> Array:
 
 
 def _placed(
-    loop: OpenLoop, effect: Effect, where: str, reach: Array, size: float,
-    rng: np.random.Generator,
+    loop: OpenLoop, effect: Effect, where: str, reach: Array, size: float, rng: np.random.Generator
 ) -> Placed | None:
     """A difference of so many noise floors; None where it cannot be that large."""
     if not effect.applies(loop.robot):
@@ -158,8 +157,11 @@ def _shape(name: str, reach: Array, rng: np.random.Generator) -> dict[str, float
 def _trimmed(run: Run, large: Effects, small: Effects) -> tuple[Effects, tuple[float, ...]]:
     """Sizes beside all others; what has left `FLOORS` is made right once, or left out."""
     sizes = _beside(run, large, small)
-    fitted = tuple(p if _fits(s) else _scaled(run.robot, p, float(np.mean(AIMED)) / s)
-                   for p, s in zip(small, sizes, strict=True) if s > 0)  # fmt: skip
+    fitted = tuple(
+        p if _fits(s) else _scaled(run.robot, p, float(np.mean(AIMED)) / s)
+        for p, s in zip(small, sizes, strict=True)
+        if s > 0
+    )
     if fitted != small:
         sizes = _beside(run, large, fitted)
     while not all(map(_fits, sizes)):
@@ -186,7 +188,10 @@ def _scaled(robot: Robot, placed: Placed, share: float) -> Placed:
     first = placed.effect.parameters[0]
     both = {'x', 'z'} & placed.parameters.keys() or {first.name}
     neutral = {p.name: p.neutral for p in placed.effect.parameters_for(robot, placed.where)}
-    return replace(placed, parameters={
-        name: neutral[name] + share * (value - neutral[name]) if name in both else value
-        for name, value in placed.parameters.items()
-    })  # fmt: skip
+    return replace(
+        placed,
+        parameters={
+            name: neutral[name] + share * (value - neutral[name]) if name in both else value
+            for name, value in placed.parameters.items()
+        },
+    )

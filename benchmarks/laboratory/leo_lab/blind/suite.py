@@ -48,10 +48,11 @@ class Suite(NamedTuple):
         """Its cases, mixed: any beginning of them holds the same share of every kind."""
         placed = [
             ((turn + 0.5) / len(seeds), Task(kind, seed, walker))
-            for walker, counts in CASES.items() for kind, count in counts.items()
+            for walker, counts in CASES.items()
+            for kind, count in counts.items()
             for seeds in [_seeds(self.first_seed, count, self.share)]
             for turn, seed in enumerate(seeds)
-        ]  # fmt: skip
+        ]
         return [task for _, task in sorted(placed, key=lambda item: item[0])]
 
 
@@ -95,11 +96,15 @@ def _check_commit(results: Path, wanted: Suite, found: Suite) -> None:
         UserError: one of these.
     """
     if wanted.commit != found.commit:
-        raise UserError(f'leo blind: {results} is of commit {found.commit}, this code is '
-                        f'{wanted.commit}; check that one out, or --any-commit')
+        raise UserError(
+            f'leo blind: {results} is of commit {found.commit}, this code is '
+            f'{wanted.commit}; check that one out, or --any-commit'
+        )
     if wanted.examination and wanted.commit.endswith('+dirty'):
-        raise UserError('leo blind: an examination is of a commit, and this tree has changes; '
-                        'commit them, or --any-commit')
+        raise UserError(
+            'leo blind: an examination is of a commit, and this tree has changes; '
+            'commit them, or --any-commit'
+        )
 
 
 @contextmanager
@@ -165,9 +170,11 @@ def check_readable(results: Path) -> None:
     suite = read_suite(results)
     if suite and suite.examination and not is_closed(results):
         total, left = len(suite.tasks()), len(missing(results, suite))
-        raise UserError(f'leo blind: {results} is an open examination, {total - left} of {total} '
-                        'cases; rates are told when it is closed: '
-                        f'{leo("blind", "--close", results)}')
+        raise UserError(
+            f'leo blind: {results} is an open examination, {total - left} of {total} '
+            'cases; rates are told when it is closed: '
+            f'{leo("blind", "--close", results)}'
+        )
 
 
 def here(first_seed: int, share: float, mujoco: bool, examination: bool) -> Suite:
@@ -177,5 +184,7 @@ def here(first_seed: int, share: float, mujoco: bool, examination: bool) -> Suit
 
 def _told(suite: Suite) -> str:
     kind = 'examination' if suite.examination else 'development'
-    return (f'{kind} from seed {suite.first_seed}, share {suite.share:g}'
-            f'{"" if suite.mujoco else ", without MuJoCo"}')
+    return (
+        f'{kind} from seed {suite.first_seed}, share {suite.share:g}'
+        f'{"" if suite.mujoco else ", without MuJoCo"}'
+    )

@@ -9,10 +9,15 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import beta
 
-SHARES = {'none': ('right',), 'effect': ('right', 'family'), 'pair': ('right', 'exact'),
-          'triple': ('right', 'exact'), 'outside': ('right', 'lone'),
-          'small': ('right', 'largest_first', 'both', 'sure_wrong', 'extra', 'small_named_large'),
-          'pushed': ('right', 'sure_wrong')}  # fmt: skip
+SHARES = {
+    'none': ('right',),
+    'effect': ('right', 'family'),
+    'pair': ('right', 'exact'),
+    'triple': ('right', 'exact'),
+    'outside': ('right', 'lone'),
+    'small': ('right', 'largest_first', 'both', 'sure_wrong', 'extra', 'small_named_large'),
+    'pushed': ('right', 'sure_wrong'),
+}
 """What is counted of each kind of case; None does not count."""
 TWO_SIDED = ('small', 'pushed')
 """Kinds whose rates have Wilson intervals."""
@@ -64,8 +69,12 @@ def _share(kind: str, values: Sequence[float | None]) -> dict:
 
 def rate(hits: int, count: int) -> dict:
     """How many, which share, and between what it is at 95 % confidence (each side alone)."""
-    return {'hits': hits, 'rate': hits / count, 'at_least': lower_bound(hits, count),
-            'at_most': upper_bound(hits, count)}  # fmt: skip
+    return {
+        'hits': hits,
+        'rate': hits / count,
+        'at_least': lower_bound(hits, count),
+        'at_most': upper_bound(hits, count),
+    }
 
 
 def _parameters(rows: Sequence[dict]) -> dict:
@@ -91,8 +100,10 @@ def confusion(rows: Sequence[dict]) -> dict[str, dict[str, int]]:
 def by(rows: Sequence[dict], key: str) -> list[tuple[str, int, int]]:
     """(value, right, cases) for every value of a key of the rows."""
     values = sorted({str(r[key]) for r in rows})
-    return [(v, sum(r['right'] for r in rows if str(r[key]) == v),
-             sum(str(r[key]) == v for r in rows)) for v in values]  # fmt: skip
+    return [
+        (v, sum(r['right'] for r in rows if str(r[key]) == v), sum(str(r[key]) == v for r in rows))
+        for v in values
+    ]
 
 
 def hidden(row: dict) -> str:

@@ -55,8 +55,10 @@ class Bags:
 
     def recordings(self) -> list[Recording]:
         """What the robot has done, in time order."""
-        return [read_bag(bag, self._robot.model_env.robot) for bag in
-                sorted(self._folder.glob('rollout-*'))]
+        return [
+            read_bag(bag, self._robot.model_env.robot)
+            for bag in sorted(self._folder.glob('rollout-*'))
+        ]
 
     def reports(self) -> list[dict[str, Any]]:
         """What each fit was worth on its held-out part."""

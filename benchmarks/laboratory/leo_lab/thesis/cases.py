@@ -68,8 +68,9 @@ def pace(rows: Sequence[Row], weight: Callable[[Any], float]) -> float:
     """
     if not rows:
         return 1.0
-    paces = sorted((row['seconds'] / weight(SimpleNamespace(**row)), row['seconds'])
-                   for row in rows)  # fmt: skip
+    paces = sorted(
+        (row['seconds'] / weight(SimpleNamespace(**row)), row['seconds']) for row in rows
+    )
     pace, seconds = np.array(paces).T
     spent = np.cumsum(seconds)
     return float(pace[np.searchsorted(spent, spent[-1] / 2)])

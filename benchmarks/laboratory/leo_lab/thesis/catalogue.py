@@ -39,12 +39,22 @@ class Kind:
 
 
 WALKING = Kind(
-    'leo_walking.jsonl', walking.run_case, walking.seconds, walking.share, lambda case: (),
-    walking_page.table, walking_page.figure,
+    'leo_walking.jsonl',
+    walking.run_case,
+    walking.seconds,
+    walking.share,
+    lambda case: (),
+    walking_page.table,
+    walking_page.figure,
 )
 TRANSFER = Kind(
-    'leo_transfer.jsonl', transfer.run_case, transfer.seconds, transfer.share, transfer.trainings,
-    transfer_page.table, transfer_page.figure,
+    'leo_transfer.jsonl',
+    transfer.run_case,
+    transfer.seconds,
+    transfer.share,
+    transfer.trainings,
+    transfer_page.table,
+    transfer_page.figure,
 )
 
 
@@ -87,41 +97,51 @@ def training_hours(experiment: Experiment, results: Path, folder: Path, jobs: in
 TRANSITIONS, UPDATE_STEPS = 5000, 60_000
 EXPERIMENTS = {
     'walk': Experiment(
-        'LEO learns to walk on the ideal model', WALKING,
+        'LEO learns to walk on the ideal model',
+        WALKING,
         _runs(('leo', 'ideal', 'ddpg', 'full', 'recommended'), 300_000, range(10)),
     ),
     'real': Experiment(
-        'LEO learns to walk on the real model', WALKING,
+        'LEO learns to walk on the real model',
+        WALKING,
         _runs(('leo', 'real', 'ddpg', 'full', 'recommended'), 300_000, range(4)),
     ),
     'table6': Experiment(
-        'From the ideal to the real LEO: thesis Figure 16 and Table 6', TRANSFER,
+        'From the ideal to the real LEO: thesis Figure 16 and Table 6',
+        TRANSFER,
         _transfers('thesis', 'network', 2, 4) + _transfers('thesis', 'effects', 1, 4),
         'The thesis: 126.4, 110.4 and 90.5 J/m (Table 6); 15 minutes of the real robot, where '
         'training there from scratch takes 150.',
     ),
     'table3': Experiment(
-        'Thesis Table 3: DDPG and SARSA on leo_ode', WALKING,
+        'Thesis Table 3: DDPG and SARSA on leo_ode',
+        WALKING,
         _runs(('leo_ode', 'ideal', 'ddpg', 'sym', 'recommended'), 300_000, range(4))
         + _runs(('leo_ode', 'ideal', 'ddpg', 'full', 'recommended'), 300_000, range(3))
         + _runs(('leo_ode', 'ideal', 'sarsa', 'sym', 'thesis'), 1_000_000, range(2)),
     ),
     'literal': Experiment(
-        'DDPG as the thesis has it', WALKING,
+        'DDPG as the thesis has it',
+        WALKING,
         _runs(('leo', 'ideal', 'ddpg', 'full', f'thesis{KNEE_ENDS}'), 300_000, range(2))
         + _runs(('leo', 'ideal', 'ddpg', 'full', 'thesis'), 300_000, range(3)),
     ),
     'ablation': Experiment(
-        'What each option is worth', WALKING,
+        'What each option is worth',
+        WALKING,
         tuple(
-            case for name in ('recommended', *ABLATION)
+            case
+            for name in ('recommended', *ABLATION)
             for case in _runs(('leo', 'ideal', 'ddpg', 'full', name), 200_000, range(2))
         ),
     ),
     'rows': Experiment(
-        'Network, named effects, both, or a full model', TRANSFER,
+        'Network, named effects, both, or a full model',
+        TRANSFER,
         tuple(
-            case for gap in ('thesis', 'hidden-1') for repair in transfer.REPAIRS
+            case
+            for gap in ('thesis', 'hidden-1')
+            for repair in transfer.REPAIRS
             for case in _transfers(gap, repair, 1, 2)
         ),
     ),

@@ -34,8 +34,10 @@ def write_page(path: Path, results: Path) -> None:
         figure = path.with_name(f'{path.stem}_{name}.png')
         experiment.kind.figure(experiment.title, done, rows, figure)
         parts += [
-            f'## {experiment.title}', f'`{leo("reproduce", name)}`: {len(done)} of '
-            f'{len(experiment.cases)} cases are in', experiment.kind.table(done, rows),
-            *filter(None, [experiment.thesis]), f'![{experiment.title}]({figure.name})',
+            f'## {experiment.title}',
+            f'`{leo("reproduce", name)}`: {len(done)} of {len(experiment.cases)} cases are in',
+            experiment.kind.table(done, rows),
+            *filter(None, [experiment.thesis]),
+            f'![{experiment.title}]({figure.name})',
         ]
     write_whole(path, '\n\n'.join(parts) + '\n')

@@ -37,12 +37,17 @@ def learning_curves(
         colour = line.get_color()
         axes.plot(steps / 1000, table.T, color=colour, lw=0.5, alpha=0.5)
         if len(rows) >= FEWEST:
-            axes.fill_between(steps / 1000, mean - half, mean + half, alpha=0.15, color=colour,
-                              lw=0)
+            axes.fill_between(
+                steps / 1000, mean - half, mean + half, alpha=0.15, color=colour, lw=0
+            )
         low, high = min(low, table.min(initial=0.0)), max(high, table.max(initial=0.0))
     room = 0.05 * (high - low)
-    axes.set(xlabel='transitions [thousands]', ylabel='test return', title=title,
-             ylim=(low - room, high + room))
+    axes.set(
+        xlabel='transitions [thousands]',
+        ylabel='test return',
+        title=title,
+        ylim=(low - room, high + room),
+    )
     if linear is not None:
         axes.set_yscale('symlog', linthresh=linear)
         ticks = [t for t in (0.0, *(-linear * 10.0**k for k in range(4))) if t >= low]

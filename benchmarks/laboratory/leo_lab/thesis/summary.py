@@ -60,8 +60,11 @@ def summary(rows: Sequence[Row]) -> Summary:
     costs = [w['energy_per_metre'] for w in nominal if w['energy_per_metre'] is not None]
     mean, half = mean_and_half(returns)
     return Summary(
-        n=len(rows), best=float(returns.max()), median=float(np.median(returns)),
-        mean=mean, half=half,
+        n=len(rows),
+        best=float(returns.max()),
+        median=float(np.median(returns)),
+        mean=mean,
+        half=half,
         distance=float(np.mean([walk['distance'] for walk in nominal])),
         best_distance=nominal[int(returns.argmax())]['distance'],
         footsteps=float(np.median([walk['footsteps'] for walk in nominal])),

@@ -94,13 +94,18 @@ def run_case(case: Case, folder: Path, quiet: bool = False) -> dict[str, Any]:
     curves = {
         kind: curve(trained.folder / folder_name)
         for kind, folder_name in (
-            ('ideal', 'ideal'), ('repaired', name), ('real', f'{case.truth}-real')
+            ('ideal', 'ideal'),
+            ('repaired', name),
+            ('real', f'{case.truth}-real'),
         )
     }
     seconds = round(time.monotonic() - began, 1)
-    return vars(case) | told | returns | {
-        'curves': curves, 'seconds': seconds, 'date': str(date.today())
-    }
+    return (
+        vars(case)
+        | told
+        | returns
+        | {'curves': curves, 'seconds': seconds, 'date': str(date.today())}
+    )
 
 
 def effects(robot: Robot, truth: str) -> tuple[Placed, ...]:
@@ -179,14 +184,17 @@ def _explained(
 def _measured(recording: Recording, seed: int) -> Recording:
     """The recording as sensors with `NOISE` would have made it."""
     rng = np.random.default_rng(seed)
-    return replace(recording, episodes=tuple(
-        replace(
-            episode,
-            q=episode.q + NOISE[0] * rng.standard_normal(episode.q.shape),
-            dq=episode.dq + NOISE[1] * rng.standard_normal(episode.dq.shape),
-        )
-        for episode in recording.episodes
-    ))
+    return replace(
+        recording,
+        episodes=tuple(
+            replace(
+                episode,
+                q=episode.q + NOISE[0] * rng.standard_normal(episode.q.shape),
+                dq=episode.dq + NOISE[1] * rng.standard_normal(episode.dq.shape),
+            )
+            for episode in recording.episodes
+        ),
+    )
 
 
 def _mse(recording: Recording, model: Model, limit: int) -> float:

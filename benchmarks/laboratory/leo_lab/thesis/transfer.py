@@ -118,12 +118,23 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
     robot = Rollouts(ModelEnv(real))
     source = Bags(own, robot, config, names)
     settings = Settings(
-        updates=case.updates, update_steps=case.steps, transitions=case.transitions, tests=1,
-        network=network, seed=case.seed,
+        updates=case.updates,
+        update_steps=case.steps,
+        transitions=case.transitions,
+        tests=1,
+        network=network,
+        seed=case.seed,
     )
     algorithm = Algorithm5(
-        own, Model('leo'), RECOMMENDED_WALKING, settings, robot, source, start=start,
-        say=lambda text: None, quiet=True,
+        own,
+        Model('leo'),
+        RECOMMENDED_WALKING,
+        settings,
+        robot,
+        source,
+        start=start,
+        say=lambda text: None,
+        quiet=True,
     )
     if algorithm.done.phase == 'update' and not source.bag(algorithm.done.version).exists():
         algorithm.gather_again()
@@ -134,12 +145,15 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
     driver = policies[algorithm.done.driver]
     return asdict(case) | {
         'rounds': [walking.judge(policy, real) for policy in policies],
-        'driver': algorithm.done.driver, 'samples': algorithm.done.samples,
-        'fits': source.reports(), 'errors': _errors(algorithm, real),
+        'driver': algorithm.done.driver,
+        'samples': algorithm.done.samples,
+        'fits': source.reports(),
+        'errors': _errors(algorithm, real),
         'paths': [_path(policy, real) for policy in (policies[0], driver)],
         'left': [asdict(_left(policy, algorithm)) for policy in (policies[0], driver)],
         **reference,
-        'seconds': round(time.monotonic() - began, 1), 'date': str(date.today()),
+        'seconds': round(time.monotonic() - began, 1),
+        'date': str(date.today()),
     }
 
 
@@ -192,5 +206,6 @@ def _errors(algorithm: Algorithm5, real: Model) -> dict[str, float | None]:
     given, corrected = ModelEnv(Model('leo')), ModelEnv(model, difference)
     return {
         f'mse_{name}_{steps}': mse_ahead(env, robot.recording(), steps)
-        for name, env in (('before', given), ('after', corrected)) for steps in AHEAD
+        for name, env in (('before', given), ('after', corrected))
+        for steps in AHEAD
     }

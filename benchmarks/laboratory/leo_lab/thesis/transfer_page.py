@@ -18,9 +18,23 @@ from leo_lab.thesis.summary import mean_and_half
 from leo_lab.thesis.transfer import Case
 
 HEADS = (
-    'gap', 'repair', 'seeds', 'distance on the real robot [m]: ideal policy', 'after update 1',
-    'last driver', 'trained on it', 'share', 'falls: ideal', 'last', 'J/m: ideal', 'last',
-    'trained on it', 'robot time [s]', 'from scratch [s]', 'one-step MSE', '0.3 s MSE',
+    'gap',
+    'repair',
+    'seeds',
+    'distance on the real robot [m]: ideal policy',
+    'after update 1',
+    'last driver',
+    'trained on it',
+    'share',
+    'falls: ideal',
+    'last',
+    'J/m: ideal',
+    'last',
+    'trained on it',
+    'robot time [s]',
+    'from scratch [s]',
+    'one-step MSE',
+    '0.3 s MSE',
     'left the data (on model and network)',
 )
 PERIOD = 0.03
@@ -46,8 +60,11 @@ def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -
     first = next(iter(groups.values()))[0]
     for label, points in zip(('ideal policy', 'last driver'), first['paths'], strict=True):
         lower.plot(*np.array(points).T, label=label)
-    lower.set(xlabel='x [m]', ylabel='z [m]',
-              title=f'centre of mass on the real robot, first 3 s, seed {first["seed"]}')
+    lower.set(
+        xlabel='x [m]',
+        ylabel='z [m]',
+        title=f'centre of mass on the real robot, first 3 s, seed {first["seed"]}',
+    )
     upper.legend(loc='upper center', bbox_to_anchor=(0.5, -0.15), ncols=3, frameon=False)
     lower.legend(frameon=False)
     for axes in (upper, lower):
@@ -109,13 +126,17 @@ def _cells(lines: Sequence[Row]) -> list[str]:
     second = [line['rounds'][min(1, len(line['rounds']) - 1)] for line in lines]
     real = [line['reference'] for line in lines if 'reference' in line]
     return [
-        lines[0]['gap'], lines[0]['repair'], ' '.join(str(line['seed']) for line in lines),
+        lines[0]['gap'],
+        lines[0]['repair'],
+        ' '.join(str(line['seed']) for line in lines),
         *(_interval(_nominal(walks, 'distance')) for walks in (ideal, second, drivers, real)),
         '{:.3f} ({:.3f} to {:.3f})'.format(*share(lines)) if real else '',
         *(f'{sum(_nominal(walks, "fell"))} of {len(lines)}' for walks in (ideal, drivers)),
         *(_cost(walks) for walks in (ideal, drivers, real)),
-        f'{np.mean([line["samples"] for line in lines]) * PERIOD:.0f}', _scratch(lines),
-        *(_error(lines, steps) for steps in (1, 10)), _left(lines),
+        f'{np.mean([line["samples"] for line in lines]) * PERIOD:.0f}',
+        _scratch(lines),
+        *(_error(lines, steps) for steps in (1, 10)),
+        _left(lines),
     ]
 
 
@@ -154,6 +175,7 @@ def _error(lines: Sequence[Row], steps: int) -> str:
 
 def _left(lines: Sequence[Row]) -> str:
     """Of the ideal policy and of the last driver: at what time and where, seed by seed."""
+
     def words(left: Row) -> str:
         return 'never' if left['seconds'] is None else f'{left["seconds"]:.2f} s {left["channel"]}'
 

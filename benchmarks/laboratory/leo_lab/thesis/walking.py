@@ -104,8 +104,12 @@ def train(case: Case, folder: Path, quiet: bool = True) -> Outcome:
     """
     model = model_of(case)
     outcome = learn(
-        _training(case, model), model.robot, case.steps, folder / case.folder,
-        title=f'{case.folder}', quiet=quiet,
+        _training(case, model),
+        model.robot,
+        case.steps,
+        folder / case.folder,
+        title=f'{case.folder}',
+        quiet=quiet,
     )
     if not outcome.finished:
         raise KeyboardInterrupt
@@ -138,9 +142,7 @@ def judge(policy: Policy, model: Model) -> list[dict[str, Any]]:
     recorded = Recorded(policy.on(model_env(model)))
     walks: list[Walk] = []
     returns = play(recorded, policy, STARTS, on_episode=lambda: walks.append(recorded.walk()))
-    return [
-        {'return': float(r)} | asdict(walk) for r, walk in zip(returns, walks, strict=True)
-    ]
+    return [{'return': float(r)} | asdict(walk) for r, walk in zip(returns, walks, strict=True)]
 
 
 def curve(folder: Path) -> list[tuple[int, float]]:

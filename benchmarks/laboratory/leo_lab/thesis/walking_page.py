@@ -18,8 +18,20 @@ from leo_lab.thesis.walking import Case
 Group = tuple[str, str, str, str, str]
 """Robot, truth, agent, actions, config."""
 HEADS = (
-    'trained on', 'agent', 'seeds', 'test return: best', 'median', 'mean', 'distance [m]: best',
-    'mean', f'walk {FAR:g} m', 'footsteps', 'passes', 'J/m', 'random starts: upright', 'm',
+    'trained on',
+    'agent',
+    'seeds',
+    'test return: best',
+    'median',
+    'mean',
+    'distance [m]: best',
+    'mean',
+    f'walk {FAR:g} m',
+    'footsteps',
+    'passes',
+    'J/m',
+    'random starts: upright',
+    'm',
     'thesis',
 )
 THESIS: Mapping[Group, tuple[float, float]] = {
@@ -38,9 +50,9 @@ def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -
 
 def table(cases: Sequence[Case], rows: Sequence[Row]) -> str:
     """One line per group of cases that differ by seed alone."""
-    return markdown(HEADS, [
-        cells(key, summary(lines), lines) for key, lines in grouped(cases, rows).items()
-    ])
+    return markdown(
+        HEADS, [cells(key, summary(lines), lines) for key, lines in grouped(cases, rows).items()]
+    )
 
 
 def group(case: Case) -> Group:
@@ -63,11 +75,20 @@ def cells(key: Group, told: Summary, rows: Sequence[Row]) -> list[str]:
     half = '' if np.isnan(told.half) else f' ± {told.half:.0f}'
     beside = '{:.0f}, {:.2f} m'.format(*THESIS[key]) if key in THESIS else ''
     return [
-        *_named(key), _seeds(rows), f'{told.best:.0f}', f'{told.median:.0f}',
-        f'{told.mean:.0f}{half}', f'{told.best_distance:.2f}', f'{told.distance:.2f}',
-        f'{told.walked} of {told.n}', f'{told.footsteps:.0f}', f'{told.passes:.0f}',
-        '' if np.isnan(told.cost) else f'{told.cost:.1f}', f'{100 * told.upright:.0f} %',
-        f'{told.random_distance:.2f}', beside,
+        *_named(key),
+        _seeds(rows),
+        f'{told.best:.0f}',
+        f'{told.median:.0f}',
+        f'{told.mean:.0f}{half}',
+        f'{told.best_distance:.2f}',
+        f'{told.distance:.2f}',
+        f'{told.walked} of {told.n}',
+        f'{told.footsteps:.0f}',
+        f'{told.passes:.0f}',
+        '' if np.isnan(told.cost) else f'{told.cost:.1f}',
+        f'{100 * told.upright:.0f} %',
+        f'{told.random_distance:.2f}',
+        beside,
     ]
 
 

@@ -53,8 +53,9 @@ def main(argv: list[str]) -> int:
 def _suite(arguments: argparse.Namespace) -> int:
     for name in (*OPTIONS, 'robot'):
         if getattr(arguments, name) is not None:
-            raise UserError(f'leo blind: --suite has its own cases; leave out '
-                            f'--{name.replace("_", "-")}')  # fmt: skip
+            raise UserError(
+                f'leo blind: --suite has its own cases; leave out --{name.replace("_", "-")}'
+            )
     _check_numbers({'first_seed': arguments.first_seed})
     _check_kinds({'small': 1}, None, arguments.without_mujoco)
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
@@ -74,12 +75,20 @@ def _cases(arguments: argparse.Namespace) -> int:
     asked = {kind: range(first, first + count) for kind, count in counts.items() if count}
     _check_seeds(asked, results, arguments.examination)
     answers = {
-        kind: run(seeds, kind, results, workers, walker, not arguments.without_mujoco,
-                  arguments.examination)
+        kind: run(
+            seeds,
+            kind,
+            results,
+            workers,
+            walker,
+            not arguments.without_mujoco,
+            arguments.examination,
+        )
         for kind, seeds in asked.items()
-    }  # fmt: skip
-    blind_told.tell(blind_told.grouped(row for rows in answers.values() for row in rows),
-                    arguments.json)  # fmt: skip
+    }
+    blind_told.tell(
+        blind_told.grouped(row for rows in answers.values() for row in rows), arguments.json
+    )
     if not arguments.json:
         again = '' if arguments.examination else AGAIN
         print(f'wrote {results}{again}')
@@ -91,8 +100,10 @@ def _check_kinds(counts: dict[str, int], walker: Path | None, without: bool) -> 
     if counts.get('pushed') and walker:
         raise UserError('leo blind: --pushed takes robots with a fixed base; leave out --robot')
     if counts.get('small') and not without and find_spec('mujoco') is None:
-        raise UserError('leo blind: --small simulates every second bag by MuJoCo, which is not '
-                        'installed: pip install -r requirements-mujoco.txt, or --without-mujoco')
+        raise UserError(
+            'leo blind: --small simulates every second bag by MuJoCo, which is not '
+            'installed: pip install -r requirements-mujoco.txt, or --without-mujoco'
+        )
 
 
 def _check_seeds(asked: dict[str, range], results: Path, examination: bool) -> None:
@@ -129,8 +140,10 @@ def _walker(arguments: argparse.Namespace) -> Path | None:
         return None
     robot = load_robot(arguments.robot)
     if not robot.contacts:
-        raise UserError(f'leo blind: --robot takes a walker, and {robot.name} touches no ground; '
-                        'without --robot all robots without contact are drawn')  # fmt: skip
+        raise UserError(
+            f'leo blind: --robot takes a walker, and {robot.name} touches no ground; '
+            'without --robot all robots without contact are drawn'
+        )
     for motion in MOTIONS:
         check_motion(robot, motion)
     return robot.folder.resolve()
@@ -147,20 +160,41 @@ def _parser() -> argparse.ArgumentParser:
         arguments.add_argument(f'--{name.replace("_", "-")}', type=int, metavar='N', help=about)
     arguments.add_argument('--robot', metavar='R', help='a walker instead, as leo')
     arguments.add_argument('--first-seed', type=int, default=1)
-    arguments.add_argument('--examination', action='store_true',
-                           help='seeds from 50000 on, none of them twice')
-    arguments.add_argument('--without-mujoco', action='store_true',
-                           help='small differences by our own integrators alone')
-    arguments.add_argument('--suite', action='store_true',
-                           help='the whole benchmark of this commit, LEO too; it goes on later')
-    arguments.add_argument('--share', type=float, default=1.0, metavar='F',
-                           help='of the cases of the suite, as 0.1 for a quick look')
-    arguments.add_argument('--any-commit', action='store_true',
-                           help='go on with a suite that other code has begun')
-    arguments.add_argument('--close', type=Path, metavar='FILE.jsonl',
-                           help='end a suite before all its cases have a line, and tell it')
-    arguments.add_argument('--table', type=Path, metavar='FILE.jsonl',
-                           help='print what a results file says, and run nothing')
+    arguments.add_argument(
+        '--examination', action='store_true', help='seeds from 50000 on, none of them twice'
+    )
+    arguments.add_argument(
+        '--without-mujoco',
+        action='store_true',
+        help='small differences by our own integrators alone',
+    )
+    arguments.add_argument(
+        '--suite',
+        action='store_true',
+        help='the whole benchmark of this commit, LEO too; it goes on later',
+    )
+    arguments.add_argument(
+        '--share',
+        type=float,
+        default=1.0,
+        metavar='F',
+        help='of the cases of the suite, as 0.1 for a quick look',
+    )
+    arguments.add_argument(
+        '--any-commit', action='store_true', help='go on with a suite that other code has begun'
+    )
+    arguments.add_argument(
+        '--close',
+        type=Path,
+        metavar='FILE.jsonl',
+        help='end a suite before all its cases have a line, and tell it',
+    )
+    arguments.add_argument(
+        '--table',
+        type=Path,
+        metavar='FILE.jsonl',
+        help='print what a results file says, and run nothing',
+    )
     add_worker_arguments(arguments, jobs=2)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='where results are kept')
     arguments.add_argument('--json', action='store_true', help='print the summary as JSON')

@@ -20,11 +20,13 @@ def run(arguments: argparse.Namespace, results: Path) -> int:
     from leo_lab.blind import suite
 
     if not 0 < arguments.share <= 1:
-        raise UserError(f'leo blind: --share is more than 0 and at most 1, '
-                        f'found {arguments.share:g}')  # fmt: skip
+        raise UserError(
+            f'leo blind: --share is more than 0 and at most 1, found {arguments.share:g}'
+        )
     workers = chosen_workers(arguments, 'leo blind')
-    wanted = suite.here(arguments.first_seed, arguments.share, not arguments.without_mujoco,
-                        arguments.examination)  # fmt: skip
+    wanted = suite.here(
+        arguments.first_seed, arguments.share, not arguments.without_mujoco, arguments.examination
+    )
     suite.begin(results, wanted, arguments.any_commit)
     if not suite.is_closed(results):
         with suite.alone(results):
@@ -68,5 +70,7 @@ def _add(results: Path, wanted: Suite, workers: Workers, any_commit: bool) -> No
 def _check_worker(row: dict, commit: str) -> None:
     """Refuse a line of other code, as a worker on another machine may have."""
     if row['commit'] != commit:
-        raise UserError(f'leo blind: a worker ({row["machine"]}) runs commit {row["commit"]}, '
-                        f'not {commit}; install that one there, or --any-commit')
+        raise UserError(
+            f'leo blind: a worker ({row["machine"]}) runs commit {row["commit"]}, '
+            f'not {commit}; install that one there, or --any-commit'
+        )

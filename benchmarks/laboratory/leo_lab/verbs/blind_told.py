@@ -11,14 +11,26 @@ from rich.console import Console
 
 from leo_msgs_py.console import Table, Terminal
 
-TITLES = {'effect': 'one effect', 'none': 'no effect', 'pair': 'two effects',
-          'triple': 'three effects', 'outside': 'outside the catalogue',
-          'small': 'many small differences', 'pushed': 'moved from outside'}  # fmt: skip
-WORDS = {'right': 'right', 'family': 'right family', 'exact': 'exactly these',
-         'lone': 'named alone and sure', 'largest_first': 'the largest hidden effect first',
-         'both': 'both of two named', 'sure_wrong': 'sure of an effect that is not there',
-         'extra': 'with names beyond what is there',
-         'small_named_large': 'nothing large, but one named as such'}  # fmt: skip
+TITLES = {
+    'effect': 'one effect',
+    'none': 'no effect',
+    'pair': 'two effects',
+    'triple': 'three effects',
+    'outside': 'outside the catalogue',
+    'small': 'many small differences',
+    'pushed': 'moved from outside',
+}
+WORDS = {
+    'right': 'right',
+    'family': 'right family',
+    'exact': 'exactly these',
+    'lone': 'named alone and sure',
+    'largest_first': 'the largest hidden effect first',
+    'both': 'both of two named',
+    'sure_wrong': 'sure of an effect that is not there',
+    'extra': 'with names beyond what is there',
+    'small_named_large': 'nothing large, but one named as such',
+}
 Groups = dict[str, dict[str, list[dict]]]
 """{'fixed base' or a walker: {kind: lines}}"""
 FIXED = 'fixed base'
@@ -86,12 +98,14 @@ def _print_rates(console: Console, title: str, rates: dict) -> None:
     if 'intervals' in rates:
         console.print(
             f'  parameters off by {100 * rates["parameter_error_median"]:.2f} % (median); '
-            f'95 % intervals hold the truth: {_rate(rates["intervals"])}', highlight=False
-        )  # fmt: skip
+            f'95 % intervals hold the truth: {_rate(rates["intervals"])}',
+            highlight=False,
+        )
     console.print(
         f'  ambiguous: {100 * rates["ambiguous"]:.1f} %; {rates["seconds_median"]:.1f} s a bag '
-        f'(longest {rates["seconds_max"]:.1f} s)', highlight=False
-    )  # fmt: skip
+        f'(longest {rates["seconds_max"]:.1f} s)',
+        highlight=False,
+    )
 
 
 def _rate(rate: dict) -> str:
@@ -99,8 +113,10 @@ def _rate(rate: dict) -> str:
         low, high = (100 * bound for bound in rate['wilson95'])
         share = '-' if rate['rate'] is None else f'{100 * rate["rate"]:.1f} %'
         return f'{rate["hits"]} of n = {rate["n"]}, {share} (95 %: {low:.1f} to {high:.1f} %)'
-    return (f'{rate["hits"]} = {100 * rate["rate"]:.1f} % (at 95 % confidence '
-            f'{100 * rate["at_least"]:.1f} % or more, {100 * rate["at_most"]:.1f} % or less)')
+    return (
+        f'{rate["hits"]} = {100 * rate["rate"]:.1f} % (at 95 % confidence '
+        f'{100 * rate["at_least"]:.1f} % or more, {100 * rate["at_most"]:.1f} % or less)'
+    )
 
 
 def _print_tables(console: Console, rows: list[dict]) -> None:

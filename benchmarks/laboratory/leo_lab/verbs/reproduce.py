@@ -52,21 +52,31 @@ def main(argv: list[str]) -> int:
 def _parser(name: str) -> Parser:
     typed = leo('reproduce', name)
     parser = Parser(
-        typed, 'Train what is not in the results file yet, write the page.',
+        typed,
+        'Train what is not in the results file yet, write the page.',
         f'  {typed} --jobs 2\n  {typed} --plan',
     )
     parser.add_argument('--plan', action='store_true', help='say what is left to run, run nothing')
     add_worker_arguments(parser, jobs=1)
     parser.add_argument(
-        '--folder', type=Path, default=Path('runs', 'leo'), metavar='DIR',
+        '--folder',
+        type=Path,
+        default=Path('runs', 'leo'),
+        metavar='DIR',
         help='of the training runs; those that were stopped go on',
     )
     parser.add_argument(
-        '--results', type=Path, default=Path('benchmarks', 'results'), metavar='DIR',
+        '--results',
+        type=Path,
+        default=Path('benchmarks', 'results'),
+        metavar='DIR',
         help='of the lines of the cases; those found there are not run again',
     )
     parser.add_argument(
-        '--page', type=Path, default=Path('docs', 'leo_results.md'), metavar='FILE',
+        '--page',
+        type=Path,
+        default=Path('docs', 'leo_results.md'),
+        metavar='FILE',
         help='results page, figures beside it',
     )
     parser.add_json()
@@ -91,9 +101,12 @@ def _experiment(name: str, argv: list[str]) -> int:
         if name == 'all':
             reproduce_table7.redo(options.results, options.folder, options.page)
     told: list[dict[str, Any]] = [
-        {'title': each.title, 'cases': len(each.cases),
-         'left': len(missing(each.cases, options.results / each.kind.file)),
-         'rows': read_results(options.results / each.kind.file)}
+        {
+            'title': each.title,
+            'cases': len(each.cases),
+            'left': len(missing(each.cases, options.results / each.kind.file)),
+            'rows': read_results(options.results / each.kind.file),
+        }
         for each in chosen
     ]
     if options.json:
@@ -124,8 +137,10 @@ def _announce(chosen: list[Experiment], options: Any) -> None:
         time = hours(each.cases, path, options.jobs, each.kind.seconds)
         time += training_hours(each, options.results, options.folder, options.jobs)
         total += time
-        print(f'{each.title}: {len(missing(each.cases, path))} of {len(each.cases)} cases to run, '
-              f'about {time:.1f} h')
+        print(
+            f'{each.title}: {len(missing(each.cases, path))} of {len(each.cases)} cases to run, '
+            f'about {time:.1f} h'
+        )
     print(f'about {total:.1f} h in all with {options.jobs} at once; lines in {options.results}')
 
 

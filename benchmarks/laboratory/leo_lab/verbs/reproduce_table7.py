@@ -42,17 +42,26 @@ def main(argv: list[str]) -> int:
     else:
         _print(rows, result)
         _print_beside(beside, options.results)
-        print(f'figure: {options.figure}' if drawn else
-              'no figure: lines of an earlier version have no learning curves')
+        print(
+            f'figure: {options.figure}'
+            if drawn
+            else 'no figure: lines of an earlier version have no learning curves'
+        )
     return 0 if result['share'] >= GATE else 1
 
 
 def redo(results: Path, folder: Path, page: Path) -> None:
     """The default cases, their lines and curves among those of the experiments on LEO."""
-    options = _options([
-        '--results', str(results / 'table7.jsonl'), '--folder', str(folder / 'table7'),
-        '--figure', str(page.with_name('table7.png')),
-    ])  # fmt: skip
+    options = _options(
+        [
+            '--results',
+            str(results / 'table7.jsonl'),
+            '--folder',
+            str(folder / 'table7'),
+            '--figure',
+            str(page.with_name('table7.png')),
+        ]
+    )
     _draw(_rows(options), options.figure)
 
 
@@ -66,11 +75,15 @@ def _options(argv: list[str]) -> Any:
 def _parser() -> Parser:
     parser = Parser('leo reproduce table7', 'Redo Table 7 of the thesis.', EXAMPLES)
     parser.add_argument(
-        '--truth', choices=['moved', 'mass'], default='moved',
+        '--truth',
+        choices=['moved', 'mass'],
+        default='moved',
         help='mass 0.09 kg with the inertia about the pivot kept, or the mass alone',
     )
     parser.add_argument(
-        '--repair', choices=['recommended', 'thesis', 'explain'], default='recommended',
+        '--repair',
+        choices=['recommended', 'thesis', 'explain'],
+        default='recommended',
         help='the difference network, or the effects that leo explain names',
     )
     parser.add_argument('--transitions', type=int, default=5000, metavar='N')
@@ -82,11 +95,17 @@ def _parser() -> Parser:
     parser.add_argument('--seeds', type=int, default=5, metavar='N')
     parser.add_argument('--folder', type=Path, default=Path('runs', 'table7'), metavar='DIR')
     parser.add_argument(
-        '--results', type=Path, default=Path('benchmarks', 'results', 'table7.jsonl'),
-        metavar='FILE', help='one line per case is appended; cases found there are not run again',
+        '--results',
+        type=Path,
+        default=Path('benchmarks', 'results', 'table7.jsonl'),
+        metavar='FILE',
+        help='one line per case is appended; cases found there are not run again',
     )
     parser.add_argument(
-        '--figure', type=Path, default=Path('docs', 'table7.png'), metavar='FILE',
+        '--figure',
+        type=Path,
+        default=Path('docs', 'table7.png'),
+        metavar='FILE',
         help='learning curves on the ideal, the repaired and the real pendulum',
     )
     add_worker_arguments(parser, jobs=1)
@@ -117,8 +136,15 @@ def _rows(options: Any) -> list[dict[str, Any]]:
     from leo_lab.thesis.table7 import Case, run_case
 
     cases = [
-        Case(options.truth, options.repair, options.transitions, options.config, options.steps,
-             options.more_steps, seed)
+        Case(
+            options.truth,
+            options.repair,
+            options.transitions,
+            options.config,
+            options.steps,
+            options.more_steps,
+            seed,
+        )
         for seed in range(options.seeds)
     ]
 
@@ -140,8 +166,12 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         for key in ('mse_before', 'mse_after', 'return_ideal', 'return_repaired', 'return_real')
     }
     return {
-        'n': len(rows), 'share': share(rows), 'shares': each, 'share_least': min(each),
-        'mse_down_percent': down, **means,
+        'n': len(rows),
+        'share': share(rows),
+        'shares': each,
+        'share_least': min(each),
+        'mse_down_percent': down,
+        **means,
     }
 
 
@@ -155,7 +185,8 @@ def _beside(path: Path, row: dict[str, Any]) -> list[dict[str, Any]]:
     own = tuple(row[key] for key in SETTINGS)
     return [
         dict(zip(SETTINGS, key, strict=True)) | _summary(rows)
-        for key, rows in groups.items() if key != own and key[0] == own[0]
+        for key, rows in groups.items()
+        if key != own and key[0] == own[0]
     ]
 
 
@@ -170,8 +201,11 @@ def _print(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
         table.add_column(head, justify='right')
     for row, down, part in zip(rows, result['mse_down_percent'], result['shares'], strict=True):
         table.add_row(
-            str(row['seed']), f'{row["mse_before"]:.4g}', f'{row["mse_after"]:.3g}',
-            f'{down:.4f}', *(f'{row[f"return_{k}"]:.0f}' for k in ('ideal', 'repaired', 'real')),
+            str(row['seed']),
+            f'{row["mse_before"]:.4g}',
+            f'{row["mse_after"]:.3g}',
+            f'{down:.4f}',
+            *(f'{row[f"return_{k}"]:.0f}' for k in ('ideal', 'repaired', 'real')),
             f'{part:.4f}',
         )
     Terminal().print(table)
@@ -187,7 +221,8 @@ def _print_beside(groups: list[dict[str, Any]], path: Path) -> None:
             'beside it: repair {repair} with {transitions} transitions, DDPG {config} with '
             '{steps} + {more_steps} steps, n = {n}: MSE {mse_before_mean:.4g} -> '
             '{mse_after_mean:.3g}; returns ideal {return_ideal_mean:.0f}, repaired '
-            '{return_repaired_mean:.0f}, real {return_real_mean:.0f}; share {share:.4f}'
-            .format(**group)
+            '{return_repaired_mean:.0f}, real {return_real_mean:.0f}; share {share:.4f}'.format(
+                **group
+            )
         )
     print(f'lines in {path}')

@@ -56,8 +56,9 @@ def from_data(
         )
     require((_named(row) for row in whole['effects']), source)
     placed = [_placed(model, row) for row in whole['effects']]
-    refitted = {path: c for path, c in whole['constants'].items()
-                if path in model.constants or not sibling}  # fmt: skip
+    refitted = {
+        path: c for path, c in whole['constants'].items() if path in model.constants or not sibling
+    }
     moved = {'moved_from': robot} if robot != model.robot.name else {}
     return _refitted(changed(model, placed), source, refitted), [
         entry | moved for entry in history(data)

@@ -96,8 +96,10 @@ def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic,
             if 'supply_voltage' in interfaces:
                 yield SUPPLY, stamp, cdr.supply(stamp, joint, interfaces['supply_voltage'][k])
             if 'temperature' in interfaces:
-                yield TEMPERATURE, stamp, cdr.temperature(
-                    stamp, joint, interfaces['temperature'][k]
+                yield (
+                    TEMPERATURE,
+                    stamp,
+                    cdr.temperature(stamp, joint, interfaces['temperature'][k]),
                 )
 
 

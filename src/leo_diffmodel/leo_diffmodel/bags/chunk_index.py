@@ -60,7 +60,13 @@ class ChunksOfFile:
 def _index(at: int, size: int, head: bytes) -> ChunkIndex:
     first, last, uncompressed, _, _, compressed = _CHUNK.unpack_from(head)
     return ChunkIndex(
-        message_start_time=first, message_end_time=last, chunk_start_offset=at, chunk_length=size,
-        message_index_offsets={}, message_index_length=0, compression='',
-        compressed_size=compressed, uncompressed_size=uncompressed,
+        message_start_time=first,
+        message_end_time=last,
+        chunk_start_offset=at,
+        chunk_length=size,
+        message_index_offsets={},
+        message_index_length=0,
+        compression='',
+        compressed_size=compressed,
+        uncompressed_size=uncompressed,
     )

@@ -102,7 +102,7 @@ def _load_database(file: Db3File, topics: dict[str, TopicLog]) -> int:
 
 
 def _load_file(
-    file: McapFile, topics: dict[str, TopicLog], metadata: dict[str, Mapping[str, str]],
+    file: McapFile, topics: dict[str, TopicLog], metadata: dict[str, Mapping[str, str]]
 ) -> McapFile:
     schemas: dict[int, str] = {}
     channels: dict[int, list[Logged]] = {}

@@ -48,11 +48,13 @@ def cut_bag(
         raise UserError(f'{path} is still being recorded; stop its recorder first')
     states = find_topic(contents, 'joint_states', topic_map or TopicMap())
     if states is None or not states.messages:
-        raise UserError(f'{path} has no joint states to count time from; it has '
-                        f'{list_topics(contents)}')  # fmt: skip
+        raise UserError(
+            f'{path} has no joint states to count time from; it has {list_topics(contents)}'
+        )
     zero = states.messages[0].log_ns
-    chosen = {name: _chosen(topic, zero, low, high, out)
-              for name, topic in contents.topics.items()}  # fmt: skip
+    chosen = {
+        name: _chosen(topic, zero, low, high, out) for name, topic in contents.topics.items()
+    }
     if not chosen[states.name]:
         raise UserError(f'{path} has no joint states from {low:g} to {high:g} s')
     return _write(contents, new, chosen)

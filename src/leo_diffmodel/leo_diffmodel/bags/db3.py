@@ -80,8 +80,9 @@ class Db3File:
                     yield StoredTopic(int(row[0]), *map(str, row[1:]))
                 yield from self._messages(database)
         except (sqlite3.Error, ValueError, TypeError) as error:
-            raise UserError(f'{self.path} is no rosbag2 SQLite file, or damaged: '
-                            f'{one_line(error)}') from None
+            raise UserError(
+                f'{self.path} is no rosbag2 SQLite file, or damaged: {one_line(error)}'
+            ) from None
 
     def _opened(self) -> sqlite3.Connection:
         """Open the file to read it; what a killed recorder left in its -wal is read, too."""

@@ -136,12 +136,17 @@ class _Copier:
         for record in records:
             if isinstance(record, Message) and record.channel_id in self._channels:
                 self._writer.add_message(
-                    self._channels[record.channel_id], record.log_time, record.data,
-                    record.publish_time, record.sequence,
+                    self._channels[record.channel_id],
+                    record.log_time,
+                    record.data,
+                    record.publish_time,
+                    record.sequence,
                 )
             elif isinstance(record, Channel) and record.id not in self._channels:
                 self._channels[record.id] = self._writer.register_channel(
-                    record.topic, record.message_encoding, self._schemas.get(record.schema_id, 0),
+                    record.topic,
+                    record.message_encoding,
+                    self._schemas.get(record.schema_id, 0),
                     record.metadata,
                 )
             elif isinstance(record, Schema) and record.id not in self._schemas:

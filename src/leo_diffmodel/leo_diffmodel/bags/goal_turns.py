@@ -23,7 +23,7 @@ MOSTLY = 0.9
 
 
 def on_the_angles_turn(
-    goals: Floats, on: NDArray[np.bool_], angles: Floats, joints: Sequence[str],
+    goals: Floats, on: NDArray[np.bool_], angles: Floats, joints: Sequence[str]
 ) -> tuple[Floats, list[str]]:
     """Goals less the turns by which they were wrapped apart; also which, one line each.
 
@@ -39,8 +39,10 @@ def on_the_angles_turn(
         turns = _turns(goals[counts, a], angles[counts, a])
         if turns.any():
             out[counts, a] -= math.tau * turns
-            told.append(f'{int((turns != 0).sum())} goals of {name} were wrapped apart from its '
-                        'angle; brought to the turn it is in')  # fmt: skip
+            told.append(
+                f'{int((turns != 0).sum())} goals of {name} were wrapped apart from its '
+                'angle; brought to the turn it is in'
+            )
     return out, told
 
 

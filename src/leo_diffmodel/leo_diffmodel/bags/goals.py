@@ -34,8 +34,12 @@ class Goals(NamedTuple):
 
 
 def read_goals(
-    contents: BagContents, role: Role, states: StateLog, names: Sequence[str],
-    measured: Floats, topic_map: TopicMap,
+    contents: BagContents,
+    role: Role,
+    states: StateLog,
+    names: Sequence[str],
+    measured: Floats,
+    topic_map: TopicMap,
 ) -> Goals | None:
     """Read the goals of joints, each from the topic that names it; None where none does.
 
@@ -57,24 +61,26 @@ def read_goals(
     parts = [
         _run(states, run, [found[s] for s in sources], names, measured, role)
         for run in _runs(states)
-    ]  # fmt: skip
+    ]
     log, stamp, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
     if not len(log):
         return None
     return Goals(', '.join(dict.fromkeys(sources)), log, stamp, values)
 
 
-def _source(
-    contents: BagContents, found: dict[str, list[Asked]], name: str, role: Role,
-) -> str:
+def _source(contents: BagContents, found: dict[str, list[Asked]], name: str, role: Role) -> str:
     """The topic with the goals of a joint."""
     topics = [topic for topic, said in found.items() if any(name in a.names for a in said)]
     if not topics:
-        raise UserError(f'{contents.path} has goals on {", ".join(found)}, and none for {name}; '
-                        'give a model without that motor, or record its goals')
+        raise UserError(
+            f'{contents.path} has goals on {", ".join(found)}, and none for {name}; '
+            'give a model without that motor, or record its goals'
+        )
     if len(topics) > 1 and role == 'trajectory':
-        raise UserError(f'{contents.path} has trajectories of {name} on {" and ".join(topics)}; '
-                        f'choose one in a topic map (topics: {{{role}: ...}})')
+        raise UserError(
+            f'{contents.path} has trajectories of {name} on {" and ".join(topics)}; '
+            f'choose one in a topic map (topics: {{{role}: ...}})'
+        )
     return topics[0]  # of a controller's state, which some publish twice, either
 
 
@@ -86,26 +92,35 @@ def _runs(states: StateLog) -> list[slice]:
 
 
 def _run(
-    states: StateLog, run: slice, said: list[list[Asked]], names: Sequence[str],
-    measured: Floats, role: Role,
+    states: StateLog,
+    run: slice,
+    said: list[list[Asked]],
+    names: Sequence[str],
+    measured: Floats,
+    role: Role,
 ) -> tuple[Stamps, Stamps, Floats]:
     """Log times, stamps and goals of one run; none before all joints have one."""
     t = states.stamp_ns[run]
     first = states.log_ns[run.start] if run.start else np.iinfo(np.int64).min
     last = states.log_ns[run.stop] if run.stop < len(states.log_ns) else np.iinfo(np.int64).max
-    now = [[a for a in of if first <= a.log_ns < last and name in a.names]
-           for of, name in zip(said, names, strict=True)]  # fmt: skip
+    now = [
+        [a for a in of if first <= a.log_ns < last and name in a.names]
+        for of, name in zip(said, names, strict=True)
+    ]
     delay = int(np.median(states.log_ns[run] - t))
-    legs = [_legs(of, name, delay, states.stamped, role)
-            for of, name in zip(now, names, strict=True)]  # fmt: skip
+    legs = [
+        _legs(of, name, delay, states.stamped, role) for of, name in zip(now, names, strict=True)
+    ]
     if not all(legs):
         return t[:0], t[:0], np.zeros((0, len(names)))
     turns = [np.r_[leg.begin, leg.times] for of in legs for leg in of]
     inside = np.concatenate([t, *turns])
     begin = max(of[0].begin for of in legs)
     stamps = np.unique(inside[(inside >= max(begin, t[0])) & (inside <= t[-1])])
-    starts = (float(np.interp(of[0].begin - t[0], t - t[0], measured[run, a]))
-              for a, of in enumerate(legs))  # fmt: skip
+    starts = (
+        float(np.interp(of[0].begin - t[0], t - t[0], measured[run, a]))
+        for a, of in enumerate(legs)
+    )
     values = [sampled(of, stamps, start) for of, start in zip(legs, starts, strict=True)]
     return stamps + delay, stamps, np.column_stack(values)
 

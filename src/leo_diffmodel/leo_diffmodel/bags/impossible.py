@@ -72,8 +72,10 @@ def input_channels(robot: Robot, kind: str) -> list[Channel]:
         'torque': [_stall(a) for a in robot.actuators],
         'position': [ABSURD] * len(robot.actuators),
     }[kind]
-    return [Channel(f'inputs of {a.joint}', unit, m)
-            for a, m in zip(robot.actuators, most, strict=True)]  # fmt: skip
+    return [
+        Channel(f'inputs of {a.joint}', unit, m)
+        for a, m in zip(robot.actuators, most, strict=True)
+    ]
 
 
 def lengths(robot: Robot) -> dict[str, str]:
@@ -82,9 +84,7 @@ def lengths(robot: Robot) -> dict[str, str]:
     return {name: 'm' if kinds[name] == 'prismatic' else 'rad' for name in robot.joint_names}
 
 
-def impossible(
-    values: Floats, channels: Sequence[Channel],
-) -> tuple[NDArray[np.bool_], list[str]]:
+def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.bool_], list[str]]:
     """Say which values (N, C) no robot has, and how many of which channel, in words."""
     size = np.nan_to_num(np.abs(values), posinf=0.0)
     usual = np.quantile(size, MOSTLY, axis=0, method='lower')
@@ -92,13 +92,12 @@ def impossible(
     beyond = size > bound
     return beyond, [
         f'{count} {channel.name} beyond {most:.3g} {channel.unit}, which no robot has; left out'
-        for channel, count, most in zip(channels, beyond.sum(axis=0), bound, strict=True) if count
+        for channel, count, most in zip(channels, beyond.sum(axis=0), bound, strict=True)
+        if count
     ]
 
 
-def _channels(
-    robot: Robot, seconds: float,
-) -> tuple[list[Channel], list[Channel], list[Channel]]:
+def _channels(robot: Robot, seconds: float) -> tuple[list[Channel], list[Channel], list[Channel]]:
     """Positions, velocities and efforts of a robot's joints, of so long a recording [s]."""
     motors = {a.joint: a for a in robot.actuators}
     length = lengths(robot)

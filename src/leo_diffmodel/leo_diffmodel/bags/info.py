@@ -147,8 +147,11 @@ def _joints(topic: TopicLog) -> tuple[str, ...]:
     """Names of the joints of all publishers on a topic, in the order in which they come."""
     texts = [joints_text(m.data) for m in topic.messages]
     often = Counter(texts)  # in the order in which they come
-    kinds = [topic.messages[texts.index(text)] for text, number in often.items()
-             if number >= FEWEST or len(often) == 1]  # fmt: skip
+    kinds = [
+        topic.messages[texts.index(text)]
+        for text, number in often.items()
+        if number >= FEWEST or len(often) == 1
+    ]
     first = TopicLog(topic.name, topic.type, topic.qos, kinds)
     names = (name for _, m in deserialize(first, JOINT_STATE) for name in m.name)
     return tuple(dict.fromkeys(names))

@@ -30,7 +30,8 @@ def show(info: BagInfo, console: Console) -> None:
     if info.episodes:
         console.print(
             f'joints {", ".join(info.joints)} at {info.state_rate:.0f} Hz; '
-            f'{len(info.episodes)} episode(s){_breaks(info)}', highlight=False,
+            f'{len(info.episodes)} episode(s){_breaks(info)}',
+            highlight=False,
         )
         console.print(_episodes(info.episodes))
     for text in info.told:
@@ -71,4 +72,3 @@ def _episodes(episodes: tuple[EpisodeInfo, ...]) -> Table:
     if len(episodes) > _MANY:
         table.add_row(f'and {len(episodes) - _MANY} more', '', '', '')
     return table
-

@@ -56,7 +56,7 @@ class InputLog:
 
 
 def read_inputs(
-    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap
 ) -> InputLog | None:
     """Return the best inputs a bag has, None for a passive one.
 
@@ -65,9 +65,12 @@ def read_inputs(
             goals that its model cannot take, or by what looks like a command and is not read.
     """
     readers: dict[str, Reader] = {
-        'applied': _applied, 'dynamic_joint_states': _dynamic, 'commands': _commanded,
+        'applied': _applied,
+        'dynamic_joint_states': _dynamic,
+        'commands': _commanded,
         'controller_state': partial(_asked, role='controller_state'),
-        'trajectory': partial(_asked, role='trajectory'), 'effort': _effort,
+        'trajectory': partial(_asked, role='trajectory'),
+        'effort': _effort,
     }
     wanted = topic_map.input
     for name, reader in readers.items():
@@ -83,7 +86,7 @@ def read_inputs(
 
 
 def _applied(
-    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap
 ) -> InputLog | None:
     default = APPLIED[INTERFACES[robot.input]].name
     topic = find_topic(contents, 'applied', topic_map, default)
@@ -92,7 +95,7 @@ def _applied(
 
 
 def _dynamic(
-    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap
 ) -> InputLog | None:
     if robot.input == 'position' and topic_map.interface is None:
         return None  # the positions there are measured ones, no goals
@@ -102,8 +105,11 @@ def _dynamic(
 
 
 def _stated(
-    topic: TopicLog, row: Callable[[Any, Sequence[str]], Row | None], states: StateLog,
-    robot: Robot, topic_map: TopicMap,
+    topic: TopicLog,
+    row: Callable[[Any, Sequence[str]], Row | None],
+    states: StateLog,
+    robot: Robot,
+    topic_map: TopicMap,
 ) -> InputLog | None:
     """Read a topic that says what was applied: the messages with all actuators."""
     wanted = [str(topic_map.joint(a.joint).name) for a in robot.actuators]
@@ -152,7 +158,7 @@ def _interface(values: Any, name: str, default: float = float('nan')) -> float:
 
 
 def _commanded(
-    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap
 ) -> InputLog | None:
     topic = find_topic(contents, 'commands', topic_map, COMMANDS[robot.input])
     if topic is None:
@@ -173,14 +179,22 @@ def _commanded(
         )
     log = np.array([row[0] for row in fitting], dtype=np.int64)
     values = _ours(np.array([row[1] for row in fitting]), robot, topic_map)
-    return _usable(InputLog(
-        robot.input, topic.name, log, _to_robot_time(log, states), values,
-        np.ones_like(values), len(rows) - len(fitting),
-    ), robot)
+    return _usable(
+        InputLog(
+            robot.input,
+            topic.name,
+            log,
+            _to_robot_time(log, states),
+            values,
+            np.ones_like(values),
+            len(rows) - len(fitting),
+        ),
+        robot,
+    )
 
 
 def _asked(
-    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap, role: Role,
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap, role: Role
 ) -> InputLog | None:
     """Read the goals of servos from trajectories or from what their controllers follow."""
     if robot.input != 'position' or not robot.actuators:
@@ -194,8 +208,9 @@ def _asked(
         return None
     values = _ours(goals.values, robot, topic_map)
     ones = np.ones_like(values)
-    return _usable(InputLog(
-        'position', goals.source, goals.log, goals.stamp, values, ones, 0), robot)
+    return _usable(
+        InputLog('position', goals.source, goals.log, goals.stamp, values, ones, 0), robot
+    )
 
 
 def _on_the_angles_turn(inputs: InputLog, states: StateLog, robot: Robot) -> InputLog:
@@ -205,16 +220,23 @@ def _on_the_angles_turn(inputs: InputLog, states: StateLog, robot: Robot) -> Inp
     kinds = {joint.name: joint.kind for joint in robot.joints}
     joints = [a.joint for a in robot.actuators]
     start = states.log_ns[0]
-    angles = np.column_stack([
-        np.interp(inputs.log_ns - start, states.log_ns - start,
-                  states.q[:, robot.joint_names.index(joint)]) for joint in joints])
+    angles = np.column_stack(
+        [
+            np.interp(
+                inputs.log_ns - start,
+                states.log_ns - start,
+                states.q[:, robot.joint_names.index(joint)],
+            )
+            for joint in joints
+        ]
+    )
     angles[:, [kinds[joint] == 'prismatic' for joint in joints]] = np.nan
     values, told = on_the_angles_turn(inputs.values, inputs.enabled > 0, angles, joints)
     return replace(inputs, values=values, told=(*inputs.told, *told)) if told else inputs
 
 
 def _effort(
-    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap,
+    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap
 ) -> InputLog | None:
     if states.effort is None or not robot.actuators:
         return None
@@ -228,9 +250,9 @@ def _effort(
             'model without that motor, or say in a topic map input: effort if 0 N m is right'
         )
     ones = np.ones_like(values)
-    return _usable(InputLog(
-        'torque', 'effort', states.log_ns, states.stamp_ns, values, ones, 0,
-    ), robot)
+    return _usable(
+        InputLog('torque', 'effort', states.log_ns, states.stamp_ns, values, ones, 0), robot
+    )
 
 
 def _ours(values: Floats, robot: Robot, topic_map: TopicMap) -> Floats:
@@ -257,7 +279,11 @@ def _usable(inputs: InputLog, robot: Robot) -> InputLog | None:
     if not keep.any():
         return None
     return replace(
-        inputs, log_ns=inputs.log_ns[keep], stamp_ns=inputs.stamp_ns[keep],
-        values=inputs.values[keep], enabled=inputs.enabled[keep],
-        dropped=inputs.dropped + int(np.sum(~finite)), told=tuple(told),
+        inputs,
+        log_ns=inputs.log_ns[keep],
+        stamp_ns=inputs.stamp_ns[keep],
+        values=inputs.values[keep],
+        enabled=inputs.enabled[keep],
+        dropped=inputs.dropped + int(np.sum(~finite)),
+        told=tuple(told),
     )

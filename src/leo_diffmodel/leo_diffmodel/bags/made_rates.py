@@ -46,9 +46,10 @@ def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:
     step, middle = np.diff(q, axis=0) / np.diff(t)[:, None], (t[1:] + t[:-1]) / 2
     central = np.gradient(q, t, axis=0)
     ways = {
-        'backward': (middle[:-1], step[:-1]), 'forward': (middle[1:], step[1:]),
+        'backward': (middle[:-1], step[:-1]),
+        'forward': (middle[1:], step[1:]),
         'central': (t[1:-1], central[1:-1]),
-    }  # fmt: skip
+    }
     found = (way for way, (at, difference) in ways.items() if _repeats(at, difference, dq[1:-1]))
     return next(found, '')
 

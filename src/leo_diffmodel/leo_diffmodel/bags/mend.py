@@ -26,8 +26,10 @@ def mended(recording: Recording, mapping: TopicMap) -> Recording:
     """
     joints = [mapping.joint(name) for name in recording.joints]
     motors = [mapping.joint(name) for name in recording.actuators]
-    episodes = [_in_our_units(e, joints, motors, recording.input, mapping.scale)
-                for e in recording.episodes]  # fmt: skip
+    episodes = [
+        _in_our_units(e, joints, motors, recording.input, mapping.scale)
+        for e in recording.episodes
+    ]
     return on_time(replace(recording, episodes=tuple(episodes)), mapping)
 
 
@@ -52,9 +54,11 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
         raise UserError(f'{recording.path}: no episode is longer than its channels are late')
     absent = all(j.speed == 'none' for j in joints)
     return replace(
-        recording, episodes=episodes, rates='absent' if absent else recording.rates,
+        recording,
+        episodes=episodes,
+        rates='absent' if absent else recording.rates,
         command_period=recording.command_period * mapping.time_scale,
-    )  # fmt: skip
+    )
 
 
 def with_inputs_late(e: Episode, seconds: Sequence[float]) -> Episode:
@@ -85,11 +89,12 @@ def _in_our_units(
     goal_zero = of(motors, 'offset') if kind == 'position' else 0.0
     factors = np.array([(m.input_sign or m.sign) * m.input_scale * scale for m in motors])
     return replace(
-        e, q=sign * of(joints, 'scale') * e.q + of(joints, 'offset'),
+        e,
+        q=sign * of(joints, 'scale') * e.q + of(joints, 'offset'),
         dq=sign * of(joints, 'speed_scale') * (e.dq - zero),
         inputs=e.inputs * factors + goal_zero,
         effort=None if e.effort is None else sign * e.effort,
-    )  # fmt: skip
+    )
 
 
 def _on_time(

@@ -41,7 +41,7 @@ def _summary(file: Path) -> tuple[Summary, Statistics]:
 
 
 def _information(
-    files: tuple[Path, ...], summaries: list[tuple[Summary, Statistics]],
+    files: tuple[Path, ...], summaries: list[tuple[Summary, Statistics]]
 ) -> dict[str, Any]:
     statistics = [s for _, s in summaries]
     filled = [s for s in statistics if s.message_count]

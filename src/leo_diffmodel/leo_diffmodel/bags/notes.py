@@ -23,8 +23,13 @@ _MANY_UNUSED = 0.02
 
 
 def reading_notes(
-    contents: BagContents, states: StateLog, segments: Segments, turns: int, used: int,
-    made: str = '', impossible: Sequence[str] = (),
+    contents: BagContents,
+    states: StateLog,
+    segments: Segments,
+    turns: int,
+    used: int,
+    made: str = '',
+    impossible: Sequence[str] = (),
 ) -> list[str]:
     """Return what was left out, mended or split.
 
@@ -55,14 +60,19 @@ def reading_notes(
         (turns, f'{turns} wraps by whole turns undone'),
         (gaps, f'{gaps} gaps; split there'),
         (jumps, f'{jumps} jumps no model can make; split there'),
-        (unused > _MANY_UNUSED * len(states.q),
-         f'{unused} samples unused (lone, or before the first input)'),
+        (
+            unused > _MANY_UNUSED * len(states.q),
+            f'{unused} samples unused (lone, or before the first input)',
+        ),
     ]
     return [f'{contents.path}: {text}' for holds, text in told if holds]
 
 
 def input_notes(
-    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+    contents: BagContents,
+    robot: Robot,
+    topic_map: TopicMap,
+    inputs: InputLog | None,
     unmeasured: Sequence[str] = (),
 ) -> list[str]:
     """Return which joints of the map and inputs were unusable, and which were passed over."""
@@ -71,8 +81,10 @@ def input_notes(
         notes.append('no input is left, so the bag counts as passive, its motors free')
     strange = sorted(set(topic_map.joints) - set(robot.joint_names))
     if strange:
-        notes.append(f'the topic map names {", ".join(strange)}, which {robot.name} lacks; it has '
-                     f'{", ".join(robot.joint_names)}')
+        notes.append(
+            f'the topic map names {", ".join(strange)}, which {robot.name} lacks; it has '
+            f'{", ".join(robot.joint_names)}'
+        )
     if inputs is not None and inputs.dropped:
         notes.append(f'{inputs.dropped} inputs with NaN or of a wrong length left out')
     if inputs is not None:
@@ -84,7 +96,7 @@ def input_notes(
 
 
 def _passed_over(
-    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None
 ) -> list[str]:
     """Return which topics say what was applied, but not what this robot needs."""
     source = inputs.source if inputs else 'none, so the bag counts as passive'
@@ -96,12 +108,13 @@ def _passed_over(
     return [
         f'{topic.name} has no usable {wanted} of {joints} (there is {_there(topic)}); inputs '
         f'taken from: {source}'
-        for topic in telling if topic.name != source
+        for topic in telling
+        if topic.name != source
     ]
 
 
 def _unread(
-    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None,
+    contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None
 ) -> list[str]:
     """Return which topics look like commands, where no topic says what was applied."""
     if inputs is None or inputs.source in [topic.name for topic in _telling(contents, topic_map)]:
@@ -118,8 +131,10 @@ def _telling(contents: BagContents, topic_map: TopicMap) -> list[TopicLog]:
     names = (*(topic.name for topic in APPLIED.values()), DEFAULT_NAMES['dynamic_joint_states'])
     mapped = [topic_map.topics.get('applied'), topic_map.topics.get('dynamic_joint_states')]
     return [
-        topic for topic in contents.topics.values()
-        if topic.messages and topic.type in (JOINT_STATE, DYNAMIC_JOINT_STATE)
+        topic
+        for topic in contents.topics.values()
+        if topic.messages
+        and topic.type in (JOINT_STATE, DYNAMIC_JOINT_STATE)
         and (topic.name in mapped or topic.name.endswith(names))
     ]
 

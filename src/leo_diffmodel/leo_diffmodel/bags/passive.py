@@ -31,9 +31,13 @@ _HINTS = {
 }
 """How a topic map says of a type what it is."""
 _OTHERS = (
-    'std_msgs/msg/Float64', 'std_msgs/msg/Float32', 'std_msgs/msg/Float32MultiArray',
-    'std_msgs/msg/Int16MultiArray', 'std_msgs/msg/Int32MultiArray',
-    'control_msgs/msg/DynamicInterfaceGroupValues', 'control_msgs/msg/JointJog',
+    'std_msgs/msg/Float64',
+    'std_msgs/msg/Float32',
+    'std_msgs/msg/Float32MultiArray',
+    'std_msgs/msg/Int16MultiArray',
+    'std_msgs/msg/Int32MultiArray',
+    'control_msgs/msg/DynamicInterfaceGroupValues',
+    'control_msgs/msg/JointJog',
     'control_msgs/msg/MultiDOFCommand',
 )
 """Types of commands that are not read."""
@@ -83,14 +87,17 @@ def joint_names(robot: Robot, topic_map: TopicMap) -> list[str]:
 
 
 def unread_commands(
-    contents: BagContents, robot: Robot, topic_map: TopicMap, source: str = '',
+    contents: BagContents, robot: Robot, topic_map: TopicMap, source: str = ''
 ) -> list[TopicLog]:
     """The topics that look like commands of this robot, other than those that are its input."""
     names = joint_names(robot, topic_map)
     states = topic_map.topics.get('joint_states')
     taken = {*source.split(', '), states}
-    return [topic for topic in contents.topics.values()
-            if topic.name not in taken and _looks_like_one(topic, names)]  # fmt: skip
+    return [
+        topic
+        for topic in contents.topics.values()
+        if topic.name not in taken and _looks_like_one(topic, names)
+    ]
 
 
 def _looks_like_one(topic: TopicLog, names: list[str]) -> bool:
@@ -115,4 +122,3 @@ def named(topics: list[TopicLog]) -> str:
     words = ', '.join(f'{t.name} ({t.type}, {len(t.messages)} messages)' for t in topics)
     what = 'looks like a command and is' if len(topics) == 1 else 'look like commands and are'
     return f'{words} {what} not read'
-

@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 
 def command_period(
-    contents: BagContents, robot: Robot, topic_map: TopicMap, states: StateLog,
+    contents: BagContents,
+    robot: Robot,
+    topic_map: TopicMap,
+    states: StateLog,
     inputs: InputLog | None,
 ) -> float:
     """Return the control period [s].

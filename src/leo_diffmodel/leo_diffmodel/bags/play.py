@@ -26,7 +26,7 @@ DEPTH = 1000
 
 
 def play(
-    bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS,
+    bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS
 ) -> int:
     """Publish a bag and return the exit status.
 
@@ -101,7 +101,8 @@ class _Player:
         self._messages = sorted(
             (
                 (message.log_ns, message.data, publisher)
-                for publisher, topic in publishers for message in topic.messages
+                for publisher, topic in publishers
+                for message in topic.messages
             ),
             key=lambda entry: entry[0],
         )

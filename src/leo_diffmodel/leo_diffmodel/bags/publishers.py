@@ -24,7 +24,7 @@ NEAR = 1.5
 
 
 def together(
-    rows: Sequence[Row], joints: Sequence[str], topic: str,
+    rows: Sequence[Row], joints: Sequence[str], topic: str
 ) -> tuple[Table, tuple[str, ...]] | None:
     """All joints' states, and what was done about several publishers, one line each.
 
@@ -46,7 +46,7 @@ def together(
 
 
 def _one(
-    parts: list[list[Row]], joints: Sequence[str], topic: str,
+    parts: list[list[Row]], joints: Sequence[str], topic: str
 ) -> tuple[Table, tuple[str, ...]]:
     """The publisher with the most messages, with those that spoke before or after it."""
     first = parts[0]
@@ -60,7 +60,7 @@ def _one(
 
 
 def _joined(
-    parts: list[list[Row]], joints: Sequence[str], topic: str,
+    parts: list[list[Row]], joints: Sequence[str], topic: str
 ) -> tuple[Table, tuple[str, ...]] | None:
     """Halves of a robot: each joint from who says it most often, at the times of the fastest."""
     source = {j: part for part in reversed(parts) for j in part[0].ours}
@@ -74,18 +74,23 @@ def _joined(
         refuse_turns(_only(half, mine), [joints[j] for j in mine], topic)
     words = '; '.join(
         f'{", ".join(joints[j] for j in sorted(mine))} at {_rate(part):.3g} Hz'
-        for part, mine in zip(used, columns, strict=True))  # fmt: skip
+        for part, mine in zip(used, columns, strict=True)
+    )
     return at_the_fastest(tables, columns), (
-        *told, f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
-        'joined by time, the slower ones interpolated')  # fmt: skip
+        *told,
+        f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
+        'joined by time, the slower ones interpolated',
+    )
 
 
 def _doubled(parts: list[list[Row]]) -> list[list[list[Row]]]:
     """Pairs of publishers that have a joint in common and speak at the same time."""
     return [
-        [a, b] for k, a in enumerate(parts) for b in parts[k + 1 :]
+        [a, b]
+        for k, a in enumerate(parts)
+        for b in parts[k + 1 :]
         if set(a[0].ours) & set(b[0].ours) and _overlap(a, b)
-    ]  # fmt: skip
+    ]
 
 
 def _overlap(a: list[Row], b: list[Row]) -> bool:
@@ -123,8 +128,11 @@ def at_the_fastest(tables: list[Table], columns: list[list[int]]) -> Table:
     """The columns of all halves at the times of the first, where each says something near."""
     clock, base, width = _clock(tables), tables[0], sum(map(len, columns))
     fields: list[Floats | None] = [
-        None if all(half.fields[k] is None for half in tables)
-        else np.full((len(base.log), width), np.nan) for k in range(3)]  # fmt: skip
+        None
+        if all(half.fields[k] is None for half in tables)
+        else np.full((len(base.log), width), np.nan)
+        for k in range(3)
+    ]
     known = np.ones(len(base.log), dtype=bool)
     for half, mine in zip(tables, columns, strict=True):
         at, own = getattr(base, clock), getattr(half, clock)

@@ -79,8 +79,13 @@ class Recorder:
         self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
 
     def record(
-        self, topic: RecordedTopic, data: bytes, published_ns: int = 0, logged_ns: int = 0,
-        number: int = 0, publisher: bytes = b'',
+        self,
+        topic: RecordedTopic,
+        data: bytes,
+        published_ns: int = 0,
+        logged_ns: int = 0,
+        number: int = 0,
+        publisher: bytes = b'',
     ) -> None:
         """Write one CDR message; not one of a second robot or sent before a restart.
 
@@ -157,7 +162,7 @@ class Recorder:
         return len(set().union(*(sources.refused for sources in self._sources.values())))
 
     def _is_ours(
-        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int,
+        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int
     ) -> bool:
         """Say whether to record a message; begin a bag for the robot that is recorded again."""
         if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
@@ -242,8 +247,13 @@ class Recorder:
             self._write(writer, *latched, logged_ns)
 
     def _write(
-        self, writer: BagWriter, topic: RecordedTopic, data: bytes, published_ns: int,
-        logged_ns: int, number: int = 0,
+        self,
+        writer: BagWriter,
+        topic: RecordedTopic,
+        data: bytes,
+        published_ns: int,
+        logged_ns: int,
+        number: int = 0,
     ) -> None:
         if topic.name not in self._channels:
             self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)

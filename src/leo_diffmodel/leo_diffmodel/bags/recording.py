@@ -40,7 +40,7 @@ SELDOM = 10.0
 
 
 def read_bag(
-    path: str | Path, robot: Robot | str | Path, topic_map: str | Path | TopicMap | None = None,
+    path: str | Path, robot: Robot | str | Path, topic_map: str | Path | TopicMap | None = None
 ) -> Recording:
     """Read any robot's rosbag2 bag, MCAP or SQLite, finished or not, at any and uneven rates.
 
@@ -56,7 +56,7 @@ def read_bag(
 
 
 def read_both_ways(
-    path: str | Path, robot: Robot, topic_map: TopicMap,
+    path: str | Path, robot: Robot, topic_map: TopicMap
 ) -> tuple[Recording, Recording | None]:
     """A bag as `read_bag` reads it, and with its inputs held the other way.
 
@@ -83,7 +83,7 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
 
 
 def held_each_way(
-    contents: BagContents, robot: Robot, mapping: TopicMap, holds: Sequence[str],
+    contents: BagContents, robot: Robot, mapping: TopicMap, holds: Sequence[str]
 ) -> Iterator[Recording]:
     """Decode once; yield the recording with its inputs held in each of these ways.
 
@@ -100,8 +100,7 @@ def held_each_way(
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
     try:
-        states, told = without_impossible(
-            read_states(topic, robot.joint_names, mapping), robot)
+        states, told = without_impossible(read_states(topic, robot.joint_names, mapping), robot)
         motors = () if mapping.input == 'effort' else [a.joint for a in robot.actuators]
         states, said = without_unmeasured(states, lengths(robot), motors)
         states, made = without_made_rates(states)
@@ -110,8 +109,10 @@ def held_each_way(
     except UserError as error:
         raise UserError(f'{path}: {error}') from error
     if (step := median_step(states.stamp_ns)) > SELDOM:
-        raise UserError(f'{path}: states come {step:.4g} s apart, and beyond {SELDOM:g} s no '
-                        'motion of a robot shows; which unit is its time in?')
+        raise UserError(
+            f'{path}: states come {step:.4g} s apart, and beyond {SELDOM:g} s no '
+            'motion of a robot shows; which unit is its time in?'
+        )
     segments = split(states, find_topic(contents, 'episode', mapping))
     inputs = read_inputs(contents, states, robot, mapping)
     digest, notes = sha256(contents.files), [*told, *said, *spikes]
@@ -120,18 +121,24 @@ def held_each_way(
         if not episodes:
             raise UserError(f'{path}: no joint states while inputs were recorded; record both')
         used = sum(len(episode.t) for episode in episodes)
-        yield on_time(Recording(
-            path=path, sha256=digest, joints=tuple(robot.joint_names),
-            actuators=tuple(a.joint for a in robot.actuators),
-            input=inputs.kind if inputs else 'none',
-            command_period=command_period(contents, robot, mapping, states, inputs),
-            episodes=episodes, metadata=_metadata(contents, mapping),
-            warnings=(
-                *reading_notes(contents, states, segments, turns, used, made, notes),
-                *input_notes(contents, robot, mapping, inputs, said),
+        yield on_time(
+            Recording(
+                path=path,
+                sha256=digest,
+                joints=tuple(robot.joint_names),
+                actuators=tuple(a.joint for a in robot.actuators),
+                input=inputs.kind if inputs else 'none',
+                command_period=command_period(contents, robot, mapping, states, inputs),
+                episodes=episodes,
+                metadata=_metadata(contents, mapping),
+                warnings=(
+                    *reading_notes(contents, states, segments, turns, used, made, notes),
+                    *input_notes(contents, robot, mapping, inputs, said),
+                ),
+                rates='made' if made else 'measured' if states.dq is not None else 'absent',
             ),
-            rates='made' if made else 'measured' if states.dq is not None else 'absent',
-        ), mapping)
+            mapping,
+        )
 
 
 def _metadata(contents: BagContents, mapping: TopicMap) -> Mapping[str, str]:
@@ -149,6 +156,7 @@ def _why_nothing(contents: BagContents) -> str:
 def _robot(robot: Robot | str | Path) -> Robot:
     if isinstance(robot, str | Path):
         from leo_sim.description.robot import load_robot
+
         return load_robot(robot)
     return robot
 
@@ -158,15 +166,13 @@ def _held(states: StateLog, inputs: InputLog | None, hold: str) -> Held | None:
 
 
 def _episodes(
-    states: StateLog, segments: Segments, held: Held | None, actuators: int,
+    states: StateLog, segments: Segments, held: Held | None, actuators: int
 ) -> tuple[Episode, ...]:
     found = (_episode(states, part, held, actuators) for part in segments.slices)
     return tuple(episode for episode in found if episode is not None)
 
 
-def _episode(
-    states: StateLog, part: slice, held: Held | None, actuators: int,
-) -> Episode | None:
+def _episode(states: StateLog, part: slice, held: Held | None, actuators: int) -> Episode | None:
     """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
         start = part.start + held.unknown(part, states.stamp_ns)
@@ -200,6 +206,6 @@ def _passive(count: int, actuators: int) -> tuple[Floats, NDArray[np.bool_]]:
 
 
 def _averaged(
-    t: Stamps, stamps: Stamps, values: Floats, enabled: Floats,
+    t: Stamps, stamps: Stamps, values: Floats, enabled: Floats
 ) -> tuple[Floats, NDArray[np.bool_]]:
     return average(t, stamps, values), average(t, stamps, enabled) > 0.5

@@ -45,8 +45,11 @@ def between(
     """
     low, high = check(begin, end)
     found = [(e.t >= low - 1e-9) & (e.t <= high + 1e-9) for e in recording.episodes]
-    parts = [part(e, np.flatnonzero(m)) for e, m in zip(recording.episodes, found, strict=True)
-             if m.sum() >= 2]  # fmt: skip
+    parts = [
+        part(e, np.flatnonzero(m))
+        for e, m in zip(recording.episodes, found, strict=True)
+        if m.sum() >= 2
+    ]
     if not parts:
         last = max(float(e.t[-1]) for e in recording.episodes)
         raise UserError(
@@ -110,6 +113,10 @@ def merged(
 def part(e: Episode, index: NDArray[np.int_]) -> Episode:
     """The samples of an episode at neighbouring indices."""
     return Episode(
-        t=e.t[index], q=e.q[index], dq=e.dq[index], inputs=e.inputs[index],
-        enabled=e.enabled[index], effort=None if e.effort is None else e.effort[index],
-    )  # fmt: skip
+        t=e.t[index],
+        q=e.q[index],
+        dq=e.dq[index],
+        inputs=e.inputs[index],
+        enabled=e.enabled[index],
+        effort=None if e.effort is None else e.effort[index],
+    )

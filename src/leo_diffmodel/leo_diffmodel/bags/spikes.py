@@ -70,9 +70,11 @@ def _spikes(rate: Floats, slope: Floats, none: NDArray[np.bool_]) -> NDArray[np.
     usual = median_filter(rate, 5)
     off, lacks = rate - usual, rate - slope
     least = max(
-        SIGMAS * _sigma(off), SIGMAS * _sigma(lacks[~none]), COUNTS * _count(rate),
+        SIGMAS * _sigma(off),
+        SIGMAS * _sigma(lacks[~none]),
+        COUNTS * _count(rate),
         OF_FASTEST * float(np.abs(usual).max()),
-    )  # fmt: skip
+    )
     found = (np.abs(off) > least) & (off * lacks > UNSUPPORTED * np.square(off)) & ~none
     at = np.flatnonzero(found)
     return at if 0 < len(at) <= max(MOST * len(rate), 1) else at[:0]
@@ -91,8 +93,7 @@ def _sigma(values: Floats) -> float:
 
 
 def _told(
-    name: str, unit: str, rate: Floats, q: Floats, mended: Floats, at: NDArray[np.intp],
-    t: Floats,
+    name: str, unit: str, rate: Floats, q: Floats, mended: Floats, at: NDArray[np.intp], t: Floats
 ) -> list[str]:
     if not at.size:
         return []

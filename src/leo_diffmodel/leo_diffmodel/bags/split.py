@@ -115,7 +115,7 @@ def _roughness(change: Floats) -> Floats:
 
 
 def _episode_cuts(
-    states: StateLog, episodes: TopicLog, breaks: NDArray[np.bool_], mismatch: Floats,
+    states: StateLog, episodes: TopicLog, breaks: NDArray[np.bool_], mismatch: Floats
 ) -> NDArray[np.bool_]:
     """Return the steps, shape (T - 1,), in which the episode number changes.
 
@@ -130,7 +130,8 @@ def _episode_cuts(
     order = 'log_ns' if set_meanwhile else 'published_ns'
     starts = [
         getattr(message, order)
-        for k, (message, _) in enumerate(logged) if k and numbers[k] != numbers[k - 1]
+        for k, (message, _) in enumerate(logged)
+        if k and numbers[k] != numbers[k - 1]
     ]
     cuts = np.zeros(max(len(states.q) - 1, 0), dtype=bool)
     for place in np.searchsorted(getattr(states, order), starts) - 1:

@@ -115,8 +115,10 @@ def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterat
             orders[names] = ours, [names.index(str(wanted[k])) for k in ours]
         ours, order = orders[names]
         fields = (message.position, message.velocity, message.effort)
-        picked = (_picked(f, ours, order, len(wanted)) if ours and len(f) == len(names) else None
-                  for f in fields)
+        picked = (
+            _picked(f, ours, order, len(wanted)) if ours and len(f) == len(names) else None
+            for f in fields
+        )
         yield Row(Publisher(frame, names), ours, logged, stamp_of(message), *picked)
 
 
@@ -130,7 +132,7 @@ def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) 
 
 
 def _ours(
-    columns: Sequence[Floats | None], maps: Sequence[JointMap],
+    columns: Sequence[Floats | None], maps: Sequence[JointMap]
 ) -> tuple[Floats, Floats | None, Floats | None]:
     """Return angles, speeds and efforts in our units, signs and zeros."""
     q, dq, effort = columns
@@ -146,7 +148,7 @@ def _ours(
 
 
 def _other_joints(
-    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, rows: Sequence[Row],
+    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, rows: Sequence[Row]
 ) -> OtherJoints:
     there = sorted({name for row in rows for name in row.publisher.names})
     wanted = [str(topic_map.joint(name).name) for name in joints]
@@ -158,8 +160,14 @@ def _other_joints(
 
 
 def _clean(
-    topic: TopicLog, log: Stamps, published: Stamps, stamp: Stamps, q: Floats,
-    dq: Floats | None, effort: Floats | None, stamped: bool,
+    topic: TopicLog,
+    log: Stamps,
+    published: Stamps,
+    stamp: Stamps,
+    q: Floats,
+    dq: Floats | None,
+    effort: Floats | None,
+    stamped: bool,
 ) -> StateLog:
     """Drop repeats of a state (stamp and values) and samples with NaN."""
     dq = None if dq is None or np.isnan(dq).all() else dq
@@ -175,6 +183,4 @@ def _clean(
     dq = None if dq is None else dq[keep]
     effort = None if effort is None else effort[keep]
     dropped = int(np.sum(fresh & ~whole))
-    return StateLog(
-        log[keep], published[keep], stamp[keep], q[keep], dq, effort, dropped, stamped
-    )
+    return StateLog(log[keep], published[keep], stamp[keep], q[keep], dq, effort, dropped, stamped)

@@ -39,8 +39,11 @@ def refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
         return
     j = int(apart.sum(axis=0).argmax())
     step = np.abs(np.diff(q[:, j], axis=0))[3:][apart[:, j]]
-    what = (f'values of {joints[j]} {np.median(step):.2g} apart in {apart[:, j].mean():.0%}'
-            if step.size else f'stamps that go back in {back:.0%}')  # fmt: skip
+    what = (
+        f'values of {joints[j]} {np.median(step):.2g} apart in {apart[:, j].mean():.0%}'
+        if step.size
+        else f'stamps that go back in {back:.0%}'
+    )
     raise UserError(
         f'two publishers take turns on {topic} ({what} of the steps), and neither frame_id nor '
         'names tell them apart; record again with one of them, or each on its own topic'

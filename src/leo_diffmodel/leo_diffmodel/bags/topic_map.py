@@ -59,8 +59,13 @@ def _no_zero(value: float) -> float:
 
 
 Role = Literal[
-    'joint_states', 'applied', 'dynamic_joint_states', 'commands', 'controller_state',
-    'trajectory', 'episode',
+    'joint_states',
+    'applied',
+    'dynamic_joint_states',
+    'commands',
+    'controller_state',
+    'trajectory',
+    'episode',
 ]
 DEFAULT_NAMES = {
     'joint_states': STATES.name,
@@ -115,8 +120,14 @@ class TopicMap(BaseModel):
     topics: dict[Role, str] = {}
     joints: dict[str, JointMap] = {}
     input: Literal[
-        'auto', 'applied', 'dynamic_joint_states', 'commands', 'controller_state', 'trajectory',
-        'effort', 'none',
+        'auto',
+        'applied',
+        'dynamic_joint_states',
+        'commands',
+        'controller_state',
+        'trajectory',
+        'effort',
+        'none',
     ] = 'auto'
     interface: str | None = None
     command_order: list[str] | None = None
@@ -145,7 +156,7 @@ def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
 
 
 def find_topic(
-    contents: BagContents, role: Role, topic_map: TopicMap, name: str | None = None,
+    contents: BagContents, role: Role, topic_map: TopicMap, name: str | None = None
 ) -> TopicLog | None:
     """Return the topic that plays a role, or None.
 
@@ -180,6 +191,7 @@ def _named(contents: BagContents, name: str, type_name: str) -> TopicLog:
 
 def list_topics(contents: BagContents) -> str:
     """Return the topics of a bag in words."""
-    return ', '.join(
-        f'{topic.name} ({topic.type})' for topic in contents.topics.values()
-    ) or 'no topics'
+    return (
+        ', '.join(f'{topic.name} ({topic.type})' for topic in contents.topics.values())
+        or 'no topics'
+    )

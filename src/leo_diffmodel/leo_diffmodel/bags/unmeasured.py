@@ -30,7 +30,7 @@ DIFFERENTIATED = 'differentiated from the positions'
 
 
 def without_unmeasured(
-    states: StateLog, lengths: Mapping[str, str], driven: Collection[str],
+    states: StateLog, lengths: Mapping[str, str], driven: Collection[str]
 ) -> tuple[StateLog, list[str]]:
     """Make NaN of rates and efforts that are no measurement; also say which, one line each.
 
@@ -39,8 +39,9 @@ def without_unmeasured(
         lengths: the columns' joints with the unit of their positions.
         driven: those whose motor moves them, so that 0 N m is no measurement.
     """
-    moved = [f'{way:.2g} {unit}'
-             for unit, way in zip(lengths.values(), _moved(states), strict=True)]  # fmt: skip
+    moved = [
+        f'{way:.2g} {unit}' for unit, way in zip(lengths.values(), _moved(states), strict=True)
+    ]
     rates, told = _rates(states, list(lengths), moved)
     efforts, said = _efforts(states, list(lengths), moved, driven)
     told += said
@@ -48,7 +49,7 @@ def without_unmeasured(
 
 
 def _rates(
-    states: StateLog, joints: Sequence[str], moved: Sequence[str],
+    states: StateLog, joints: Sequence[str], moved: Sequence[str]
 ) -> tuple[Floats | None, list[str]]:
     """The rates that are measured; also which are not."""
     rates = states.dq
@@ -59,13 +60,14 @@ def _rates(
     still = _still_rates(states)
     told += [
         f'rates of {joints[j]} are {_constant(rates[0, j])} throughout while it moves by '
-        f'{moved[j]}: no measurement; {DIFFERENTIATED}' for j in np.flatnonzero(still).tolist()
-    ]  # fmt: skip
+        f'{moved[j]}: no measurement; {DIFFERENTIATED}'
+        for j in np.flatnonzero(still).tolist()
+    ]
     return _emptied(rates, np.broadcast_to(still, rates.shape)), told
 
 
 def _efforts(
-    states: StateLog, joints: Sequence[str], moved: Sequence[str], driven: Collection[str],
+    states: StateLog, joints: Sequence[str], moved: Sequence[str], driven: Collection[str]
 ) -> tuple[Floats | None, list[str]]:
     """The efforts that are measured; also which are not."""
     efforts = states.effort
@@ -75,10 +77,14 @@ def _efforts(
     idle = _idle_efforts(states, joints, driven)
     told = [
         f'{n} efforts of {joints[j]} as {_example(efforts[:, j]):.2g}: memory that nobody wrote, '
-        f'{NO_INPUT}' for j, n in enumerate(garbage.sum(axis=0)) if n
-    ]  # fmt: skip
-    told += [f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: {NO_INPUT}'
-             for j in np.flatnonzero(idle).tolist()]  # fmt: skip
+        f'{NO_INPUT}'
+        for j, n in enumerate(garbage.sum(axis=0))
+        if n
+    ]
+    told += [
+        f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: {NO_INPUT}'
+        for j in np.flatnonzero(idle).tolist()
+    ]
     return _emptied(efforts, garbage | idle), told
 
 
@@ -107,7 +113,7 @@ def _still_rates(states: StateLog) -> NDArray[np.bool_]:
 
 
 def _idle_efforts(
-    states: StateLog, joints: Sequence[str], driven: Collection[str],
+    states: StateLog, joints: Sequence[str], driven: Collection[str]
 ) -> NDArray[np.bool_]:
     """Say of which joints (J,) the motor says 0 throughout although they move."""
     effort = np.asarray(states.effort)

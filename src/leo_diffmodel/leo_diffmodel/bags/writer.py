@@ -69,7 +69,8 @@ class BagWriter:
             cast(IO[bytes], self._stream), CHUNK_BYTES, compression=CompressionType.NONE
         )
         self._writer._Writer__chunk_indices = ChunksOfFile(  # type: ignore[attr-defined]
-            self._stream.read)
+            self._stream.read
+        )
         self._writer.start(profile='ros2', library='leo_diffmodel')
         self._schemas: dict[str, int] = {}
         self._flushed = time.monotonic()
@@ -90,7 +91,9 @@ class BagWriter:
                 type_name, 'ros2msg', text.encode()
             )
         return self._writer.register_channel(
-            name, 'cdr', self._schemas[type_name],
+            name,
+            'cdr',
+            self._schemas[type_name],
             {'offered_qos_profiles': qos, 'topic_type_hash': digest},
         )
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 def average(
-    t: NDArray[np.int64], stamps: NDArray[np.int64], values: NDArray[np.float64],
+    t: NDArray[np.int64], stamps: NDArray[np.int64], values: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the mean of a held signal over each step.
 
@@ -34,7 +34,9 @@ def average(
 
 
 def _area(
-    t: NDArray[np.int64], stamps: NDArray[np.int64], values: NDArray[np.float64],
+    t: NDArray[np.int64],
+    stamps: NDArray[np.int64],
+    values: NDArray[np.float64],
     first: NDArray[np.intp],
 ) -> NDArray[np.float64]:
     """Integrate the held signal from stamps[0] to each t; shape (T, A), unit x ns."""

@@ -103,22 +103,31 @@ def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
     """
     traces, alike = data.traces, explained(data.traces)
     ends = np.cumsum([len(t.sizes) for t in traces])
-    rest = [t.nats[:, None] * (1 - alike[e - len(t.sizes) : e])
-            for t, e in zip(traces, ends, strict=True)]  # fmt: skip
+    rest = [
+        t.nats[:, None] * (1 - alike[e - len(t.sizes) : e])
+        for t, e in zip(traces, ends, strict=True)
+    ]
     cost = data.price * np.array([len(t.candidate.parameters) for t in traces])
     apart = Apart(
         np.array([_at_typical(t, r) for t, r in zip(traces, rest, strict=True)]),
         cost - cost[:, None],
-        np.array([[a is not b and bool(same_thing(a.candidate, b.candidate, facts))
-                   for b in traces] for a in traces]),
-    )  # fmt: skip
+        np.array(
+            [
+                [a is not b and bool(same_thing(a.candidate, b.candidate, facts)) for b in traces]
+                for a in traces
+            ]
+        ),
+    )
     return [_reach(data, i, r, apart) for i, r in enumerate(rest)], apart
 
 
 def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
     trace, labels = data.traces[i], [t.candidate.label for t in data.traces]
-    rivals = [j for j, other in enumerate(data.traces) if j != i and not apart.same[i, j]
-              and not widens(other.candidate, trace.candidate)]  # fmt: skip
+    rivals = [
+        j
+        for j, other in enumerate(data.traces)
+        if j != i and not apart.same[i, j] and not widens(other.candidate, trace.candidate)
+    ]
     found = trace.nats / needed(data.threshold)
     with np.errstate(divide='ignore', invalid='ignore'):
         told = rest / needed(SETTINGS.gates.margin_nats - apart.ahead[i])

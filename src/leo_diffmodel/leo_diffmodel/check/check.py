@@ -124,9 +124,14 @@ def check(
     pairs = alike(rows, apart, data.seconds)
     findings += [hidden(rows, data.seconds, recordings, model)]
     return Check(
-        _sorted(findings), tuple(ranges), tuple(rows), tuple(pairs), data.threshold,
-        data.seconds, provenance(recordings, model),
-    )  # fmt: skip
+        _sorted(findings),
+        tuple(ranges),
+        tuple(rows),
+        tuple(pairs),
+        data.threshold,
+        data.seconds,
+        provenance(recordings, model),
+    )
 
 
 def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
@@ -165,9 +170,15 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     short = Finding('short', ERROR, why, (), 'record 20 s or more with a changing input')
     found = [
         replace(f, bag=str(r.path))
-        for r in recordings for f in (*timing(r), *reading(r), *traps(r, model.robot))
-    ]  # fmt: skip
+        for r in recordings
+        for f in (*timing(r), *reading(r), *traps(r, model.robot))
+    ]
     return Check(
-        _sorted([short, length(recordings), *found]), (), (), (), None, seconds,
+        _sorted([short, length(recordings), *found]),
+        (),
+        (),
+        (),
+        None,
+        seconds,
         provenance(recordings, model),
-    )  # fmt: skip
+    )

@@ -87,10 +87,13 @@ def _joint(recordings: Sequence[Recording], sigma: Array, j: int) -> Excitation:
     name, episodes = recordings[0].joints[j], [e for r in recordings for e in r.episodes]
     joints = len(recordings[0].joints)
     q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
-    moving = np.concatenate([
-        np.abs(e.dq[:, j]) > MOVING_SIGMAS * s[joints + j]
-        for r, s in zip(recordings, sigma, strict=True) for e in r.episodes
-    ])  # fmt: skip
+    moving = np.concatenate(
+        [
+            np.abs(e.dq[:, j]) > MOVING_SIGMAS * s[joints + j]
+            for r, s in zip(recordings, sigma, strict=True)
+            for e in r.episodes
+        ]
+    )
     u, free = _input(recordings, name)
     return Excitation(
         joint=name,

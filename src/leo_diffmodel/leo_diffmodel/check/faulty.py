@@ -16,8 +16,11 @@ def of_faults(recording: Recording, faults: Sequence[Found]) -> list[Finding]:
     if recording.rates != 'measured':
         return found
     wrong = {f.joint for f in faults if f.evidence == 'kinematics'}
-    good = [Finding('rate', OK, f'{joint}: the speed is the derivative of the angle')
-            for joint in recording.joints if joint not in wrong and '' not in wrong]  # fmt: skip
+    good = [
+        Finding('rate', OK, f'{joint}: the speed is the derivative of the angle')
+        for joint in recording.joints
+        if joint not in wrong and '' not in wrong
+    ]
     return found + good
 
 

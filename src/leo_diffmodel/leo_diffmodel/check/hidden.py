@@ -34,8 +34,11 @@ def _instead(recordings: Sequence[Recording], model: Model) -> str:
     names = [r.name for r in recordings]
     refitted = list(dict.fromkeys(c.path for c in uncertain(model, names)))
     todo = 'leo next proposes a run that shows them'
-    return f'{todo}; or the refitted constants take their place: {", ".join(refitted)}' \
-        if refitted else todo
+    return (
+        f'{todo}; or the refitted constants take their place: {", ".join(refitted)}'
+        if refitted
+        else todo
+    )
 
 
 def nowhere(model: Model) -> tuple[str, ...]:

@@ -14,18 +14,11 @@ Array = np.ndarray
 DECISIVE_NATS = 10.0
 TRIFLE = 0.05
 OTHER = {'next': 'previous', 'previous': 'next'}
-MEANING = {
-    'next': 'from its stamp on',
-    'previous': 'over the period before its stamp',
-}
+MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its stamp'}
 
 
 def hold(
-    recording: Recording,
-    other: Recording | None,
-    hold_now: str,
-    model: Model,
-    sigma: Array,
+    recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
 ) -> list[Finding]:
     """Which way of holding the inputs the data support.
 

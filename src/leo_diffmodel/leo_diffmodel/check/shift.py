@@ -66,8 +66,9 @@ def _torques(model: Model, windows: Windows) -> Array:
     peak = np.maximum(np.abs(windows.inputs).max(axis=(0, 1)), 1e-12)
     along = np.moveaxis(windows.inputs / peak, -1, 0)
     free = [s[..., None] * np.eye(joints)[j] for j in range(joints) for s in (flat, ramp)]
-    motors = [u[..., None] * np.eye(joints)[j]
-              for u, j in zip(along, model.robot.actuated, strict=True)]  # fmt: skip
+    motors = [
+        u[..., None] * np.eye(joints)[j] for u, j in zip(along, model.robot.actuated, strict=True)
+    ]
     return size * np.stack([*free, *motors])
 
 

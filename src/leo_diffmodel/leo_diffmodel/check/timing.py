@@ -15,9 +15,11 @@ JITTER = 0.2
 SLOW_STATES = 1.5
 SHORT_SECONDS = 10.0
 HARMLESS = (
-    'still being recorded', 'no velocities; differentiated', 'differentiated anew',
+    'still being recorded',
+    'no velocities; differentiated',
+    'differentiated anew',
     'wraps by whole turns',
-)  # fmt: skip
+)
 
 
 def timing(recording: Recording) -> list[Finding]:
@@ -29,11 +31,15 @@ def reading(recording: Recording) -> list[Finding]:
     """What the reader warned of: dropped samples, undecodable messages, unusable inputs."""
     told = [w.removeprefix(f'{recording.path}: ') for w in recording.warnings]
     return [
-        Finding('reading', OK if any(h in text for h in HARMLESS) else WARNING, text,
-                todo='look at the driver or the recorder; what is left is used')
+        Finding(
+            'reading',
+            OK if any(h in text for h in HARMLESS) else WARNING,
+            text,
+            todo='look at the driver or the recorder; what is left is used',
+        )
         for text in told
         if not text.split(' ', 1)[-1].startswith('gaps;')
-    ]  # fmt: skip
+    ]
 
 
 def steps(recording: Recording) -> np.ndarray:

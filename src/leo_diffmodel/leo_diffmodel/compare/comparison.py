@@ -181,9 +181,11 @@ def _observation_floor(model: Model, prediction: errors.Prediction, step: float)
 def _floor_row(row: dict) -> dict:
     floor = row['noise_floor']
     return {
-        'steps': row['steps'], 'seconds': row['seconds'], 'rmse': floor,
+        'steps': row['steps'],
+        'seconds': row['seconds'],
+        'rmse': floor,
         'mean': float(np.mean(floor)),
-    }  # fmt: skip
+    }
 
 
 def _budget(prediction: errors.Prediction) -> dict:

@@ -117,7 +117,10 @@ def has_memory(model: Model) -> bool:
 
 
 def horizon_windows(
-    recordings: Sequence[Recording], model: Model, seconds: float, most: int | None = None,
+    recordings: Sequence[Recording],
+    model: Model,
+    seconds: float,
+    most: int | None = None,
     remembering: bool = False,
 ) -> Windows:
     """Overlapping windows of `seconds`, at most `most` of them, evenly spread.

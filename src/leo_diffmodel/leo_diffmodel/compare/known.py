@@ -56,16 +56,20 @@ def _taken(
 
 def _agreed(own: Mapping[str, Mapping[str, float]], count: int) -> list[str]:
     """Constants that all of so many recordings know to be the same: one value does for them."""
-    return [path for path, values in own.items()
-            if len(values) == count and len(set(values.values())) == 1]  # fmt: skip
+    return [
+        path
+        for path, values in own.items()
+        if len(values) == count and len(set(values.values())) == 1
+    ]
 
 
 def _constant(model: Model, recording: Recording, path: str, value: float) -> Constant:
     """The constant of the robot that a recording knows."""
     known, where = model.robot.constants.get(path), f'{recording.path}: constants'
     if known is None:
-        raise UserError(f'{where}: {model.robot.name} has no {path!r}'
-                        f'{nearest(path, model.robot.constants)}')  # fmt: skip
+        raise UserError(
+            f'{where}: {model.robot.name} has no {path!r}{nearest(path, model.robot.constants)}'
+        )
     checked(where, path, Quantity(value=value, unit=known.unit), known.unit)
     return known
 

@@ -36,8 +36,10 @@ def phases(robot: Robot, pressed: Array, held: Array) -> list[Array]:
         held: windows with a held base, (W,).
     """
     links = [contact.link for contact in robot.contacts]
-    on = np.stack([pressed[..., [link == foot for link in links]].any(axis=-1)
-                   for foot in robot.feet], axis=-1)  # fmt: skip
+    on = np.stack(
+        [pressed[..., [link == foot for link in links]].any(axis=-1) for foot in robot.feet],
+        axis=-1,
+    )
     elsewhere = pressed[..., [link not in robot.feet for link in links]].any(axis=(1, 2))
     below = [_feet_below(robot, name) for name in robot.joint_names]
     words = [_of_leg(on, feet[0]) if len(feet) == 1 else _of_all(on) for feet in below]
@@ -73,8 +75,12 @@ def _of_all(on: Array) -> Array:
     count = on.sum(axis=-1)
     steady = (on == on[:, :1]).all(axis=(1, 2))
     return np.select(
-        [steady & (count[:, 0] == 0), steady & (count[:, 0] == 1), steady,
-         count[:, -1] < count[:, 0]],
+        [
+            steady & (count[:, 0] == 0),
+            steady & (count[:, 0] == 1),
+            steady,
+            count[:, -1] < count[:, 0],
+        ],
         [FLIGHT, SINGLE, DOUBLE, LIFT_OFF],
         TOUCH_DOWN,
-    )  # fmt: skip
+    )

@@ -98,8 +98,10 @@ def rank(
 def _same_robot(models: Mapping[str, Model]) -> None:
     (first, *_), (known, *rest) = models, models.values()
     for name, model in zip(list(models)[1:], rest, strict=True):
-        if (model.robot.joint_names, model.robot.input) != (known.robot.joint_names,
-                                                            known.robot.input):  # fmt: skip
+        if (model.robot.joint_names, model.robot.input) != (
+            known.robot.joint_names,
+            known.robot.input,
+        ):
             raise UserError(
                 f'{name} is of the robot {model.robot.name} and {first} of {known.robot.name}; '
                 'models that are compared have the same joints and input'
@@ -200,5 +202,4 @@ def behind(difference: Array, block: Array) -> dict:
     if count < 2:
         return {'value': value, 'ci95': None, 'distinguishable': False}
     half = float(stdtrit(count - 1, SURE) * means.std(ddof=1) / np.sqrt(count))
-    return {'value': value, 'ci95': [value - half, value + half],
-            'distinguishable': value > half}  # fmt: skip
+    return {'value': value, 'ci95': [value - half, value + half], 'distinguishable': value > half}

@@ -100,8 +100,11 @@ def reach(robot: Robot) -> float:
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
         stop = max(map(abs, joint.limits)) if joint.name in robot.slides else 0.0
-        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.translation)) + (
-            stop if math.isfinite(stop) else 0.0)
+        far[joint.child] = (
+            far[joint.parent]
+            + float(np.linalg.norm(joint.translation))
+            + (stop if math.isfinite(stop) else 0.0)
+        )
     return max(far[joint.child] + _extent(robot, joint.child) for joint in robot.joints)
 
 

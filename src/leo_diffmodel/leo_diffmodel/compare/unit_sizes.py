@@ -56,9 +56,14 @@ class UnitSizes:
         n, m, s, rad, kg, v = (power.get(symbol, 0) for symbol in SYMBOLS)
         size = self.mass**kg * self.input**v
         if rad or m == n:
-            return (size * self.torque**n * self.length**(m - n)
-                    / self.rate**s / self.angle**-(s + rad))  # fmt: skip
-        return size * self.force**n / self.speed**s / self.length**-(s + m)
+            return (
+                size
+                * self.torque**n
+                * self.length ** (m - n)
+                / self.rate**s
+                / self.angle ** -(s + rad)
+            )
+        return size * self.force**n / self.speed**s / self.length ** -(s + m)
 
     def large(self, effect: str, parameter: Parameter) -> float:
         """Large for a parameter: by its unit, else the span of its bounds; UserError without."""
@@ -67,5 +72,7 @@ class UnitSizes:
             return known
         if isfinite(parameter.high - parameter.low):
             return parameter.high - parameter.low
-        raise UserError(f'{effect}.{parameter.name}: how large is large in {parameter.unit!r}? '
-                        f'Give it low and high, or a unit of {", ".join(SYMBOLS)}')
+        raise UserError(
+            f'{effect}.{parameter.name}: how large is large in {parameter.unit!r}? '
+            f'Give it low and high, or a unit of {", ".join(SYMBOLS)}'
+        )

@@ -59,8 +59,9 @@ class Windows:
     def take(self, index: Array) -> Windows:
         """The windows at `index` (integers or a mask)."""
         whole = ('history', 'recordings')
-        picked = {f.name: getattr(self, f.name)[index] for f in fields(self)
-                  if f.name not in whole}  # fmt: skip
+        picked = {
+            f.name: getattr(self, f.name)[index] for f in fields(self) if f.name not in whole
+        }
         past = None if self.history is None else tuple(part[index] for part in self.history)
         return Windows(**picked, history=past, recordings=self.recordings)
 
@@ -114,8 +115,7 @@ def _pieces(
 
 
 def _stack(
-    pieces: list[tuple[Episode, int, int]], count: int, past: int,
-    recordings: Sequence[Recording],
+    pieces: list[tuple[Episode, int, int]], count: int, past: int, recordings: Sequence[Recording]
 ) -> Windows:
     def states(name: str) -> Array:
         return np.stack([getattr(e, name)[i : i + count + 1] for e, i, _ in pieces])

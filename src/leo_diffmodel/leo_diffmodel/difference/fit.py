@@ -142,7 +142,11 @@ def _errors(network: Network, data: Targets) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _report(
-    difference: DifferenceModel, steps: Transitions, data: Targets, cut: int, model: Model,
+    difference: DifferenceModel,
+    steps: Transitions,
+    data: Targets,
+    cut: int,
+    model: Model,
     epochs: int,
 ) -> Report:
     held_out = steps.part(slice(cut, None))
@@ -152,6 +156,8 @@ def _report(
     found = calibration(difference, data.part(slice(cut, None)))
     factor = difference.judge(held_out.q, held_out.dq, held_out.inputs).factor
     return replace(
-        report, calibration_least=float(found.min()), calibration_most=float(found.max()),
+        report,
+        calibration_least=float(found.min()),
+        calibration_most=float(found.max()),
         inside=float(np.mean(factor >= 0.5)),
     )

@@ -44,7 +44,7 @@ class Updates:
     """
 
     def __init__(
-        self, folder: Path, model: str, config: str, repair: bool = False, own: Sequence[str] = (),
+        self, folder: Path, model: str, config: str, repair: bool = False, own: Sequence[str] = ()
     ) -> None:
         self._folder, self._model, self._config = folder, model, config
         self._options = [*own, *(['--repair'] if repair else [])]

@@ -121,8 +121,9 @@ class DifferenceModel:
         if self.config.form == 'torque':
             push = np.zeros_like(steps.q)
             push[:, list(model.robot.actuated)] = correction
-            q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None], steps.period,
-                            push=push[:, None])
+            q, dq = rollout(
+                model, steps.q, steps.dq, steps.inputs[:, None], steps.period, push=push[:, None]
+            )
             return q[:, 1], dq[:, 1]
         full = self.config.form == 'full'
         q, dq = (steps.q, steps.dq) if full else (steps.q_model, steps.dq_model)
@@ -182,8 +183,14 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
             'they come from /difference_model/weights'
         ) from error
     return DifferenceModel(
-        network.eval(), layout, config, metadata['robot'],
-        int(metadata['version']), int(metadata['trained_on']), trust, metadata.get('base', ''),
+        network.eval(),
+        layout,
+        config,
+        metadata['robot'],
+        int(metadata['version']),
+        int(metadata['trained_on']),
+        trust,
+        metadata.get('base', ''),
     )
 
 

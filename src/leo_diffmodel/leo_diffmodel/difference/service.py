@@ -62,7 +62,10 @@ class DifferenceService:
         self._node, self._settings = node, settings
         self._model: Model = load_model(settings.model)
         self._updates = Updates(
-            settings.folder, settings.model, settings.config, settings.repair,
+            settings.folder,
+            settings.model,
+            settings.config,
+            settings.repair,
             effect_words(self._model.effects),
         )
         self._corrected = self._model
@@ -166,7 +169,11 @@ class DifferenceService:
 
 
 def correction(
-    model: Model, corrected: Model, difference: DifferenceModel, q: np.ndarray, dq: np.ndarray,
+    model: Model,
+    corrected: Model,
+    difference: DifferenceModel,
+    q: np.ndarray,
+    dq: np.ndarray,
     inputs: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """What is to be added to a model's next angles [rad] and rates [rad/s], both (J,).

@@ -47,8 +47,9 @@ class Targets:
 
     def part(self, rows: slice | Tensor) -> Targets:
         """Some of the transitions."""
-        return Targets(self.x[rows], self.y[rows],
-                       None if self.effect is None else self.effect[rows])
+        return Targets(
+            self.x[rows], self.y[rows], None if self.effect is None else self.effect[rows]
+        )
 
     def moved(self, output: Tensor) -> Tensor:
         """How the state vector moves, (..., N, states), for outputs (..., N, outputs)."""
@@ -97,8 +98,7 @@ def torque_effect(steps: Transitions, model: Model) -> np.ndarray:
     robot = model.robot
     if 'training' in robot.schemes:
         model = model.changed(scheme='training')
-    size = np.array([TORQUE_STEP * (stall_torque(robot, a.joint) or 1.0)
-                     for a in robot.actuators])
+    size = np.array([TORQUE_STEP * (stall_torque(robot, a.joint) or 1.0) for a in robot.actuators])
     push = np.zeros((1 + len(size), len(steps), 1, len(robot.joint_names)))
     push[np.arange(len(size)) + 1, :, :, robot.actuated] = size[:, None, None]
     q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None], steps.period, push=push)

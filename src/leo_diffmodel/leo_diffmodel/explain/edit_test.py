@@ -66,8 +66,10 @@ def _sentence(data: dict, edited: Sequence[str]) -> str:
     times = (best['share'] / best['noise_share']) ** 0.5 if best['noise_share'] else float('inf')
     near = f'{times:.2g} times the noise floor'
     if best['model'] == REPAIRED or REPAIRED in alike:
-        told = 'what was named is still there' if not {*edited} & {best['model'], *alike} else (
-            'they do not tell the repaired model from the edited one'
+        told = (
+            'what was named is still there'
+            if not {*edited} & {best['model'], *alike}
+            else ('they do not tell the repaired model from the edited one')
         )
         return f'These bags: {told} ({best["model"]}: {near}).'
     also = f', alike: {", ".join(alike)}' if alike else ''

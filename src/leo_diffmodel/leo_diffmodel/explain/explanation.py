@@ -96,10 +96,24 @@ class Explanation:
     def to_json(self) -> dict:
         """The contents of explain.json."""
         names = (
-            'verdict', 'sentence', 'effects', 'constants', 'hypotheses', 'not_testable',
-            'next_run', 'errors', 'stability', 'settings', 'seconds', 'provenance', 'edit_test',
-            'next_command', 'fit', 'shown_for', 'log_faults',
-        )  # fmt: skip
+            'verdict',
+            'sentence',
+            'effects',
+            'constants',
+            'hypotheses',
+            'not_testable',
+            'next_run',
+            'errors',
+            'stability',
+            'settings',
+            'seconds',
+            'provenance',
+            'edit_test',
+            'next_command',
+            'fit',
+            'shown_for',
+            'log_faults',
+        )
         told = self.unknown.to_json() if self.unknown else None
         return {name: getattr(self, name) for name in names} | {'unknown': told}
 
@@ -157,8 +171,13 @@ def explain(
 
 
 def _explained(
-    cut: Cut, model: Model, settings: Settings, extra: Sequence[Effect], heard: Told,
-    step: float | None, until: float,
+    cut: Cut,
+    model: Model,
+    settings: Settings,
+    extra: Sequence[Effect],
+    heard: Told,
+    step: float | None,
+    until: float,
 ) -> Explanation:
     """The answer by what a log that is right, and what moved by itself, says of the robot."""
     if cut.share > settings.gates.outside:
@@ -171,8 +190,9 @@ def _explained(
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
     found = search(everything, model, posed, extra, heard, until, facts.alike)
-    findings = collect(everything, model, found, facts, step, own_constants(model, hold_out),
-                       heard)  # fmt: skip
+    findings = collect(
+        everything, model, found, facts, step, own_constants(model, hold_out), heard
+    )
     answer = _answer(findings, cut.notes)
     untold = _untold(unseen(model, everything, extra), 'no speed was measured')
     return replace(answer, used=tuple(everything), not_testable=answer.not_testable + untold)
@@ -183,14 +203,19 @@ def _stamped(
 ) -> Explanation:
     """The answer with what was found in the logs, where it comes from and what it took."""
     return replace(
-        answer, seconds=time.monotonic() - began, provenance=origin,
-        sentence=log.headline + answer.sentence, settings=settings.gates.to_json(),
+        answer,
+        seconds=time.monotonic() - began,
+        provenance=origin,
+        sentence=log.headline + answer.sentence,
+        settings=settings.gates.to_json(),
         log_faults=[f.to_json() for f in log.faults],
-    )  # fmt: skip
+    )
 
 
 def _posed(
-    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
+    recordings: Sequence[Recording],
+    hold_out: Sequence[Recording],
+    model: Model,
     settings: Settings,
 ) -> tuple[Posed | None, str]:
     """The problem, and why it cannot be tested; '' where it can."""

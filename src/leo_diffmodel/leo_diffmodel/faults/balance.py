@@ -95,8 +95,9 @@ def balance(
         losses[nearer], late = loss(nearer), nearer
         found = _fitted(flow, fitted, target, rest | _motor(flow, motor, late))
     good = min(size for at, size in losses.items() if usual[0] <= at <= usual[1])
-    return replace(found, figures={**found.figures, 'late': _seconds(found, late)},
-                   gained=losses[late] / good)  # fmt: skip
+    return replace(
+        found, figures={**found.figures, 'late': _seconds(found, late)}, gained=losses[late] / good
+    )
 
 
 def _seconds(found: Balance, shift: float) -> Figure:
@@ -115,14 +116,23 @@ def _columns(flow: Flow, model: Model, j: int) -> dict[str, Array]:
     dq, sign, load = (x[:, j] for x in (flow.dq, flow.sign, flow.load))
     turned = flow.q.copy()
     turned[:, j] += 0.5 * np.pi
-    hinge = model.robot.joints[[x.name for x in model.robot.joints].index(
-        model.robot.joint_names[j])].kind != 'prismatic'  # fmt: skip
+    hinge = (
+        model.robot.joints[
+            [x.name for x in model.robot.joints].index(model.robot.joint_names[j])
+        ].kind
+        != 'prismatic'
+    )
     across = model.rigid.load(turned)[:, j] if hinge else np.zeros_like(load)
     return {
-        'weight': load, 'across': across, 'viscous': -dq, 'dry': -sign, 'drag': -dq * np.abs(dq),
-        'by load': -sign * np.abs(load), 'by motor': -sign * np.abs(flow.motor[:, j]),
+        'weight': load,
+        'across': across,
+        'viscous': -dq,
+        'dry': -sign,
+        'drag': -dq * np.abs(dq),
+        'by load': -sign * np.abs(load),
+        'by motor': -sign * np.abs(flow.motor[:, j]),
         'constant': np.ones_like(load),
-    }  # fmt: skip
+    }
 
 
 def _delays(motor: Array) -> Array:
@@ -165,8 +175,11 @@ def _fitted(flow: Flow, fitted: Array, target: Array, columns: dict[str, Array])
     sd = _spread(a, weight * left, inverse, flow, fitted) / size
     rms = float(np.sqrt((weight * left**2).sum() / weight.sum()))
     worst = rms * np.sqrt(np.maximum(inverse.diagonal(), 0) * weight.sum()) / size
-    figures = {name: Figure(float(v), float(s), float(w)) for name, v, s, w in
-               zip(used, amounts / size, sd, worst, strict=True) if name in GIVEN}  # fmt: skip
+    figures = {
+        name: Figure(float(v), float(s), float(w))
+        for name, v, s, w in zip(used, amounts / size, sd, worst, strict=True)
+        if name in GIVEN
+    }
     whole = max(float(np.sqrt((y**2).mean())), 1e-300)
     shares = {name: abs(float(v)) / whole for name, v in zip(used, amounts, strict=True)}
     return Balance(figures, shares, rms / whole)

@@ -133,12 +133,19 @@ class Found:
         """An entry of `log_faults`."""
         channel = f'{self.fault.channel} of {self.joint}' if self.joint else self.fault.channel
         return {
-            'name': self.fault.name, 'channel': channel, 'value': self.value,
-            'unit': self.fault.unit, 'ci95': list(self.ci95), 'sure': self.error,
-            'mend': self.line or self.fault.todo(self.value), 'what': self.what,
-            'evidence': self.evidence, 'otherwise': list(self.otherwise),
-            'where': [list(w) for w in self.where], 'bag': self.bag,
-        }  # fmt: skip
+            'name': self.fault.name,
+            'channel': channel,
+            'value': self.value,
+            'unit': self.fault.unit,
+            'ci95': list(self.ci95),
+            'sure': self.error,
+            'mend': self.line or self.fault.todo(self.value),
+            'what': self.what,
+            'evidence': self.evidence,
+            'otherwise': list(self.otherwise),
+            'where': [list(w) for w in self.where],
+            'bag': self.bag,
+        }
 
 
 def _figure(value: Any) -> str:

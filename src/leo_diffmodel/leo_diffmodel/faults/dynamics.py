@@ -44,10 +44,12 @@ def balances(recording: Recording, model: Model) -> dict[str, Balance]:
         return {}
     usual = FAULTS['input_late'].harmless
     with np.errstate(all='ignore'):
-        found = {name: balance(seen, model, j, usual)
-                 for j, name in enumerate(recording.joints)}  # fmt: skip
-    return {name: b for name, b in found.items()
-            if b is not None and name not in model.robot.base_joints}  # fmt: skip
+        found = {name: balance(seen, model, j, usual) for j, name in enumerate(recording.joints)}
+    return {
+        name: b
+        for name, b in found.items()
+        if b is not None and name not in model.robot.base_joints
+    }
 
 
 def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Found]:
@@ -80,8 +82,9 @@ def _motor(joint: str, b: Balance) -> Iterator[Found]:
     too_small, too_large = size + gain.half < low, size - gain.half > high
     if (too_small or too_large) and _near_one(b.figures.get('weight')):
         scale = Figure(1 / size, gain.sd / size**2, gain.worst / size**2)
-        what = (f'{joint} is moved by {size:.3g} ± {gain.half:.2g} of what the log of its input '
-                'says')  # fmt: skip
+        what = (
+            f'{joint} is moved by {size:.3g} ± {gain.half:.2g} of what the log of its input says'
+        )
         yield _found('input_scale', joint, scale, what)
 
 
@@ -110,8 +113,9 @@ def _zero(joint: str, b: Balance) -> Iterator[Found]:
     if not ABOUT_ONE[0] < size < ABOUT_ONE[1]:
         return
     zero = -float(np.arctan2(across.value, along.value))
-    off = Figure(zero, float(np.hypot(along.sd, across.sd)) / size,
-                 max(along.worst, across.worst) / size)  # fmt: skip
+    off = Figure(
+        zero, float(np.hypot(along.sd, across.sd)) / size, max(along.worst, across.worst) / size
+    )
     if off.half < CLEAR_ANGLE and abs(zero) - off.half > FAULTS['angle_zero'].harmless[1]:
         what = f'gravity pulls {joint} as if its zero were off by {zero:.2f} ± {off.half:.2f} rad'
         yield _found('angle_zero', joint, off, what)
@@ -125,8 +129,10 @@ def _compensated(joint: str, b: Balance) -> Iterator[Found]:
     moved = ABOUT_ONE[0] < motor.value < ABOUT_ONE[1] and motor.half < ABOUT_ONE[0]
     least = FAULTS['gravity_compensated'].harmless[1]
     if moved and least < missing - weight.half and missing < 1 + weight.half:
-        what = (f'{joint} moves as if {100 * missing:.0f} ± {100 * weight.half:.0f} % of its '
-                'weight were carried by something that is not in the log')  # fmt: skip
+        what = (
+            f'{joint} moves as if {100 * missing:.0f} ± {100 * weight.half:.0f} % of its '
+            'weight were carried by something that is not in the log'
+        )
         yield _found('gravity_compensated', joint, Figure(missing, weight.sd, weight.worst), what)
 
 
@@ -141,8 +147,7 @@ def _late(found: Sequence[tuple[str, Balance]], recording: Recording) -> Iterato
     if not agree or b.gained > GAINED or _within(late, low - sample_period([recording]), high):
         return
     way = 'after' if late.value > 0 else 'before'
-    what = (f'inputs act {1e3 * abs(late.value):.0f} ± {1e3 * late.half:.0f} ms {way} their '
-            'stamps')  # fmt: skip
+    what = f'inputs act {1e3 * abs(late.value):.0f} ± {1e3 * late.half:.0f} ms {way} their stamps'
     yield _found('input_late', '', late, what)
 
 
@@ -155,8 +160,11 @@ def _time(found: dict[str, Balance]) -> Iterator[Found]:
 
     Slower may be an inertia as well that the model lacks, and is no error.
     """
-    told = [(b.figures['weight'], b.figures.get('motor')) for b in found.values()
-            if b.shares.get('weight', 0.0) > DRIVES]  # fmt: skip
+    told = [
+        (b.figures['weight'], b.figures.get('motor'))
+        for b in found.values()
+        if b.shares.get('weight', 0.0) > DRIVES
+    ]
     if not told:
         return
     weight, motor = min(told, key=lambda t: t[0].half)
@@ -170,11 +178,19 @@ def _time(found: dict[str, Balance]) -> Iterator[Found]:
     low, high = FAULTS['time_stretch'].harmless
     edges = ((weight.value + weight.half) ** -0.5, (weight.value - weight.half) ** -0.5)
     if edges[0] > high or edges[1] < low:
-        what = (f'swings last {stretch:.3f} ± {factor.half:.2f} times as long as gravity has '
-                'them')  # fmt: skip
+        what = f'swings last {stretch:.3f} ± {factor.half:.2f} times as long as gravity has them'
         slower = '' if stretch < 1 else 'an inertia is missing in the model (armature)'
-        yield Found(FAULTS['time_stretch'], '', stretch, factor.sd, what, not slower, 'balance',
-                    factor.worst, otherwise=(slower,) if slower else ())  # fmt: skip
+        yield Found(
+            FAULTS['time_stretch'],
+            '',
+            stretch,
+            factor.sd,
+            what,
+            not slower,
+            'balance',
+            factor.worst,
+            otherwise=(slower,) if slower else (),
+        )
 
 
 def _alike(weight: Figure, motor: Figure) -> bool:

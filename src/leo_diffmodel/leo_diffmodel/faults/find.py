@@ -27,8 +27,7 @@ def find_faults(
         model: its model, with what the recordings know of themselves.
         by_torques: ask the balance of torques, too: not where laws that nobody knows act.
     """
-    out = [f for r in recordings
-           for f in faults_of(r, model.of_recordings((r.name,)), by_torques)]  # fmt: skip
+    out = [f for r in recordings for f in faults_of(r, model.of_recordings((r.name,)), by_torques)]
     return sorted(out, key=lambda f: not f.error)
 
 
@@ -58,10 +57,14 @@ def _kinematic(
 ) -> list[Found]:
     """Where angle and speed contradict each other, of all joints whose angle is measured."""
     held = model.robot.base_joints if recording.held else ()
-    moves = [f for j, name in enumerate(recording.joints)
-             if name not in held and not is_no_measurement(stuck, name)
-             and (r := relate(recording, j)) is not None
-             for f in kinematic_faults(r, name)]  # fmt: skip
+    moves = [
+        f
+        for j, name in enumerate(recording.joints)
+        if name not in held
+        and not is_no_measurement(stuck, name)
+        and (r := relate(recording, j)) is not None
+        for f in kinematic_faults(r, name)
+    ]
     return who_is_right(recording, model if by_torques else None, moves)
 
 

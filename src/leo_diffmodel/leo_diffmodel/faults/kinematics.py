@@ -69,8 +69,9 @@ def relate(recording: Recording, j: int) -> Relation | None:
     if recording.rates != 'measured':
         return None
     parts = _stretches(recording, j)
-    if not parts or not all(np.ptp(np.concatenate([getattr(p, n) for p in parts])) > 0
-                            for n in ('q', 'dq')):  # fmt: skip
+    if not parts or not all(
+        np.ptp(np.concatenate([getattr(p, n) for p in parts])) > 0 for n in ('q', 'dq')
+    ):
         return None
     motion = Motion(parts)
     full = motion.tuned(coarse(parts, motion.period))
@@ -118,8 +119,10 @@ def _scales(relation: Relation, joint: str) -> Iterator[Found]:
         yield Found(FAULTS['speed_sign'], joint, -1.0, sd, what, True, 'kinematics')
     low, high = FAULTS['speed_scale'].harmless
     if outside(abs(scale), SHOWS * sd + relation.rounded, low, high):
-        what = (f'the logged speed of {joint} is {abs(scale):.4g} ± {SIGMAS * sd:.2g} times the '
-                'change of its angle')  # fmt: skip
+        what = (
+            f'the logged speed of {joint} is {abs(scale):.4g} ± {SIGMAS * sd:.2g} times the '
+            'change of its angle'
+        )
         yield Found(FAULTS['speed_scale'], joint, abs(scale), sd, what, True, 'kinematics')
 
 
@@ -128,8 +131,9 @@ def _zero(relation: Relation, joint: str) -> Iterator[Found]:
     fault = FAULTS['speed_zero']
     most = max(fault.harmless[1] * relation.speed * abs(relation.law.theta[0]), relation.grain)
     if abs(zero) > most + SHOWS * sd:
-        what = (f'the logged speed of {joint} is {zero:.3g} ± {SIGMAS * sd:.1g} rad/s where it '
-                'stands')  # fmt: skip
+        what = (
+            f'the logged speed of {joint} is {zero:.3g} ± {SIGMAS * sd:.1g} rad/s where it stands'
+        )
         yield Found(fault, joint, zero, sd, what, True, 'kinematics')
 
 
@@ -142,8 +146,10 @@ def _late(relation: Relation, joint: str) -> Iterator[Found]:
     frames = late / relation.period
     rows = f', {abs(round(frames))} rows' if _whole(frames) else ''
     way = 'late' if late > 0 else 'early'
-    what = (f'the logged speed of {joint} is {abs(1e3 * late):.1f} ± {1e3 * SIGMAS * sd:.1g} ms '
-            f'{way} against its angle, {by}{rows}')  # fmt: skip
+    what = (
+        f'the logged speed of {joint} is {abs(1e3 * late):.1f} ± {1e3 * SIGMAS * sd:.1g} ms '
+        f'{way} against its angle, {by}{rows}'
+    )
     kinds = [relation.kind] if relation.sure else [*BY]
     error = all(outside(late, SIGMAS * sd, *FAULTS[kind].harmless) for kind in kinds)
     yield Found(FAULTS[relation.kind], joint, late, sd, what, error, 'kinematics')

@@ -61,12 +61,20 @@ def runs_of(recording: Recording) -> list[Run]:
     """Its episodes as what a bag is written from; speeds only where they were measured."""
     return [
         Run(
-            e.t, recording.joints, e.q, e.dq if recording.rates == 'measured' else None, e.effort,
-            {} if recording.input == 'none' else {
-                joint: {INTERFACES[recording.input]: e.inputs[:, a],
-                        'enabled': e.enabled[:, a].astype(np.float64)}
+            e.t,
+            recording.joints,
+            e.q,
+            e.dq if recording.rates == 'measured' else None,
+            e.effort,
+            {}
+            if recording.input == 'none'
+            else {
+                joint: {
+                    INTERFACES[recording.input]: e.inputs[:, a],
+                    'enabled': e.enabled[:, a].astype(np.float64),
+                }
                 for a, joint in enumerate(recording.actuators)
             },
         )
         for e in recording.episodes
-    ]  # fmt: skip
+    ]

@@ -73,8 +73,9 @@ class Motion:
     def __init__(self, parts: Sequence[Channels]) -> None:
         self.parts = [p._replace(q=p.q - p.q.mean()) for p in parts]
         self.period = float(np.median(np.concatenate([np.diff(p.t) for p in parts])))
-        self.q, self.dq = (np.concatenate([getattr(p, n) for p in self.parts])
-                           for n in ('q', 'dq'))  # fmt: skip
+        self.q, self.dq = (
+            np.concatenate([getattr(p, n) for p in self.parts]) for n in ('q', 'dq')
+        )
         self.knots, self.count = _knots(self.parts, KNOTS * self.period)
         self.block = _blocks(self.parts)
         self.sigma = np.array([_noise(self.parts, n) for n in ('q', 'dq')])
@@ -97,8 +98,16 @@ class Motion:
             inverse = np.linalg.pinv(slope.T @ (weight[:, None] * slope))
             step = inverse @ (slope.T @ (weight * rest))
             most = FARTHEST * self.period
-            held = min([1.0, *(most / abs(s) for i, s in zip(index, step, strict=True)
-                               if i in (1, 2) and abs(s) > most)])  # fmt: skip
+            held = min(
+                [
+                    1.0,
+                    *(
+                        most / abs(s)
+                        for i, s in zip(index, step, strict=True)
+                        if i in (1, 2) and abs(s) > most
+                    ),
+                ]
+            )
             theta[index] += held * step
             theta[1:3] = np.clip(theta[1:3], -REACH, REACH)
             if (np.abs(step) < NEAR * size * np.sqrt(inverse.diagonal())).all():
@@ -133,9 +142,12 @@ class Motion:
     def _rows(self, theta: Array) -> tuple[Rows, Rows, Rows, Rows]:
         """Rows of angle and speed, and of p' and p'' where the angle sees them."""
         late = theta[1]
-        p, dp, ddp = (Rows.stacked([k.rows(part.t + late, d)
-                                    for k, part in zip(self.knots, self.parts, strict=True)])
-                      for d in range(3))  # fmt: skip
+        p, dp, ddp = (
+            Rows.stacked(
+                [k.rows(part.t + late, d) for k, part in zip(self.knots, self.parts, strict=True)]
+            )
+            for d in range(3)
+        )
         each = zip(self.knots, self.parts, strict=True)
         speed = Rows.stacked([k.rows(part.t, 1) for k, part in each])
         return p + theta[2] * dp, speed, dp, dp + theta[2] * ddp
@@ -157,10 +169,15 @@ class Motion:
         _, speed, rate, change = self._rows(theta)
         sq, sw = self.sigma
         none, one = np.zeros(len(self.q)), np.ones(len(self.q))
-        columns = np.stack([
-            np.r_[none, (speed @ spline) / sw], np.r_[(change @ spline) / sq, none],
-            np.r_[(rate @ spline) / sq, none], np.r_[none, one / sw],
-        ], axis=1)[:, list(index)]  # fmt: skip
+        columns = np.stack(
+            [
+                np.r_[none, (speed @ spline) / sw],
+                np.r_[(change @ spline) / sq, none],
+                np.r_[(rate @ spline) / sq, none],
+                np.r_[none, one / sw],
+            ],
+            axis=1,
+        )[:, list(index)]
         seen = solved(weighted, self.count, root[:, None] * columns)
         return y - rows @ spline, columns - np.stack([rows @ s for s in seen.T], axis=1)
 
@@ -171,8 +188,9 @@ class Motion:
         weighted = root * rows
         found = solved(weighted, self.count, np.column_stack([root * y, probes]))
         rest = root * (y - rows @ found[:, 0])
-        spent = np.mean([p * (weighted @ f) for p, f in zip(probes.T, found.T[1:], strict=True)],
-                        axis=0)  # fmt: skip
+        spent = np.mean(
+            [p * (weighted @ f) for p, f in zip(probes.T, found.T[1:], strict=True)], axis=0
+        )
         left = np.maximum((law.weight - spent).reshape(2, -1).sum(axis=1), 0.02 * len(self.q))
         sizes = np.sqrt((rest**2).reshape(2, -1).sum(axis=1) / left)
         least = FLOOR * np.array([np.ptp(self.q), np.ptp(self.dq)]) + 1e-12
@@ -188,8 +206,12 @@ def coarse(parts: Sequence[Channels], period: float) -> Array:
         slope = np.gradient(np.interp(grid, part.t, part.q), period)
         speed = np.interp(grid, part.t, part.dq)
         slope, speed = (np.pad(x - x.mean(), reach) for x in (slope, speed))
-        crossed += np.array([speed[reach + k : len(speed) - reach + k] @ slope[reach:-reach]
-                             for k in range(-reach, reach + 1)])  # fmt: skip
+        crossed += np.array(
+            [
+                speed[reach + k : len(speed) - reach + k] @ slope[reach:-reach]
+                for k in range(-reach, reach + 1)
+            ]
+        )
         power += float(slope @ slope)
     best = int(np.argmax(np.abs(crossed)))
     return np.array([crossed[best] / max(power, 1e-300), (best - reach) * period, 0.0, 0.0])

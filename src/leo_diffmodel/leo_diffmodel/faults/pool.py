@@ -17,6 +17,7 @@ from leo_diffmodel.faults.mending import mended
 
 def pooled(faults: Sequence[Found]) -> list[Found]:
     """One entry for each fault and joint, by all logs in which it is an error (or any)."""
+
     def which(f: Found) -> tuple[str, str]:
         return f.fault.name, f.joint
 
@@ -36,8 +37,7 @@ def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list
     for r in recordings:
         own = [f for f in faults if f.bag == str(r.path) and f.error]
         shown = {(f.fault.name, f.joint) for f in own}
-        here = [f for f in errors
-                if f.evidence == 'balance' or (f.fault.name, f.joint) in shown]  # fmt: skip
+        here = [f for f in errors if f.evidence == 'balance' or (f.fault.name, f.joint) in shown]
         out.append(mended(r, [*(f for f in own if f.cuts), *here]))
     return out
 
@@ -53,5 +53,9 @@ def _one(group: Sequence[Found]) -> Found:
     bags = len({f.bag for f in sure})
     others = 'log' if bags == 2 else 'logs'
     more = f' (and in {bags - 1} other {others})' if bags > 1 else ''
-    return replace(first, value=value, sd=float((spread**-2).sum() ** -0.5) if bags > 1
-                   else first.sd, what=first.what + more)  # fmt: skip
+    return replace(
+        first,
+        value=value,
+        sd=float((spread**-2).sum() ** -0.5) if bags > 1 else first.sd,
+        what=first.what + more,
+    )

@@ -45,9 +45,7 @@ class Reading:
     half: float
 
 
-def who_is_right(
-    recording: Recording, model: Model | None, found: Sequence[Found]
-) -> list[Found]:
+def who_is_right(recording: Recording, model: Model | None, found: Sequence[Found]) -> list[Found]:
     """The faults with each contradiction of scales resolved by the balance of torques.
 
     Args:
@@ -74,7 +72,10 @@ def _explains(clock: Found, other: Found) -> bool:
 
 
 def _resolved(
-    recording: Recording, model: Model | None, joint: str, mine: dict[str, Found],
+    recording: Recording,
+    model: Model | None,
+    joint: str,
+    mine: dict[str, Found],
     rest: Sequence[Found],
 ) -> list[Found]:
     out = []
@@ -83,8 +84,13 @@ def _resolved(
         out.append(_chosen(recording, model, [*rest, *signed], _scales(mine['speed_scale'])))
     if 'speed_sign' in mine:
         sign = mine['speed_sign']
-        other = replace(sign, fault=FAULTS['angle_sign'], what=(
-            f'the logged angle of {joint} has the other sign than its speed and its torques'))
+        other = replace(
+            sign,
+            fault=FAULTS['angle_sign'],
+            what=(
+                f'the logged angle of {joint} has the other sign than its speed and its torques'
+            ),
+        )
         out.append(_chosen(recording, model, [*rest, *out], [sign, other]))
     return out
 
@@ -93,14 +99,19 @@ def _scales(found: Found) -> list[Found]:
     """Speed, angle or clock: what each would have to be off by."""
     k, joint = found.value, found.joint
     inverse = replace(
-        found, fault=FAULTS['angle_scale'], value=1 / k, sd=found.sd / k**2,
+        found,
+        fault=FAULTS['angle_scale'],
+        value=1 / k,
+        sd=found.sd / k**2,
         what=f'the logged angle of {joint} is {1 / k:.4g} ± {1.96 * found.sd / k**2:.2g} times '
         'what its speed adds up to',
-    )  # fmt: skip
+    )
     out = [_with_unit(found, SPEEDS), _with_unit(inverse, ANGLES)]
     if STRETCHES[0] < k < STRETCHES[1]:
-        what = (f'a second of the log lasts {1 / k:.4g} ± {1.96 * found.sd / k**2:.2g} s: its '
-                f'speeds are {k:.4g} times the change of its angles')  # fmt: skip
+        what = (
+            f'a second of the log lasts {1 / k:.4g} ± {1.96 * found.sd / k**2:.2g} s: its '
+            f'speeds are {k:.4g} times the change of its angles'
+        )
         out.append(replace(found, fault=FAULTS['time_stretch'], joint='', what=what))
     named = [f for f in out if ' that is ' in f.what]
     return [*named, *(f for f in out if f not in named)]
@@ -122,8 +133,11 @@ def _chosen(
     clear = [s for s in seen if s.half < CLEAR]
     best = min(clear, key=lambda s: s.off, default=seen[0])
     first = best if seen[0].off - best.off > TOLD_APART else seen[0]
-    left = [s for s in seen if s is not first
-            and (first.half >= CLEAR or s.off - first.off < TOLD_APART + first.half)]  # fmt: skip
+    left = [
+        s
+        for s in seen
+        if s is not first and (first.half >= CLEAR or s.off - first.off < TOLD_APART + first.half)
+    ]
     return replace(first.found, otherwise=tuple(s.found.what for s in left))
 
 

@@ -32,8 +32,11 @@ def sensor_faults(recording: Recording) -> list[Found]:
     """What is wrong with single channels."""
     out: list[Found] = []
     for j, joint in enumerate(recording.joints):
-        out += [*_goal(recording, j, joint), *_repeated(recording, j, joint),
-                *_coarse(recording, j, joint)]  # fmt: skip
+        out += [
+            *_goal(recording, j, joint),
+            *_repeated(recording, j, joint),
+            *_coarse(recording, j, joint),
+        ]
     told = {f.joint: _longest(recording, f) for f in out}
     return [*out, *(f for f in _frozen(recording) if f.value > told.get(f.joint, 0.0))]
 
@@ -64,8 +67,10 @@ def _frozen(recording: Recording) -> Iterator[Found]:
         longest = max(b - a for a, b in spans)
         how = 'stays at its largest value' if at_end else 'stands still'
         lost = sum(b - a for a, b in spans)
-        what = (f'the {sensor} of {joint} {how} while the joint moves, {len(spans)} times, '
-                f'{lost:.2f} s in all')  # fmt: skip
+        what = (
+            f'the {sensor} of {joint} {how} while the joint moves, {len(spans)} times, '
+            f'{lost:.2f} s in all'
+        )
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
         value = _top(recording, joint) if name == 'clipped' else longest
         error = lost > MOST_LOST * sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
@@ -106,8 +111,10 @@ def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         return
     share, sd = again / total, float(np.sqrt(max(again, 1)) / total)
     if share - 1.96 * sd > FAULTS['repeated'].harmless[1]:
-        what = (f'{100 * share:.0f} ± {196 * sd:.0f} % of the samples of {joint} repeat the one '
-                'before while it moves')  # fmt: skip
+        what = (
+            f'{100 * share:.0f} ± {196 * sd:.0f} % of the samples of {joint} repeat the one '
+            'before while it moves'
+        )
         yield Found(FAULTS['repeated'], joint, share, sd, what, False, 'sensor')
 
 
@@ -118,5 +125,5 @@ def _coarse(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         return
     step = float(np.diff(values).min())
     if step > min(COARSE * span, FAULTS['quantised'].harmless[1]) and len(q) > FEWEST:
-        what = (f'the angle of {joint} has {len(values)} different values, {step:.2g} rad apart')
+        what = f'the angle of {joint} has {len(values)} different values, {step:.2g} rad apart'
         yield Found(FAULTS['quantised'], joint, step, 0.0, what, False, 'sensor')

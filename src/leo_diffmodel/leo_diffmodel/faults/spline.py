@@ -44,8 +44,9 @@ class Rows:
     @staticmethod
     def stacked(parts: Sequence[Rows]) -> Rows:
         """All rows below each other."""
-        return Rows(np.concatenate([p.first for p in parts]),
-                    np.concatenate([p.values for p in parts]))  # fmt: skip
+        return Rows(
+            np.concatenate([p.first for p in parts]), np.concatenate([p.values for p in parts])
+        )
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,11 @@ def solved(rows: Rows, count: int, targets: Array) -> Array:
             product = rows.values[:, a] * rows.values[:, b]
             bands[b - a] += np.bincount(rows.first + a, product, count)
     bands[0] += RIDGE * bands[0].mean() + 1e-300
-    right = np.stack([
-        sum(np.bincount(rows.first + a, rows.values[:, a] * y, count) for a in range(ORDER))
-        for y in targets.T
-    ], axis=1)  # fmt: skip
+    right = np.stack(
+        [
+            sum(np.bincount(rows.first + a, rows.values[:, a] * y, count) for a in range(ORDER))
+            for y in targets.T
+        ],
+        axis=1,
+    )
     return np.asarray(solveh_banded(bands, right, lower=True))

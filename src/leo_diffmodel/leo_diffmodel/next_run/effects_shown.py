@@ -45,14 +45,16 @@ def shown(
     wanted = [c for c in candidates(model, extra) if c.label in labels]
     on_ground = bool(model.robot.contacts)
     settings = settings_for(model.robot)
-    windows, weight = windows_of(runs, period, settings.grids,
-                                 ON_GROUND if on_ground else MOST_WINDOWS)  # fmt: skip
+    windows, weight = windows_of(
+        runs, period, settings.grids, ON_GROUND if on_ground else MOST_WINDOWS
+    )
     out = []
     for run in range(len(runs)):
         own = windows.source == run
         part = windows.take(own)
-        problem = Problem(model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool),
-                          settings)  # fmt: skip
+        problem = Problem(
+            model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool), settings
+        )
         if on_ground:
             kept, linearisation = settled(model, part, problem.sigma, problem.settings)
             problem = replace(problem.take(kept), linearisation=linearisation)

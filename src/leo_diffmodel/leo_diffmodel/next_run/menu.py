@@ -25,8 +25,9 @@ def menu(robot: Robot, levels: Array, seconds: float) -> list[Run]:
         seconds: length of each run.
     """
     time = np.arange(max(1, round(seconds / robot.control_period))) * robot.control_period
-    runs = [_powered(name, about, shape, time, share * levels)
-            for name, about, shape, share in SHAPES]  # fmt: skip
+    runs = [
+        _powered(name, about, shape, time, share * levels) for name, about, shape, share in SHAPES
+    ]
     runs.append(_let_go(time, levels))
     if len(levels) > 1:
         runs.append(_in_turn(time, levels))
@@ -47,17 +48,25 @@ def _powered(name: str, about: str, shape: Shape, time: Array, levels: Array) ->
 def _let_go(time: Array, levels: Array) -> Run:
     """Kicks, after each of which the motors are off and the robot swings freely."""
     run = _powered(
-        'kick and let go', f'random steps for {KICK_SECONDS} s, then motors off for '
-        f'{SWING_SECONDS} s, and again', steps(0.3), time, levels,
-    )  # fmt: skip
+        'kick and let go',
+        f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again',
+        steps(0.3),
+        time,
+        levels,
+    )
     enabled = time % (KICK_SECONDS + SWING_SECONDS) < KICK_SECONDS
     return Run(run.name, run.about, run.inputs * enabled[:, None], enabled)
 
 
 def _in_turn(time: Array, levels: Array) -> Run:
     """Random steps on one actuator at a time, the others at 0."""
-    run = _powered('one joint at a time', 'random steps on one motor, the others at 0, in turn',
-                   steps(0.3), time, levels)  # fmt: skip
+    run = _powered(
+        'one joint at a time',
+        'random steps on one motor, the others at 0, in turn',
+        steps(0.3),
+        time,
+        levels,
+    )
     turn = np.floor(len(levels) * time / (time[-1] + 1e-9)).astype(int)
     mine = turn[:, None] == np.arange(len(levels))
     return Run(run.name, run.about, run.inputs * mine, run.enabled)
@@ -76,8 +85,10 @@ def _sines(low: float, high: float) -> Shape:
     """Five sines of random frequency and phase between `low` and `high` Hz."""
 
     def shape(time: Array, rng: np.random.Generator) -> Array:
-        waves = [np.sin(2 * np.pi * f * time + rng.uniform(0, 6))
-                 for f in np.exp(rng.uniform(np.log(low), np.log(high), 5))]  # fmt: skip
+        waves = [
+            np.sin(2 * np.pi * f * time + rng.uniform(0, 6))
+            for f in np.exp(rng.uniform(np.log(low), np.log(high), 5))
+        ]
         total = np.sum(waves, axis=0)
         return np.asarray(total / np.abs(total).max())
 

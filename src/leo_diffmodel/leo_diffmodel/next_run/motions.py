@@ -67,9 +67,10 @@ def walker_menu(robot: Robot, levels: Array, seconds: float) -> list[Run | Motio
     """
     hung = [
         replace(run, name=f'{pose}: {run.name}', start=pose)
-        for pose, is_held in ((n, p.held) for n, p in robot.start_poses.items()) if is_held
+        for pose, is_held in ((n, p.held) for n, p in robot.start_poses.items())
+        if is_held
         for run in menu(robot, levels, seconds)
-    ]  # fmt: skip
+    ]
     motions = [MotionRun(m, s, seconds) for m in MOTIONS if _can(robot, m) for s in SEEDS]
     return [*hung, *motions]
 

@@ -52,8 +52,13 @@ class Option:
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
-        return {'name': self.run.name, 'about': self.run.about, 'nats': list(self.nats),
-                'least_nats': self.worth[0], 'unsafe': self.unsafe}  # fmt: skip
+        return {
+            'name': self.run.name,
+            'about': self.run.about,
+            'nats': list(self.nats),
+            'least_nats': self.worth[0],
+            'unsafe': self.unsafe,
+        }
 
 
 @dataclass(frozen=True)
@@ -141,7 +146,10 @@ def propose(
 
 
 def _parted(
-    fitted: Sequence[Fitted], model: Model, runs: Sequence[Run | MotionRun], before: Seen,
+    fitted: Sequence[Fitted],
+    model: Model,
+    runs: Sequence[Run | MotionRun],
+    before: Seen,
     progress: Callable[[str], None],
 ) -> tuple[list[str], Array, list[str | None]]:
     """Pairs of hypotheses, the least nats either way for each run, and which runs are unsafe."""
@@ -154,11 +162,15 @@ def _parted(
             progress(f'running the menu with {choice}')
             made = simulate(runs, fit.hypothesis.model(model, fit.theta), before.period)
             tracks.append(made)
-            unsafe = [d or danger(r, t, model.robot, before)
-                      for d, r, t in zip(unsafe, runs, made, strict=True)]  # fmt: skip
+            unsafe = [
+                d or danger(r, t, model.robot, before)
+                for d, r, t in zip(unsafe, runs, made, strict=True)
+            ]
         for i, j in question.question.pairs:
-            both = [separable(model, tracks[a], before.period, question.sigma, question.fits[b])
-                    for a, b in ((i, j), (j, i))]  # fmt: skip
+            both = [
+                separable(model, tracks[a], before.period, question.sigma, question.fits[b])
+                for a, b in ((i, j), (j, i))
+            ]
             points.append(_pair(question.question, i, j))
             columns.append(np.min(both, axis=0))
     return points, np.stack(columns, axis=1), unsafe
@@ -169,8 +181,12 @@ def _pair(question: Question, i: int, j: int) -> str:
 
 
 def _ranked(
-    aim: str, points: Sequence[str], nats: Array, runs: Sequence[Run | MotionRun],
-    unsafe: Sequence[str | None], model: Model,
+    aim: str,
+    points: Sequence[str],
+    nats: Array,
+    runs: Sequence[Run | MotionRun],
+    unsafe: Sequence[str | None],
+    model: Model,
 ) -> Proposal:
     """Leave out the points on which no safe run says anything; best run first."""
     nats = nats * np.array([run.times for run in runs])[:, None]
@@ -178,15 +194,19 @@ def _ranked(
     most = np.where(safe[:, None], nats, 0.0).max(axis=0)
     useful = is_shown(most) if aim == 'show' else most > LEAST_USEFUL
     kept = np.flatnonzero(useful).tolist()
-    options = [Option(r, tuple(float(n) for n in nats[i, kept]), unsafe[i])
-               for i, r in enumerate(runs)]  # fmt: skip
+    options = [
+        Option(r, tuple(float(n) for n in nats[i, kept]), unsafe[i]) for i, r in enumerate(runs)
+    ]
+
     def rank(option: Option) -> tuple[bool, float, float]:
         first = float(is_shown(np.array(option.nats)).sum()) if aim == 'show' else option.worth[0]
         return option.unsafe is not None, -first, -option.worth[1]
 
     options.sort(key=rank)
     return Proposal(
-        aim, tuple(points[i] for i in kept),
+        aim,
+        tuple(points[i] for i in kept),
         tuple(p for p, good in zip(points, useful, strict=True) if not good),
-        tuple(options), model.robot.name,
-    )  # fmt: skip
+        tuple(options),
+        model.robot.name,
+    )

@@ -69,8 +69,11 @@ def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     are never free is one where there is no other.
     """
     margin = SETTINGS.gates.margin_nats
-    close = [[c for c in row['confusable_with'] if c['separable_nats'] < margin]
-             + _in_its_place(row, answer) for row in answer['effects']]  # fmt: skip
+    close = [
+        [c for c in row['confusable_with'] if c['separable_nats'] < margin]
+        + _in_its_place(row, answer)
+        for row in answer['effects']
+    ]
     truly = [[c for c in rivals if not c['same_thing']] for rivals in close]
     if any(truly):
         return _asked(answer['effects'], truly, facts)
@@ -84,9 +87,13 @@ def _in_its_place(row: dict, answer: dict[str, Any]) -> list[dict]:
         return []
     mine = {_label(r) for r in answer['effects']}
     known = {_label(c) for c in row['confusable_with']}
-    others = [e for turn in turns if _label(row) not in turn['effects']
-              and turn['share'] > 0.5 * (1.0 - gates['stable'])
-              for e in turn['effects'] if e not in mine | known]  # fmt: skip
+    others = [
+        e
+        for turn in turns
+        if _label(row) not in turn['effects'] and turn['share'] > 0.5 * (1.0 - gates['stable'])
+        for e in turn['effects']
+        if e not in mine | known
+    ]
     return [
         {'name': name, 'where': where, 'separable_nats': 0.0, 'same_thing': None}
         for name, _, where in (e.rpartition(':') for e in dict.fromkeys(others))
@@ -99,9 +106,10 @@ def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Ques
         nearest = sorted(rivals, key=lambda c: c['separable_nats'])[: MOST_CHOICES - 1]
         choices = [row, *nearest]
         pairs = tuple(
-            (i, j) for i, j in itertools.combinations(range(len(choices)), 2)
+            (i, j)
+            for i, j in itertools.combinations(range(len(choices)), 2)
             if why_same(_thing(choices[i]), _thing(choices[j]), facts) is None
-        )  # fmt: skip
+        )
         if pairs:
             others = tuple(other for other in labels if other != label)
             out.append(Question(others, tuple(_label(c) for c in choices), pairs))
@@ -136,9 +144,7 @@ def fit_all(
     return out
 
 
-def fit_labels(
-    problem: Problem, labels: Sequence[str], known: dict[str, Candidate]
-) -> Fit:
+def fit_labels(problem: Problem, labels: Sequence[str], known: dict[str, Candidate]) -> Fit:
     """Add effects one by one, each from where a scan points."""
     found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)

@@ -75,8 +75,10 @@ class RunFile:
                 f'takes {", ".join(wanted)} in {robot.input_unit}; leo next writes one for it'
             )
         if self.start and self.start not in robot.start_poses:
-            raise UserError(f'the run begins in {self.start!r}, a start pose that {robot.name} '
-                            f'does not have{nearest(self.start, robot.start_poses)}')
+            raise UserError(
+                f'the run begins in {self.start!r}, a start pose that {robot.name} '
+                f'does not have{nearest(self.start, robot.start_poses)}'
+            )
         count = _periods(float(self.time[-1]), robot)
         at = np.arange(count) * robot.control_period + 1e-6
         row = np.searchsorted(self.time, at, side='right') - 1
@@ -89,8 +91,10 @@ def _periods(seconds: float, robot: Robot) -> int:
     """How many control periods of a robot a run takes."""
     count = seconds / robot.control_period
     if count > MOST_PERIODS:
-        raise UserError(f'the run ends at {seconds:g} s, after {count:.3g} control periods of '
-                        f'{robot.name}, and may have {MOST_PERIODS:g}; is its time in s?')
+        raise UserError(
+            f'the run ends at {seconds:g} s, after {count:.3g} control periods of '
+            f'{robot.name}, and may have {MOST_PERIODS:g}; is its time in s?'
+        )
     return max(1, round(count))
 
 
@@ -103,9 +107,14 @@ def write_run(path: Path, run: Run, robot: Robot) -> Path:
     if not path.absolute().parent.is_dir():
         raise UserError(f'cannot write {path}: its folder is not there; make it first')
     names = [f'{a.joint} [{robot.input_unit}]' for a in robot.actuators]
-    lines = [FIRST, f'# robot: {robot.name}', f'# run: {run.name}', f'# {run.about}',
-             *([f'# start: {run.start}'] if run.start else ()),
-             ','.join(['time [s]', *names, 'torque'])]  # fmt: skip
+    lines = [
+        FIRST,
+        f'# robot: {robot.name}',
+        f'# run: {run.name}',
+        f'# {run.about}',
+        *([f'# start: {run.start}'] if run.start else ()),
+        ','.join(['time [s]', *names, 'torque']),
+    ]
     ends = np.vstack([run.inputs, np.zeros((1, run.inputs.shape[1]))])
     for k, row in enumerate(ends):
         on = 'on' if k == run.count or run.enabled[k] else 'off'
@@ -132,8 +141,10 @@ def read_run(path: Path) -> RunFile:
     notes = dict(_note(line) for line in lines if line.startswith('# ') and ': ' in line)
     table = [(n, line) for n, line in enumerate(lines, 1) if line and not line.startswith('#')]
     if len(table) < 3 or not table[0][1].startswith('time [s],'):
-        raise UserError(f'{path} is no run file: it needs a line "time [s],JOINT [V],..." and two '
-                        'rows or more; leo next writes one')  # fmt: skip
+        raise UserError(
+            f'{path} is no run file: it needs a line "time [s],JOINT [V],..." and two '
+            'rows or more; leo next writes one'
+        )
     header = next(csv.reader([table[0][1]]))
     columns = [c for c in header[1:] if c != 'torque']
     actuators, units = zip(*(_column(path, c) for c in columns), strict=True)
@@ -141,9 +152,15 @@ def read_run(path: Path) -> RunFile:
     time = np.array([r[0] for r in rows])
     _check_times(path, time, [n for n, _ in table[1:]])
     return RunFile(
-        notes.get('robot', ''), notes.get('run', path.stem), units[0], tuple(actuators), time,
-        np.array([r[1] for r in rows]), np.array([r[2] for r in rows]), notes.get('start', ''),
-    )  # fmt: skip
+        notes.get('robot', ''),
+        notes.get('run', path.stem),
+        units[0],
+        tuple(actuators),
+        time,
+        np.array([r[1] for r in rows]),
+        np.array([r[2] for r in rows]),
+        notes.get('start', ''),
+    )
 
 
 def _note(line: str) -> tuple[str, str]:
@@ -154,8 +171,9 @@ def _note(line: str) -> tuple[str, str]:
 def _column(path: Path, name: str) -> tuple[str, str]:
     joint, _, unit = name.partition(' [')
     if unit[:-1] not in INPUT_UNITS.values() or not unit.endswith(']'):
-        raise UserError(f'{path}: column {name!r} has no unit; write "{joint} [V]", '
-                        '[N m] or [rad]')
+        raise UserError(
+            f'{path}: column {name!r} has no unit; write "{joint} [V]", [N m] or [rad]'
+        )
     return joint, unit[:-1]
 
 

@@ -63,16 +63,22 @@ def separable(
     windows, weight = windows_of(runs, period, settings.grids)
     noises = np.tile(sigma, (len(runs), 1))
     linear = shooting.linearise(
-        base, windows, noises, settings.numerics, other.hypothesis, other.theta,
+        base,
+        windows,
+        noises,
+        settings.numerics,
+        other.hypothesis,
+        other.theta,
         windows.measured[:, 0],
-    )  # fmt: skip
+    )
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
     out = []
     for run in range(len(runs)):
         own = windows.source == run
-        out.append(_least(rest[own], by_theta[own], weight[own], prior,
-                          settings.gates.window_nats))  # fmt: skip
+        out.append(
+            _least(rest[own], by_theta[own], weight[own], prior, settings.gates.window_nats)
+        )
     return np.array(out)
 
 
@@ -100,5 +106,6 @@ def _best(rest: Array, by_theta: Array, weight: Array, prior: Array) -> Array:
     matrix = np.einsum('w,wnp,wnq->pq', weight, by_theta, by_theta) + prior
     slope = np.einsum('w,wnp,wn->p', weight, by_theta, rest)
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    return np.asarray(np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0]
-                      / size)  # fmt: skip
+    return np.asarray(
+        np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0] / size
+    )

@@ -58,9 +58,7 @@ def seen(recordings: Sequence[Recording], period: float) -> Seen:
     return Seen(levels, speed, low, high, period)
 
 
-def simulate(
-    runs: Sequence[Run | MotionRun], model: Model, period: float
-) -> list[Recording]:
+def simulate(runs: Sequence[Run | MotionRun], model: Model, period: float) -> list[Recording]:
     """Every run as the model predicts it, states every `period` s."""
     made: dict[int, Recording] = {}
     given: dict[str, list[int]] = {}
@@ -93,30 +91,31 @@ def _batch(runs: Sequence[Run], model: Model, period: float, pose: str) -> list[
     ]
 
 
-def tamed(
-    runs: Sequence[Run | MotionRun], model: Model, before: Seen
-) -> list[Run | MotionRun]:
+def tamed(runs: Sequence[Run | MotionRun], model: Model, before: Seen) -> list[Run | MotionRun]:
     """The runs, those that the model predicts to go too far at lower levels."""
     milder, wild = list(runs), [i for i, run in enumerate(runs) if isinstance(run, Run)]
     for _ in range(MOST_TAMING):
         tracks = simulate([milder[i] for i in wild], model, before.period)
-        wild = [i for i, track in zip(wild, tracks, strict=True)
-                if too_far(track, model.robot, before)]  # fmt: skip
+        wild = [
+            i for i, track in zip(wild, tracks, strict=True) if too_far(track, model.robot, before)
+        ]
         if not wild:
             break
         for i in wild:
             milder[i] = _milder(milder[i])
-    return [replace(new, name=f'{old.name}, gentle') if isinstance(new, Run) and new is not old
-            else new for old, new in zip(runs, milder, strict=True)]  # fmt: skip
+    return [
+        replace(new, name=f'{old.name}, gentle')
+        if isinstance(new, Run) and new is not old
+        else new
+        for old, new in zip(runs, milder, strict=True)
+    ]
 
 
 def _milder(run: Run | MotionRun) -> Run | MotionRun:
     return replace(run, inputs=TAMING * run.inputs) if isinstance(run, Run) else run
 
 
-def danger(
-    run: Run | MotionRun, recording: Recording, robot: Robot, before: Seen
-) -> str | None:
+def danger(run: Run | MotionRun, recording: Recording, robot: Robot, before: Seen) -> str | None:
     """Why a predicted run is not safe, or None; a scripted motion steers, and falls by intent."""
     return None if isinstance(run, MotionRun) else too_far(recording, robot, before)
 
@@ -139,15 +138,19 @@ def too_far(recording: Recording, robot: Robot, before: Seen) -> str | None:
     return None
 
 
-def _recording(
-    run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]
-) -> Recording:
+def _recording(run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]) -> Recording:
     robot, pose = model.robot, _pose(run)
     held = pose in model.robot.start_poses and model.robot.start_poses[pose].held
     return Recording(
-        Path(run.name), '', tuple(robot.joint_names), tuple(a.joint for a in robot.actuators),
-        robot.input, robot.control_period, episodes, {'held': str(held).lower()},
-    )  # fmt: skip
+        Path(run.name),
+        '',
+        tuple(robot.joint_names),
+        tuple(a.joint for a in robot.actuators),
+        robot.input,
+        robot.control_period,
+        episodes,
+        {'held': str(held).lower()},
+    )
 
 
 def _pose(run: Run | MotionRun) -> str:

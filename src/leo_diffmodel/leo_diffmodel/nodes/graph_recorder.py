@@ -31,8 +31,15 @@ FLUSH_PERIOD = 0.1
 FACTS_PERIOD = 0.25
 
 GRAPH_TOPICS = (
-    topics.JOINT_STATES, *topics.APPLIED.values(), *topics.COMMANDS.values(), topics.EPISODE,
-    topics.E_STOPPED, topics.ROBOT_DESCRIPTION, topics.CLOCK, topics.SUPPLY, topics.CURRENT,
+    topics.JOINT_STATES,
+    *topics.APPLIED.values(),
+    *topics.COMMANDS.values(),
+    topics.EPISODE,
+    topics.E_STOPPED,
+    topics.ROBOT_DESCRIPTION,
+    topics.CLOCK,
+    topics.SUPPLY,
+    topics.CURRENT,
     topics.TEMPERATURE,
 )
 """What is recorded unless topics are named."""
@@ -56,7 +63,10 @@ class GraphRecorder:
     """
 
     def __init__(
-        self, node: Node, recorder: Recorder | Tape, robot: str = '',
+        self,
+        node: Node,
+        recorder: Recorder | Tape,
+        robot: str = '',
         kept: Callable[[QoSProfile], QoSProfile] | None = None,
     ) -> None:
         self._node = node
@@ -69,15 +79,19 @@ class GraphRecorder:
         self._strangers, self._warned = 0, False
         recorder.publishers = self._publishers
         self._ears = Node(
-            f'{node.get_name()}_recorder', namespace=node.get_namespace(), enable_rosout=False,
-            use_global_arguments=False, start_parameter_services=False,
+            f'{node.get_name()}_recorder',
+            namespace=node.get_namespace(),
+            enable_rosout=False,
+            use_global_arguments=False,
+            start_parameter_services=False,
         )
         self._subscriptions: list[tuple[RecordedTopic, Subscription]] = []
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timers = [
             node.create_timer(period, action, clock=steady)
             for period, action in (
-                (TAKE_PERIOD, self._take), (FLUSH_PERIOD, self._flush),
+                (TAKE_PERIOD, self._take),
+                (FLUSH_PERIOD, self._flush),
                 (FACTS_PERIOD, self._describe),
             )
         ]
@@ -120,12 +134,16 @@ class GraphRecorder:
         recorder = self._recorder
         level, message = self._health()
         values = {
-            'bag': recorder.folder or '', 'size_bytes': recorder.size,
-            'messages': recorder.messages, 'lost': recorder.lost,
+            'bag': recorder.folder or '',
+            'size_bytes': recorder.size,
+            'messages': recorder.messages,
+            'lost': recorder.lost,
             'of another robot': recorder.foreign,
         }
         return DiagnosticStatus(
-            level=level, name=f'{self._node.get_name()}: recording', message=message,
+            level=level,
+            name=f'{self._node.get_name()}: recording',
+            message=message,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
 
@@ -152,14 +170,21 @@ class GraphRecorder:
         self._times.begin()
         found = [
             (topic, message)
-            for topic, subscription in self._subscriptions for message in taken(subscription)
+            for topic, subscription in self._subscriptions
+            for message in taken(subscription)
         ]
         self._times.end()
         arrived = [(self._logged(message), topic, message) for topic, message in found]
         arrived.sort(key=lambda entry: entry[0])
         for logged_ns, topic, message in arrived:
-            self._recorder.record(topic, message.data, message.published_ns, logged_ns,
-                                  message.number, message.publisher)
+            self._recorder.record(
+                topic,
+                message.data,
+                message.published_ns,
+                logged_ns,
+                message.number,
+                message.publisher,
+            )
 
     def _logged(self, message: Taken) -> int:
         return self._times.logged(message.received_ns or message.published_ns)

@@ -44,9 +44,11 @@ class LiveRobot:
         self._stop, self._release = (
             node.create_client(*service) for service in (topics.E_STOP, topics.E_STOP_RESET)
         )
-        for topic, heard in ((topics.E_STOPPED, self._on_stopped),
-                             (topics.DIAGNOSTICS, self._on_diagnostics),
-                             (topics.DIFFERENCE_WEIGHTS, self._on_weights)):  # fmt: skip
+        for topic, heard in (
+            (topics.E_STOPPED, self._on_stopped),
+            (topics.DIAGNOSTICS, self._on_diagnostics),
+            (topics.DIFFERENCE_WEIGHTS, self._on_weights),
+        ):
             node.create_subscription(topic.type, topic.name, heard, topic.qos)
 
     def e_stop(self) -> None:

@@ -55,5 +55,6 @@ def _standing(flow: Flow, j: int) -> list[Array]:
     stands = flow.moving[:, j] < 0.2
     cut = (np.diff(flow.episode) != 0) | (np.diff(stands.astype(int)) != 0)
     runs = np.split(np.arange(len(stands)), np.flatnonzero(cut) + 1)
-    return [run for run in runs
-            if stands[run[0]] and flow.time[run[-1]] - flow.time[run[0]] > WHILE]  # fmt: skip
+    return [
+        run for run in runs if stands[run[0]] and flow.time[run[-1]] - flow.time[run[0]] > WHILE
+    ]

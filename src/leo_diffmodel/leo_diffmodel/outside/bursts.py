@@ -53,8 +53,7 @@ def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Burst]:
     both = _surely(flow, rest, j, np.abs(rest) > WIDE * limit)
     sure = out & (both > limit)
     return [
-        _burst(flow, rest, j, group, both)
-        for group in _groups(flow, both > WIDE * limit, sure)
+        _burst(flow, rest, j, group, both) for group in _groups(flow, both > WIDE * limit, sure)
     ]
 
 

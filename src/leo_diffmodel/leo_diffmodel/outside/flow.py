@@ -98,8 +98,10 @@ def flow(recording: Recording, model: Model) -> Flow | None:
     period = float(np.median(np.concatenate(steps)))
     grid = max(period, bell_seconds(period) / MOST_INTERVALS)
     still = still_rates(recording)
-    parts = [_episode(e, i, model, grid, bell_seconds(period), still)
-             for i, e in enumerate(recording.episodes)]  # fmt: skip
+    parts = [
+        _episode(e, i, model, grid, bell_seconds(period), still)
+        for i, e in enumerate(recording.episodes)
+    ]
     found = [p for p in parts if p is not None]
     return _joined(found) if found else None
 
@@ -176,16 +178,28 @@ def _intervals(
     mass = mass + np.broadcast_to(np.diag(_of_joints(model.laws.rotor_inertia, ddq)), mass.shape)
     inertial = mass * ddq[:, None, :]
     late = {
-        f'before {d}': _motor(model, _mean(e.t + d, given, nodes),
-                              _mean(e.t + d, e.enabled.astype(float), nodes), middle)
+        f'before {d}': _motor(
+            model,
+            _mean(e.t + d, given, nodes),
+            _mean(e.t + d, e.enabled.astype(float), nodes),
+            middle,
+        )
         for d in DELAYS
-    }  # fmt: skip
+    }
     return {
-        'q': middle, 'dq': rate, 'ddq': ddq, 'missing': inertial.sum(axis=-1) + bias - held,
-        'motor': motor, 'load': load, 'inertial': inertial, 'swing': bias + load, 'sign': sign,
+        'q': middle,
+        'dq': rate,
+        'ddq': ddq,
+        'missing': inertial.sum(axis=-1) + bias - held,
+        'motor': motor,
+        'load': load,
+        'inertial': inertial,
+        'swing': bias + load,
+        'sign': sign,
         'moving': (np.abs(rate) > still).astype(float),
-        'enabled': _at_joints(model, on, ddq), **late,
-    }  # fmt: skip
+        'enabled': _at_joints(model, on, ddq),
+        **late,
+    }
 
 
 def _held(

@@ -35,8 +35,9 @@ def held(recording: Recording, model: Model) -> list[tuple[float, float]]:
     if not any(acts.any() for _, acts in found):
         return []
     ends = [(e, int(np.argmax(acts)) if acts.any() else len(acts) - 1) for e, acts in found]
-    return [(float(e.t[0]), float(e.t[end])) for e, end in ends
-            if end and _would_move(e, end, free)]  # fmt: skip
+    return [
+        (float(e.t[0]), float(e.t[end])) for e, end in ends if end and _would_move(e, end, free)
+    ]
 
 
 def _acts(e: Episode, still: np.ndarray) -> np.ndarray:

@@ -120,10 +120,13 @@ def ordinary(flow: Flow, model: Model, j: int) -> list[Law]:
     own = float(np.quantile(flow.own[:, j], 0.9))
     steep = SPRING * float(np.abs(flow.load[:, j]).max())
     return [
-        *_gravity(flow, j), *_masses(flow, j), *_friction(flow, model, j), *_motor(flow, j),
+        *_gravity(flow, j),
+        *_masses(flow, j),
+        *_friction(flow, model, j),
+        *_motor(flow, j),
         Law(np.ones(len(flow.time)), -TILT * own, TILT * own),
         Law(-(flow.q[:, j] - np.median(flow.q[:, j])), 0.0, steep or ANY),
-    ]  # fmt: skip
+    ]
 
 
 def _gravity(flow: Flow, j: int) -> list[Law]:
@@ -139,8 +142,7 @@ def _gravity(flow: Flow, j: int) -> list[Law]:
         a, b = amounts[k], amounts[joints + k]
         pull = a * waves[:, k] + b * waves[:, joints + k]
         across = a * waves[:, joints + k] - b * waves[:, k]
-        out += [Law(pull, LIGHTER, HEAVIER),
-                Law(across, -TILT, TILT)]  # fmt: skip
+        out += [Law(pull, LIGHTER, HEAVIER), Law(across, -TILT, TILT)]
     return out
 
 
@@ -174,7 +176,7 @@ def _friction(flow: Flow, model: Model, j: int) -> list[Law]:
         Law(-sign * np.abs(load), 0.0, ANY, True),
         Law(-sign * np.abs(motor), 0.0, ANY, True),
         Law(-dq * flow.enabled[:, j], -viscous, ANY, True),
-    ]  # fmt: skip
+    ]
 
 
 def _model_friction(flow: Flow, model: Model, j: int) -> tuple[float, float]:
@@ -189,7 +191,7 @@ def _model_friction(flow: Flow, model: Model, j: int) -> tuple[float, float]:
     return (
         max(0.0, float(given[0] - given[1]) / fast),
         0.0 if dry is None else float(np.broadcast_to(dry, (1, joints))[0, j]),
-    )  # fmt: skip
+    )
 
 
 def _motor(flow: Flow, j: int) -> list[Law]:
@@ -201,5 +203,4 @@ def _motor(flow: Flow, j: int) -> list[Law]:
     late = [Law(past[:, j] - motor, -0.3, 1.0) for i, past in enumerate(flow.before)]
     over = motor - np.clip(motor, -0.6 * top, 0.6 * top)
     band = np.clip(motor, -0.15 * top, 0.15 * top)
-    return [Law(motor, WEAKER, ANY), Law(-over, 0.0, 1.0),
-            Law(-band, 0.0, 1.0), *late]  # fmt: skip
+    return [Law(motor, WEAKER, ANY), Law(-over, 0.0, 1.0), Law(-band, 0.0, 1.0), *late]

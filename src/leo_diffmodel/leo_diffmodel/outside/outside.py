@@ -71,8 +71,9 @@ def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[St
         recordings: of the model's robot.
         model: it may lack friction, have a payload twice as large, a gain 20 % off.
     """
-    found = [s for i, r in enumerate(recordings)
-             for s in _of_one(i, r, model.of_recordings((r.name,)))]  # fmt: skip
+    found = [
+        s for i, r in enumerate(recordings) for s in _of_one(i, r, model.of_recordings((r.name,)))
+    ]
     return sorted(found, key=lambda s: (s.source, s.begin))
 
 
@@ -137,18 +138,27 @@ def _gaps(recording: Recording) -> list[Stretch]:
     edges = [(float(a.t[-1]), float(b.t[0])) for a, b in pairwise(recording.episodes) if parted]
     inner = [
         (float(e.t[k]), float(e.t[k + 1]))
-        for e in recording.episodes for k in np.flatnonzero(np.diff(e.t) > limit)
-    ]  # fmt: skip
-    return [Stretch(0, a, b, 'joint states are missing', 'gap') for a, b in (*edges, *inner)
-            if b - a > limit]  # fmt: skip
+        for e in recording.episodes
+        for k in np.flatnonzero(np.diff(e.t) > limit)
+    ]
+    return [
+        Stretch(0, a, b, 'joint states are missing', 'gap')
+        for a, b in (*edges, *inner)
+        if b - a > limit
+    ]
 
 
 def _clipped(recording: Recording) -> list[Stretch]:
     return [
-        Stretch(0, f.begin, f.end, f'{f.joint}: its {f.sensor} {f.how} while the joint moves',
-                'clipped')
+        Stretch(
+            0,
+            f.begin,
+            f.end,
+            f'{f.joint}: its {f.sensor} {f.how} while the joint moves',
+            'clipped',
+        )
         for f in frozen(recording)
-    ]  # fmt: skip
+    ]
 
 
 def _held(recording: Recording, model: Model) -> list[Stretch]:
@@ -177,7 +187,7 @@ def _at_joint(seen: Flow, model: Model, j: int, joint: str) -> list[Stretch]:
     stands = [
         Stretch(0, a, b, f'{joint}: stands while motor and weight push with {size:.2g}', 'blocked')
         for a, b, size in blocked(seen, found, j, fitted)
-    ]  # fmt: skip
+    ]
     return [*(_of_burst(b, joint) for b in bursts(seen, found.rest, j, fitted)), *stands]
 
 

@@ -50,9 +50,12 @@ def with_true_rates(recording: Recording) -> Recording:
     wrong = np.array([_is_wrong(recording, j) for j in range(len(recording.joints))])
     if not wrong.any():
         return recording
-    return replace(recording, episodes=tuple(
-        replace(e, dq=np.where(wrong, _slopes(e), e.dq)) for e in recording.episodes
-    ))  # fmt: skip
+    return replace(
+        recording,
+        episodes=tuple(
+            replace(e, dq=np.where(wrong, _slopes(e), e.dq)) for e in recording.episodes
+        ),
+    )
 
 
 def _is_wrong(recording: Recording, j: int) -> bool:

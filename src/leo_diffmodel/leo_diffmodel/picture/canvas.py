@@ -39,13 +39,19 @@ class Canvas:
             self.line(np.concatenate([corners, corners[:1]]), edge, width)
 
     def disc(
-        self, centre: Sequence[float] | np.ndarray, radius: float, colour: str, edge: str = '',
+        self,
+        centre: Sequence[float] | np.ndarray,
+        radius: float,
+        colour: str,
+        edge: str = '',
         width: float = 1.5,
     ) -> None:
         """A filled circle; the edge is drawn inside."""
         x, y, r = (value * self._fine for value in (centre[0], centre[1], radius))
         self._draw.ellipse(
-            (x - r, y - r, x + r, y + r), fill=colour, outline=edge or None,
+            (x - r, y - r, x + r, y + r),
+            fill=colour,
+            outline=edge or None,
             width=self._thick(width) if edge else 0,
         )
 

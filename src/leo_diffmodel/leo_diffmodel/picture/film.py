@@ -56,9 +56,25 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image]) -> None:
     images = list(pictures)
     size, raw = '{}x{}'.format(*images[0].size), ['-f', 'rawvideo', '-pix_fmt', 'rgb24']
     run = subprocess.run(
-        [program, '-loglevel', 'error', '-y', *raw, '-s', size, '-r', str(RATE), '-i', '-',
-         '-pix_fmt', 'yuv420p', str(path)],
-        input=b''.join(image.tobytes() for image in images), capture_output=True, check=False,
+        [
+            program,
+            '-loglevel',
+            'error',
+            '-y',
+            *raw,
+            '-s',
+            size,
+            '-r',
+            str(RATE),
+            '-i',
+            '-',
+            '-pix_fmt',
+            'yuv420p',
+            str(path),
+        ],
+        input=b''.join(image.tobytes() for image in images),
+        capture_output=True,
+        check=False,
     )
     if run.returncode:
         raise UserError(f'{path}: ffmpeg failed: {run.stderr.decode().strip()}')
@@ -69,8 +85,9 @@ def _reduced(pictures: Iterable[Image.Image]) -> Iterator[Image.Image]:
     palette = None
     for picture in pictures:
         if palette is None:
-            palette = picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE,
-                                       dither=Image.Dither.NONE)  # fmt: skip
+            palette = picture.quantize(
+                COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+            )
         yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
 
 
@@ -80,8 +97,12 @@ def _frame(shown: Take, time: float) -> Image.Image:
     scale = min(wide / (high[0] - low[0]), tall / (high[1] - low[1]))
     rows = len(shown.feet)
     canvas = Canvas(WIDTH, HEIGHT + rows * BAR + (rows % 2) * BAR, fine=2)
-    middle = np.array([WIDTH / 2 - scale * (low[0] + high[0]) / 2,
-                       HEAD + (tall + scale * (high[1] + low[1])) / 2])
+    middle = np.array(
+        [
+            WIDTH / 2 - scale * (low[0] + high[0]) / 2,
+            HEAD + (tall + scale * (high[1] + low[1])) / 2,
+        ]
+    )
     view = View(shown.followed(time), middle, scale, 0.0, WIDTH, HEIGHT - 12)
     draw_surroundings(canvas, view, shown.stick)
     draw_pose(canvas, view, shown.pose(time))

@@ -63,8 +63,9 @@ def draw_ground(canvas: Canvas, view: View, slope: float) -> None:
 def draw_mount(canvas: Canvas, view: View, root: np.ndarray) -> None:
     """Where a fixed base is bolted on."""
     x, y = view.pixels(root)
-    canvas.area(np.array([[x - 22, y - 4], [x + 22, y - 4], [x + 22, y + 4], [x - 22, y + 4]]),
-                GRID)
+    canvas.area(
+        np.array([[x - 22, y - 4], [x + 22, y - 4], [x + 22, y + 4], [x - 22, y + 4]]), GRID
+    )
 
 
 def draw_pose(canvas: Canvas, view: View, pose: Pose) -> None:

@@ -63,11 +63,17 @@ class Stick:
         self._colours = {shape.link: shape.colour for shape in reversed(self._shapes)}
         self._lines = list(_lines(robot))
         base = robot.joint_names[:3] if robot.base == 'planar' else ()
-        self._hinged = [j.child for j in robot.joints
-                        if j.kind in ('revolute', 'continuous') and j.name not in base]
+        self._hinged = [
+            j.child
+            for j in robot.joints
+            if j.kind in ('revolute', 'continuous') and j.name not in base
+        ]
         first = robot.joints[0]
-        self.root = None if robot.base == 'planar' else np.array(
-            [first.translation[axis] for axis in self._axes])
+        self.root = (
+            None
+            if robot.base == 'planar'
+            else np.array([first.translation[axis] for axis in self._axes])
+        )
         slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
         self.ground = slope if robot.contacts else None
         self._up = np.array([-np.sin(slope), np.cos(slope)])
@@ -77,8 +83,9 @@ class Stick:
         seen = self._seen(q)
         outlines = [(_hull(seen(s.link, s.points)), s.colour) for s in self._shapes]
         hinges = [seen(child, np.zeros(3))[0] for child in self._hinged]
-        centres = np.array([seen(c.link, np.array([c.x, 0.0, c.z]))[0]
-                            for c in self.robot.contacts]).reshape(-1, 2)
+        centres = np.array(
+            [seen(c.link, np.array([c.x, 0.0, c.z]))[0] for c in self.robot.contacts]
+        ).reshape(-1, 2)
         radii = np.array([c.radius for c in self.robot.contacts])
         touching = centres @ self._up - radii < TOUCHING
         touched = (centres - np.multiply.outer(radii, self._up))[touching]
@@ -87,8 +94,9 @@ class Stick:
     def sticks(self, q: np.ndarray) -> list[tuple[np.ndarray, str]]:
         """The lines of the figure alone, (N, 2) and colour."""
         seen = self._seen(q)
-        return [(seen(link, points), self._colours.get(link, PLAIN))
-                for link, points in self._lines]
+        return [
+            (seen(link, points), self._colours.get(link, PLAIN)) for link, points in self._lines
+        ]
 
     def lines(self, q: np.ndarray) -> list[np.ndarray]:
         """Points of each line, (N, 2), at angles of a model that may have run away to NaN."""
@@ -96,8 +104,10 @@ class Stick:
 
     def _seen(self, q: np.ndarray) -> Callable[[str, np.ndarray], np.ndarray]:
         """From points of a link (N, 3) to the plane of view (N, 2), at joint angles q."""
-        turns = {name: (np.array(f.rotation, float).reshape(3, 3), np.array(f.origin, float))
-                 for name, f in self._tree.frames(q).items()}
+        turns = {
+            name: (np.array(f.rotation, float).reshape(3, 3), np.array(f.origin, float))
+            for name, f in self._tree.frames(q).items()
+        }
 
         def seen(link: str, points: np.ndarray) -> np.ndarray:
             rotation, origin = turns[link]
@@ -112,8 +122,9 @@ def _lines(robot: Robot) -> list[tuple[str, np.ndarray]]:
     lines = []
     for link in robot.moving_links:
         ends = [np.array(j.translation) for j in robot.joints if j.parent == link]
-        lines += [(link, np.stack([np.zeros(3), end])) for end in ends
-                  if np.linalg.norm(end) > SHORT]
+        lines += [
+            (link, np.stack([np.zeros(3), end])) for end in ends if np.linalg.norm(end) > SHORT
+        ]
         if not ends:
             lines.append((link, _tip(robot, link)))
     return lines

@@ -66,8 +66,10 @@ class Take:
         """For each foot its name and, at each sample, whether it touches the ground."""
         touching = np.array([self.stick.pose(q).touching for q in self.episode.q])
         contacts = self.stick.robot.contacts
-        return [(foot, np.any(touching[:, [c.link == foot for c in contacts]], axis=1))
-                for foot in self.stick.robot.feet]
+        return [
+            (foot, np.any(touching[:, [c.link == foot for c in contacts]], axis=1))
+            for foot in self.stick.robot.feet
+        ]
 
 
 def take(
@@ -86,12 +88,15 @@ def take(
     """
     episodes = recording.episodes
     longest = max(episodes, key=lambda episode: float(np.ptp(episode.t)))
-    chosen = longest if at is None else next(
-        (e for e in episodes if e.t[0] <= at <= e.t[-1]), None)
+    chosen = (
+        longest if at is None else next((e for e in episodes if e.t[0] <= at <= e.t[-1]), None)
+    )
     if chosen is None:
         first, last = episodes[0].t[0], episodes[-1].t[-1]
-        raise UserError(f'{recording.path}: nothing was recorded at {at:g} s; its '
-                        f'{len(episodes)} episode(s) lie between {first:.2f} and {last:.2f} s')
+        raise UserError(
+            f'{recording.path}: nothing was recorded at {at:g} s; its '
+            f'{len(episodes)} episode(s) lie between {first:.2f} and {last:.2f} s'
+        )
     start = float(chosen.t[0]) if at is None else at
     end = float(chosen.t[-1]) if seconds is None else min(start + seconds, float(chosen.t[-1]))
     number = episodes.index(chosen) + 1

@@ -72,13 +72,19 @@ def torque_canvas(
         options: go to bokeh.
     """
     plot = canvas('', '', y_range=Range1d(-1.0, 1.0), **options)
-    plot.scatter('x', 'y', source=dots, size=3.5, color=palette.NOISE, alpha=0.35,
-                 line_color=None)  # fmt: skip
-    plot.add_layout(Span(location=0.0, dimension='width', line_color=palette.MUTED,
-                         level='underlay'))  # fmt: skip
+    plot.scatter('x', 'y', source=dots, size=3.5, color=palette.NOISE, alpha=0.35, line_color=None)
+    plot.add_layout(
+        Span(location=0.0, dimension='width', line_color=palette.MUTED, level='underlay')
+    )
     for i, stroke in enumerate(strokes):
-        plot.line('x', f'curve{i}', source=means, line_width=3, line_color=stroke.colour,
-                  line_dash=stroke.dash)  # fmt: skip
+        plot.line(
+            'x',
+            f'curve{i}',
+            source=means,
+            line_width=3,
+            line_color=stroke.colour,
+            line_dash=stroke.dash,
+        )
     plot.add_layout(_whisker(means))
     glyphs = plot.scatter('x', 'y', source=means, size=7, color=palette.INK, line_color='white')
     return plot, glyphs

@@ -15,7 +15,10 @@ from leo_sim.model import Model
 
 
 def write_comparison(
-    path: Path, comparison: Comparison, recordings: Sequence[Recording], model: Model,
+    path: Path,
+    comparison: Comparison,
+    recordings: Sequence[Recording],
+    model: Model,
     watch: str = '',
 ) -> None:
     """Write the report of `leo compare`.

@@ -88,8 +88,10 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
     return [
         budget.explained(errors),
         where.section(places_of(curves.measured, curves.model), curves.model, recordings, worst),
-        *(moving.section(s, curves.model.robot, where.title(s, curves.model, recordings))
-          for s in worst[:1]),
+        *(
+            moving.section(s, curves.model.robot, where.title(s, curves.model, recordings))
+            for s in worst[:1]
+        ),
         missing.section(curves.measured, curves.model.robot, curves.candidates),
         hypotheses.section(
             explanation.effects,

@@ -36,9 +36,11 @@ def variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[st
     """Abscissae with their labels; the input only where the joint has one that changes."""
     name = robot.joint_names[joint]
     unit = length_unit(robot, name)
-    place = _angle(name, missing.q[:, joint]) if unit == 'rad' else (
-        f'{name} position [m]', missing.q[:, joint]
-    )  # fmt: skip
+    place = (
+        _angle(name, missing.q[:, joint])
+        if unit == 'rad'
+        else (f'{name} position [m]', missing.q[:, joint])
+    )
     found = [(f'{name} speed [{unit}/s]', missing.dq[:, joint]), place]
     if joint in robot.actuated:
         values = missing.inputs[:, robot.actuated.index(joint)]

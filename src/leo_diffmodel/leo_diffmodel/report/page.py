@@ -57,8 +57,9 @@ def render(title: str, source: str, sections: Sequence[Section], watch: str = ''
         blocks.append(block.render(section.values, plots=plots))
     library = Resources(mode='inline', components=BOKEH_PARTS).render_js() if figures else ''
     page = _templates().get_template('page.html')
-    return page.render(title=title, source=source, sections=blocks, library=library,
-                       script=script, watch=watch)  # fmt: skip
+    return page.render(
+        title=title, source=source, sections=blocks, library=library, script=script, watch=watch
+    )
 
 
 def _together(figures: Sequence[Any]) -> None:

@@ -10,13 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import HISTORY, spread_out
-from leo_diffmodel.compare.torque import (
-    estimate,
-    MissingTorque,
-    supposed,
-    trusted,
-    window_seconds,
-)
+from leo_diffmodel.compare.torque import estimate, MissingTorque, supposed, trusted, window_seconds
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.select.search import Search
@@ -86,4 +80,3 @@ def _leading(found: Search) -> list[tuple[str, Fit]]:
     ]
     unique = {name: fitted for name, fitted in reversed(leading) if name}
     return [(name, unique[name]) for name in dict(leading) if name][:MOST_CURVES]
-

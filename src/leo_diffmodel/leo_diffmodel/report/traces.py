@@ -19,9 +19,7 @@ BAND_SIGMAS = 2.0
 MOST_DOTS = 100
 
 
-def window(
-    time: Array, measured: Array, lines: Sequence[Line], band: Array, axis: str
-) -> Any:
+def window(time: Array, measured: Array, lines: Sequence[Line], band: Array, axis: str) -> Any:
     """One stretch of a bag: measured, predicted, and what noise in the start leaves open.
 
     Args:
@@ -40,16 +38,13 @@ def window(
     hover(plot, dots, [('bag time', '@x{0.000} s'), ('measured', '@y{0.0000}')])
     for line in lines:
         plot.line(
-            time, line.values, line_width=2.5, color=line.stroke.colour,
-            line_dash=line.stroke.dash,
-        )  # fmt: skip
+            time, line.values, line_width=2.5, color=line.stroke.colour, line_dash=line.stroke.dash
+        )
     plot.y_range = Range1d(*_room(measured, lines))
     return plot
 
 
-def correlation(
-    seconds: Array, lines: Sequence[Line], low: Array, high: Array, axis: str
-) -> Any:
+def correlation(seconds: Array, lines: Sequence[Line], low: Array, high: Array, axis: str) -> Any:
     """Autocorrelation against lag, with the band that white noise would stay in.
 
     Args:

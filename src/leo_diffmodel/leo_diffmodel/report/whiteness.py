@@ -51,7 +51,8 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
     windows = problem.windows
     inliers = np.flatnonzero(chi_squared(fitted) < PUSH_TIMES * np.median(chi_squared(fitted)))
     linear = problem.take(inliers).linearised(
-        fitted.hypothesis, fitted.theta, fitted.start[inliers])
+        fitted.hypothesis, fitted.theta, fitted.start[inliers]
+    )
     basis = np.linalg.qr(linear.by_start)[0]
     lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))
     channels = fitted.start.shape[-1]

@@ -57,13 +57,14 @@ def _model(arguments: argparse.Namespace) -> str:
 
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('add', __doc__ or '', EXAMPLES)
+    arguments.add_argument('model', nargs='?', help='a model file, a robot name or a robot folder')
     arguments.add_argument(
-        'model', nargs='?', help='a model file, a robot name or a robot folder'
-    )
-    arguments.add_argument(
-        'words', nargs='*', default=[], metavar='EFFECT[:WHERE] PARAM=VALUE',
+        'words',
+        nargs='*',
+        default=[],
+        metavar='EFFECT[:WHERE] PARAM=VALUE',
         help='effects, each with its parameters after it',
-    )  # fmt: skip
+    )
     arguments.add_argument('--from', dest='source', metavar='explain.json')
     arguments.add_argument(
         '--robot', metavar='OTHER', help='move it to this robot or model with the same places'

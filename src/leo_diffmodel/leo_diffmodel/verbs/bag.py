@@ -35,11 +35,25 @@ _SHOW_EXAMPLES = """\
 
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
-    verbs = {'record': _record, 'play': _play, 'info': _info, 'show': _show,
-             'cut': _cut, 'fix': _fix}
+    verbs = {
+        'record': _record,
+        'play': _play,
+        'info': _info,
+        'show': _show,
+        'cut': _cut,
+        'fix': _fix,
+    }
     about = 'Record, play, look into, draw, cut and mend bags (rosbag2, MCAP).'
-    examples = ''.join([_RECORD_EXAMPLES, _PLAY_EXAMPLES, _INFO_EXAMPLES, _SHOW_EXAMPLES,
-                        _CUT_EXAMPLES, FIX_EXAMPLES])  # fmt: skip
+    examples = ''.join(
+        [
+            _RECORD_EXAMPLES,
+            _PLAY_EXAMPLES,
+            _INFO_EXAMPLES,
+            _SHOW_EXAMPLES,
+            _CUT_EXAMPLES,
+            FIX_EXAMPLES,
+        ]
+    )
     return common.dispatch('leo bag', about, verbs, argv, examples)
 
 
@@ -60,8 +74,13 @@ def _play(argv: list[str]) -> int:
     parser.add_argument('bag', type=Path, metavar='BAG')
     parser.add_argument('--rate', type=float, default=1.0, metavar='R', help='1 = as recorded')
     parser.add_argument('--loop', action='store_true', help='again and again until Ctrl-C')
-    parser.add_argument('--wait', type=float, default=1.0, metavar='S',
-                        help='before the start, so long for a reader of every topic (1 s)')
+    parser.add_argument(
+        '--wait',
+        type=float,
+        default=1.0,
+        metavar='S',
+        help='before the start, so long for a reader of every topic (1 s)',
+    )
     words, ros_args = _apart(argv)
     options = parser.parse_args(words)
 
@@ -107,8 +126,11 @@ def _show(argv: list[str]) -> int:
 
     from leo_diffmodel.picture.bag_picture import show, Wanted
 
-    path = show(Wanted(options.bag, options.output, options.model, options.at, options.seconds,
-                       options.poses))
+    path = show(
+        Wanted(
+            options.bag, options.output, options.model, options.at, options.seconds, options.poses
+        )
+    )
     if options.json:
         print(json.dumps({'written': str(path)}))
     else:
@@ -123,8 +145,11 @@ def _cut(argv: list[str]) -> int:
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--from', dest='begin', type=float, metavar='S', help='begin there [s]')
     parser.add_argument('--to', dest='end', type=float, metavar='S', help='end there [s]')
-    parser.add_argument('--without-outside', action='store_true',
-                        help='leave out shoves, hands, blocked joints and frozen sensors')
+    parser.add_argument(
+        '--without-outside',
+        action='store_true',
+        help='leave out shoves, hands, blocked joints and frozen sensors',
+    )
     parser.add_argument('--model', default='', help='what --without-outside compares with')
     add_effect_argument(parser)
     parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')

@@ -45,17 +45,21 @@ def fix(argv: list[str]) -> int:
     if undone:
         _write(options.output, recording, undone)
     if options.json:
-        print(json.dumps({'written': str(options.output) if undone else None,
-                          'mended': [f.to_json() for f in undone],
-                          'left': [f.to_json() for f in left]}))  # fmt: skip
+        print(
+            json.dumps(
+                {
+                    'written': str(options.output) if undone else None,
+                    'mended': [f.to_json() for f in undone],
+                    'left': [f.to_json() for f in left],
+                }
+            )
+        )
     else:
         _say(options.bag, options.output, undone, left)
     return 1 if left else 0
 
 
-def _read(
-    path: Path, name: str, topic_map: str | None
-) -> tuple[Recording, Sequence[Found]]:
+def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Sequence[Found]]:
     """The bag and what is wrong with it."""
     from leo_diffmodel.bags.contents import load
     from leo_diffmodel.bags.recording import read_bag

@@ -74,8 +74,10 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
     common.tell_warnings([recording for recording, _ in both])
     recordings = common.span(arguments, [recording for recording, _ in both])
     distinct(recordings)
-    return [Bag(recording, _spanned(arguments, other), as_read.hold)
-            for recording, (_, other) in zip(recordings, both, strict=True)]  # fmt: skip
+    return [
+        Bag(recording, _spanned(arguments, other), as_read.hold)
+        for recording, (_, other) in zip(recordings, both, strict=True)
+    ]
 
 
 def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:

@@ -74,10 +74,13 @@ def _excitation_table(result: Check) -> Table:
     _columns(table, 'joint', 'angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off')
     for row in result.excitation:
         table.add_row(
-            row.joint, _span(row.angle), _span(row.rate),
+            row.joint,
+            _span(row.angle),
+            _span(row.rate),
             '-' if row.input is None else f'{_span(row.input)} {row.unit}',
-            f'{100 * row.moving:.0f} %', f'{row.free:.1f} s',
-        )  # fmt: skip
+            f'{100 * row.moving:.0f} %',
+            f'{row.free:.1f} s',
+        )
     return table
 
 
@@ -93,32 +96,43 @@ def _titled(result: Check, caption: str) -> Table:
 
 def _effects_table(result: Check) -> Table:
     table = _titled(
-        result, 'found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
+        result,
+        'found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
         'that it takes to name the effect at the size in the column before',
-    )  # fmt: skip
+    )
     _columns(table, 'effect', 'found from', 'named from', 'unit', 'size', 'seconds', 'most like')
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
         table.add_row(
-            row.label, _number(row.detectable), _number(row.nameable), row.unit,
-            _number(row.typical), _seconds(row.seconds_to_name), _like(row, result.seconds),
-        )  # fmt: skip
+            row.label,
+            _number(row.detectable),
+            _number(row.nameable),
+            row.unit,
+            _number(row.typical),
+            _seconds(row.seconds_to_name),
+            _like(row, result.seconds),
+        )
     return table
 
 
 def _by_name(result: Check) -> Table:
     """One row per effect where there are many places for each."""
     table = _titled(
-        result, 'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
+        result,
+        'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
         'of its places (- none); --json lists all',
-    )  # fmt: skip
+    )
     _columns(table, 'effect', 'places', 'found from', 'named from', 'unit', 'hardest to name')
     names = dict.fromkeys(row.name for row in result.reaches)
     for rows in ([r for r in result.reaches if r.name == name] for name in names):
         worst = max(rows, key=lambda r: r.seconds_to_name or 1e9)
         table.add_row(
-            worst.name, str(len(rows)), _range([r.detectable for r in rows]),
-            _range([r.nameable for r in rows]), worst.unit, worst.where,
-        )  # fmt: skip
+            worst.name,
+            str(len(rows)),
+            _range([r.detectable for r in rows]),
+            _range([r.nameable for r in rows]),
+            worst.unit,
+            worst.where,
+        )
     return table
 
 
@@ -139,8 +153,9 @@ def _pairs(result: Check, console: Console) -> None:
         more = 'no length of it' if pair.seconds is None else f'{pair.seconds:.0f} s'
         console.print(
             f'hard to tell apart at those sizes: {pair.a} and {pair.b} '
-            f'({_nats(pair.separable_nats)}; {more} would do)', highlight=False,
-        )  # fmt: skip
+            f'({_nats(pair.separable_nats)}; {more} would do)',
+            highlight=False,
+        )
     if len(close) > PAIRS_SHOWN:
         console.print(f'… and {len(close) - PAIRS_SHOWN} more such pairs (--json lists them)')
 
@@ -166,4 +181,3 @@ def _span(limits: tuple[float, float]) -> str:
 
 def _number(value: float | None) -> str:
     return '-' if value is None else f'{value:.2g}' if value < 100 else f'{value:.0f}'
-

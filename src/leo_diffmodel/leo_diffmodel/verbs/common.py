@@ -47,9 +47,11 @@ def add_bag_arguments(
     """
     arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
     arguments.add_argument(
-        '--model', required=True, action='append' if several else 'store',
+        '--model',
+        required=True,
+        action='append' if several else 'store',
         help='a model file, a robot name or a robot folder' + several * '; again for each model',
-    )  # fmt: skip
+    )
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
     arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')
@@ -65,18 +67,25 @@ def add_span_arguments(arguments: argparse.ArgumentParser) -> None:
     """A part of each recording instead of all of it."""
     for option, name, what in (('--from', 'begin', 'begin'), ('--to', 'end', 'end')):
         arguments.add_argument(
-            option, dest=name, type=float, metavar='S',
+            option,
+            dest=name,
+            type=float,
+            metavar='S',
             help=f'{what} there, in seconds from the first state of each bag',
-        )  # fmt: skip
+        )
 
 
 def add_search_arguments(arguments: argparse.ArgumentParser) -> None:
     """How long to search, and whether to use what was moved from outside."""
     arguments.add_argument(
-        '--within', type=until, dest='until', default=math.inf, metavar='60s',
+        '--within',
+        type=until,
+        dest='until',
+        default=math.inf,
+        metavar='60s',
         help='answer within this time (s or min; what starting takes is not counted), with the '
         'best that has come to its end',
-    )  # fmt: skip
+    )
     arguments.add_argument(
         '--keep', action='store_true', help='use what looks moved from outside or badly logged'
     )

@@ -77,14 +77,18 @@ def _print(data: dict) -> None:
     console = Terminal(highlight=False)
     console.print(_horizons(data) if len(data['states']) <= MOST_COLUMNS else _states(data))
     if data['untrusted']:
-        console.print(f'not trusted below, as a contact there begins or ends: '
-                      f'{percent(data["untrusted"])} of the windows')
+        console.print(
+            f'not trusted below, as a contact there begins or ends: '
+            f'{percent(data["untrusted"])} of the windows'
+        )
     if data['events']:
         events = '; '.join(_event(e, data) for e in data['events'][:WINDOWS])
         console.print(f'left out below as single events (a push? a glitch?): {events}')
     if data['noise_only']:
-        console.print('No place stands out: the torque it lacks stays within its noise '
-                      '(leo explain sees smaller things).')
+        console.print(
+            'No place stands out: the torque it lacks stays within its noise '
+            '(leo explain sees smaller things).'
+        )
         return
     console.print(_joints(data['joints']))
     worst = worst_places(data['where'])
@@ -151,8 +155,9 @@ def _places(rows: list[dict], worst: list[dict]) -> Table:
     for row in worst[:SHOWN]:
         shares = percent(row['share']), percent(row['data_share'])
         torque = f'{row["torque_nm"]:.2g}'
-        table.add_row(row['joint'], row['variable'], _bars(rows, row), bin_in_words(row),
-                      *shares, torque)  # fmt: skip
+        table.add_row(
+            row['joint'], row['variable'], _bars(rows, row), bin_in_words(row), *shares, torque
+        )
     return table
 
 

@@ -50,8 +50,10 @@ def _print(data: dict) -> None:
     seen = ' that no fit saw' if data['held_out_blocks_only'] else ''
     best, *others = (row['model'] for row in data['models'])
     alike = [row['model'] for row in data['models'][1:] if _alike(row)]
-    told = f'not distinguishable from {best}: {", ".join(alike)}' if alike else (
-        f'{best} is better than the {"other" if len(others) == 1 else "others"}'
+    told = (
+        f'not distinguishable from {best}: {", ".join(alike)}'
+        if alike
+        else (f'{best} is better than the {"other" if len(others) == 1 else "others"}')
     )
     console.print(f'{told} (95 %, over {data["blocks"]} blocks of time{seen})', soft_wrap=True)
 

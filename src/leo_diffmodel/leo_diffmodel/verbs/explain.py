@@ -46,8 +46,10 @@ def main(argv: list[str]) -> int:
     """Run `leo explain`; exit status 0 for fine and named, 1 for an open answer."""
     arguments = _parser().parse_args(argv)
     if arguments.each and (arguments.hold_out or arguments.write_effect or arguments.edit_test):
-        raise UserError('--each takes every bag by itself: leave out --hold-out, --write-effect '
-                        'and --edit-test')  # fmt: skip
+        raise UserError(
+            '--each takes every bag by itself: leave out --hold-out, --write-effect '
+            'and --edit-test'
+        )
     folder = common.fresh_folder(arguments.output)
     target = _fresh_effect(arguments.write_effect)
     model = common.load(arguments)
@@ -73,15 +75,26 @@ def main(argv: list[str]) -> int:
 
 
 def _explained(
-    arguments: argparse.Namespace, model: Model, recordings: Sequence[Recording],
-    held: Sequence[Recording] = (), title: str = 'explaining', share: float = 1.0,
+    arguments: argparse.Namespace,
+    model: Model,
+    recordings: Sequence[Recording],
+    held: Sequence[Recording] = (),
+    title: str = 'explaining',
+    share: float = 1.0,
 ) -> Explanation:
     own, within = common.own_effects(arguments), share * common.left(arguments)
     with common.progress(title, within=within) as heard:
         return explain(
-            recordings, model, held, own, heard, arguments.step,
-            within=within, keep=arguments.keep, mend=arguments.mend,
-        )  # fmt: skip
+            recordings,
+            model,
+            held,
+            own,
+            heard,
+            arguments.step,
+            within=within,
+            keep=arguments.keep,
+            mend=arguments.mend,
+        )
 
 
 def _edited(
@@ -99,7 +112,9 @@ def _edited(
 
 
 def _each(
-    arguments: argparse.Namespace, model: Model, recordings: Sequence[Recording],
+    arguments: argparse.Namespace,
+    model: Model,
+    recordings: Sequence[Recording],
     folder: Path | None,
 ) -> int:
     """Explain every bag by itself; a folder of each in DIR."""
@@ -152,8 +167,9 @@ def show(result: Explanation) -> None:
             each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
             console.print(f'{path}: {each}', highlight=False)
     if result.edit_test:
-        console.print('edit test: what was named is taken out of the model and of the robot',
-                      highlight=False)  # fmt: skip
+        console.print(
+            'edit test: what was named is taken out of the model and of the robot', highlight=False
+        )
         console.print(ranking_table(result.edit_test))
         console.print(result.edit_test['sentence'], highlight=False)
     if result.next_run:
@@ -168,9 +184,12 @@ def _parser() -> argparse.ArgumentParser:
         '--each', action='store_true', help='every bag by itself, answers side by side'
     )
     arguments.add_argument(
-        '--edit-test', nargs='+', default=[], metavar='BAG',
+        '--edit-test',
+        nargs='+',
+        default=[],
+        metavar='BAG',
         help='bags of the robot after what was named was taken out of it',
-    )  # fmt: skip
+    )
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
     arguments.add_argument(
         '--write-effect', metavar='FILE.py', help='make an effect of what is no known effect'

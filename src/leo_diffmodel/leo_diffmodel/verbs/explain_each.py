@@ -30,6 +30,8 @@ def show_each(bags: Sequence[str], answers: Sequence[Explanation]) -> None:
 
 
 def _effect(row: dict) -> str:
-    values = (f'{name} = {p["value"]:.3g} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}] {p["unit"]}'
-              for name, p in row['parameters'].items())  # fmt: skip
+    values = (
+        f'{name} = {p["value"]:.3g} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}] {p["unit"]}'
+        for name, p in row['parameters'].items()
+    )
     return f'{row["name"]}:{row["where"]} ({", ".join(v.rstrip() for v in values)})'

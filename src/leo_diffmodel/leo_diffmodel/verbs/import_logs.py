@@ -58,15 +58,20 @@ def main(argv: list[str]) -> int:
     if options.model:
         raise UserError('--model goes with --guess; a column map says robot: NAME itself')
     if not (options.map and options.output):
-        raise UserError('leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
-                        f'{leo("import", options.logs[0], "--guess")}')
+        raise UserError(
+            'leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
+            f'{leo("import", options.logs[0], "--guess")}'
+        )
     console = Terminal(stderr=True)
     column_map = load_map(options.map)
     bags = [
         import_logs(logs, options.map, bag, options.join)
         for logs, bag in track(
             _jobs(options.logs, Path(options.output), options.bag_per_log),
-            'importing', console=console, transient=True, disable=not console.is_terminal,
+            'importing',
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
         )
     ]
     infos = [bag_info(bag) for bag in bags]
@@ -109,22 +114,38 @@ def _parser() -> Parser:
         'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
         f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
     )
-    parser.add_argument('logs', nargs='+', metavar='LOG',
-                        help='a CSV, JSON or MATLAB file, or the folder of a LeRobot data set')
+    parser.add_argument(
+        'logs',
+        nargs='+',
+        metavar='LOG',
+        help='a CSV, JSON or MATLAB file, or the folder of a LeRobot data set',
+    )
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')
-    which.add_argument('--guess', action='store_true',
-                       help='write a column map with what was guessed and why')
-    parser.add_argument('--model', metavar='ROBOT',
-                        help='with --guess: take joints, units and the input from a robot')
-    parser.add_argument('-o', '--output', metavar='BAG',
-                        help='folder to make; with --guess the file (LOG_map.yaml)')
+    which.add_argument(
+        '--guess', action='store_true', help='write a column map with what was guessed and why'
+    )
+    parser.add_argument(
+        '--model',
+        metavar='ROBOT',
+        help='with --guess: take joints, units and the input from a robot',
+    )
+    parser.add_argument(
+        '-o',
+        '--output',
+        metavar='BAG',
+        help='folder to make; with --guess the file (LOG_map.yaml)',
+    )
     several = parser.add_mutually_exclusive_group()
-    several.add_argument('--bag-per-log', action='store_true',
-                         help='one bag per log, in the folder BAG')
-    several.add_argument('--join', action='store_true',
-                         help='the logs are parts of one run, joined by their times or row by '
-                         'row; q.csv, dq.csv and tau.csv are so in any case')
+    several.add_argument(
+        '--bag-per-log', action='store_true', help='one bag per log, in the folder BAG'
+    )
+    several.add_argument(
+        '--join',
+        action='store_true',
+        help='the logs are parts of one run, joined by their times or row by '
+        'row; q.csv, dq.csv and tau.csv are so in any case',
+    )
     parser.add_json()
     return parser
 
@@ -150,10 +171,14 @@ def _next(bags: list[Path], column_map: ColumnMap) -> str:
 
 def _summary(info: BagInfo) -> dict[str, Any]:
     return {
-        'bag': str(info.path), 'seconds': info.duration, 'joints': list(info.joints),
-        'rate_hz': info.state_rate, 'episodes': len(info.episodes),
+        'bag': str(info.path),
+        'seconds': info.duration,
+        'joints': list(info.joints),
+        'rate_hz': info.state_rate,
+        'episodes': len(info.episodes),
         'samples': sum(episode.samples for episode in info.episodes),
-        'constants': _constants(info), 'joined': info.metadata.get('joined', ''),
+        'constants': _constants(info),
+        'joined': info.metadata.get('joined', ''),
     }
 
 

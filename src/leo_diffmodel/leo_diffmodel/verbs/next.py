@@ -139,8 +139,9 @@ def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
 
 def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
     console = Terminal()
-    console.print(Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'),
-                  highlight=False)
+    console.print(
+        Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'), highlight=False
+    )
     if found.aim == 'nothing':
         console.print(text.nothing(answer))
         return

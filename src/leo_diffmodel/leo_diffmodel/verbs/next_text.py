@@ -35,8 +35,10 @@ def nothing(answer: dict[str, Any]) -> str:
         told = answer.get('next_run') or 'vary one thing at a time: speed, load, angle, supply'
         return f'No run of the menu settles what is open: {told}'
     if answer['verdict'] == 'unknown':
-        return ('What is missing is no known effect, so no two of them are left to part; '
-                'leo explain --write-effect makes an effect of it.')  # fmt: skip
+        return (
+            'What is missing is no known effect, so no two of them are left to part; '
+            'leo explain --write-effect makes an effect of it.'
+        )
     return 'Nothing is open, and every effect was testable: no further run is needed.'
 
 
@@ -59,12 +61,13 @@ def best(found: Proposal, seconds: float) -> str:
     option = found.options[0]
     if found.aim == 'show':
         count = sum(bool(is_shown(n)) for n in option.nats)
-        return (f'"{option.run.name}" would show {count} of the {len(found.points)}: '
-                f'{option.run.about}')  # fmt: skip
+        return (
+            f'"{option.run.name}" would show {count} of the {len(found.points)}: '
+            f'{option.run.about}'
+        )
     least = min(option.nats)
     a, b = found.points[option.nats.index(least)].split(' | ')
-    told = (f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by '
-            f'{number(least)} nats')  # fmt: skip
+    told = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {number(least)} nats'
     enough = needed(SETTINGS.gates.margin_nats)
     if least > enough:
         return told

@@ -44,11 +44,20 @@ def main(argv: list[str]) -> int:
     own = common.own_effects(arguments)
     with common.progress('repairing', within=common.left(arguments)) as told:
         before = compare(recordings, model, arguments.step)
-        ask = partial(explain, recordings, hold_out=held, extra=own, progress=told,
-                      step=arguments.step, keep=arguments.keep, mend=arguments.mend)  # fmt: skip
+        ask = partial(
+            explain,
+            recordings,
+            hold_out=held,
+            extra=own,
+            progress=told,
+            step=arguments.step,
+            keep=arguments.keep,
+            mend=arguments.mend,
+        )
         found = rounds(lambda m, left: ask(m, within=left), model, common.left(arguments))
-    found = [replace(each, next_command=common.next_command(arguments, None, each))
-             for each in found]  # fmt: skip
+    found = [
+        replace(each, next_command=common.next_command(arguments, None, each)) for each in found
+    ]
     result = merged(found)
     rows = ladder(result)
     common.write_json(folder, 'compare.json', before.data)

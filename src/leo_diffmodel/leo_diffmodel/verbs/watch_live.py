@@ -53,9 +53,7 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def _serve(
-    arguments: argparse.Namespace, robot: LiveRobot, source: Source, scene: Scene
-) -> None:
+def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scene: Scene) -> None:
     """Serve the page until a signal; then end what it started."""
     from leo_diffmodel.watch.live.beside import Beside
     from leo_diffmodel.watch.live.finder import LiveFinder
@@ -159,14 +157,25 @@ def _apart(argv: list[str]) -> tuple[list[str], list[str]]:
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('watch', __doc__ or '', EXAMPLES)
     arguments.add_argument('--live', action='store_true', help='a running robot, not a bag')
-    arguments.add_argument('--model', required=True,
-                           help='a model file, a robot name or a robot folder')  # fmt: skip
+    arguments.add_argument(
+        '--model', required=True, help='a model file, a robot name or a robot folder'
+    )
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
     arguments.add_argument('--step', type=float, help='length of one step [s]')
-    arguments.add_argument('--seconds', type=_window, default=30.0, metavar='S',
-                           help='how much of the past is shown (30 s)')  # fmt: skip
-    arguments.add_argument('--patience', type=float, default=10.0, metavar='S',
-                           help='how long to wait for a robot (10 s)')  # fmt: skip
+    arguments.add_argument(
+        '--seconds',
+        type=_window,
+        default=30.0,
+        metavar='S',
+        help='how much of the past is shown (30 s)',
+    )
+    arguments.add_argument(
+        '--patience',
+        type=float,
+        default=10.0,
+        metavar='S',
+        help='how long to wait for a robot (10 s)',
+    )
     add_effect_argument(arguments)
     watch_common.add_page_arguments(arguments)
     arguments.add_argument('--json', action='store_true', help='print the result as JSON')

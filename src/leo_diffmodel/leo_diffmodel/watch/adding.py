@@ -36,8 +36,11 @@ class Answer(NamedTuple):
         """An explain.json's contents; effects that have no switch here are left out."""
         data = json.loads(json.dumps(explanation))
         rows = {f'{row["name"]}:{row["where"]}': row['parameters'] for row in data['effects']}
-        on = {label: {name: p['value'] for name, p in parameters.items()}
-              for label, parameters in rows.items() if label in scene.candidates}  # fmt: skip
+        on = {
+            label: {name: p['value'] for name, p in parameters.items()}
+            for label, parameters in rows.items()
+            if label in scene.candidates
+        }
         return cls(data, Setting(on, refitted=bool(on)))
 
 

@@ -38,16 +38,22 @@ def heights(curves: Mapping[str, Array]) -> tuple[float, float]:
 def over_time(state: State) -> Columns:
     """Rms error of each window of the film: time (its middle), given, now, each (W,)."""
     film, i = state.film, state.shown
-    return {'time': film.middle, 'given': film.error(film.given, i),
-            'now': film.error(film.repaired, i)}  # fmt: skip
+    return {
+        'time': film.middle,
+        'given': film.error(film.given, i),
+        'now': film.error(film.repaired, i),
+    }
 
 
 def worst(state: State) -> Columns:
     """The worst windows with the switches as they are: time, begin, error, worst first."""
     film, i = state.film, state.shown
     at = film.worst(i)
-    return {'time': film.middle[at], 'begin': film.time[at, 0],
-            'error': film.error(film.repaired, i)[at]}  # fmt: skip
+    return {
+        'time': film.middle[at],
+        'begin': film.time[at, 0],
+        'error': film.error(film.repaired, i)[at],
+    }
 
 
 def held(state: State) -> Array:

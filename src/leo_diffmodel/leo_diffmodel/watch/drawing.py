@@ -88,9 +88,17 @@ class Drawn:
         self.figure = Figure((WIDTH, _even(height, dpi)), dpi, facecolor=palette.PAPER)
         head = 1.0 - (0.9 + LINE * len(view.switched)) / height
         grid = self.figure.add_gridspec(
-            2, 2, left=0.065, right=0.985, bottom=0.6 / height, top=head, height_ratios=(2.2, 1),
-            width_ratios=(1, 1.15), hspace=0.28, wspace=0.16,
-        )  # fmt: skip
+            2,
+            2,
+            left=0.065,
+            right=0.985,
+            bottom=0.6 / height,
+            top=head,
+            height_ratios=(2.2, 1),
+            width_ratios=(1, 1.15),
+            hspace=0.28,
+            wspace=0.16,
+        )
         self._say(height)
         self._robot = self.figure.add_subplot(grid[0, 0])
         self._draw_robot()
@@ -119,8 +127,9 @@ class Drawn:
         top = 1.0 - 0.16 / height
         self.figure.text(0.015, top, view.title, **{**words, 'fontsize': 15}, weight='bold')
         self.figure.text(0.985, top, view.error, **{**words, 'fontsize': 13}, ha='right')
-        self.figure.text(0.015, top - 0.34 / height, '\n'.join(view.switched), **words,
-                         linespacing=1.4)  # fmt: skip
+        self.figure.text(
+            0.015, top - 0.34 / height, '\n'.join(view.switched), **words, linespacing=1.4
+        )
 
     def _draw_robot(self) -> None:
         axes, stick = self._robot, self._view.stage.stick
@@ -147,14 +156,22 @@ class Drawn:
     def _draw_horizon(self, axes: Any) -> None:
         curves, unit = self._view.horizon, self._view.unit
         seconds, (bottom, top) = curves['seconds'], heights(curves)
-        axes.set(xscale='log', yscale='log', xlabel='prediction horizon [s]',
-                 ylabel=f'rms error of {unit}', ylim=(bottom, top))  # fmt: skip
+        axes.set(
+            xscale='log',
+            yscale='log',
+            xlabel='prediction horizon [s]',
+            ylabel=f'rms error of {unit}',
+            ylim=(bottom, top),
+        )
         axes.fill_between(seconds, bottom, curves['floor'], color=palette.NOISE_FILL, lw=0)
         axes.plot(seconds, curves['floor'], color=palette.NOISE, ls=DASHED, label='noise floor')
-        for name, stroke, label in (('given', GIVEN, 'as given'),
-                                    ('now', NOW, 'with the switches')):  # fmt: skip
-            axes.plot(seconds, curves[name], marker='o', markersize=5, lw=2.2, label=label,
-                      **stroke)  # fmt: skip
+        for name, stroke, label in (
+            ('given', GIVEN, 'as given'),
+            ('now', NOW, 'with the switches'),
+        ):
+            axes.plot(
+                seconds, curves[name], marker='o', markersize=5, lw=2.2, label=label, **stroke
+            )
         for axis, span in ((axes.xaxis, seconds[-1] / seconds[0]), (axes.yaxis, top / bottom)):
             axis.set_major_locator(LogLocator(subs=(1, 2, 5) if span < LONG else (1,)))
             axis.set_major_formatter(PLAIN)
@@ -166,12 +183,18 @@ class Drawn:
         curves, worst = self._view.time, self._view.worst
         axes.set(xlabel='time, one bag after the other [s]', ylabel=self._view.unit)
         for k, (begin, end) in enumerate(self._view.held):
-            axes.axvspan(begin, end, color=palette.NOISE_FILL, lw=0,
-                         label='' if k else 'held out')  # fmt: skip
+            axes.axvspan(begin, end, color=palette.NOISE_FILL, lw=0, label='' if k else 'held out')
         for name, stroke in (('given', GIVEN), ('now', NOW)):
             axes.step(curves['time'], curves[name], where='mid', lw=1.8, **stroke)
-        axes.plot(worst['time'], worst['error'], 'v', markersize=9, color=palette.UNEXPLAINED,
-                  markeredgecolor=palette.INK, label='worst')  # fmt: skip
+        axes.plot(
+            worst['time'],
+            worst['error'],
+            'v',
+            markersize=9,
+            color=palette.UNEXPLAINED,
+            markeredgecolor=palette.INK,
+            label='worst',
+        )
         self._cursor = axes.axvline(self._view.times[0], color=palette.INK, lw=1.2)
         axes.yaxis.set_major_formatter(PLAIN)
         axes.margins(x=0.01, y=0.12)
@@ -207,6 +230,14 @@ def _quiet(axes: Any) -> None:
 def _legend(axes: Any, named: Sequence[tuple[str, Any]] = ()) -> None:
     """Names above the axes, in one line: of these artists, or of all that have a label."""
     told = {'labels': [n for n, _ in named], 'handles': [a for _, a in named]} if named else {}
-    axes.legend(**told, loc='lower left', bbox_to_anchor=(-0.01, 0.99), ncols=4, frameon=False,
-                handlelength=2.2, columnspacing=1.3, handletextpad=0.6,
-                labelcolor=palette.INK)  # fmt: skip
+    axes.legend(
+        **told,
+        loc='lower left',
+        bbox_to_anchor=(-0.01, 0.99),
+        ncols=4,
+        frameon=False,
+        handlelength=2.2,
+        columnspacing=1.3,
+        handletextpad=0.6,
+        labelcolor=palette.INK,
+    )

@@ -69,8 +69,7 @@ class Film:
         w = max(0, int(last))
         k = int(np.argmin(np.abs(self.time[w] - seconds)))
         joints = self.windows.q.shape[-1]
-        return Frame(self.windows.q[w, k], self.given[w, k, :joints],
-                     self.repaired[w, k, :joints])  # fmt: skip
+        return Frame(self.windows.q[w, k], self.given[w, k, :joints], self.repaired[w, k, :joints])
 
     def error(self, states: Array, index: int) -> Array:
         """Rms error of one state over each window, shape (W,), in its unit."""

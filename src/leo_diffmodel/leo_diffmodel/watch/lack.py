@@ -55,9 +55,7 @@ def lack_of(scene: Scene, model: Model) -> Generator[bool, None, Lack]:
     return Lack(missing, where(missing, model))
 
 
-def curve(
-    scene: Scene, missing: MissingTorque, other: Model
-) -> Generator[bool, None, Array]:
+def curve(scene: Scene, missing: MissingTorque, other: Model) -> Generator[bool, None, Array]:
     """The torque that the model as given would lack if another were the robot, with pauses.
 
     Args:

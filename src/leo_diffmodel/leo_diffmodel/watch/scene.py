@@ -61,8 +61,12 @@ class Scene:
 
     @classmethod
     def of(
-        cls, recordings: Sequence[Recording], model: Model, hold_out: Sequence[Recording] = (),
-        extra: Iterable[Effect] = (), step: float | None = None,
+        cls,
+        recordings: Sequence[Recording],
+        model: Model,
+        hold_out: Sequence[Recording] = (),
+        extra: Iterable[Effect] = (),
+        step: float | None = None,
     ) -> Scene:
         """Read the noise, hold blocks out, cut windows.
 
@@ -89,8 +93,18 @@ class Scene:
         except ValueError as error:
             raise UserError(f'{everything[0].path}: {error}; record 20 s or more') from error
         found = {c.label: limited(c, known, SETTINGS.grids) for c in candidates(known, extra)}
-        return cls(model, known, tuple(everything), sigma, blocks, held, train, step, found,
-                   Timeline.of(everything))  # fmt: skip
+        return cls(
+            model,
+            known,
+            tuple(everything),
+            sigma,
+            blocks,
+            held,
+            train,
+            step,
+            found,
+            Timeline.of(everything),
+        )
 
     def back_to_back(self, seconds: float) -> Windows:
         """All of the data in windows of so many seconds, each beginning where one ends."""

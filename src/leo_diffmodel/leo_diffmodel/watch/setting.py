@@ -52,8 +52,7 @@ def words(scene: Scene, setting: Setting) -> list[str]:
     """EFFECT:WHERE PARAM=VALUE … as typed after `leo add MODEL`."""
     hypothesis, theta = _hypothesis(scene, setting)
     named = zip(hypothesis.candidates, hypothesis.placed(scene.model, theta), strict=True)
-    return [word for c, placed in named
-            for word in (_name(placed, c.where), *_values(placed))]  # fmt: skip
+    return [word for c, placed in named for word in (_name(placed, c.where), *_values(placed))]
 
 
 def _hypothesis(scene: Scene, setting: Setting) -> tuple[Hypothesis, np.ndarray]:

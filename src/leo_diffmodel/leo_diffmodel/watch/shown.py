@@ -64,6 +64,8 @@ def _switched(state: State) -> tuple[str, ...]:
 
 def _line(state: State, label: str) -> str:
     values = state.setting.on[label]
-    shown = [f'{p.name} = {values[p.name]:.4g} {p.unit}'.rstrip()
-             for p in state.scene.candidates[label].parameters]  # fmt: skip
+    shown = [
+        f'{p.name} = {values[p.name]:.4g} {p.unit}'.rstrip()
+        for p in state.scene.candidates[label].parameters
+    ]
     return f'{label.replace(":", " at ")}: {", ".join(shown)}'

@@ -45,8 +45,15 @@ def closing(found: Found, folder: Path, console: Console) -> None:
 def watching(folder: Path) -> list[str]:
     """The command of the live page on what a main job recorded."""
     folder = folder.resolve()
-    return ['leo', 'watch', str(folder / 'rollout'), '--model', 'pendulum',
-            '-o', str(folder / 'watch')]  # fmt: skip
+    return [
+        'leo',
+        'watch',
+        str(folder / 'rollout'),
+        '--model',
+        'pendulum',
+        '-o',
+        str(folder / 'watch'),
+    ]
 
 
 def named(answer: Mapping[str, Any]) -> str:

@@ -106,23 +106,34 @@ class MainJob:
     def _start_robot(self, name: str, seed: int) -> None:
         plan = self._plan
         self._processes.node(
-            name, 'leo_sim', 'robot', **ROBOT, seed=seed, hidden_seed=plan.hidden_seed,
-            sealed=self._path('truth.sealed'), noise=[*plan.noise],
+            name,
+            'leo_sim',
+            'robot',
+            **ROBOT,
+            seed=seed,
+            hidden_seed=plan.hidden_seed,
+            sealed=self._path('truth.sealed'),
+            noise=[*plan.noise],
         )
 
     def _learn_ideal(self) -> None:
         self._say('1. a pendulum robot with a hidden effect runs; learn on the ideal model')
         self._processes.ask(
-            'learn', '--robot', 'pendulum', '--seed', str(self._plan.seed), '--steps',
+            'learn',
+            '--robot',
+            'pendulum',
+            '--seed',
+            str(self._plan.seed),
+            '--steps',
             str(self._plan.steps),
-            '-o', self._path('ideal'),
+            '-o',
+            self._path('ideal'),
         )
 
     def _roll_out(self) -> None:
         self._say('2. roll the policy out on the robot, record it')
         self._processes.node(
-            'diffmodel', 'leo_diffmodel', 'diffmodel', model='pendulum',
-            bag=self._path('rollout'),
+            'diffmodel', 'leo_diffmodel', 'diffmodel', model='pendulum', bag=self._path('rollout')
         )
         self._processes.wait_for(self._folder / 'rollout', 'diffmodel')
         self._processes.ask(
@@ -149,12 +160,20 @@ class MainJob:
         self._say('   the rest is learned by the difference model')
         weights = self._folder / 'rollout.difference' / 'difference-001.safetensors'
         self._processes.node(
-            'diffmodel', 'leo_diffmodel', 'diffmodel', model=self._path('repair/model.yaml'),
-            bag=self._path('rollout'), record=False,
+            'diffmodel',
+            'leo_diffmodel',
+            'diffmodel',
+            model=self._path('repair/model.yaml'),
+            bag=self._path('rollout'),
+            record=False,
         )
         self._processes.ask(
-            'service', 'call', '/difference_model/update', 'std_srvs/srv/Trigger',
-            '--timeout', '60',
+            'service',
+            'call',
+            '/difference_model/update',
+            'std_srvs/srv/Trigger',
+            '--timeout',
+            '60',
         )
         self._processes.wait_for(weights, 'diffmodel')
         self._processes.stop('diffmodel')
@@ -167,8 +186,15 @@ class MainJob:
     def _begin_on_robot(self) -> None:
         self._say('   beside it, for reference: retrain on the robot itself')
         self._processes.start(
-            'learn_real', 'learn', '--robot', 'pendulum', '--on-robot', *self._more(),
-            '-o', self._path('real'), '--json',
+            'learn_real',
+            'learn',
+            '--robot',
+            'pendulum',
+            '--on-robot',
+            *self._more(),
+            '-o',
+            self._path('real'),
+            '--json',
         )
 
     def _retrain(self, model: str) -> None:
@@ -179,8 +205,14 @@ class MainJob:
     def _more(self) -> list[str]:
         """Options of a retraining from the ideal policy."""
         plan = self._plan
-        return ['--start', self._path('ideal'), '--steps', str(plan.more_steps),
-                '--seed', str(plan.seed)]  # fmt: skip
+        return [
+            '--start',
+            self._path('ideal'),
+            '--steps',
+            str(plan.more_steps),
+            '--seed',
+            str(plan.seed),
+        ]
 
     def _play(self) -> None:
         self._say('5. play all three policies on the robot, from the same starts')
@@ -205,12 +237,24 @@ class MainJob:
         fitted = [log for log in logs if HELD_OUT not in log.name]
         for name, part in (('fitted', fitted), ('held_out', held_out)):
             self._processes.ask(
-                'import', *map(str, part), '--map', RIG, '-o', self._path(RIG, name),
+                'import',
+                *map(str, part),
+                '--map',
+                RIG,
+                '-o',
+                self._path(RIG, name),
                 '--bag-per-log',
             )
         self._processes.start(
-            RIG, 'repair', *self._bags('fitted'), '--hold-out', *self._bags('held_out'),
-            '--model', 'torque_pendulum', '-o', self._path(RIG, 'repair'),
+            RIG,
+            'repair',
+            *self._bags('fitted'),
+            '--hold-out',
+            *self._bags('held_out'),
+            '--model',
+            'torque_pendulum',
+            '-o',
+            self._path(RIG, 'repair'),
         )
         return True
 

@@ -82,8 +82,13 @@ class Processes(AbstractContextManager['Processes']):
         """
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(
-                _command(words), env=self._environment, stdout=log, stderr=log,
-                stdin=subprocess.DEVNULL, start_new_session=True, pass_fds=files,
+                _command(words),
+                env=self._environment,
+                stdout=log,
+                stderr=log,
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,
+                pass_fds=files,
             )
 
     def node(self, name: str, package: str, executable: str, **parameters: Any) -> None:
@@ -135,7 +140,7 @@ class Processes(AbstractContextManager['Processes']):
         if done.returncode not in (0, 1):
             raise UserError(f'{leo(*words)} failed with status {done.returncode}')
         text = done.stdout.decode()
-        answer: dict[str, Any] = json.loads(text[text.index('{'):])
+        answer: dict[str, Any] = json.loads(text[text.index('{') :])
         return answer
 
     def __exit__(

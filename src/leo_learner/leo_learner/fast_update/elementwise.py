@@ -97,9 +97,16 @@ def through_norm(slope: Any, z: Any, scale: Any, gain: Any, by_gain: Any, by_bia
 
 @compiled
 def adam(
-    values: Any, slope: Any, first: Any, second: Any, slow: Any,
-    l2: Any, rate: Any, steps: Any, share: Any,
-) -> None:  # fmt: skip
+    values: Any,
+    slope: Any,
+    first: Any,
+    second: Any,
+    slow: Any,
+    l2: Any,
+    rate: Any,
+    steps: Any,
+    share: Any,
+) -> None:
     """One step of Adam (Kingma and Ba 2015), as torch rounds it, and others follow.
 
     Args:

@@ -48,9 +48,16 @@ class FlatAdam:
         self._steps += 1
         for l2, part, (values, slope, first, second) in self._groups:
             elementwise.adam(
-                values, slope, first, second, slow[part],
-                l2, self._rate, float(self._steps[0]), share,
-            )  # fmt: skip
+                values,
+                slope,
+                first,
+                second,
+                slow[part],
+                l2,
+                self._rate,
+                float(self._steps[0]),
+                share,
+            )
 
     def state_dict(self) -> dict[str, Any]:
         """As torch.optim.Adam's."""

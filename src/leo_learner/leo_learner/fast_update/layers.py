@@ -65,9 +65,13 @@ class _Hidden:
         elementwise.through_relu(slope, self.y, through, last.by_bias)
         if self.norm:
             elementwise.through_norm(
-                through, self._z, self._scale, self.norm.weight, self.norm.by_weight,
+                through,
+                self._z,
+                self._scale,
+                self.norm.weight,
+                self.norm.by_weight,
                 self.linear.by_bias,
-            )  # fmt: skip
+            )
         return through
 
 

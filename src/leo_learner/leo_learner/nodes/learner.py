@@ -65,11 +65,15 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
     policy = Policy.load(Path(start) / POLICY)
     policy.check(robot)
     if policy.metadata.get('agent', 'ddpg') != 'ddpg' or policy.actions != 'full':
-        raise UserError(f'{start}: a policy on which DDPG on all actuators cannot go on; give a '
-                        f'run of {leo("learn", "--robot", robot.name)}')
+        raise UserError(
+            f'{start}: a policy on which DDPG on all actuators cannot go on; give a '
+            f'run of {leo("learn", "--robot", robot.name)}'
+        )
     if json.loads(policy.metadata['config']) != json.loads(json.dumps(asdict(config))):
-        raise UserError(f'{start} was trained with another configuration; give the config it had '
-                        '(-p config:=recommended or thesis)')
+        raise UserError(
+            f'{start} was trained with another configuration; give the config it had '
+            '(-p config:=recommended or thesis)'
+        )
     return Path(start)
 
 
@@ -84,8 +88,10 @@ def main(argv: list[str]) -> int:
         again = f'start again with {typed} to go on'
         try:
             if algorithm.run():
-                status.say(f'done; best policy {algorithm.best}, after {algorithm.done.samples} '
-                           f'steps on the robot; try: {leo("play", algorithm.best)}')
+                status.say(
+                    f'done; best policy {algorithm.best}, after {algorithm.done.samples} '
+                    f'steps on the robot; try: {leo("play", algorithm.best)}'
+                )
             else:
                 status.say(f'stopped; {again}')
         except Stopped:
@@ -104,9 +110,14 @@ def _algorithm(node: Node, status: Status) -> Algorithm5:
     config = configuration(name, model.robot)
     join(node)
     algorithm = Algorithm5(
-        folder, model, config,
+        folder,
+        model,
+        config,
         Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
-        RobotEnv(node, model.robot), DifferenceClient(node, model.robot.name), _alive, status.say,
+        RobotEnv(node, model.robot),
+        DifferenceClient(node, model.robot.name),
+        _alive,
+        status.say,
         checked(start, model.robot, config),
     )
     status.done = algorithm.done
@@ -143,8 +154,10 @@ class Status:
     def _report(self) -> None:
         header = Header(stamp=self._node.get_clock().now().to_msg())
         status = DiagnosticStatus(
-            level=DiagnosticStatus.OK, name=f'{self._node.get_name()}: learning',
-            message=self._said, values=[KeyValue(key=k, value=v) for k, v in self._values()],
+            level=DiagnosticStatus.OK,
+            name=f'{self._node.get_name()}: learning',
+            message=self._said,
+            values=[KeyValue(key=k, value=v) for k, v in self._values()],
         )
         self._publisher.publish(DiagnosticArray(header=header, status=[status]))
 

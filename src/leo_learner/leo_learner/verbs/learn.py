@@ -76,11 +76,13 @@ def _parser() -> Parser:
     parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
     parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
     parser.add_argument(
-        '--agent', choices=list(AGENTS),
+        '--agent',
+        choices=list(AGENTS),
         help='ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
     )
     parser.add_argument(
-        '--actions', choices=ACTIONS['ddpg'],
+        '--actions',
+        choices=ACTIONS['ddpg'],
         help='full: every actuator; sym: three of a LEO robot, named by the leg that carries',
     )
     parser.add_argument(
@@ -145,8 +147,10 @@ def _resumed(options: argparse.Namespace) -> Run:
     for name in KEPT:
         value = getattr(options, name)
         if value is not None and value is not False:
-            raise UserError(f'leo learn: --{name.replace("_", "-")} cannot be changed by '
-                            '--resume; start a new run with -o')
+            raise UserError(
+                f'leo learn: --{name.replace("_", "-")} cannot be changed by '
+                '--resume; start a new run with -o'
+            )
     try:
         run = Run(**json.loads(path.read_text()))
     except (OSError, TypeError, ValueError) as error:

@@ -42,24 +42,42 @@ LONGEST = 3600.0
 
 def main(argv: list[str]) -> int:
     """Play episodes and print returns and how far it walked; or a run file, or a motion."""
-    parser = Parser('leo play', 'Run a policy, a run file or a motion, on the robot or a model.',
-                    EXAMPLES)  # fmt: skip
-    parser.add_argument('policy', type=Path, metavar='POLICY',
-                        help='policy.safetensors of leo learn, the name of a shipped one, a run '
-                             'file (.csv) of leo next, or a motion of a walker: swinging '
-                             '(hanging), standing, stepping (with its falls)')
+    parser = Parser(
+        'leo play', 'Run a policy, a run file or a motion, on the robot or a model.', EXAMPLES
+    )
+    parser.add_argument(
+        'policy',
+        type=Path,
+        metavar='POLICY',
+        help='policy.safetensors of leo learn, the name of a shipped one, a run '
+        'file (.csv) of leo next, or a motion of a walker: swinging '
+        '(hanging), standing, stepping (with its falls)',
+    )
     parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
-    parser.add_argument('--difference', type=Path, metavar='FILE',
-                        help='say where a policy leaves the data of this difference model, on M '
-                             'corrected by it, or on the robot')
-    parser.add_argument('--bag', type=Path, metavar='DIR',
-                        help='write what it did to a bag: what M did, and without --model what '
-                             'the ideal robot did under a policy, or the running one otherwise')
+    parser.add_argument(
+        '--difference',
+        type=Path,
+        metavar='FILE',
+        help='say where a policy leaves the data of this difference model, on M '
+        'corrected by it, or on the robot',
+    )
+    parser.add_argument(
+        '--bag',
+        type=Path,
+        metavar='DIR',
+        help='write what it did to a bag: what M did, and without --model what '
+        'the ideal robot did under a policy, or the running one otherwise',
+    )
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
     parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
     parser.add_argument('--seconds', type=float, metavar='T', help='length of a motion (10)')
-    parser.add_argument('--seed', type=int, default=0, metavar='S',
-                        help='of random starts, and of the figures of a motion')
+    parser.add_argument(
+        '--seed',
+        type=int,
+        default=0,
+        metavar='S',
+        help='of random starts, and of the figures of a motion',
+    )
     add_effect_argument(parser)
     parser.add_json()
     options, rest = parser.parse_known_args(argv)
@@ -78,8 +96,9 @@ def _check(options: Any) -> None:
     if options.seed < 0:
         raise UserError('leo play: --seed takes 0 or more')
     if options.seconds is not None and not (motion and 0 < options.seconds <= LONGEST):
-        raise UserError('leo play: --seconds is the length of a motion, above 0 and up to '
-                        f'{LONGEST:g} s')  # fmt: skip
+        raise UserError(
+            f'leo play: --seconds is the length of a motion, above 0 and up to {LONGEST:g} s'
+        )
     if options.bag and run and options.model:
         raise UserError('leo play: --bag records a run file on the robot, not on a model')
     if options.bag and options.bag.exists():
@@ -122,6 +141,7 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
             figures: list[Walk] = []
 
             with playing(options.episodes) as played:
+
                 def note() -> None:
                     played()
                     if walks(model.robot):
@@ -202,8 +222,11 @@ def walk_text(walk: Mapping[str, Any]) -> str:
 
 
 def _text(result: dict[str, Any]) -> str:
-    lines = [f'{result["collected"]} transitions driven on {result["on"]}'] \
-        if 'collected' in result else _played(result)
+    lines = (
+        [f'{result["collected"]} transitions driven on {result["on"]}']
+        if 'collected' in result
+        else _played(result)
+    )
     if 'bag' in result:
         lines.append(f'wrote {result["bag"]}; next: {leo("bag", "show", result["bag"])}')
     return '\n'.join(lines)

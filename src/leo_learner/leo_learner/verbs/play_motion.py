@@ -44,13 +44,17 @@ def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
 def motion_text(result: dict[str, Any]) -> str:
     """What was performed, in words."""
     falls = {0: 'no fall', 1: '1 fall'}.get(result['falls'], f'{result["falls"]} falls')
-    lines = [f'{result["motion"]} on {result["on"]}: {result["seconds"]:.1f} s from the pose '
-             f'{result["start"]!r}, {falls}']  # fmt: skip
+    lines = [
+        f'{result["motion"]} on {result["on"]}: {result["seconds"]:.1f} s from the pose '
+        f'{result["start"]!r}, {falls}'
+    ]
     if not result['complete']:
         lines.append('the robot was restarted meanwhile: that was only part of it; play it again')
     if 'bag' in result:
-        lines += [f'wrote {result["bag"]}',
-                  f'next: {leo("check", result["bag"], "--model", typed(result["robot"]))}']
+        lines += [
+            f'wrote {result["bag"]}',
+            f'next: {leo("check", result["bag"], "--model", typed(result["robot"]))}',
+        ]
     return '\n'.join(lines)
 
 

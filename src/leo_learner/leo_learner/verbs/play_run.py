@@ -30,9 +30,11 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
     except UserError as error:
         raise UserError(f'{options.policy}: {error}') from error
     told = {
-        'run': str(options.policy), 'name': run.name, 'on': options.model or 'the robot',
+        'run': str(options.policy),
+        'name': run.name,
+        'on': options.model or 'the robot',
         'seconds': run.count * model.robot.control_period,
-    }  # fmt: skip
+    }
     player = _on_model if options.model else _on_robot
     return told | player(run, model, options, ros_args)
 

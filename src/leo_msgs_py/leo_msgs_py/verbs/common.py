@@ -41,8 +41,13 @@ class Parser(argparse.ArgumentParser):
         self.add_argument('--json', action='store_true', help='print JSON')
 
 
-def dispatch(prog: str, description: str, verbs: Mapping[str, Callable[[list[str]], int]],
-             argv: list[str], examples: str) -> int:  # fmt: skip
+def dispatch(
+    prog: str,
+    description: str,
+    verbs: Mapping[str, Callable[[list[str]], int]],
+    argv: list[str],
+    examples: str,
+) -> int:
     """Run one of a verb's sub-verbs."""
     parser = Parser(prog, description, examples)
     parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))

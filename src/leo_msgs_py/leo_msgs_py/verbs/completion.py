@@ -40,10 +40,14 @@ def main(argv: list[str]) -> int:
     parser = Parser('leo completion', 'Print a script with which a shell completes leo.', EXAMPLES)
     parser.add_argument('shell', choices=('bash', 'zsh'))
     options = parser.parse_args(argv)
-    words = {entry.name: _words(entry.load()) for entry in entry_points(group='leo.verbs')
-             if entry.name != 'completion'} | {'completion': ['bash', 'zsh']}  # fmt: skip
-    cases = '\n'.join(f"      {verb}) words='{' '.join(words[verb])}' ;;"
-                      for verb in sorted(words))  # fmt: skip
+    words = {
+        entry.name: _words(entry.load())
+        for entry in entry_points(group='leo.verbs')
+        if entry.name != 'completion'
+    } | {'completion': ['bash', 'zsh']}
+    cases = '\n'.join(
+        f"      {verb}) words='{' '.join(words[verb])}' ;;" for verb in sorted(words)
+    )
     robots = ' '.join(sorted({entry.name for entry in entry_points(group='leo.robots')}))
     script = SCRIPT.format(verbs=' '.join(sorted(words)), cases=cases, robots=robots)
     print((ZSH if options.shell == 'zsh' else '') + script, end='')

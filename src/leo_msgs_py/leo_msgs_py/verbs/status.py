@@ -39,8 +39,9 @@ def _listen(seconds: float) -> list[dict[str, Any]]:
         latest.update({status.name: status for status in message.status})
 
     with common.probe() as node:
-        node.create_subscription(topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, keep,
-                                 topics.DIAGNOSTICS.qos)  # fmt: skip
+        node.create_subscription(
+            topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, keep, topics.DIAGNOSTICS.qos
+        )
         spin_until(lambda: False, seconds)
     return [_plain(latest[name]) for name in sorted(latest)]
 
@@ -48,8 +49,12 @@ def _listen(seconds: float) -> list[dict[str, Any]]:
 def _plain(status: Any) -> dict[str, Any]:
     level = int(to_plain(status.level))
     values = {pair.key: pair.value for pair in status.values}
-    return {'name': status.name, 'level': _LEVELS[level], 'message': status.message,
-            'values': values}  # fmt: skip
+    return {
+        'name': status.name,
+        'level': _LEVELS[level],
+        'message': status.message,
+        'values': values,
+    }
 
 
 def _lines(status: dict[str, Any]) -> list[str]:

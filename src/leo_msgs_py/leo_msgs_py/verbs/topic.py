@@ -81,10 +81,7 @@ def _endpoint(info: Any) -> dict[str, Any]:
 
 
 def _qos(profile: Any) -> dict[str, Any]:
-    return {
-        'reliability': _words(profile.reliability),
-        'durability': _words(profile.durability),
-    }
+    return {'reliability': _words(profile.reliability), 'durability': _words(profile.durability)}
 
 
 def _words(policy: Any) -> str:

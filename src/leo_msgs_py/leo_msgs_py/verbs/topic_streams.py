@@ -161,8 +161,13 @@ def _matching(node: Any, topic: str) -> Any:
 
 def _print_rate(gaps: np.ndarray, as_json: bool) -> None:
     if as_json:
-        figures = {'rate': 1 / gaps.mean(), 'min': gaps.min(), 'max': gaps.max(),
-                   'std_dev': gaps.std(), 'window': gaps.size + 1}  # fmt: skip
+        figures = {
+            'rate': 1 / gaps.mean(),
+            'min': gaps.min(),
+            'max': gaps.max(),
+            'std_dev': gaps.std(),
+            'window': gaps.size + 1,
+        }
         print(json.dumps({name: float(value) for name, value in figures.items()}), flush=True)
         return
     print(

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Broadcasting in the inner loop: NumPy's own functions cost more there than the copy."""
+
 from typing import Any
 
 import numpy as np
@@ -33,8 +34,9 @@ def common(*shapes: tuple[int, ...]) -> tuple[int, ...]:
     return distinct.pop() if distinct else ()
 
 
-def rows(values: Numbers, shape: tuple[int, ...], tail: int | tuple[int, ...], whole: bool = False
-         ) -> Any:
+def rows(
+    values: Numbers, shape: tuple[int, ...], tail: int | tuple[int, ...], whole: bool = False
+) -> Any:
     """Values (..., *tail) as contiguous rows (N, *tail), or (1, *tail) where all are the same.
 
     Args:
@@ -51,7 +53,7 @@ def rows(values: Numbers, shape: tuple[int, ...], tail: int | tuple[int, ...], w
         return np.ascontiguousarray(values).reshape(-1, *tail)
     if not values.ndim and not whole:
         return np.full((1, *tail), values)
-    lead = values.shape[:max(values.ndim - len(tail), 0)]
+    lead = values.shape[: max(values.ndim - len(tail), 0)]
     if whole or any(n != 1 for n in lead):
         lead = shape
     if values.shape != lead + tail:

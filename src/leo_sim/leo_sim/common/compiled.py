@@ -4,6 +4,7 @@
 numba's own check of every divisor for zero would take a quarter of the time of the contact
 kernel and change no bit.
 """
+
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -19,8 +20,11 @@ compiled = njit(cache=True, error_model='numpy')
 compiled_without_gil = njit(cache=True, error_model='numpy', nogil=True)
 """For what takes long enough that threads should run it side by side."""
 compiled_in_place = njit(  # its own types do not know the option
-    cache=True, error_model='numpy', _nrt=False,  # type: ignore[call-overload]
-    forceinline=True)
+    cache=True,
+    error_model='numpy',
+    _nrt=False,  # type: ignore[call-overload]
+    forceinline=True,
+)
 """For what neither allocates nor returns arrays, and becomes part of what calls it. References to
 arrays are not counted, which took a quarter of the contact kernel's time; nor are arrays handed
 over field by field, which took two fifths. Arrays cannot be assigned to rows: loops do that.

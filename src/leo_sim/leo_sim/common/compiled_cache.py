@@ -4,6 +4,7 @@
 numba compiles a function again when its file has changed. Ours become part of one another across
 files, so each is too old as soon as any module with compiled functions has changed.
 """
+
 from hashlib import sha256
 from pathlib import Path
 from typing import Any

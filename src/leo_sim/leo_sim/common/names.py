@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nearest known name, for messages about unknown ones."""
+
 from collections.abc import Iterable
 from difflib import get_close_matches
 

@@ -34,8 +34,9 @@ def load_file(path: Path, what: str) -> ModuleType:
 
 def classes_of(module: ModuleType) -> list[type]:
     """The classes that a module itself defines."""
-    return [c for c in vars(module).values() if isinstance(c, type)
-            and c.__module__ == module.__name__]
+    return [
+        c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__
+    ]
 
 
 def guarded(
@@ -62,8 +63,10 @@ def guarded(
         except meant:
             raise
         except Exception as error:  # a user's code may raise anything
-            raise raises(f'{path}{_line(path, error)}: {type(error).__name__}: '
-                         f'{one_line(error)}; mend the {what}') from error
+            raise raises(
+                f'{path}{_line(path, error)}: {type(error).__name__}: '
+                f'{one_line(error)}; mend the {what}'
+            ) from error
 
     return call
 

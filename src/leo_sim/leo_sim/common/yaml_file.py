@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """YAML files read through pydantic schemas, with one-line errors."""
+
 from pathlib import Path
 import reprlib
 from typing import Annotated, Any, TypeVar
@@ -51,8 +52,10 @@ def read(path: Path, schema: type[S]) -> S:
     """
     data = parsed(path)
     if not isinstance(data, dict):
-        raise UserError(f'{path}: expected a mapping of {", ".join(schema.model_fields)}, found '
-                        f'{type(data).__name__}')
+        raise UserError(
+            f'{path}: expected a mapping of {", ".join(schema.model_fields)}, found '
+            f'{type(data).__name__}'
+        )
     return check(data, schema, path)
 
 

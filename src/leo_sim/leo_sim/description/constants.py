@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constants of a robot: every number of robot.yaml and robot.urdf that a model may override."""
+
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,20 +15,35 @@ from leo_sim.description.urdf import Body, Joint, Link
 
 BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
 MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
-SERVO_UNITS = {'position_gain': '1/rad', 'rate_gain': 's/rad', 'resolution': 'rad',
-               'goal_rate': 'rad/s'}
+SERVO_UNITS = {
+    'position_gain': '1/rad',
+    'rate_gain': 's/rad',
+    'resolution': 'rad',
+    'goal_rate': 'rad/s',
+}
 INPUT_UNITS = {'voltage': 'V', 'torque': 'N m', 'position': 'rad'}
 """What an actuator takes -> its unit."""
-NEEDED = {'voltage': tuple(MOTOR_UNITS), 'torque': (),
-          'position': (*MOTOR_UNITS, 'position_gain')}
+NEEDED = {'voltage': tuple(MOTOR_UNITS), 'torque': (), 'position': (*MOTOR_UNITS, 'position_gain')}
 """Figures without which an actuator makes no torque of its input."""
-ZERO = {'voltage': ('rotor_inertia',), 'torque': ('rotor_inertia',),
-        'position': ('rotor_inertia', 'rate_gain', 'resolution')}
+ZERO = {
+    'voltage': ('rotor_inertia',),
+    'torque': ('rotor_inertia',),
+    'position': ('rotor_inertia', 'rate_gain', 'resolution'),
+}
 """Figures of an actuator that are 0 where robot.yaml does not say them."""
 GROUND_UNITS = {'stiffness': 'N/m', 'damping': 'N s/m', 'friction': '', 'slope': 'rad'}
 BUS_UNITS = {'current_limit': 'A', 'torque_constant': 'N m/A', 'watchdog': 's'}
-UNITS = {**BODY_UNITS, **MOTOR_UNITS, **SERVO_UNITS, 'efficiency': '', 'rotor_inertia': 'kg m2',
-         'gravity': 'm/s2', 'offset': 'rad', 'force_x': 'N', 'force_z': 'N'}
+UNITS = {
+    **BODY_UNITS,
+    **MOTOR_UNITS,
+    **SERVO_UNITS,
+    'efficiency': '',
+    'rotor_inertia': 'kg m2',
+    'gravity': 'm/s2',
+    'offset': 'rad',
+    'force_x': 'N',
+    'force_z': 'N',
+}
 COM = ('com_x', 'com_y', 'com_z')
 DAMPING = 'N m s/rad'
 OF_JOINTS = ('actuators', 'joints', 'sensors')
@@ -60,8 +76,9 @@ class Constant:
         return f'{self.path} of {self.recording}' if self.recording else self.path
 
 
-def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
-                 joints: tuple[Joint, ...]) -> dict[str, Constant]:
+def constants_of(
+    folder: Path, file: RobotFile, links: tuple[Link, ...], joints: tuple[Joint, ...]
+) -> dict[str, Constant]:
     """All constants by path: defaults of the URDF, then what robot.yaml says.
 
     Raises:
@@ -85,13 +102,17 @@ def constants_of(folder: Path, file: RobotFile, links: tuple[Link, ...],
 def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
     """Paths and quantities that robot.yaml has."""
     yield 'gravity', file.gravity
-    parts = {f'{group}.{name}': part for group in ('actuators', 'links', 'joints')
-             for name, part in getattr(file, group).items()}
+    parts = {
+        f'{group}.{name}': part
+        for group in ('actuators', 'links', 'joints')
+        for name, part in getattr(file, group).items()
+    }
     parts |= {f'sensors.{name}': sensor for name, sensor in file.sensors.items()}
     parts |= {} if file.ground is None else {'ground': file.ground}
     for path, part in parts.items():
-        yield from ((f'{path}.{key}', figure) for key, figure in part
-                    if isinstance(figure, Quantity))
+        yield from (
+            (f'{path}.{key}', figure) for key, figure in part if isinstance(figure, Quantity)
+        )
 
 
 def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
@@ -111,8 +132,10 @@ def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
         raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
     low, high = quantity.uncertain or (quantity.value, quantity.value)
     if not low <= quantity.value <= high:
-        raise UserError(f'{where}: {path}: {quantity.value:g} is outside its uncertain range '
-                        f'{low:g} to {high:g} {unit}')
+        raise UserError(
+            f'{where}: {path}: {quantity.value:g} is outside its uncertain range '
+            f'{low:g} to {high:g} {unit}'
+        )
     if wrong := outside(path.rsplit('.', 1)[-1], unit, low, high):
         raise UserError(f'{where}: {path}: {wrong}')
     return Constant(path, quantity.value, unit, quantity.uncertain)
@@ -124,8 +147,10 @@ def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[
     for joint in joints:
         body, path = bodies_of[joint.child], f'links.{joint.child}.'
         figures = (body.mass, *body.com, _about(body, joint.axis))
-        found += [Constant(path + key, value, unit)
-                  for (key, unit), value in zip(BODY_UNITS.items(), figures, strict=True)]
+        found += [
+            Constant(path + key, value, unit)
+            for (key, unit), value in zip(BODY_UNITS.items(), figures, strict=True)
+        ]
         if joint.independent:
             path = f'joints.{joint.name}.damping'
             unit = DAMPING if joint.kind != 'prismatic' else sliding(DAMPING)
@@ -154,8 +179,9 @@ def _same(path: str, said: str, unit: str) -> bool:
     return said == unit or (path.split('.', 1)[0] in OF_JOINTS and sliding(said) == unit)
 
 
-def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]
-           ) -> dict[str, Body]:
+def bodies(
+    links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[str, Any]
+) -> dict[str, Body]:
     """Inertial figures of every link for values of the constants (floats or arrays)."""
     result = {}
     axes = {joint.child: joint.axis for joint in joints}
@@ -165,10 +191,12 @@ def bodies(links: tuple[Link, ...], joints: tuple[Joint, ...], values: Mapping[s
             path = f'links.{link.name}.'
             added = values[path + 'inertia'] - _about(body, axes[link.name])
             xx, yy, zz, *products = body.inertia
-            body = Body(values[path + 'mass'], tuple(values[path + c] for c in COM),
-                        (xx + added, yy + added, zz + added, *products),
-                        (values.get(path + 'force_x', 0.0), 0.0,
-                         values.get(path + 'force_z', 0.0)))
+            body = Body(
+                values[path + 'mass'],
+                tuple(values[path + c] for c in COM),
+                (xx + added, yy + added, zz + added, *products),
+                (values.get(path + 'force_x', 0.0), 0.0, values.get(path + 'force_z', 0.0)),
+            )
         result[link.name] = body
     return result
 
@@ -177,5 +205,4 @@ def _about(body: Body, axis: tuple[float, float, float]) -> float:
     """Moment of inertia about the CoM along an axis (x for a fixed joint without one)."""
     x, y, z = axis
     xx, yy, zz, xy, xz, yz = body.inertia
-    return (x * x * xx + y * y * yy + z * z * zz
-            + 2 * (x * y * xy + x * z * xz + y * z * yz))
+    return x * x * xx + y * y * yy + z * z * zz + 2 * (x * y * xy + x * z * xz + y * z * yz)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A joint of a tree, as plain numbers, and the units of one that slides."""
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

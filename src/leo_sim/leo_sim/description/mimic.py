@@ -4,6 +4,7 @@
 A joint that mimics has the angle ratio * q + offset, where q is the angle of its leader. The
 offset goes into its frame, so that it is at angle 0 where its leader is; the ratio stays.
 """
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import math
@@ -28,16 +29,20 @@ def mimics(element: ElementTree.Element) -> tuple[str, float, float] | None:
         return None
     if not (leader := found.get('joint')):
         raise ValueError('its <mimic> names no joint; give it joint="..."')
-    ratio, offset = (float(found.get(key) or default)
-                     for key, default in (('multiplier', 1.0), ('offset', 0.0)))
+    ratio, offset = (
+        float(found.get(key) or default) for key, default in (('multiplier', 1.0), ('offset', 0.0))
+    )
     if not (math.isfinite(offset) and 1 / MOST <= abs(ratio) <= MOST):
-        raise ValueError(f'<mimic>: multiplier {ratio:g}, offset {offset:g}: the multiplier is '
-                         f'{1 / MOST:g} to {MOST:g} in size, the offset finite')
+        raise ValueError(
+            f'<mimic>: multiplier {ratio:g}, offset {offset:g}: the multiplier is '
+            f'{1 / MOST:g} to {MOST:g} in size, the offset finite'
+        )
     return leader, ratio, offset
 
 
-def coupled(joints: Sequence[Joint], copied: Mapping[str, tuple[str, float, float]]
-            ) -> list[Joint]:
+def coupled(
+    joints: Sequence[Joint], copied: Mapping[str, tuple[str, float, float]]
+) -> list[Joint]:
     """Joints with those that copy others bound to the one that moves by itself.
 
     Args:
@@ -52,12 +57,17 @@ def coupled(joints: Sequence[Joint], copied: Mapping[str, tuple[str, float, floa
     drag = {joint.name: joint.damping for joint in joints}
     for name, (leader, ratio, _) in bound.items():
         drag[leader] += ratio**2 * by_name[name].damping
-    return [_bound(joint, *bound[joint.name]) if joint.name in bound
-            else replace(joint, damping=drag[joint.name]) for joint in joints]
+    return [
+        _bound(joint, *bound[joint.name])
+        if joint.name in bound
+        else replace(joint, damping=drag[joint.name])
+        for joint in joints
+    ]
 
 
-def _leader(name: str, copied: Mapping[str, tuple[str, float, float]],
-            by_name: Mapping[str, Joint]) -> tuple[str, float, float]:
+def _leader(
+    name: str, copied: Mapping[str, tuple[str, float, float]], by_name: Mapping[str, Joint]
+) -> tuple[str, float, float]:
     """Whom a joint copies in the end, through others that copy too."""
     leader, ratio, offset = copied[name]
     passed = {name}
@@ -79,8 +89,14 @@ def _bound(joint: Joint, leader: str, ratio: float, offset: float) -> Joint:
     elif offset:
         rotation = rotation @ _turned(joint.axis, offset)
     x, y, z = place.tolist()
-    return replace(joint, rotation=tuple(rotation.ravel().tolist()), translation=(x, y, z),
-                   leader=leader, ratio=ratio, damping=0.0)
+    return replace(
+        joint,
+        rotation=tuple(rotation.ravel().tolist()),
+        translation=(x, y, z),
+        leader=leader,
+        ratio=ratio,
+        damping=0.0,
+    )
 
 
 def _turned(axis: tuple[float, float, float], angle: float) -> np.ndarray:

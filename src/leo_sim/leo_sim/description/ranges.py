@@ -50,5 +50,11 @@ RANGES = {
 def outside(figure: str, unit: str, *values: float) -> str:
     """Which of some values is not in the range of a figure, and that range; '' where all are."""
     low, high = RANGES[figure, unit]
-    return next((f'{value:g} {unit} is not within {low:g} to {high:g} {unit}'.replace('  ', ' ')
-                 for value in values if not low <= value <= high), '')  # fmt: skip
+    return next(
+        (
+            f'{value:g} {unit} is not within {low:g} to {high:g} {unit}'.replace('  ', ' ')
+            for value in values
+            if not low <= value <= high
+        ),
+        '',
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot: its tree, actuators, timing, task, and every constant a model may override."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -176,8 +177,11 @@ class Robot:
         """The robot with other constants (paths must exist)."""
         constants = {**self.constants, **changed}
         values = {path: c.value for path, c in constants.items()}
-        return replace(self, constants=constants, actuators=tuple(
-            _actuator(a.joint, values) for a in self.actuators))
+        return replace(
+            self,
+            constants=constants,
+            actuators=tuple(_actuator(a.joint, values) for a in self.actuators),
+        )
 
 
 def load_robot(ref: str | Path) -> Robot:
@@ -190,8 +194,10 @@ def load_robot(ref: str | Path) -> Robot:
     if not os.path.isdir(folder):  # False for a name that no file can have, too
         folder = _named_folder(str(ref))
     if not (folder / 'robot.yaml').is_file():
-        raise UserError(f'{folder} is no robot folder (it has no robot.yaml); '
-                        'give a model file, a robot name or a robot folder')
+        raise UserError(
+            f'{folder} is no robot folder (it has no robot.yaml); '
+            'give a model file, a robot name or a robot folder'
+        )
     file = read(folder / 'robot.yaml', RobotFile)
     path = folder / 'robot.urdf'
     if not path.is_file():
@@ -218,34 +224,60 @@ def _named_folder(name: str) -> Path:
     return robots[name]
 
 
-def _robot(folder: Path, file: RobotFile, text: str, links: tuple[Link, ...],
-           joints: tuple[Joint, ...]) -> Robot:
+def _robot(
+    folder: Path, file: RobotFile, text: str, links: tuple[Link, ...], joints: tuple[Joint, ...]
+) -> Robot:
     moving = tuple(joint.name for joint in joints if joint.independent)
     check(folder, file, links, joints)
     constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}
     return Robot(
-        name=file.name, folder=folder, urdf=text, links=links, joints=joints, joint_names=moving,
-        actuators=tuple(_actuator(joint, values) for joint in file.actuators), input=file.input,
-        base=file.base, control_period=file.control_period,
-        integration_step=file.integration_step, schemes=_schemes(file), state_rate=file.state_rate,
-        episode_seconds=file.episode_seconds, start_poses=file.start_poses,
-        sensors=file.sensors, contacts=tuple(Contact(name, **contact.model_dump())
-                                             for name, contact in file.contacts.items()),
-        feet=file.feet, observation=file.observation, reward=file.reward,
-        termination=tuple(rule for rule in file.termination if rule.active), constants=constants,
-        driver=file.driver)
+        name=file.name,
+        folder=folder,
+        urdf=text,
+        links=links,
+        joints=joints,
+        joint_names=moving,
+        actuators=tuple(_actuator(joint, values) for joint in file.actuators),
+        input=file.input,
+        base=file.base,
+        control_period=file.control_period,
+        integration_step=file.integration_step,
+        schemes=_schemes(file),
+        state_rate=file.state_rate,
+        episode_seconds=file.episode_seconds,
+        start_poses=file.start_poses,
+        sensors=file.sensors,
+        contacts=tuple(
+            Contact(name, **contact.model_dump()) for name, contact in file.contacts.items()
+        ),
+        feet=file.feet,
+        observation=file.observation,
+        reward=file.reward,
+        termination=tuple(rule for rule in file.termination if rule.active),
+        constants=constants,
+        driver=file.driver,
+    )
 
 
 def _schemes(file: RobotFile) -> dict[str, SchemeFile]:
-    reference = SchemeFile(integration_step=file.integration_step,
-                           geometry_every=file.geometry_every)
-    return {'reference': reference, 'training': file.training or reference,
-            'search': file.search or file.training or reference}
+    reference = SchemeFile(
+        integration_step=file.integration_step, geometry_every=file.geometry_every
+    )
+    return {
+        'reference': reference,
+        'training': file.training or reference,
+        'search': file.search or file.training or reference,
+    }
 
 
 def _actuator(joint: str, values: Mapping[str, float]) -> Actuator:
     path = f'actuators.{joint}.'
-    return Actuator(joint, values.get(path + 'torque_constant'), values.get(path + 'resistance'),
-                    values[path + 'limit'], values.get(path + 'supply'),
-                    values[path + 'rotor_inertia'])
+    return Actuator(
+        joint,
+        values.get(path + 'torque_constant'),
+        values.get(path + 'resistance'),
+        values[path + 'limit'],
+        values.get(path + 'supply'),
+        values[path + 'rotor_inertia'],
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether robot.yaml and robot.urdf of a folder belong together; one line says where not."""
+
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -51,8 +52,10 @@ def _check_copies(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
     leaders = {joint.name: joint.leader for joint in joints if joint.leader}
     for key, name in _named_joints(file):
         if name in leaders:
-            raise UserError(f'{path}: {key}: {name!r} mimics {leaders[name]!r} and moves with it; '
-                            'take it out here')
+            raise UserError(
+                f'{path}: {key}: {name!r} mimics {leaders[name]!r} and moves with it; '
+                'take it out here'
+            )
 
 
 def _named_links(file: RobotFile) -> Iterable[tuple[str, str]]:
@@ -64,12 +67,14 @@ def _named_links(file: RobotFile) -> Iterable[tuple[str, str]]:
 def _known(path: Path, named: Iterable[tuple[str, str]], known: list[str], what: str) -> None:
     for key, name in named:
         if name not in known:
-            raise UserError(f'{path}: {key}: robot.urdf has no {what} {name!r}'
-                            f'{nearest(name, known)}')
+            raise UserError(
+                f'{path}: {key}: robot.urdf has no {what} {name!r}{nearest(name, known)}'
+            )
 
 
-def _check_masses(folder: Path, file: RobotFile, links: Sequence[Link],
-                  joints: Sequence[Joint]) -> None:
+def _check_masses(
+    folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]
+) -> None:
     """A link behind a moving joint weighs something, or what is fixed to it does."""
     heavy = {link.name for link in links if link.body.mass}
     heavy |= {name for name, link in file.links.items() if link.mass is not None}
@@ -78,9 +83,11 @@ def _check_masses(folder: Path, file: RobotFile, links: Sequence[Link],
             heavy.add(joint.parent)
     for joint in joints:
         if joint.independent and joint.child not in heavy:
-            raise UserError(f'{folder / "robot.urdf"}: link {joint.child!r}, which joint '
-                            f'{joint.name!r} moves, has no mass; give it an <inertial>, or a '
-                            'mass under links in robot.yaml')
+            raise UserError(
+                f'{folder / "robot.urdf"}: link {joint.child!r}, which joint '
+                f'{joint.name!r} moves, has no mass; give it an <inertial>, or a '
+                'mass under links in robot.yaml'
+            )
 
 
 def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
@@ -90,8 +97,10 @@ def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
     base = [joint for joint in joints if joint.independent][:3]
     kinds = tuple('prismatic' if j.kind == 'prismatic' else 'turning' for j in base)
     if kinds != PLANAR or any(j.name in file.actuators for j in base):
-        raise UserError(f'{path}: base: planar needs a slide along x, a slide along z and a '
-                        'hinge without motors as the first joints of robot.urdf')
+        raise UserError(
+            f'{path}: base: planar needs a slide along x, a slide along z and a '
+            'hinge without motors as the first joints of robot.urdf'
+        )
 
 
 def _check_task(path: Path, file: RobotFile) -> None:
@@ -113,16 +122,20 @@ def _check_loops(path: Path, file: RobotFile) -> None:
     for name, actuator in file.actuators.items():
         given = [key for key in SERVO_UNITS if getattr(actuator, key) is not None]
         if given and file.input != 'position':
-            raise UserError(f'{path}: actuators.{name}.{given[0]}: is of a servo that takes '
-                            f'positions; with input: {file.input} there is none')
+            raise UserError(
+                f'{path}: actuators.{name}.{given[0]}: is of a servo that takes '
+                f'positions; with input: {file.input} there is none'
+            )
 
 
 def _check_ground(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
     if file.contacts and file.ground is None:
         raise UserError(f'{path}: ground: contacts need it')
     if file.contacts and (copies := [joint.name for joint in joints if joint.leader]):
-        raise UserError(f'{path}: contacts: {copies[0]!r} mimics another joint, which no robot on '
-                        'the ground has; make it fixed in robot.urdf')
+        raise UserError(
+            f'{path}: contacts: {copies[0]!r} mimics another joint, which no robot on '
+            'the ground has; make it fixed in robot.urdf'
+        )
     touching = {contact.link for contact in file.contacts.values()}
     for name in file.feet:
         if name not in touching:
@@ -131,8 +144,9 @@ def _check_ground(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
         raise UserError(f'{path}: feet: ankle_forward needs two')
     for name, pose in file.start_poses.items():
         if pose.on_ground and not (file.contacts and file.base == 'planar'):
-            raise UserError(f'{path}: start_poses.{name}: on_ground needs base: planar and '
-                            'contacts')
+            raise UserError(
+                f'{path}: start_poses.{name}: on_ground needs base: planar and contacts'
+            )
 
 
 def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) -> None:
@@ -141,8 +155,10 @@ def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) 
     _check_figures(f'{path}: driver.{file.driver.family}', bus)
     for joint in moving:
         if joint not in bus.servos:
-            raise UserError(f'{where}: {joint} has none; every joint needs one, or an encoder of '
-                            'the same kind, for a state to be whole')
+            raise UserError(
+                f'{where}: {joint} has none; every joint needs one, or an encoder of '
+                'the same kind, for a state to be whole'
+            )
     ids = [servo.id for servo in bus.servos.values()]
     for joint, servo in bus.servos.items():
         if ids.count(servo.id) > 1:
@@ -151,8 +167,9 @@ def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) 
         if servo.low >= servo.high:
             raise UserError(f'{where}.{joint}: low is not below high')
         if file.input == 'torque' and joint in file.actuators and servo.torque_constant is None:
-            raise UserError(f'{where}.{joint}: torque_constant is missing; torque is asked for as '
-                            'current')
+            raise UserError(
+                f'{where}.{joint}: torque_constant is missing; torque is asked for as current'
+            )
 
 
 def _check_figures(where: str, part: Schema) -> None:

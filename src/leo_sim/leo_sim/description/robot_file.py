@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The schema of robot.yaml."""
+
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -109,8 +110,19 @@ class RewardFile(Schema):
     Quantities of a joint are those after the step; the others are of the whole robot and step.
     """
 
-    quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate', 'input', 'step', 'fall',
-                      'com_forward', 'ankle_forward', 'motor_power']
+    quantity: Literal[
+        'angle',
+        'wrapped_angle',
+        'cos',
+        'sin',
+        'rate',
+        'input',
+        'step',
+        'fall',
+        'com_forward',
+        'ankle_forward',
+        'motor_power',
+    ]
     joint: str | None = None
     weight: Finite
     power: int = 1

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """URDF to links and joints as plain numbers, and back with other inertial figures."""
+
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -77,8 +78,9 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     return links, _sorted(joints, {link.name for link in links}, source)
 
 
-def _told(element: ElementTree.Element, source: str,
-          read: Callable[[ElementTree.Element], Read]) -> Read:
+def _told(
+    element: ElementTree.Element, source: str, read: Callable[[ElementTree.Element], Read]
+) -> Read:
     """What `read` makes of a link or joint, its ValueErrors with file and name."""
     name = element.get('name')
     if not name:
@@ -150,9 +152,13 @@ def _within(figure: str, unit: str, *values: float) -> None:
 def _rotation(rpy: Vector) -> np.ndarray:
     """Rotation matrix of fixed-axis roll, pitch, yaw."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-                     [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-                     [-sp, cp * sr, cp * cr]])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
 
 
 def rpy(rotation: np.ndarray) -> Vector:
@@ -160,8 +166,11 @@ def rpy(rotation: np.ndarray) -> Vector:
     pitch = math.atan2(-rotation[2, 0], math.hypot(rotation[0, 0], rotation[1, 0]))
     if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-9:  # roll and yaw turn about one axis
         return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
-    return (math.atan2(rotation[2, 1], rotation[2, 2]), pitch,
-            math.atan2(rotation[1, 0], rotation[0, 0]))
+    return (
+        math.atan2(rotation[2, 1], rotation[2, 2]),
+        pitch,
+        math.atan2(rotation[1, 0], rotation[0, 0]),
+    )
 
 
 def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
@@ -184,12 +193,23 @@ def _body(link: ElementTree.Element) -> Body:
         _within('mass', 'kg', m)
     _within('origin', 'm', *com)
     figures = tensor.attrib if tensor is not None else {}
-    xx, yy, zz, xy, xz, yz = (_number(figures.get(k))
-                              for k in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'))
+    xx, yy, zz, xy, xz, yz = (
+        _number(figures.get(k)) for k in ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
+    )
     _within('inertia', 'kg m2', xx, yy, zz)
     full = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
-    return Body(m, com, (float(full[0, 0]), float(full[1, 1]), float(full[2, 2]),
-                         float(full[0, 1]), float(full[0, 2]), float(full[1, 2])))
+    return Body(
+        m,
+        com,
+        (
+            float(full[0, 0]),
+            float(full[1, 1]),
+            float(full[2, 2]),
+            float(full[0, 1]),
+            float(full[0, 2]),
+            float(full[1, 2]),
+        ),
+    )
 
 
 def _joint(element: ElementTree.Element) -> Joint:
@@ -206,13 +226,23 @@ def _joint(element: ElementTree.Element) -> Joint:
             raise ValueError(f'the axis {axis} is no direction')
         axis = axis / np.linalg.norm(axis)
     if _number(_attribute(element, 'dynamics', 'friction')):
-        raise ValueError('it has dry friction; remove it there and add the effect '
-                         'coulomb_friction to the model')
+        raise ValueError(
+            'it has dry friction; remove it there and add the effect coulomb_friction to the model'
+        )
     x, y, z = axis.tolist()
     damping = _number(_attribute(element, 'dynamics', 'damping'))
     _within('damping', 'N m s/rad', damping)
-    return Joint(element.get('name', ''), kind, parent, child, tuple(rotation.ravel().tolist()),
-                 translation, (x, y, z), _limits(element, kind), damping)
+    return Joint(
+        element.get('name', ''),
+        kind,
+        parent,
+        child,
+        tuple(rotation.ravel().tolist()),
+        translation,
+        (x, y, z),
+        _limits(element, kind),
+        damping,
+    )
 
 
 def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
@@ -266,12 +296,22 @@ def _inertial(name: str, body: Body) -> ElementTree.Element:
         rotation = rotation * np.sign(np.linalg.det(rotation))
     moments = _physical(name, body.mass, moments)
     element = ElementTree.Element('inertial')
-    ElementTree.SubElement(element, 'origin', {
-        'xyz': _written(body.com), 'rpy': _written(rpy(rotation))})
+    ElementTree.SubElement(
+        element, 'origin', {'xyz': _written(body.com), 'rpy': _written(rpy(rotation))}
+    )
     ElementTree.SubElement(element, 'mass', {'value': repr(float(body.mass))})
-    ElementTree.SubElement(element, 'inertia', {
-        'ixx': repr(float(moments[0])), 'iyy': repr(float(moments[1])),
-        'izz': repr(float(moments[2])), 'ixy': '0', 'ixz': '0', 'iyz': '0'})
+    ElementTree.SubElement(
+        element,
+        'inertia',
+        {
+            'ixx': repr(float(moments[0])),
+            'iyy': repr(float(moments[1])),
+            'izz': repr(float(moments[2])),
+            'ixy': '0',
+            'ixz': '0',
+            'iyz': '0',
+        },
+    )
     return element
 
 
@@ -284,8 +324,10 @@ def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
     most = int(np.argmax(moments))
     others = moments.sum() - moments[most]
     if mass < 0 or moments.min() < 0 or moments[most] > others * (1 + 1e-9):
-        raise UserError(f'link {name!r}: no body has the mass {mass:g} kg and the principal '
-                        f'moments {moments} kg m2; use the engine rigid, or correct them')
+        raise UserError(
+            f'link {name!r}: no body has the mass {mass:g} kg and the principal '
+            f'moments {moments} kg m2; use the engine rigid, or correct them'
+        )
     moments = moments.copy()
     moments[most] = min(moments[most], others)
     return moments

@@ -40,11 +40,16 @@ def load_driver(name: str, options: DriverOptions) -> Driver:
 
 def _class_in(path: Path) -> type:
     """The driver that a file defines."""
-    drivers = [c for c in classes_of(load_file(path, 'driver'))
-               if all(callable(getattr(c, method, None)) for method in METHODS)]
+    drivers = [
+        c
+        for c in classes_of(load_file(path, 'driver'))
+        if all(callable(getattr(c, method, None)) for method in METHODS)
+    ]
     if len(drivers) != 1:
-        raise UserError(f'{path} defines {len(drivers)} drivers; it must define exactly one class '
-                        f'with the methods {", ".join(METHODS)} (docs/your_driver.md)')
+        raise UserError(
+            f'{path} defines {len(drivers)} drivers; it must define exactly one class '
+            f'with the methods {", ".join(METHODS)} (docs/your_driver.md)'
+        )
     return drivers[0]
 
 

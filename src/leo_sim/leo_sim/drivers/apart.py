@@ -27,6 +27,7 @@ from leo_sim.drivers.foreign import EXTRAS, MEANT
 
 OURS = {'leo_sim', 'leo_msgs_py', 'builtins'}
 
+
 class Apart:
     """A driver whose calls are made in another process; itself a driver, with the same extras.
 
@@ -43,9 +44,7 @@ class Apart:
         halted: what was applied each time this process was silent; None where that is not known.
     """
 
-    def __init__(
-        self, driver: Driver, name: str, options: DriverOptions, hold: float
-    ) -> None:
+    def __init__(self, driver: Driver, name: str, options: DriverOptions, hold: float) -> None:
         self.info, self.starts = driver.info, driver.starts
         self.halted: list[Applied | None] = []
         self._calls, calls = Pipe()
@@ -54,7 +53,10 @@ class Apart:
         ends = calls.fileno(), halts.fileno()
         self._process = subprocess.Popen(
             [sys.executable, '-P', '-m', __name__, *map(str, ends)],
-            pass_fds=ends, stdin=subprocess.DEVNULL, start_new_session=True)
+            pass_fds=ends,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
         calls.close()
         halts.close()
         self._calls.send((name, options, hold))
@@ -183,7 +185,8 @@ def _told(error: Exception) -> Exception:
     if isinstance(error, OSError) and error.errno is not None:
         return OSError(error.errno, error.strerror, error.filename)
     kind: type[Exception] = next(
-        k for k in type(error).__mro__ if k.__module__.partition('.')[0] in OURS)
+        k for k in type(error).__mro__ if k.__module__.partition('.')[0] in OURS
+    )
     return kind(str(error))
 
 

@@ -90,5 +90,7 @@ class DynamixelDriver(ServoDriver):
     def _check_on(self, servo: int) -> None:
         super()._check_on(servo)
         if self._bus.get(servo, 'bus_watchdog') == EXPIRED:
-            raise DriverFault(f'{self._who(servo)} has stopped itself: no packet came for '
-                              f'{self._wait:g} s; start the robot again')
+            raise DriverFault(
+                f'{self._who(servo)} has stopped itself: no packet came for '
+                f'{self._wait:g} s; start the robot again'
+            )

@@ -23,8 +23,10 @@ class FeetechDriver(ServoDriver):
 
     def __init__(self, options: DriverOptions) -> None:
         if options.robot.input == 'torque':
-            raise UserError(f'{options.robot.name} is driven by torques, which Feetech servos do '
-                            'not take; give input: voltage or position, or other servos')
+            raise UserError(
+                f'{options.robot.name} is driven by torques, which Feetech servos do '
+                'not take; give input: voltage or position, or other servos'
+            )
         super().__init__(options)
         self._guardian: Guardian | None = None
 

@@ -48,8 +48,11 @@ def guarded_driver(path: Path, kind: type) -> type:
         path: the file it comes from.
         kind: the class.
     """
-    calls = {name: _guarded(path, name, getattr(kind, name))
-             for name in (*METHODS, *EXTRAS) if callable(getattr(kind, name, None))}
+    calls = {
+        name: _guarded(path, name, getattr(kind, name))
+        for name in (*METHODS, *EXTRAS)
+        if callable(getattr(kind, name, None))
+    }
     return type(kind.__name__, (kind,), {**calls, '__module__': kind.__module__})
 
 
@@ -61,8 +64,10 @@ def check_built(path: Path, driver: Driver) -> None:
     """
     for name, wanted in (('info', DriverInfo), ('starts', int)):
         if not isinstance(getattr(driver, name, None), wanted):
-            raise UserError(f'{path}: the driver has no {name} (of type {wanted.__name__}) after '
-                            '__init__; see docs/your_driver.md')
+            raise UserError(
+                f'{path}: the driver has no {name} (of type {wanted.__name__}) after '
+                '__init__; see docs/your_driver.md'
+            )
 
 
 def _guarded(path: Path, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
@@ -72,8 +77,9 @@ def _guarded(path: Path, name: str, call: Callable[..., Any]) -> Callable[..., A
         result = safe(self, *args)
         if not isinstance(result, RETURNS.get(name, object)):
             wanted = ' or '.join(t.__name__ for t in RETURNS[name])
-            raise DriverBug(f'{path}: {name} returned {type(result).__name__}, not {wanted}; '
-                            'mend the driver')
+            raise DriverBug(
+                f'{path}: {name} returned {type(result).__name__}, not {wanted}; mend the driver'
+            )
         if isinstance(result, JointStates):
             _check_shapes(path, result, len(self.info.joints))
         return result
@@ -86,5 +92,7 @@ def _check_shapes(path: Path, state: JointStates, count: int) -> None:
     for name in ('position', 'velocity'):
         values = np.asarray(getattr(state, name))
         if values.shape != (count,) or values.dtype.kind not in 'iuf':
-            raise DriverBug(f'{path}: read returned a {name} of shape {values.shape} and type '
-                            f'{values.dtype}, not ({count},) numbers; mend the driver')
+            raise DriverBug(
+                f'{path}: read returned a {name} of shape {values.shape} and type '
+                f'{values.dtype}, not ({count},) numbers; mend the driver'
+            )

@@ -31,7 +31,10 @@ class Guardian:
         theirs, self._ours = os.pipe()
         self._process = subprocess.Popen(
             [sys.executable, '-IS', __file__, str(port), str(theirs), zeros.hex()],
-            pass_fds=(port, theirs), stdin=subprocess.DEVNULL, start_new_session=True)
+            pass_fds=(port, theirs),
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
         os.close(theirs)
 
     def dismiss(self) -> None:

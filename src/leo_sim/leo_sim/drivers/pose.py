@@ -22,8 +22,10 @@ def pose_of(robot: Robot, name: str) -> dict[str, tuple[float, float]]:
         near = nearest(name, robot.start_poses)
         raise UserError(f'{robot.name} has no start pose {name!r}{near}')
     angles = robot.start_poses[name].angles
-    return {joint: drawn if isinstance(drawn, tuple) else (drawn, drawn)
-            for joint, drawn in angles.items()}
+    return {
+        joint: drawn if isinstance(drawn, tuple) else (drawn, drawn)
+        for joint, drawn in angles.items()
+    }
 
 
 def farthest(
@@ -32,7 +34,9 @@ def farthest(
     """The joint that is farthest from a pose, and by how much [rad or m]; infinity unmeasured."""
     off = {
         joint: max(pose[joint][0] - angle, angle - pose[joint][1], 0.0)
-        if np.isfinite(angle) else np.inf
-        for joint, angle in zip(joints, angles, strict=True) if joint in pose
+        if np.isfinite(angle)
+        else np.inf
+        for joint, angle in zip(joints, angles, strict=True)
+        if joint in pose
     }
     return max(off.items(), key=lambda item: item[1], default=('', 0.0))

@@ -74,9 +74,7 @@ def _latest(inputs: dict[int, Applied], stamps: list[int], now: int) -> Applied 
     return inputs[stamps[before - 1]] if before else None
 
 
-def _messages(
-    files: Iterable[Path], applied: str, found: set[str]
-) -> Iterator[tuple[str, Any]]:
+def _messages(files: Iterable[Path], applied: str, found: set[str]) -> Iterator[tuple[str, Any]]:
     """Wanted topics and their messages that decode; adds every topic it meets to `found`.
 
     Around what is damaged the rest is read, and stderr told how much it was.

@@ -154,8 +154,10 @@ class Safety:
 def _above_zero(limits: Sequence[float] | np.ndarray) -> np.ndarray:
     values = np.array(limits, dtype=float)
     if not (np.isfinite(values) & (values > 0.0)).all():
-        raise UserError(f'limits of the actuators are {values.tolist()}; give finite numbers '
-                        'above 0 (robot.yaml, actuators: limit)')
+        raise UserError(
+            f'limits of the actuators are {values.tolist()}; give finite numbers '
+            'above 0 (robot.yaml, actuators: limit)'
+        )
     return values
 
 

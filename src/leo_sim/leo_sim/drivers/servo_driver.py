@@ -56,11 +56,14 @@ class ServoDriver(ABC):
         robot = options.robot
         family, bus = self.line.family, robot.driver.bus
         if bus is None or robot.driver.family != family:
-            raise UserError(f'{robot.name} has no servos: give it some in robot.yaml, driver: '
-                            f'{family} (docs/your_driver.md)')
+            raise UserError(
+                f'{robot.name} has no servos: give it some in robot.yaml, driver: '
+                f'{family} (docs/your_driver.md)'
+            )
         self._joints, self._motors = JointUnits(robot, bus), motor_units(robot, bus)
-        self.info = replace(robot_info(robot, options.state_rate, own_clock=False),
-                            goals=self._motors.goals)
+        self.info = replace(
+            robot_info(robot, options.state_rate, own_clock=False), goals=self._motors.goals
+        )
         self.starts = 0
         self._file = bus
         self._models = {s.id: servo_model(s.model, family) for s in bus.servos.values()}
@@ -97,8 +100,11 @@ class ServoDriver(ABC):
     def _make_ready(self) -> None:
         timer = latency_timer(self._path)
         if timer is not None and timer > 1:
-            print(f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee /sys/bus/'
-                  f'usb-serial/devices/{self._path.rsplit("/", 1)[-1]}/latency_timer', flush=True)
+            print(
+                f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee /sys/bus/'
+                f'usb-serial/devices/{self._path.rsplit("/", 1)[-1]}/latency_timer',
+                flush=True,
+            )
         for servo in self._joints.ids:
             self._greet(servo)
             self._configure(servo)
@@ -106,7 +112,8 @@ class ServoDriver(ABC):
             for name, value in self._motors.settings(servo).items():
                 self._bus.set(servo, name, value)
         self._supply = 0.1 * np.array(
-            [self._bus.get(servo, 'present_input_voltage') for servo in self._motors.ids])
+            [self._bus.get(servo, 'present_input_voltage') for servo in self._motors.ids]
+        )
         for line in self._motors.learn(self._bus, self._supply):
             print(line, flush=True)
         self._switch(np.isfinite(self._motors.nothing))
@@ -141,8 +148,11 @@ class ServoDriver(ABC):
         self._switch(wanted)
         allowed = self._motors.allowed(np.where(wanted, values, 0.0), self._angle, self._rate)
         self._sent = np.where(wanted, self._motors.counts(allowed, self._supply), 0)
-        goals = {servo: int(count) for servo, count, on in
-                 zip(self._motors.ids, self._sent, wanted, strict=True) if on}
+        goals = {
+            servo: int(count)
+            for servo, count, on in zip(self._motors.ids, self._sent, wanted, strict=True)
+            if on
+        }
         if goals:
             self._bus.sync_write(self._motors.goal, goals)
         return self._applied()
@@ -187,8 +197,10 @@ class ServoDriver(ABC):
         """
         joint, off = farthest(self._pose, self.info.joints, self._angles)
         if off > NEAR:
-            raise NotPossible(f'put it into its start pose by hand: {joint} is {off:.2f} off; '
-                              '/robot/torque false frees it')
+            raise NotPossible(
+                f'put it into its start pose by hand: {joint} is {off:.2f} off; '
+                '/robot/torque false frees it'
+            )
         self.starts += 1
 
     def stop(self) -> None:
@@ -218,14 +230,19 @@ class ServoDriver(ABC):
         model, found = self._models[servo], self._bus.ping(servo)
         who = self._who(servo)
         if found is None:
-            raise UserError(f'{who} does not answer on {self._path} at {self._file.baud} baud; '
-                            'look at its supply, its cable, its id and its baud rate')
+            raise UserError(
+                f'{who} does not answer on {self._path} at {self._file.baud} baud; '
+                'look at its supply, its cable, its id and its baud rate'
+            )
         if found != model.number:
-            raise UserError(f'{who} is of model number {found}, robot.yaml says {model.name} '
-                            f'({model.number})')
+            raise UserError(
+                f'{who} is of model number {found}, robot.yaml says {model.name} ({model.number})'
+            )
         if error := self._bus.get(servo, 'hardware_error_status'):
-            raise UserError(f'{who} has stopped itself: {self._said(error)}; mend that, then '
-                            'switch its supply off and on')
+            raise UserError(
+                f'{who} has stopped itself: {self._said(error)}; mend that, then '
+                'switch its supply off and on'
+            )
 
     def _note(self, blocks: dict[int, Block]) -> None:
         """Keep what was measured besides angles."""
@@ -268,8 +285,10 @@ class ServoDriver(ABC):
     def _check_on(self, servo: int) -> None:
         """Raise DriverFault where a motor that should be driven is not."""
         if not self._bus.get(servo, 'torque_enable'):
-            raise DriverFault(f'{self._who(servo)} is free though nobody asked: it was '
-                              'restarted, or its supply failed; start the robot again')
+            raise DriverFault(
+                f'{self._who(servo)} is free though nobody asked: it was '
+                'restarted, or its supply failed; start the robot again'
+            )
 
     def _check_alerts(self, blocks: dict[int, Block]) -> None:
         """Look at servos that say something is wrong; those that let go end the run."""

@@ -38,15 +38,19 @@ class GoalUnits(MotorUnits):
         super().__init__(robot, bus)
         for name, servo in zip(self._names, self._servos, strict=True):
             if servo.current_limit is not None:
-                raise UserError(f'{robot.name}: {name} has a current_limit, which nobody can keep '
-                                'while the servo follows goals by itself; leave it out')
+                raise UserError(
+                    f'{robot.name}: {name} has a current_limit, which nobody can keep '
+                    'while the servo follows goals by itself; leave it out'
+                )
         self.nothing = np.full(len(self.ids), np.nan)
         low, high = robot.bounds
         self.goals = np.array([np.maximum(low, self._low), np.minimum(high, self._high)])
         for name, (least, most) in zip(self._names, self.goals.T, strict=True):
             if least > most:
-                raise UserError(f'{robot.name}: low and high of the servo of {name} leave nothing '
-                                'of what its limit and its stops allow')
+                raise UserError(
+                    f'{robot.name}: low and high of the servo of {name} leave nothing '
+                    'of what its limit and its stops allow'
+                )
         turn = np.array([servo.direction * servo.gear for servo in self._servos])
         self._zero = np.array([servo.zero for servo in self._servos])
         self._angle = np.array([model.angle_unit for model in self._models]) / turn
@@ -54,8 +58,10 @@ class GoalUnits(MotorUnits):
 
     def settings(self, servo: int) -> dict[str, int]:
         """The mode; the servo follows at once, or as fast as robot.yaml's goal_rate says."""
-        return super().settings(servo) | {'profile_acceleration': 0,
-                                          'profile_velocity': self._profile(servo)}
+        return super().settings(servo) | {
+            'profile_acceleration': 0,
+            'profile_velocity': self._profile(servo),
+        }
 
     def learn(self, bus: ServoLine, supply: Array) -> list[str]:
         """Read the range of each servo; what differs from robot.yaml in range, gains, supply."""
@@ -112,9 +118,11 @@ class GoalUnits(MotorUnits):
         low, high = self._reach[:, k]
         self._reach[:, k] = np.clip((low, high), *own)
         if low < own[0] - 1 or high > own[1] + 1:
-            yield (f'{self._who(k)}: goals would be {low} to {high} counts, the servo takes '
-                   f'{own[0]} to {own[1]}; those beyond are cut. Look at zero, and at its '
-                   'homing offset and position limits')
+            yield (
+                f'{self._who(k)}: goals would be {low} to {high} counts, the servo takes '
+                f'{own[0]} to {own[1]}; those beyond are cut. Look at zero, and at its '
+                'homing offset and position limits'
+            )
 
     def _misfits(self, k: int, bus: ServoLine, volts: float) -> Iterator[str]:
         """What of a servo's loop is not as robot.yaml says."""
@@ -122,16 +130,22 @@ class GoalUnits(MotorUnits):
         counts = bus.get(servo, 'position_p_gain')
         gain = model.gain_unit * counts
         if gain and self._differs(k, 'position_gain', gain, NEAR):
-            yield (f'{who}: its P gain {counts} is a position_gain of {gain:.4g} 1/rad, '
-                   f'robot.yaml says {self._constant(k, "position_gain"):.4g}; mend one of them')
+            yield (
+                f'{who}: its P gain {counts} is a position_gain of {gain:.4g} 1/rad, '
+                f'robot.yaml says {self._constant(k, "position_gain"):.4g}; mend one of them'
+            )
         if counts := bus.get(servo, 'position_i_gain'):
             yield f'{who}: its I gain is {counts}, which the model has not; set it to 0'
         if (counts := bus.get(servo, 'pwm_limit')) < model.pwm_of_supply:
-            yield (f'{who}: its duty is limited to {counts / model.pwm_of_supply:.0%}, which the '
-                   'model does not know')
+            yield (
+                f'{who}: its duty is limited to {counts / model.pwm_of_supply:.0%}, which the '
+                'model does not know'
+            )
         if self._differs(k, 'supply', volts, NEAR_SUPPLY):
-            yield (f'{who} measures a supply of {volts:.1f} V, robot.yaml says '
-                   f'{self._constant(k, "supply"):.4g}; its loop asks for shares of it')
+            yield (
+                f'{who} measures a supply of {volts:.1f} V, robot.yaml says '
+                f'{self._constant(k, "supply"):.4g}; its loop asks for shares of it'
+            )
 
     def _differs(self, k: int, key: str, value: float, share: float) -> bool:
         """Whether a constant of robot.yaml is another, and not uncertain enough for this one."""

@@ -175,10 +175,13 @@ class DriveUnits(MotorUnits):
         self.nothing = np.zeros(len(self.ids))
         self.own_limits = np.full(len(self.ids), np.iinfo(np.int16).max)
         if not self.by_voltage and not self._ampere.all():
-            raise UserError(f'{robot.name} is driven by torques, but {self._models[0].name} knows '
-                            'no current; give input: voltage, or other servos')
-        self._current_limit = np.array([
-            s.current_limit.value if s.current_limit else np.inf for s in self._servos])
+            raise UserError(
+                f'{robot.name} is driven by torques, but {self._models[0].name} knows '
+                'no current; give input: voltage, or other servos'
+            )
+        self._current_limit = np.array(
+            [s.current_limit.value if s.current_limit else np.inf for s in self._servos]
+        )
         constants = [servo.torque_constant for servo in self._servos]
         self._torque = np.array([constant.value if constant else np.nan for constant in constants])
         self._emf = np.array([a.torque_constant or np.nan for a in robot.actuators])

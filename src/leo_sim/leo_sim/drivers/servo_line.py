@@ -142,8 +142,10 @@ class ServoLine:
         except OSError as error:
             raise UserError(f'cannot open {self._path}: {_reason(self._path, error)}') from error
         if not opened:
-            raise UserError(f'the port cannot do {self._baud} baud; give another in robot.yaml, '
-                            f'driver: {self.family}: baud, and set the servos to it')
+            raise UserError(
+                f'the port cannot do {self._baud} baud; give another in robot.yaml, '
+                f'driver: {self.family}: baud, and set the servos to it'
+            )
         self._port = port
 
     def close(self) -> None:
@@ -178,8 +180,11 @@ class ServoLine:
         """The value of a register."""
         register = self._registers[name]
         at, size = register.address, register.size
-        found, _ = self._asked(servo, name, lambda: self._whole(
-            size, *self._packets.readTxRx(self._port, servo, at, size)))
+        found, _ = self._asked(
+            servo,
+            name,
+            lambda: self._whole(size, *self._packets.readTxRx(self._port, servo, at, size)),
+        )
         return register.decode(bytes(found))
 
     def set(self, servo: int, name: str, value: int) -> None:
@@ -191,11 +196,25 @@ class ServoLine:
         register = self._registers[name]
         if register.kept and self.get(servo, name) == value:
             return
-        _, error = self._asked(servo, name, lambda: (None, *self._packets.writeTxRx(
-            self._port, servo, register.address, register.size, list(register.encode(value)))))
+        _, error = self._asked(
+            servo,
+            name,
+            lambda: (
+                None,
+                *self._packets.writeTxRx(
+                    self._port,
+                    servo,
+                    register.address,
+                    register.size,
+                    list(register.encode(value)),
+                ),
+            ),
+        )
         if error & 0x7F:
-            raise DriverFault(f'{self._who(servo)} refuses {name} {value}: '
-                              f'{self._packets.getRxPacketError(error)}')
+            raise DriverFault(
+                f'{self._who(servo)} refuses {name} {value}: '
+                f'{self._packets.getRxPacketError(error)}'
+            )
 
     def earlier(self, one: str, other: str) -> str:
         """The register of two that comes first; '' is none."""
@@ -225,7 +244,8 @@ class ServoLine:
         found = {}
         for servo in servos:
             data, result, error = self._whole(
-                length, *self._packets.readRx(self._port, servo, length))
+                length, *self._packets.readRx(self._port, servo, length)
+            )
             self._check(result, servo)
             found[servo] = Block(start, bytes(data), error, self._registers)
         return sent, found
@@ -241,8 +261,9 @@ class ServoLine:
     def packet(self, name: str, values: Mapping[int, int]) -> bytes:
         """The bytes of such an instruction."""
         register, paper = self._registers[name], _Paper()
-        row = [byte for servo, value in values.items()
-               for byte in (servo, *register.encode(value))]
+        row = [
+            byte for servo, value in values.items() for byte in (servo, *register.encode(value))
+        ]
         self._packets.syncWriteTxOnly(paper, register.address, register.size, row, len(row))
         return paper.written
 
@@ -295,9 +316,7 @@ class Block:
         table: all registers by name.
     """
 
-    def __init__(
-        self, start: int, data: bytes, error: int, table: Mapping[str, Register]
-    ) -> None:
+    def __init__(self, start: int, data: bytes, error: int, table: Mapping[str, Register]) -> None:
         self._start, self._data, self._table = start, data, table
         self.error = error
 

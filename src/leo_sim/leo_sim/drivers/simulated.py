@@ -27,8 +27,9 @@ class SimulatedDriver:
         start_seed, noise_seed = np.random.SeedSequence(options.seed).spawn(2)
         self._start_rng = np.random.default_rng(start_seed)
         self._noise_rng = np.random.default_rng(noise_seed)
-        self._model = hidden_model(options.robot, options.private or {}, options.engine,
-                                   options.integration_step or None)
+        self._model = hidden_model(
+            options.robot, options.private or {}, options.engine, options.integration_step or None
+        )
         self._ticks = 0
         self._input = np.zeros(len(self.info.actuators))
         self._enabled = np.ones(len(self.info.actuators), dtype=bool)

@@ -7,6 +7,7 @@ impulses (Moreau), each exact for its row, find what holds, sticks and slides, a
 in between brings all into agreement. A substep in which something strikes (a sphere the ground, a
 joint its stop, a gear the end of its play) is cut there.
 """
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -130,8 +131,26 @@ class Work(NamedTuple):
 
 
 # rows of Work.joint
-(Q, DQ, OFFSET, SPEED, SMOOTH, DRAG, AT, ROTOR, LEVEL, LOW, HIGH, GAP_WIDTH, MOTOR, MOTOR_DRAG,
- MOTOR_AT, INERTIA, BEFORE, PUSH) = range(18)
+(
+    Q,
+    DQ,
+    OFFSET,
+    SPEED,
+    SMOOTH,
+    DRAG,
+    AT,
+    ROTOR,
+    LEVEL,
+    LOW,
+    HIGH,
+    GAP_WIDTH,
+    MOTOR,
+    MOTOR_DRAG,
+    MOTOR_AT,
+    INERTIA,
+    BEFORE,
+    PUSH,
+) = range(18)
 # rows of Work.line: impulse, rate now and at the start of the substep; of spheres, their height at
 # the start, how long they are in the ground, their mean height without damping, the weight of the
 # last rate in the damper
@@ -153,8 +172,18 @@ def along(axes: tuple[int, ...], matrix: Array, r: int, vector: Array, v: int) -
 
 
 @compiled_without_gil
-def advance(motion: Motion, mass: Array, forces: Forces, play: Play, touch: Touch, h: Array,
-            count: int, held: Indices, impulses: Array, axes: tuple[int, ...]) -> Any:
+def advance(
+    motion: Motion,
+    mass: Array,
+    forces: Forces,
+    play: Play,
+    touch: Touch,
+    h: Array,
+    count: int,
+    held: Indices,
+    impulses: Array,
+    axes: tuple[int, ...],
+) -> Any:
     """Move states in place by `count` substeps of h s.
 
     Args:
@@ -171,11 +200,23 @@ def advance(motion: Motion, mass: Array, forces: Forces, play: Play, touch: Touc
     """
     size, points = len(axes), touch.over.shape[1]
     most = 3 * size + 2 * points
-    work = Work(axes, np.empty((18, size)), np.empty(points), np.empty(points), np.empty(points),
-                np.empty((points, 2)), np.empty(most, np.int64), np.empty(most, np.int64),
-                np.zeros((7, most)), np.empty((most, size)), np.empty((most, size)),
-                np.empty((most, most)), np.empty((size, size)), np.empty((most, most + 1)),
-                np.empty(most, np.int64))
+    work = Work(
+        axes,
+        np.empty((18, size)),
+        np.empty(points),
+        np.empty(points),
+        np.empty(points),
+        np.empty((points, 2)),
+        np.empty(most, np.int64),
+        np.empty(most, np.int64),
+        np.zeros((7, most)),
+        np.empty((most, size)),
+        np.empty((most, size)),
+        np.empty((most, most)),
+        np.empty((size, size)),
+        np.empty((most, most + 1)),
+        np.empty(most, np.int64),
+    )
     for n in range(motion.q.shape[0]):
         longest = h[n if h.shape[0] > 1 else 0]
         grip = touch.friction[n if touch.friction.shape[0] > 1 else 0, 0]
@@ -189,8 +230,17 @@ def advance(motion: Motion, mass: Array, forces: Forces, play: Play, touch: Touc
 
 
 @compiled_in_place
-def run(n: int, mass: Array, longest: float, count: int, held: int, grip: float, work: Work,
-        used: int, impulses: Array) -> Any:
+def run(
+    n: int,
+    mass: Array,
+    longest: float,
+    count: int,
+    held: int,
+    grip: float,
+    work: Work,
+    used: int,
+    impulses: Array,
+) -> Any:
     """The substeps of one state, cut where something strikes."""
     left, current = longest * count, 0.0
     middle = 0.5 * left
@@ -243,8 +293,11 @@ def gathered(n: int, touch: Touch, period: float, held: int, work: Work) -> Any:
     for j in range(held, size):
         reach = period * (abs(joint[DQ, j]) + SUDDEN)
         near = joint[Q, j] - joint[LOW, j] < reach or joint[HIGH, j] - joint[Q, j] < reach
-        for kind, there in ((FRICTION, joint[LEVEL, j] > 0.0), (STOP, near),
-                            (GAP, joint[GAP_WIDTH, j] > 0.0)):
+        for kind, there in (
+            (FRICTION, joint[LEVEL, j] > 0.0),
+            (STOP, near),
+            (GAP, joint[GAP_WIDTH, j] > 0.0),
+        ):
             if there:
                 work.kind[used], work.place[used], work.line[GIVEN, used] = kind, j, 0.0
                 for k in range(size):
@@ -260,8 +313,9 @@ def gathered(n: int, touch: Touch, period: float, held: int, work: Work) -> Any:
         for kind in (NORMAL, TANGENT):
             work.kind[used], work.place[used], work.line[GIVEN, used] = kind, p, 0.0
             for j in range(size):
-                work.lever[used, j] = (touch.normal[n, p, j] if kind == NORMAL
-                                       else touch.tangent[n, p, j])
+                work.lever[used, j] = (
+                    touch.normal[n, p, j] if kind == NORMAL else touch.tangent[n, p, j]
+                )
             used += 1
     return used
 
@@ -320,8 +374,10 @@ def factorised(n: int, mass: Array, h: float, held: int, work: Work, used: int) 
                 work.moves[r, i] = along(work.axes, work.inverse, i, work.lever, r)
         for k in range(r + 1):
             work.gram[r, k] = work.gram[k, r] = (
-                work.moves[r, work.place[k]] if work.kind[k] < NORMAL
-                else along(work.axes, work.lever, k, work.moves, r))
+                work.moves[r, work.place[k]]
+                if work.kind[k] < NORMAL
+                else along(work.axes, work.lever, k, work.moves, r)
+            )
 
 
 @compiled_in_place
@@ -431,8 +487,10 @@ def swept(h: float, grip: float, work: Work, used: int) -> Any:
             if kind == FRICTION:
                 kept = slowed(joint[BEFORE, j], free, joint[LEVEL, j] * h * answer)
             else:
-                kept = min(max(free, min(joint[LOW, j] - joint[Q, j], 0.0) / h),
-                           max(joint[HIGH, j] - joint[Q, j], 0.0) / h)
+                kept = min(
+                    max(free, min(joint[LOW, j] - joint[Q, j], 0.0) / h),
+                    max(joint[HIGH, j] - joint[Q, j], 0.0) / h,
+                )
             total = (kept - free) / answer
         moved = max(moved, changed(work, used, r, total))
     return moved
@@ -453,19 +511,23 @@ def changed(work: Work, used: int, r: int, total: float) -> Any:
 @compiled_in_place
 def pressed(grip: float, work: Work, r: int) -> Any:
     """Normal and tangential impulse of a sphere: it sticks, slides or leaves the ground."""
-    line, up, cross, side = (work.line, work.gram[r, r], work.gram[r, r + 1],
-                             work.gram[r + 1, r + 1])
+    line, up, cross, side = (
+        work.line,
+        work.gram[r, r],
+        work.gram[r, r + 1],
+        work.gram[r + 1, r + 1],
+    )
     rise = line[RATE, r] - up * line[GIVEN, r] - cross * line[GIVEN, r + 1]
     slip = line[RATE, r + 1] - cross * line[GIVEN, r] - side * line[GIVEN, r + 1]
     spring, damper = yielding(work, r)
     normal = (spring - damper * (rise - cross * slip / side)) / (
-        1.0 + damper * (up - cross * cross / side))
+        1.0 + damper * (up - cross * cross / side)
+    )
     tangent = -(slip + cross * normal) / side
     if normal > 0.0 and abs(tangent) <= grip * normal:
         return normal, tangent
     way = np.sign(tangent) if normal > 0.0 else -np.sign(slip)
-    normal = max(0.0, spring - damper * rise) / max(1e-3, 1.0 + damper * (up + way * grip
-                                                                         * cross))
+    normal = max(0.0, spring - damper * rise) / max(1e-3, 1.0 + damper * (up + way * grip * cross))
     return normal, way * grip * normal
 
 
@@ -474,8 +536,10 @@ def yielding(work: Work, r: int) -> Any:
     """Normal impulse of a sphere at the rate 0 after the substep, and its fall with that rate."""
     line, p = work.line, work.place[r]
     early = work.damping[p] * (1.0 - line[LATE, r]) * line[FIRST, r]
-    return (line[TIME, r] * (-work.stiffness[p] * line[DEPTH, r] - early),
-            work.damping[p] * line[LATE, r] * line[TIME, r])
+    return (
+        line[TIME, r] * (-work.stiffness[p] * line[DEPTH, r] - early),
+        work.damping[p] * line[LATE, r] * line[TIME, r],
+    )
 
 
 @compiled_in_place
@@ -537,8 +601,11 @@ def complete(h: float, work: Work, r: int, i: int, count: int) -> Any:
         a[i, i] += 1.0 / max(damper, 1e-30)
         a[i, count] += spring / max(damper, 1e-30)
     elif kind == STOP:
-        way = (max(joint[HIGH, j] - joint[Q, j], 0.0) if given < 0.0
-               else min(joint[LOW, j] - joint[Q, j], 0.0))
+        way = (
+            max(joint[HIGH, j] - joint[Q, j], 0.0)
+            if given < 0.0
+            else min(joint[LOW, j] - joint[Q, j], 0.0)
+        )
         a[i, count] += way / h
     elif kind == GAP:
         motor = share(h, work, j)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Several periods of a robot on the ground in one compiled call, under laws that stay the same."""
+
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,20 @@ from leo_sim.dynamics.planar import POSE, poses, Tree, weighed, World
 
 
 @compiled_without_gil
-def advance_periods(motion: Motion, last: Array, tree: Tree, world: World, floor: Floor,
-                    forces: Forces, play: Play, h: Array, inner: int, count: int, held: Indices,
-                    axes: tuple[int, ...]) -> Any:
+def advance_periods(
+    motion: Motion,
+    last: Array,
+    tree: Tree,
+    world: World,
+    floor: Floor,
+    forces: Forces,
+    play: Play,
+    h: Array,
+    inner: int,
+    count: int,
+    held: Indices,
+    axes: tuple[int, ...],
+) -> Any:
     """Move states in place by `count` periods of `inner` substeps of h s.
 
     Args:
@@ -47,8 +59,15 @@ def advance_periods(motion: Motion, last: Array, tree: Tree, world: World, floor
             poses(tree, n, middle, ahead, pose)
             weighed(tree, world, n, pose, lever, mass, bias)
             touched(tree, floor, n, pose, lever, touch)
-        driven = Forces(forces.smooth - bias, forces.drag, forces.at, forces.rotor, forces.level,
-                        forces.low, forces.high)
+        driven = Forces(
+            forces.smooth - bias,
+            forces.drag,
+            forces.at,
+            forces.rotor,
+            forces.level,
+            forces.low,
+            forces.high,
+        )
         advance(motion, mass, driven, play, touch, h, inner, held, impulses, axes)
         _linked(motion, play)
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parts of `leo_sim.dynamics.substep.Dynamics` that several bodies share: kick and motion."""
+
 from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
@@ -12,8 +13,9 @@ class Free:
     mass_and_bias: Any
     bias: Any
 
-    def kicked(self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
-               ) -> tuple[Any, Factor]:
+    def kicked(
+        self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
+    ) -> tuple[Any, Factor]:
         """Rates (..., J) after h s without impulses, and the factor of the inertia.
 
         Args:

@@ -5,6 +5,7 @@ A sphere that is depth d in the ground and sinks at the rate v is pushed out by
 max(0, stiffness d + damping v), and held against sliding by at most friction times that. Both act
 where its centre stands over the ground, so that the spheres of a flat foot slide alike.
 """
+
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -65,9 +66,14 @@ class Spheres:
         found = self._floors.get(shape)
         if found is None:
             points = len(self._links)
-            found = Floor(self._links, self._places, rows(self._slope[..., None], shape, 1)[:, 0],
-                          rows(self._stiffness, shape, points), rows(self._damping, shape, points),
-                          rows(self._friction, shape, 1))
+            found = Floor(
+                self._links,
+                self._places,
+                rows(self._slope[..., None], shape, 1)[:, 0],
+                rows(self._stiffness, shape, points),
+                rows(self._damping, shape, points),
+                rows(self._friction, shape, 1),
+            )
             self._floors = {shape: found}
         return found
 
@@ -90,9 +96,16 @@ def _each(contacts: Sequence[Contact], name: str, of_ground: Numbers) -> Any:
 def untouched(q: Array, floor: Floor) -> Any:
     """A `Touch` to be filled, for states (N, J)."""
     states, points, size = q.shape[0], floor.links.shape[0], q.shape[1]
-    return Touch(np.empty((states, points)), np.empty((states, points, 2)),
-                 np.empty((states, points, size)), np.empty((states, points, size)), q,
-                 floor.stiffness, floor.damping, floor.friction)
+    return Touch(
+        np.empty((states, points)),
+        np.empty((states, points, 2)),
+        np.empty((states, points, size)),
+        np.empty((states, points, size)),
+        q,
+        floor.stiffness,
+        floor.damping,
+        floor.friction,
+    )
 
 
 @compiled_without_gil

@@ -3,6 +3,7 @@
 
 Each is solved exactly for its joint; several are swept until they agree.
 """
+
 import math
 from typing import Any, NamedTuple, Self
 
@@ -115,14 +116,26 @@ def settled(contact: Contact, factor: Factor, dq: Array, motor: Any) -> tuple[An
     size = np.shape(dq)[-1]
     low, high = contact.stops or (-np.inf, np.inf)
     play = (0.0, 1.0, 0.0) if contact.gap is None else (contact.gap, contact.rotor, contact.offset)
-    fields = [0.0 if contact.level is None else contact.level, low, high, *play, contact.q,
-              contact.dq]
+    fields = [
+        0.0 if contact.level is None else contact.level,
+        low,
+        high,
+        *play,
+        contact.q,
+        contact.dq,
+    ]
     moved = [dq, 0.0 if motor is None else motor]
-    shape = common(*(np.shape(f)[:-1] for f in (*fields, *moved, contact.h)),
-                   factor.inverse.shape[:-2])
+    shape = common(
+        *(np.shape(f)[:-1] for f in (*fields, *moved, contact.h)), factor.inverse.shape[:-2]
+    )
     rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
-    _sweep(rates, speeds, rows(factor.inverse, shape, (size, size)), rows(contact.h, shape, 1),
-           *(rows(f, shape, size) for f in fields))
+    _sweep(
+        rates,
+        speeds,
+        rows(factor.inverse, shape, (size, size)),
+        rows(contact.h, shape, 1),
+        *(rows(f, shape, size) for f in fields),
+    )
     rates, speeds = (m.reshape(*shape, size) for m in (rates, speeds))
     return rates, None if motor is None else speeds
 
@@ -135,8 +148,20 @@ def _clear(contact: Contact, dq: Array) -> bool:
 
 
 @compiled_without_gil
-def _sweep(dq: Array, motor: Array, answers: Array, h: Array, level: Array, low: Array,
-           high: Array, gap: Array, rotor: Array, offset: Array, q: Array, before: Array) -> None:
+def _sweep(
+    dq: Array,
+    motor: Array,
+    answers: Array,
+    h: Array,
+    level: Array,
+    low: Array,
+    high: Array,
+    gap: Array,
+    rotor: Array,
+    offset: Array,
+    q: Array,
+    before: Array,
+) -> None:
     """Change rates (N, J) of joints and motors in place; fields are (N, J) or (1, J)."""
     given = np.empty((3, dq.shape[1]))
     for n in range(dq.shape[0]):
@@ -145,9 +170,22 @@ def _sweep(dq: Array, motor: Array, answers: Array, h: Array, level: Array, low:
 
 
 @compiled_in_place
-def swept(n: int, dq: Array, motor: Array, answers: Array, h: Array, level: Array, low: Array,
-          high: Array, gap: Array, rotor: Array, offset: Array, q: Array, before: Array,
-          given: Array) -> Any:
+def swept(
+    n: int,
+    dq: Array,
+    motor: Array,
+    answers: Array,
+    h: Array,
+    level: Array,
+    low: Array,
+    high: Array,
+    gap: Array,
+    rotor: Array,
+    offset: Array,
+    q: Array,
+    before: Array,
+    given: Array,
+) -> Any:
     """Change row n alone; given (3, J) are impulses of friction, stops and play, none at first.
 
     One friction that acts alone is right at once.
@@ -164,8 +202,13 @@ def swept(n: int, dq: Array, motor: Array, answers: Array, h: Array, level: Arra
                     total = _friction(before[at(before, n), j], free, level[dry, j] * step, own)
                     acting += 1
                 elif kind == 1:
-                    total = _stopped(free, low[at(low, n), j] - q[here, j],
-                                     high[at(high, n), j] - q[here, j], step, own)
+                    total = _stopped(
+                        free,
+                        low[at(low, n), j] - q[here, j],
+                        high[at(high, n), j] - q[here, j],
+                        step,
+                        own,
+                    )
                     acting += 2 if total != was else 0
                 elif kind == 2 and gap[wide, j] > 0.0:
                     share = 1.0 / rotor[at(rotor, n), j]
@@ -232,8 +275,9 @@ def at(values: Array, n: int) -> Any:
 
 
 @compiled_in_place
-def kicked(n: int, answer: Array, torque: Array, bias: Array, dq: Array, h: float, rates: Array
-           ) -> Any:
+def kicked(
+    n: int, answer: Array, torque: Array, bias: Array, dq: Array, h: float, rates: Array
+) -> Any:
     """Fill row n of rates (N, J) with those after h s of a torque less the bias.
 
     The answer is the inverse of the inertia, (J, J).

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inverse of an inertia, compiled."""
+
 from typing import Any
 
 from leo_sim.common.broadcasting import Array

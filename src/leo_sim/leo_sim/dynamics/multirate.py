@@ -7,6 +7,7 @@ are extrapolated to the middle with the change over the period before. With plan
 period is one compiled call, unless a law asks for the load; where the laws stay what they are
 while the input is held, all periods are.
 """
+
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -24,9 +25,22 @@ from leo_sim.laws.laws import HELD, Laws, Memory
 BASE = 3  # joints of a planar base
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Array,
-              enabled: np.ndarray | None, h: Numbers, count: int, push: Numbers = 0.0, *,
-              spheres: Spheres, geometry_every: int, switching: float) -> tuple[Any, Any, Memory]:
+def integrate(
+    laws: Laws,
+    dynamics: Dynamics,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    inputs: Array,
+    enabled: np.ndarray | None,
+    h: Numbers,
+    count: int,
+    push: Numbers = 0.0,
+    *,
+    spheres: Spheres,
+    geometry_every: int,
+    switching: float,
+) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `substep.integrate`.
 
     A command that changes meanwhile (delay, lag) is a mean over `switching` s at most.
@@ -52,16 +66,16 @@ def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memor
         law = partial(_driven, laws, drag, middle, dq, memory, u, on, push, before=driven)
         if planar:
             driven = fixed or law(None, planar.leading(q, dq))
-            q, dq, memory = _moved_on(laws, spheres, driven, planar, q, dq, last, memory, h,
-                                      inner, together)
+            q, dq, memory = _moved_on(
+                laws, spheres, driven, planar, q, dq, last, memory, h, inner, together
+            )
         else:
             ahead = 1.5 * dq - 0.5 * last
             mass, bias = dynamics.mass_and_bias(middle, ahead)
             place, lead = (middle, ahead, mass, bias), mass.shape[:-2]
             load = dynamics.load(middle) if laws.needs_load and fixed is None else None
             if load is not None and pressed is None:
-                pressed = _moved(laws, spheres, law(load, lead), q, dq, memory, place, h,
-                                 inner)[3]
+                pressed = _moved(laws, spheres, law(load, lead), q, dq, memory, place, h, inner)[3]
             driven = fixed or law(None if load is None else load + pressed, lead)
             q, dq, memory, pressed = _moved(laws, spheres, driven, q, dq, memory, place, h, inner)
         last = now
@@ -78,9 +92,19 @@ class _Driven(NamedTuple):
     play: Play
 
 
-def _driven(laws: Laws, drag: Drag, q: Array, dq: Array, memory: Memory, u: Array,
-            enabled: np.ndarray | None, push: Numbers, load: Array | None, lead: tuple[int, ...],
-            before: _Driven | None) -> _Driven:
+def _driven(
+    laws: Laws,
+    drag: Drag,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    u: Array,
+    enabled: np.ndarray | None,
+    push: Numbers,
+    load: Array | None,
+    lead: tuple[int, ...],
+    before: _Driven | None,
+) -> _Driven:
     """The laws of the model at one instant, for the kernel; `lead` are axes of the dynamics.
 
     Before is an earlier instant with the same drag.
@@ -93,33 +117,59 @@ def _driven(laws: Laws, drag: Drag, q: Array, dq: Array, memory: Memory, u: Arra
     if before is None:
         before = _undriven(laws, drag, linked, (smooth, dq, level, offset), lead)
     shape, size = before.shape, dq.shape[-1]
-    forces = before.forces._replace(smooth=_rows(smooth, shape, size), at=_rows(dq, shape, size),
-                                    level=_rows(level, shape, size))
-    play = before.play if laws.gap is None else before.play._replace(
-        torque=_rows(torques.motor, shape, size), at=_rows(speed, shape, size))
+    forces = before.forces._replace(
+        smooth=_rows(smooth, shape, size),
+        at=_rows(dq, shape, size),
+        level=_rows(level, shape, size),
+    )
+    play = (
+        before.play
+        if laws.gap is None
+        else before.play._replace(
+            torque=_rows(torques.motor, shape, size), at=_rows(speed, shape, size)
+        )
+    )
     return _Driven(shape, forces, play)
 
 
-def _undriven(laws: Laws, drag: Drag, linked: Any, moving: tuple[Any, ...],
-              lead: tuple[int, ...]) -> _Driven:
+def _undriven(
+    laws: Laws, drag: Drag, linked: Any, moving: tuple[Any, ...], lead: tuple[int, ...]
+) -> _Driven:
     """What stays the same over the periods of a step, the rest 0."""
-    fixed = (np.where(linked, drag.motor, 0.0) + drag.joint,
-             np.where(linked, laws.rotor_inertia, 0.0), *(laws.stops or (-np.inf, np.inf)))
-    shape = np.broadcast_shapes(*(np.shape(f)[:-1] for f in (*fixed, *moving)), lead,
-                                *(np.shape(figure) for figure in laws.ground))
+    fixed = (
+        np.where(linked, drag.motor, 0.0) + drag.joint,
+        np.where(linked, laws.rotor_inertia, 0.0),
+        *(laws.stops or (-np.inf, np.inf)),
+    )
+    shape = np.broadcast_shapes(
+        *(np.shape(f)[:-1] for f in (*fixed, *moving)),
+        lead,
+        *(np.shape(figure) for figure in laws.ground),
+    )
     size = moving[1].shape[-1]
     falling, rotor, low, high = (_rows(f, shape, size) for f in fixed)
     none = np.zeros((1, size))
     play = (0.0, 1.0) if laws.gap is None else (drag.motor, laws.rotor_inertia)
     gap = _rows(0.0 if laws.gap is None else laws.gap, shape, size)
     motor, inertia = (_rows(f, shape, size) for f in play)
-    return _Driven(shape, Forces(none, falling, none, rotor, none, low, high),
-                   Play(gap, none, motor, none, inertia))
+    return _Driven(
+        shape,
+        Forces(none, falling, none, rotor, none, low, high),
+        Play(gap, none, motor, none, inertia),
+    )
 
 
-def _moved(laws: Laws, spheres: Spheres, driven: _Driven, q: Array, dq: Array, memory: Memory,
-           place: tuple[Any, Any, Any, Any], h: Numbers, count: int
-           ) -> tuple[Any, Any, Memory, Any]:
+def _moved(
+    laws: Laws,
+    spheres: Spheres,
+    driven: _Driven,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    place: tuple[Any, Any, Any, Any],
+    h: Numbers,
+    count: int,
+) -> tuple[Any, Any, Memory, Any]:
     """State, memory and mean contact torque of `count` substeps of h s.
 
     The place is angles and rates in the middle of them, inertia and bias there.
@@ -130,25 +180,55 @@ def _moved(laws: Laws, spheres: Spheres, driven: _Driven, q: Array, dq: Array, m
     touch = spheres.touch(middle, ahead, shape)
     motion = _motion(laws, shape, q, dq, memory)
     impulses = np.zeros((*touch.over.shape, 2))
-    advance(motion, _rows(mass, shape, (size, size), True), driven.forces._replace(smooth=smooth),
-            driven.play, touch, _rows(h, shape, 1)[:, 0], count, _still(memory, shape), impulses,
-            _axes(q))
+    advance(
+        motion,
+        _rows(mass, shape, (size, size), True),
+        driven.forces._replace(smooth=smooth),
+        driven.play,
+        touch,
+        _rows(h, shape, 1)[:, 0],
+        count,
+        _still(memory, shape),
+        impulses,
+        _axes(q),
+    )
     pressed = _torque(touch, impulses, shape) / (count * h) if laws.needs_load else 0.0
     return *_state(laws, shape, motion, memory), pressed
 
 
-def _moved_on(laws: Laws, spheres: Spheres, driven: _Driven, dynamics: Planar, q: Array, dq: Array,
-              last: Array, memory: Memory, h: Numbers, inner: int, count: int
-              ) -> tuple[Any, Any, Memory]:
+def _moved_on(
+    laws: Laws,
+    spheres: Spheres,
+    driven: _Driven,
+    dynamics: Planar,
+    q: Array,
+    dq: Array,
+    last: Array,
+    memory: Memory,
+    h: Numbers,
+    inner: int,
+    count: int,
+) -> tuple[Any, Any, Memory]:
     """State and memory after `count` periods of `inner` substeps of h s.
 
     Last are the rates one period before.
     """
     shape = driven.shape
     motion = _motion(laws, shape, q, dq, memory)
-    advance_periods(motion, _rows(last, shape, q.shape[-1], True).copy(), dynamics.tree,
-                    dynamics.world(shape), spheres.floor(shape), driven.forces, driven.play,
-                    _rows(h, shape, 1)[:, 0], inner, count, _still(memory, shape), _axes(q))
+    advance_periods(
+        motion,
+        _rows(last, shape, q.shape[-1], True).copy(),
+        dynamics.tree,
+        dynamics.world(shape),
+        spheres.floor(shape),
+        driven.forces,
+        driven.play,
+        _rows(h, shape, 1)[:, 0],
+        inner,
+        count,
+        _still(memory, shape),
+        _axes(q),
+    )
     return _state(laws, shape, motion, memory)
 
 
@@ -163,8 +243,9 @@ def _motion(laws: Laws, shape: tuple[int, ...], q: Array, dq: Array, memory: Mem
     return Motion(*(_rows(a, shape, q.shape[-1], True).copy() for a in (q, dq, offset, speed)))
 
 
-def _state(laws: Laws, shape: tuple[int, ...], motion: Motion, memory: Memory
-           ) -> tuple[Any, Any, Memory]:
+def _state(
+    laws: Laws, shape: tuple[int, ...], motion: Motion, memory: Memory
+) -> tuple[Any, Any, Memory]:
     """The reverse of `_motion`."""
     q, dq, offset, speed = (a.reshape(*shape, a.shape[-1]) for a in motion)
     if laws.gap is not None:

@@ -5,6 +5,7 @@ Each link's centre of mass has a Jacobian with one column per joint above it; in
 of m J'J + I w'w, bias that of m J'(acceleration without joint accelerations - g) less external
 forces. Angles count from x towards z, about -y.
 """
+
 from collections.abc import Mapping, Sequence
 import math
 from typing import Any, NamedTuple
@@ -88,8 +89,7 @@ class Planar:
 
     def leading(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
-        return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2],
-                      self.gravity.shape)
+        return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
 
     def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array) -> Any:
         """The bias torques; fills the inertia too unless it has no rows."""
@@ -101,8 +101,10 @@ class Planar:
 
     def world(self, shape: tuple[int, ...]) -> World:
         """Inertial figures and gravity for states of leading axes `shape`."""
-        return World(rows(self.figures, shape, self.figures.shape[-2:]),
-                     rows(self.gravity[..., None], shape, 1)[:, 0])
+        return World(
+            rows(self.figures, shape, self.figures.shape[-2:]),
+            rows(self.gravity[..., None], shape, 1)[:, 0],
+        )
 
 
 def tree_of(joints: Sequence[Joint]) -> Tree:
@@ -122,7 +124,8 @@ def tree_of(joints: Sequence[Joint]) -> Tree:
         np.array([column.get(i, -1) for i in range(len(joints))]),
         np.array([np.arctan2(j.rotation[6], j.rotation[0]) for j in joints]),
         np.array([-j.axis[1] for j in joints]),
-        np.array([[j.translation[0], j.translation[2], j.axis[0], j.axis[2]] for j in joints]))
+        np.array([[j.translation[0], j.translation[2], j.axis[0], j.axis[2]] for j in joints]),
+    )
 
 
 def _check(joint: Joint) -> None:
@@ -131,14 +134,15 @@ def _check(joint: Joint) -> None:
     hinge = KINDS[joint.kind] != HINGE or abs(abs(joint.axis[1]) - 1.0) < FLAT
     slide = KINDS[joint.kind] != SLIDE or abs(joint.axis[1]) < FLAT
     if not (turned and hinge and slide):
-        raise UserError(f'joint {joint.name!r} leaves the x-z plane: a robot with a ground has '
-                        'hinges along y and slides along x and z only')
+        raise UserError(
+            f'joint {joint.name!r} leaves the x-z plane: a robot with a ground has '
+            'hinges along y and slides along x and z only'
+        )
 
 
 def _figures(bodies: Sequence[Body]) -> Any:
     """Mass, CoM x z, inertia about y, force x z per link, (..., L, 6)."""
-    columns = [(b.mass, b.com[0], b.com[2], b.inertia[1], b.force[0], b.force[2])
-               for b in bodies]
+    columns = [(b.mass, b.com[0], b.com[2], b.inertia[1], b.force[0], b.force[2]) for b in bodies]
     parts = np.broadcast_arrays(*(np.asarray(x, dtype=float) for row in columns for x in row))
     return np.stack(parts, axis=-1).reshape(*parts[0].shape, len(bodies), 6)
 
@@ -212,8 +216,9 @@ def dynamics(tree: Tree, world: World, q: Array, dq: Array, mass: Array, bias: A
 
 
 @compiled_in_place
-def weighed(tree: Tree, world: World, n: int, pose: Array, lever: Array, mass: Array, bias: Array
-            ) -> Any:
+def weighed(
+    tree: Tree, world: World, n: int, pose: Array, lever: Array, mass: Array, bias: Array
+) -> Any:
     """Fill row n of bias, and of mass if it has rows, from the poses of the links.
 
     Lever (3, J) is room to work in.

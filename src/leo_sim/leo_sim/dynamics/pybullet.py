@@ -4,6 +4,7 @@
 Settings as docs/reference/bullet.md 3 found them necessary for bit-identical steps. Stops,
 damping and dry friction are laws of the model and switched off here.
 """
+
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 import ctypes
@@ -52,19 +53,28 @@ with quiet():
 class Bullet(Free):
     """A fixed-base robot in its own DIRECT client; one state at a time."""
 
-    def __init__(self, text: str, joints: Sequence[Joint], bodies: Mapping[str, Body],
-                 gravity: float):
+    def __init__(
+        self, text: str, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: float
+    ):
         with quiet():
             self._at = {'physicsClientId': pybullet.connect(pybullet.DIRECT)}
             weakref.finalize(self, pybullet.disconnect, **self._at)
             pybullet.setGravity(0, 0, -gravity, **self._at)
             pybullet.setPhysicsEngineParameter(
-                numSubSteps=0, numSolverIterations=10, deterministicOverlappingPairs=1,
-                warmStartingFactor=0.0, solverResidualThreshold=0.0, **self._at)
+                numSubSteps=0,
+                numSolverIterations=10,
+                deterministicOverlappingPairs=1,
+                warmStartingFactor=0.0,
+                solverResidualThreshold=0.0,
+                **self._at,
+            )
             self._body = self._load(urdf.with_bodies(text, bodies))
         self._order(joints)
-        self._pulled = [self._pull(j.child, bodies[j.child].force) for j in joints
-                        if any(bodies[j.child].force)]
+        self._pulled = [
+            self._pull(j.child, bodies[j.child].force)
+            for j in joints
+            if any(bodies[j.child].force)
+        ]
         self._h = 0.0
         self._mass: Any = None
         self._bias: Any = None
@@ -94,8 +104,9 @@ class Bullet(Free):
     def load(self, q: Array) -> Any:
         """Torque of gravity and external forces at the joints, (J,), along +q."""
         angles = q[self._to_bullet].tolist()
-        still = pybullet.calculateInverseDynamics(self._body, angles, self._still, self._still,
-                                                  **self._at)
+        still = pybullet.calculateInverseDynamics(
+            self._body, angles, self._still, self._still, **self._at
+        )
         return self._pulls(angles) - np.array(still)[self._from_bullet]
 
     def move(self, q: Array, dq: Array, faster: Array, h: float) -> tuple[Any, Any]:
@@ -104,8 +115,9 @@ class Bullet(Free):
         if self._pulled:
             torques = torques - self._pulls(q[self._to_bullet].tolist())
             self._apply()
-        pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.TORQUE_CONTROL,
-                                           forces=torques.tolist(), **self._at)
+        pybullet.setJointMotorControlArray(
+            self._body, self._joints, pybullet.TORQUE_CONTROL, forces=torques.tolist(), **self._at
+        )
         pybullet.stepSimulation(**self._at)
         states = pybullet.getJointStates(self._body, self._joints, **self._at)
         return np.array([s[0] for s in states]), np.array([s[1] for s in states])
@@ -113,7 +125,8 @@ class Bullet(Free):
     def _resistance(self, angles: list[float], dq: Array) -> Any:
         """Torques that keep the rates as they are without external forces, (J,)."""
         bias: Any = pybullet.calculateInverseDynamics(
-            self._body, angles, dq[self._to_bullet].tolist(), self._still, **self._at)
+            self._body, angles, dq[self._to_bullet].tolist(), self._still, **self._at
+        )
         return np.array(bias)[self._from_bullet]
 
     def _less_pulls(self, bias: Any, angles: list[float]) -> Any:
@@ -126,7 +139,8 @@ class Bullet(Free):
             with os.fdopen(handle, 'w', encoding='utf-8') as file:
                 file.write(text)
             body: int = pybullet.loadURDF(
-                path, useFixedBase=True, flags=pybullet.URDF_USE_INERTIA_FROM_FILE, **self._at)
+                path, useFixedBase=True, flags=pybullet.URDF_USE_INERTIA_FROM_FILE, **self._at
+            )
         finally:
             os.unlink(path)
         return body
@@ -140,8 +154,14 @@ class Bullet(Free):
             numbers[info[1].decode()] = number
             self._links[info[12].decode()] = number
             pybullet.changeDynamics(
-                self._body, number, linearDamping=0, angularDamping=0, jointDamping=0,
-                maxJointVelocity=1e9, **self._at)
+                self._body,
+                number,
+                linearDamping=0,
+                angularDamping=0,
+                jointDamping=0,
+                maxJointVelocity=1e9,
+                **self._at,
+            )
         pybullet.changeDynamics(self._body, -1, linearDamping=0, angularDamping=0, **self._at)
         self._joints = [numbers[j.name] for j in joints if j.kind != 'fixed']
         self._to_bullet = np.argsort(self._joints)
@@ -149,8 +169,9 @@ class Bullet(Free):
         self._mixed = np.ix_(self._from_bullet, self._from_bullet)
         self._in_order = self._joints == sorted(self._joints)
         self._still = [0.0] * len(self._joints)
-        pybullet.setJointMotorControlArray(self._body, self._joints, pybullet.VELOCITY_CONTROL,
-                                           forces=self._still, **self._at)
+        pybullet.setJointMotorControlArray(
+            self._body, self._joints, pybullet.VELOCITY_CONTROL, forces=self._still, **self._at
+        )
 
     def _pull(self, link: str, force: tuple[float, float, float]) -> tuple[int, Any, list[float]]:
         """A force at a link's CoM: link number, force, and CoM as calculateJacobian wants it.
@@ -167,14 +188,17 @@ class Bullet(Free):
         total = np.zeros(len(angles))
         for number, force, lever in self._pulled:
             jacobian, _ = pybullet.calculateJacobian(
-                self._body, number, lever, angles, self._still, self._still, **self._at)
+                self._body, number, lever, angles, self._still, self._still, **self._at
+            )
             total += np.array(jacobian).T @ force
         return total[self._from_bullet]
 
     def _apply(self) -> None:
         """Apply the external forces at the centres of mass for the next step."""
         for number, force, _ in self._pulled:
-            place = pybullet.getLinkState(self._body, number, computeForwardKinematics=1,
-                                          **self._at)[0]
-            pybullet.applyExternalForce(self._body, number, force, place, pybullet.WORLD_FRAME,
-                                        **self._at)
+            place = pybullet.getLinkState(
+                self._body, number, computeForwardKinematics=1, **self._at
+            )[0]
+            pybullet.applyExternalForce(
+                self._body, number, force, place, pybullet.WORLD_FRAME, **self._at
+            )

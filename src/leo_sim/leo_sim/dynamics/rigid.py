@@ -4,6 +4,7 @@
 Recursive Newton-Euler and composite rigid bodies in link coordinates (Featherstone, Rigid Body
 Dynamics Algorithms, chapters 5 and 6), over any leading axes at once.
 """
+
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -71,8 +72,10 @@ class Rigid(Stateless):
             dq: Rates (..., J).
         """
         poses, shape = self._poses(q), np.broadcast_shapes(np.shape(q), np.shape(dq))
-        return (_square(self._inertia(poses), shape),
-                joined(self._torques(poses, self._split(dq)), shape))
+        return (
+            _square(self._inertia(poses), shape),
+            joined(self._torques(poses, self._split(dq)), shape),
+        )
 
     def bias(self, q: Array, dq: Array) -> Any:
         """The bias torques alone, (..., J)."""
@@ -89,8 +92,10 @@ class Rigid(Stateless):
 
     def _poses(self, q: Array) -> list[Frame]:
         """Child link frames in their parents."""
-        return [placed(joint, parts, q[..., self._column[i]] if i in self._column else 0.0)
-                for i, (joint, parts) in enumerate(zip(self._joints, self._fixed, strict=True))]
+        return [
+            placed(joint, parts, q[..., self._column[i]] if i in self._column else 0.0)
+            for i, (joint, parts) in enumerate(zip(self._joints, self._fixed, strict=True))
+        ]
 
     def _torques(self, poses: Sequence[Frame], rates: Sequence[Any]) -> list[Any]:
         """Recursive Newton-Euler with zero joint accelerations."""
@@ -114,8 +119,9 @@ class Rigid(Stateless):
     def _outward(self, i: int, pose: Frame, parent: _Motion, rates: Sequence[Any]) -> _Motion:
         """Motion of link i from its parent's."""
         back = transposed(pose.rotation)
-        lever = plus(cross(parent.turn, pose.origin),
-                     cross(parent.speed, cross(parent.speed, pose.origin)))
+        lever = plus(
+            cross(parent.turn, pose.origin), cross(parent.speed, cross(parent.speed, pose.origin))
+        )
         speed, turn = turned(back, parent.speed), turned(back, parent.turn)
         pull = turned(back, plus(parent.pull, lever))
         kind = self._joints[i].kind
@@ -136,8 +142,7 @@ class Rigid(Stateless):
             parent = self._parents[i]
             if parent >= 0:
                 force = turned(poses[i].rotation, forces[i])
-                moment = plus(turned(poses[i].rotation, moments[i]),
-                              cross(poses[i].origin, force))
+                moment = plus(turned(poses[i].rotation, moments[i]), cross(poses[i].origin, force))
                 forces[parent] = plus(forces[parent], force)
                 moments[parent] = plus(moments[parent], moment)
         return torques
@@ -161,8 +166,9 @@ class Rigid(Stateless):
             chain.append(i)
         return chain
 
-    def _fill(self, rows: list[list[Any]], i: int, composite: _Composite,
-              poses: Sequence[Frame]) -> None:
+    def _fill(
+        self, rows: list[list[Any]], i: int, composite: _Composite, poses: Sequence[Frame]
+    ) -> None:
         """Row i: force and moment that accelerate the subtree along joint i, at its ancestors."""
         axis, column = self._joints[i].axis, self._column[i]
         if self._joints[i].kind == 'prismatic':
@@ -211,8 +217,10 @@ def _inertial(body: Body, motion: _Motion) -> tuple[Vec, Vec]:
 
 def _about_origin(body: Body) -> _Composite:
     moment = scaled(body.mass, body.com)
-    inertia = tuple(add(i, s) for i, s in zip(
-        symmetric(body.inertia), steiner(body.mass, ZERO, body.com), strict=True))
+    inertia = tuple(
+        add(i, s)
+        for i, s in zip(symmetric(body.inertia), steiner(body.mass, ZERO, body.com), strict=True)
+    )
     return _Composite(body.mass, moment, inertia)
 
 
@@ -221,10 +229,16 @@ def _moved(part: _Composite, pose: Frame) -> _Composite:
     moment = turned(pose.rotation, part.moment)
     inertia = product(product(pose.rotation, part.inertia), transposed(pose.rotation))
     shift = steiner(part.mass, moment, pose.origin)
-    return _Composite(part.mass, plus(moment, scaled(part.mass, pose.origin)),
-                      tuple(add(i, s) for i, s in zip(inertia, shift, strict=True)))
+    return _Composite(
+        part.mass,
+        plus(moment, scaled(part.mass, pose.origin)),
+        tuple(add(i, s) for i, s in zip(inertia, shift, strict=True)),
+    )
 
 
 def _merged(a: _Composite, b: _Composite) -> _Composite:
-    return _Composite(add(a.mass, b.mass), plus(a.moment, b.moment),
-                      tuple(add(i, j) for i, j in zip(a.inertia, b.inertia, strict=True)))
+    return _Composite(
+        add(a.mass, b.mass),
+        plus(a.moment, b.moment),
+        tuple(add(i, j) for i, j in zip(a.inertia, b.inertia, strict=True)),
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fixed-base tree with one joint that moves: constant inertia, and a load that turns with it."""
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rigid-body dynamics of a fixed-base tree in space: the compiled recursion, on arrays."""
+
 from collections.abc import Mapping, Sequence
 import math
 from typing import Any
@@ -53,17 +54,31 @@ class Spatial(Stateless):
         """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
         return -self.bias(q, np.zeros_like(q))
 
-    def kicked(self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
-               ) -> tuple[Any, Factor]:
+    def kicked(
+        self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
+    ) -> tuple[Any, Factor]:
         """See `Free`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
-        shape = common(self._leading(q, dq), diagonal.shape[:-1], driving.shape[:-1],
-                       held.shape[:-1], h.shape[:-1])
+        shape = common(
+            self._leading(q, dq),
+            diagonal.shape[:-1],
+            driving.shape[:-1],
+            held.shape[:-1],
+            h.shape[:-1],
+        )
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
-        kick(self.tree, *self.world, self.each(shape), *states, *given, rows(h, shape, 1),
-             inverse, rates)
+        kick(
+            self.tree,
+            *self.world,
+            self.each(shape),
+            *states,
+            *given,
+            rows(h, shape, 1),
+            inverse,
+            rates,
+        )
         return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
 
     def each(self, shape: tuple[int, ...]) -> int:
@@ -71,7 +86,7 @@ class Spatial(Stateless):
         inner = 0
         while inner < len(self.leading) and self.leading[-1 - inner] == 1:
             inner += 1
-        return math.prod(shape[len(shape) - inner:] if self.leading else shape)
+        return math.prod(shape[len(shape) - inner :] if self.leading else shape)
 
     def _leading(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
@@ -95,12 +110,14 @@ def _tree(joints: Sequence[Joint]) -> Tree:
         np.array([j.ratio for j in joints]),
         np.array([turning_parts(j) for j in joints], dtype=float),
         np.array([j.translation for j in joints], dtype=float),
-        np.array([j.axis for j in joints], dtype=float))
+        np.array([j.axis for j in joints], dtype=float),
+    )
 
 
 def _figures(bodies: Sequence[Body], gravity: Any) -> tuple[Any, Any]:
     """Mass, CoM, inertia (xx yy zz xy xz yz) and force of each link, (..., L * 13); gravity."""
     figures = (x for b in bodies for x in (b.mass, *b.com, *b.inertia, *b.force))
-    *parts, down = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in figures),
-                                       np.asarray(gravity, dtype=float))
+    *parts, down = np.broadcast_arrays(
+        *(np.asarray(x, dtype=float) for x in figures), np.asarray(gravity, dtype=float)
+    )
     return np.stack(parts, axis=-1), down.copy()

@@ -6,6 +6,7 @@ that fall linearly with speed are taken at the mean of the rates before and afte
 keeps second order and stays stable with stiff motors; Coriolis and centrifugal ones at a mean
 predicted with those before it. The same code drives every body.
 """
+
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -30,8 +31,9 @@ class Dynamics(Protocol):
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
         """Joint-space inertia (..., J, J) and bias torques (..., J)."""
 
-    def kicked(self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
-               ) -> tuple[Any, Factor]:
+    def kicked(
+        self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
+    ) -> tuple[Any, Factor]:
         """Rates (..., J) after h s without impulses, and the inertia; see `free_motion.Free`."""
 
     def load(self, q: Array) -> Any:
@@ -45,8 +47,15 @@ class Drag(NamedTuple):
     joint: Any
 
 
-def slowing(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Array,
-            enabled: np.ndarray | None) -> Drag:
+def slowing(
+    laws: Laws,
+    dynamics: Dynamics,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    u: Array,
+    enabled: np.ndarray | None,
+) -> Drag:
     """Derivative of the smooth torques by speed, once per sample period."""
     load = dynamics.load(q) if laws.needs_load else None
     here = laws.torques(q, dq, dq, u, enabled, load, memory)
@@ -54,9 +63,18 @@ def slowing(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory,
     return Drag((here.motor - faster.motor) / PROBE, (here.joint - faster.joint) / PROBE)
 
 
-def kick(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Array,
-         enabled: np.ndarray | None, h: Numbers, drag: Drag, push: Numbers = 0.0
-         ) -> tuple[Any, Memory]:
+def kick(
+    laws: Laws,
+    dynamics: Dynamics,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    u: Array,
+    enabled: np.ndarray | None,
+    h: Numbers,
+    drag: Drag,
+    push: Numbers = 0.0,
+) -> tuple[Any, Memory]:
     """Rates (..., J) after one kick at the angles q, and the new memory."""
     load = dynamics.load(q) if laws.needs_load else None
     offset, motor_speed = memory[DRIVE] if laws.gap is not None else (None, dq)
@@ -81,9 +99,18 @@ def kick(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u:
     return rates, memory
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Array,
-              enabled: np.ndarray | None, h: Numbers, count: int, push: Numbers = 0.0
-              ) -> tuple[Any, Any, Memory]:
+def integrate(
+    laws: Laws,
+    dynamics: Dynamics,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    inputs: Array,
+    enabled: np.ndarray | None,
+    h: Numbers,
+    count: int,
+    push: Numbers = 0.0,
+) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held.
 
     Args:

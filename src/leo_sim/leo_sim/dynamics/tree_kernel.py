@@ -6,6 +6,7 @@ chapters 5 and 6): a screw is an angular part and then a linear one, that of the
 which is at the origin. Composite bodies give the inertia, recursive Newton-Euler the bias; what
 depends on the angles alone is found once for both.
 """
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,9 +69,15 @@ class Room(NamedTuple):
 @compiled_without_gil
 def room_for(links: int) -> Any:
     """Room to work in for a tree of so many links."""
-    return Room(np.empty((links, FRAME)), np.zeros((links, SCREW)), np.empty((links, WEIGHT)),
-                np.empty((links, WEIGHT)), np.empty((links, SCREW)), np.empty((links, SCREW)),
-                np.empty((links, SCREW)))
+    return Room(
+        np.empty((links, FRAME)),
+        np.zeros((links, SCREW)),
+        np.empty((links, WEIGHT)),
+        np.empty((links, WEIGHT)),
+        np.empty((links, SCREW)),
+        np.empty((links, SCREW)),
+        np.empty((links, SCREW)),
+    )
 
 
 @compiled_in_place
@@ -100,9 +107,11 @@ def placed(tree: Tree, figures: Array, n: int, q: Array, room: Room) -> Any:
                     frame[i, 3 * k + j] = (
                         x * (t[i, 0, j] + c * t[i, 1, j] + s * t[i, 2, j])
                         + y * (t[i, 0, 3 + j] + c * t[i, 1, 3 + j] + s * t[i, 2, 3 + j])
-                        + z * (t[i, 0, 6 + j] + c * t[i, 1, 6 + j] + s * t[i, 2, 6 + j]))
+                        + z * (t[i, 0, 6 + j] + c * t[i, 1, 6 + j] + s * t[i, 2, 6 + j])
+                    )
                 frame[i, 9 + k] = frame[above, 9 + k] + (
-                    x * tree.place[i, 0] + y * tree.place[i, 1] + z * tree.place[i, 2])
+                    x * tree.place[i, 0] + y * tree.place[i, 1] + z * tree.place[i, 2]
+                )
         if tree.column[i] >= 0:
             _screwed(tree, i, n, q, frame, screw)
         _weighed(figures, i, frame, room.weight)
@@ -124,8 +133,9 @@ def _screwed(tree: Tree, i: int, n: int, q: Array, frame: Array, screw: Array) -
         screw[i, 3], screw[i, 4], screw[i, 5] = x, y, z
     else:
         screw[i, 0], screw[i, 1], screw[i, 2] = x, y, z
-        screw[i, 3], screw[i, 4], screw[i, 5] = _cross(frame[i, 9], frame[i, 10], frame[i, 11],
-                                                       x, y, z)
+        screw[i, 3], screw[i, 4], screw[i, 5] = _cross(
+            frame[i, 9], frame[i, 10], frame[i, 11], x, y, z
+        )
 
 
 @compiled_in_place
@@ -140,8 +150,9 @@ def _weighed(figures: Array, i: int, frame: Array, weight: Array) -> Any:
         u, v, w = a * xx + b * xy + c * xz, a * xy + b * yy + c * yz, a * xz + b * yz + c * zz
         weight[i, 4 + k] = u * a + v * b + w * c
         for j in range(k):  # xy is entry 7, xz 8, yz 9
-            weight[i, 6 + k + j] = u * frame[i, 3 * j] + v * frame[i, 3 * j + 1] + (
-                w * frame[i, 3 * j + 2])
+            weight[i, 6 + k + j] = (
+                u * frame[i, 3 * j] + v * frame[i, 3 * j + 1] + (w * frame[i, 3 * j + 2])
+            )
     x, y, z = weight[i, 10], weight[i, 11], weight[i, 12]
     weight[i, 0], weight[i, 1], weight[i, 2], weight[i, 3] = m, m * x, m * y, m * z
     weight[i, 4] += m * (y * y + z * z)
@@ -153,17 +164,21 @@ def _weighed(figures: Array, i: int, frame: Array, weight: Array) -> Any:
 
 
 @compiled_in_place
-def _momentum(weight: Array, i: int, wx: float, wy: float, wz: float, vx: float, vy: float,
-              vz: float) -> Any:
+def _momentum(
+    weight: Array, i: int, wx: float, wy: float, wz: float, vx: float, vy: float, vz: float
+) -> Any:
     """Inertia of row i times a screw: moment and force."""
     m, hx, hy, hz = weight[i, 0], weight[i, 1], weight[i, 2], weight[i, 3]
     xx, yy, zz = weight[i, 4], weight[i, 5], weight[i, 6]
     xy, xz, yz = weight[i, 7], weight[i, 8], weight[i, 9]
-    return (xx * wx + xy * wy + xz * wz + (hy * vz - hz * vy),
-            xy * wx + yy * wy + yz * wz + (hz * vx - hx * vz),
-            xz * wx + yz * wy + zz * wz + (hx * vy - hy * vx),
-            m * vx - (hy * wz - hz * wy), m * vy - (hz * wx - hx * wz),
-            m * vz - (hx * wy - hy * wx))
+    return (
+        xx * wx + xy * wy + xz * wz + (hy * vz - hz * vy),
+        xy * wx + yy * wy + yz * wz + (hz * vx - hx * vz),
+        xz * wx + yz * wy + zz * wz + (hx * vy - hy * vx),
+        m * vx - (hy * wz - hz * wy),
+        m * vy - (hz * wx - hx * wz),
+        m * vz - (hx * wy - hy * wx),
+    )
 
 
 @compiled_in_place
@@ -189,13 +204,20 @@ def inertia(tree: Tree, room: Room, mass: Array) -> Any:
 def _answered(tree: Tree, i: int, screw: Array, whole: Array, mass: Array) -> Any:
     """Add to mass at joint i and those above it what these feel of a unit acceleration of it."""
     own, j = tree.column[i], i
-    a, b, c, d, e, f = _momentum(whole, i, screw[i, 0], screw[i, 1], screw[i, 2], screw[i, 3],
-                                 screw[i, 4], screw[i, 5])
+    a, b, c, d, e, f = _momentum(
+        whole, i, screw[i, 0], screw[i, 1], screw[i, 2], screw[i, 3], screw[i, 4], screw[i, 5]
+    )
     while j >= 0:
         other = tree.column[j]
         if other >= 0:
-            entry = (screw[j, 0] * a + screw[j, 1] * b + screw[j, 2] * c
-                     + screw[j, 3] * d + screw[j, 4] * e + screw[j, 5] * f)
+            entry = (
+                screw[j, 0] * a
+                + screw[j, 1] * b
+                + screw[j, 2] * c
+                + screw[j, 3] * d
+                + screw[j, 4] * e
+                + screw[j, 5] * f
+            )
             mass[own, other] += entry
             if j != i:
                 mass[other, own] += entry
@@ -233,8 +255,7 @@ def _moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room:
         a, b, c, d, e, f = _momentum(room.weight, i, wx, wy, wz, vx, vy, vz)
         g, h, j, k, m, o = _momentum(room.weight, i, tx, ty, tz, px, py, pz)
         ex, ey, ez = figures[i, 10], figures[i, 11], figures[i, 12]
-        lx, ly, lz = _cross(room.weight[i, 10], room.weight[i, 11], room.weight[i, 12],
-                            ex, ey, ez)
+        lx, ly, lz = _cross(room.weight[i, 10], room.weight[i, 11], room.weight[i, 12], ex, ey, ez)
         force[i, 0] = g + (wy * c - wz * b) + (vy * f - vz * e) - lx
         force[i, 1] = h + (wz * a - wx * c) + (vz * d - vx * f) - ly
         force[i, 2] = j + (wx * b - wy * a) + (vx * e - vy * d) - lz
@@ -244,8 +265,9 @@ def _moving(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room:
 
 
 @compiled_in_place
-def bias_torques(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room,
-                 bias: Array) -> Any:
+def bias_torques(
+    tree: Tree, figures: Array, gravity: float, n: int, dq: Array, room: Room, bias: Array
+) -> Any:
     """Fill row n of bias at the rates of state n, by recursive Newton-Euler."""
     screw, force = room.screw, room.force
     _moving(tree, figures, gravity, n, dq, room)
@@ -255,17 +277,29 @@ def bias_torques(tree: Tree, figures: Array, gravity: float, n: int, dq: Array, 
         above, own = tree.parent[i], tree.column[i]
         if own >= 0:
             bias[n, own] += (
-                screw[i, 0] * force[i, 0] + screw[i, 1] * force[i, 1] + screw[i, 2] * force[i, 2]
-                + screw[i, 3] * force[i, 3] + screw[i, 4] * force[i, 4]
-                + screw[i, 5] * force[i, 5])
+                screw[i, 0] * force[i, 0]
+                + screw[i, 1] * force[i, 1]
+                + screw[i, 2] * force[i, 2]
+                + screw[i, 3] * force[i, 3]
+                + screw[i, 4] * force[i, 4]
+                + screw[i, 5] * force[i, 5]
+            )
         if above >= 0:
             for k in range(6):
                 force[above, k] += force[i, k]
 
 
 @compiled_without_gil
-def dynamics(tree: Tree, figures: Array, gravity: Array, each: int, q: Array, dq: Array,
-             mass: Array, bias: Array) -> None:
+def dynamics(
+    tree: Tree,
+    figures: Array,
+    gravity: Array,
+    each: int,
+    q: Array,
+    dq: Array,
+    mass: Array,
+    bias: Array,
+) -> None:
     """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows.
 
     Figures (S, L, FIGURES) and gravity (S,) serve `each` states in a row, one after the other and
@@ -282,9 +316,20 @@ def dynamics(tree: Tree, figures: Array, gravity: Array, each: int, q: Array, dq
 
 
 @compiled_without_gil
-def kick(tree: Tree, figures: Array, gravity: Array, each: int, q: Array, dq: Array,
-         diagonal: Array, driving: Array, held: Array, h: Array, inverse: Array, rates: Array
-         ) -> None:
+def kick(
+    tree: Tree,
+    figures: Array,
+    gravity: Array,
+    each: int,
+    q: Array,
+    dq: Array,
+    diagonal: Array,
+    driving: Array,
+    held: Array,
+    h: Array,
+    inverse: Array,
+    rates: Array,
+) -> None:
     """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J).
 
     See `dynamics` and `free_motion.Free`; fields are (N, J) or (1, J), h is (N, 1) or (1, 1), s.

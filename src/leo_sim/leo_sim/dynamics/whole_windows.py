@@ -8,6 +8,7 @@ input is held (`Laws.steady`) is found once for all samples; other laws are aske
 by their compiled functions. NumPy's overhead per substep is most of the time of a small robot:
 there this is several times as fast (benchmarks/whole_windows.py).
 """
+
 from collections.abc import Callable
 import math
 from typing import Any
@@ -38,8 +39,9 @@ def possible(laws: Laws, q: Array, inputs: Array) -> bool:
     return plain and few and all(_compiled(use) for use in laws.bent) and loops_possible(laws)
 
 
-def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float
-        ) -> tuple[Any, Any]:
+def run(
+    laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float
+) -> tuple[Any, Any]:
     """Measured angles and rates at all samples, (K + 1, ..., W, J).
 
     Args:
@@ -60,9 +62,17 @@ def run(laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: flo
     driving = _driving(laws, cut, held.memory, level, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    run_states(tree.tree, *tree.world, tree.each(lead), driving,
-               Play(*(rows(v, lead, size) for v in play)), *_bent(laws, lead, size),
-               *looped(laws, cut, held.memory, (lead, size)), angles, rates)
+    run_states(
+        tree.tree,
+        *tree.world,
+        tree.each(lead),
+        driving,
+        Play(*(rows(v, lead, size) for v in play)),
+        *_bent(laws, lead, size),
+        *looped(laws, cut, held.memory, (lead, size)),
+        angles,
+        rates,
+    )
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 
@@ -91,8 +101,9 @@ def _compiled(use: Use) -> Callable[..., float] | None:
     return None if use.effect.motor_side else compiled_law(law, LAW)
 
 
-def _nothing(a: float, b: float, c: float, q: float, dq: float, motor: float, load: float
-             ) -> float:
+def _nothing(
+    a: float, b: float, c: float, q: float, dq: float, motor: float, load: float
+) -> float:
     return 0.0
 
 
@@ -118,17 +129,29 @@ def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
     return level, *(np.shape(part)[:-1] for part in parts)
 
 
-def _driving(laws: Laws, cut: Pieces, memory: Memory, level: Numbers,
-             axes: tuple[tuple[int, ...], int]) -> Driving:
+def _driving(
+    laws: Laws, cut: Pieces, memory: Memory, level: Numbers, axes: tuple[tuple[int, ...], int]
+) -> Driving:
     """One row for every state; their leading axes and number of joints are given."""
     (lead, size), count = axes, len(cut.parts)
     low, high = (rows(stop, (), size) for stop in laws.stops or (-np.inf, np.inf))
     shape = (count, *(1,) * (2 - len(lead)), *lead)
     torque, falling, motor, motor_falling = (
-        every_row(values, shape, size) for values in _torques(laws, size, cut, memory))
-    return Driving(torque, falling, motor, motor_falling,
-                   rows(level, lead, size), rows(laws.rotor_inertia, lead, size), low, high,
-                   every_row(cut.h[:, None, :, None], shape, 1)[..., 0], cut.parts, cut.first)
+        every_row(values, shape, size) for values in _torques(laws, size, cut, memory)
+    )
+    return Driving(
+        torque,
+        falling,
+        motor,
+        motor_falling,
+        rows(level, lead, size),
+        rows(laws.rotor_inertia, lead, size),
+        low,
+        high,
+        every_row(cut.h[:, None, :, None], shape, 1)[..., 0],
+        cut.parts,
+        cut.first,
+    )
 
 
 def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:
@@ -136,8 +159,10 @@ def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, .
     still, u, on = np.zeros(size), cut.inputs, cut.enabled
     if laws.servos is not None:  # what their loops ask for is found in every substep
         u = np.zeros_like(u)
-    here, there = (laws.straight.torques(still, speed, speed, u, on, None, memory)
-                   for speed in (still, still + PROBE))
+    here, there = (
+        laws.straight.torques(still, speed, speed, u, on, None, memory)
+        for speed in (still, still + PROBE)
+    )
     torque, motor = here.motor + here.joint, (here.motor - there.motor) / PROBE
     falling = motor + (here.joint - there.joint) / PROBE
     if cut.push is not None:

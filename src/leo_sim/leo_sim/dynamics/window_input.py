@@ -4,6 +4,7 @@
 These are the sample periods; or the substeps, where a command changes between samples (delay, lag)
 or a sensor needs to know what the joints did there.
 """
+
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One state after the other through its window: compiled for `whole_windows`."""
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -121,8 +122,20 @@ class Work(NamedTuple):
 
 
 @compiled_without_gil
-def run(tree: Tree, figures: Array, gravity: Array, each: int, driving: Driving, play: Play,
-        laws: Any, bent: Bent, behind: Any, looped: Looped, q: Array, dq: Array) -> None:
+def run(
+    tree: Tree,
+    figures: Array,
+    gravity: Array,
+    each: int,
+    driving: Driving,
+    play: Play,
+    laws: Any,
+    bent: Bent,
+    behind: Any,
+    looped: Looped,
+    q: Array,
+    dq: Array,
+) -> None:
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
     Args:
@@ -207,8 +220,15 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work)
             pull -= driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
         for b in range(bent.dry.shape[0]):
             if bent.acts[b, j]:
-                torque = laws[b](bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2],
-                                 q, dq, motor, load)
+                torque = laws[b](
+                    bent.values[b, n, 0],
+                    bent.values[b, n, 1],
+                    bent.values[b, n, 2],
+                    q,
+                    dq,
+                    motor,
+                    load,
+                )
                 if bent.dry[b]:
                     level += abs(torque)
                 else:
@@ -248,14 +268,23 @@ def _answered(looped: Looped, behind: Any, n: int, k: int, j: int, q: float, dq:
     volts = min(max(duty, -1.0), 1.0) * looped.supply[at(looped.supply, n), j]
     for b in range(looped.acts.shape[0]):
         if looped.acts[b, j]:
-            volts = behind[b](looped.values[b, n, 0], looped.values[b, n, 1],
-                              looped.values[b, n, 2], volts)
+            volts = behind[b](
+                looped.values[b, n, 0], looped.values[b, n, 1], looped.values[b, n, 2], volts
+            )
     return torque * volts
 
 
 @compiled_in_place
-def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, k: int, room: Room,
-          work: Work) -> Any:
+def _kick(
+    tree: Tree,
+    figures: Array,
+    gravity: float,
+    driving: Driving,
+    n: int,
+    k: int,
+    room: Room,
+    work: Work,
+) -> Any:
     """Kick the rates of a state whose links are placed, and drift its angles by one substep."""
     size, step, answer = work.q.shape[1], work.h[0, 0], work.inverse[0]
     rotor = at(driving.rotor, n)
@@ -276,8 +305,22 @@ def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, 
     for kind in range(3):
         for j in range(size):
             work.given[kind, j] = 0.0
-    swept(0, work.free, work.motor, work.inverse, work.h, work.level, driving.low, driving.high,
-          work.gap, work.rotor, work.slip, work.q, work.dq, work.given)
+    swept(
+        0,
+        work.free,
+        work.motor,
+        work.inverse,
+        work.h,
+        work.level,
+        driving.low,
+        driving.high,
+        work.gap,
+        work.rotor,
+        work.slip,
+        work.q,
+        work.dq,
+        work.given,
+    )
     for j in range(size):
         work.dq[0, j] = work.free[0, j]
         work.speed[0, j] = work.motor[0, j] if work.gap[0, j] > 0.0 else work.free[0, j]
@@ -287,10 +330,26 @@ def _kick(tree: Tree, figures: Array, gravity: float, driving: Driving, n: int, 
 
 @compiled_without_gil
 def _work(size: int) -> Any:
-    return Work(np.empty((1, size)), np.empty((1, size)), np.empty((1, size)),
-                np.empty((1, size)), np.empty((1, size)), np.empty((1, size)),
-                np.empty((1, size)), np.zeros((1, size)), np.empty((1, size)),
-                np.empty((1, size)), np.zeros((1, size)), np.zeros((1, size)),
-                np.ones((1, size)), np.zeros((1, size)), np.zeros((1, size)),
-                np.zeros((1, size)), np.zeros((1, size)), np.empty((1, 1)),
-                np.empty((1, size, size)), np.empty((3, size)), np.zeros((1, size)))
+    return Work(
+        np.empty((1, size)),
+        np.empty((1, size)),
+        np.empty((1, size)),
+        np.empty((1, size)),
+        np.empty((1, size)),
+        np.empty((1, size)),
+        np.empty((1, size)),
+        np.zeros((1, size)),
+        np.empty((1, size)),
+        np.empty((1, size)),
+        np.zeros((1, size)),
+        np.zeros((1, size)),
+        np.ones((1, size)),
+        np.zeros((1, size)),
+        np.zeros((1, size)),
+        np.zeros((1, size)),
+        np.zeros((1, size)),
+        np.empty((1, 1)),
+        np.empty((1, size, size)),
+        np.empty((3, size)),
+        np.zeros((1, size)),
+    )

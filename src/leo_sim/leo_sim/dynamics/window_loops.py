@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Position servos' own loops as the kernel of whole windows takes them."""
+
 import math
 from typing import Any
 
@@ -35,8 +36,9 @@ def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
     return [np.shape(v)[:-1] for v in (*laws.servos.loop, *laws.servos.reading(), *values)]
 
 
-def looped(laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
-           ) -> tuple[Functions, Looped]:
+def looped(
+    laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
+) -> tuple[Functions, Looped]:
     """The laws behind the loops, and the loops, for states of leading axes and so many joints."""
     (lead, size), servos = axes, laws.servos
     functions = [compiled_law(_as_it_is, BEHIND)] * MOST_BEHIND
@@ -45,7 +47,8 @@ def looped(laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...],
     if servos is None:
         none, never = np.zeros((1, size)), np.zeros((0, 1, size))
         return Functions(functions), Looped(
-            never, never, none, none, none, none, none, none, values, acts)
+            never, never, none, none, none, none, none, none, values, acts
+        )
     for b, use in enumerate(servos.after):
         functions[b] = compiled_law(use.effect.law, BEHIND)
         acts[b, np.array(laws.actuated_joints)[use.at]] = 1
@@ -54,9 +57,11 @@ def looped(laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...],
     shape = (len(cut.parts), *(1,) * (2 - len(lead)), *lead)
     goal, torque = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
     gain, rate_gain, grain, supply, scale, zero = (
-        rows(figure, lead, size) for figure in _figures(laws, servos))
-    return Functions(functions), Looped(goal, torque, gain, rate_gain, grain, supply, scale, zero,
-                                    values, acts)
+        rows(figure, lead, size) for figure in _figures(laws, servos)
+    )
+    return Functions(functions), Looped(
+        goal, torque, gain, rate_gain, grain, supply, scale, zero, values, acts
+    )
 
 
 def _figures(laws: Laws, servos: Servos) -> tuple[Any, ...]:
@@ -69,8 +74,10 @@ def _figures(laws: Laws, servos: Servos) -> tuple[Any, ...]:
 def _per_volt(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, Any]:
     """Goals rad at the joints, and what 1 V there gives, N m, (P, ..., W, J)."""
     still = np.zeros(size)
-    none, one = (laws.straight.torques(still, still, still, u, cut.enabled, None, memory).motor
-                 for u in (np.zeros_like(cut.inputs), np.ones_like(cut.inputs)))
+    none, one = (
+        laws.straight.torques(still, still, still, u, cut.enabled, None, memory).motor
+        for u in (np.zeros_like(cut.inputs), np.ones_like(cut.inputs))
+    )
     return laws.at_joints(cut.inputs), one - none
 
 

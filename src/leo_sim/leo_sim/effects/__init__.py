@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The catalogue of effects, and placing one on a robot."""
+
 from __future__ import annotations
 
 from importlib.metadata import entry_points
@@ -49,22 +50,55 @@ if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
 
 __all__ = [
-    'EFFECTS', 'Effect', 'Parameter', 'Placed', 'check_bounds', 'get_effect', 'place',
+    'EFFECTS',
+    'Effect',
+    'Parameter',
+    'Placed',
+    'check_bounds',
+    'get_effect',
+    'place',
     'registered_effects',
 ]
 
 REQUIRED = ('name', 'family', 'hook', 'parameters')
 """What the class in a user's file has to say."""
-EFFECTS: dict[str, Effect] = {effect.name: effect for effect in (
-    CommandDelay(), VoltageScale(), VoltageDeadband(), VoltageLimit(), ActuatorLag(),
-    TorqueScale(), BackEmfScale(), ViscousFriction(), CoulombFriction(), StribeckFriction(),
-    LoadDependentFriction(), QuadraticDrag(), BiasTorque(), JointSpring(), Backlash(),
-    Armature(), TorqueRipple(),
-    LinkMass(), LinkCom(), LinkInertia(), ExternalForce(),
-    GroundFriction(), GroundCompliance(), GroundSlope(),
-    EncoderOffset(), EncoderScale(), VelocityLag(), MeasurementDelay(),
-    StribeckLoadFriction(), QuadraticLoadFriction(), DirectionalLoadFriction(), VoltagePush(),
-)}
+EFFECTS: dict[str, Effect] = {
+    effect.name: effect
+    for effect in (
+        CommandDelay(),
+        VoltageScale(),
+        VoltageDeadband(),
+        VoltageLimit(),
+        ActuatorLag(),
+        TorqueScale(),
+        BackEmfScale(),
+        ViscousFriction(),
+        CoulombFriction(),
+        StribeckFriction(),
+        LoadDependentFriction(),
+        QuadraticDrag(),
+        BiasTorque(),
+        JointSpring(),
+        Backlash(),
+        Armature(),
+        TorqueRipple(),
+        LinkMass(),
+        LinkCom(),
+        LinkInertia(),
+        ExternalForce(),
+        GroundFriction(),
+        GroundCompliance(),
+        GroundSlope(),
+        EncoderOffset(),
+        EncoderScale(),
+        VelocityLag(),
+        MeasurementDelay(),
+        StribeckLoadFriction(),
+        QuadraticLoadFriction(),
+        DirectionalLoadFriction(),
+        VoltagePush(),
+    )
+}
 
 
 def get_effect(ref: str) -> Effect:
@@ -92,8 +126,9 @@ def registered_effects() -> list[Effect]:
     return [entry.load()() for entry in entry_points(group='leo.effects')]
 
 
-def place(robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, ...],
-          **parameters: Any) -> Placed:
+def place(
+    robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, ...], **parameters: Any
+) -> Placed:
     """An effect at a joint or link, a list of them, or 'all', with its parameters.
 
     Parameters that are not given are neutral.
@@ -109,18 +144,22 @@ def place(robot: Robot, name: str | Effect, where: str | list[str] | tuple[str, 
     names = possible if everywhere else (where,) if isinstance(where, str) else tuple(where)
     for place_name in names:
         if place_name not in possible:
-            raise UserError(f'{effect.name} cannot act at {place_name!r} of {robot.name}; '
-                            f'possible: {", ".join(possible)}')
+            raise UserError(
+                f'{effect.name} cannot act at {place_name!r} of {robot.name}; '
+                f'possible: {", ".join(possible)}'
+            )
     if effect.late and set(names) != set(possible):
         raise UserError(f'{effect.name} acts on the whole joint state: place it at all')
     declared = effect.parameters_for(robot, names)
     known = {p.name: p.neutral for p in declared}
     for parameter in parameters:
         if parameter not in known:
-            raise UserError(f'{effect.name} has no parameter {parameter!r}; '
-                            f'it has: {", ".join(known)}')
-    return Placed(effect, names, {**known, **parameters}, everywhere,
-                  {p.name: p.unit for p in declared})
+            raise UserError(
+                f'{effect.name} has no parameter {parameter!r}; it has: {", ".join(known)}'
+            )
+    return Placed(
+        effect, names, {**known, **parameters}, everywhere, {p.name: p.unit for p in declared}
+    )
 
 
 def check_bounds(robot: Robot, placed: Placed) -> None:
@@ -129,8 +168,10 @@ def check_bounds(robot: Robot, placed: Placed) -> None:
         value = placed.parameters[p.name]
         if value == p.neutral or (math.isfinite(value) and p.low <= value <= p.high):
             continue
-        raise UserError(f'{placed.effect.name}.{p.name}: {value:g} is outside '
-                        f'{p.low:g} to {p.high:g} {p.unit}'.rstrip())
+        raise UserError(
+            f'{placed.effect.name}.{p.name}: {value:g} is outside '
+            f'{p.low:g} to {p.high:g} {p.unit}'.rstrip()
+        )
 
 
 def read_effect(path: Path) -> Effect:
@@ -142,16 +183,21 @@ def read_effect(path: Path) -> Effect:
     """
     found = [c for c in classes_of(load_file(path, 'effect')) if issubclass(c, Effect)]
     if len(found) != 1:
-        raise UserError(f'{path} defines {len(found)} effects; it must define exactly one '
-                        'subclass of leo_sim.effects.Effect')
+        raise UserError(
+            f'{path} defines {len(found)} effects; it must define exactly one '
+            'subclass of leo_sim.effects.Effect'
+        )
     kind = found[0]
     lacking = [name for name in REQUIRED if not hasattr(kind, name)]
     if lacking:
-        raise UserError(f'{path}: {kind.__name__} lacks {", ".join(lacking)}; '
-                        'see leo_sim.effects.Effect')
+        raise UserError(
+            f'{path}: {kind.__name__} lacks {", ".join(lacking)}; see leo_sim.effects.Effect'
+        )
     if kind.hook not in HOOKS or not _has_law(kind):
-        raise UserError(f'{path}: {kind.__name__} needs a hook of {", ".join(HOOKS)}, and the '
-                        f'method of that name; its hook is {kind.hook!r}')
+        raise UserError(
+            f'{path}: {kind.__name__} needs a hook of {", ".join(HOOKS)}, and the '
+            f'method of that name; its hook is {kind.hook!r}'
+        )
     _check_parameters(path, kind)
     effect: Effect = kind()
     effect.source = str(path.resolve())
@@ -169,13 +215,19 @@ def _has_law(kind: type[Effect]) -> bool:
 def _check_parameters(path: Path, kind: type[Effect]) -> None:
     for p in kind.parameters:
         if not (isinstance(p, Parameter) and p.low <= p.neutral <= p.high and p.low < p.high):
-            raise UserError(f'{path}: {kind.__name__}.parameters: {p} is no Parameter(name, unit, '
-                            'neutral, low, high) with its neutral value between low and high')
+            raise UserError(
+                f'{path}: {kind.__name__}.parameters: {p} is no Parameter(name, unit, '
+                'neutral, low, high) with its neutral value between low and high'
+            )
         if p.role not in ('', *ROLES):
-            raise UserError(f'{path}: {kind.__name__}.parameters: {p.name} has the role '
-                            f'{p.role!r}; there are {", ".join(ROLES)}')
+            raise UserError(
+                f'{path}: {kind.__name__}.parameters: {p.name} has the role '
+                f'{p.role!r}; there are {", ".join(ROLES)}'
+            )
         others = {other.name for other in kind.parameters} - {p.name}
         for told in (p.above, p.times):
             if told and told not in others:
-                raise UserError(f'{path}: {kind.__name__}.parameters: {p.name} has above or times '
-                                f'{told!r}, which is none of the others')
+                raise UserError(
+                    f'{path}: {kind.__name__}.parameters: {p.name} has above or times '
+                    f'{told!r}, which is none of the others'
+                )

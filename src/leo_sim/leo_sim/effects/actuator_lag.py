@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The motor input follows the command as a first-order lag of time constant tau."""
+
 from typing import Any
 
 import numpy as np

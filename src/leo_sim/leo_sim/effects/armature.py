@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inertia J added to the motor side of the joint."""
+
 from leo_sim.effects.base import Drive, Effect, Parameter, Values
 
 
@@ -12,8 +13,9 @@ class Armature(Effect):
     parameters = (Parameter('J', 'kg m2', low=0.0, role='amplitude', linear=False),)
     equation = 'J dw/dt more torque is needed at the joint'
     looks_like = 'The joint answers more slowly to torque, weight unchanged.'
-    confused_with = ('link_inertia on a single hinge: the same; command_delay and torque_scale '
-                     'in short runs.')
+    confused_with = (
+        'link_inertia on a single hinge: the same; command_delay and torque_scale in short runs.'
+    )
     reveal = 'Free swings: the period grows while the weight stays.'
 
     def drive(self, p: Values, drive: Drive) -> Drive:

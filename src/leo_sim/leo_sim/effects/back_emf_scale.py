@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Back-EMF is k times the model's."""
+
 from __future__ import annotations
 
 from typing import Any, TYPE_CHECKING
@@ -21,8 +22,9 @@ class BackEmfScale(Effect):
     parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'tau = (k - 1) tau_emf'
     looks_like = 'Damping while the motors are on differs; the stall torque is right.'
-    confused_with = ('viscous_friction on a voltage-driven joint that is never free: the same '
-                     'torque.')
+    confused_with = (
+        'viscous_friction on a voltage-driven joint that is never free: the same torque.'
+    )
     reveal = 'Let it swing with the motors free: only friction is left then.'
     motor_side = True
     steady = True

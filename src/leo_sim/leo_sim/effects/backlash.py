@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Play in the gear: the motor inertia moves freely within a dead zone, encoder on the link."""
+
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -18,8 +19,10 @@ class Backlash(Effect):
     hook = 'drive'
     parameters = (Parameter('gap', 'rad', low=0.0, role='threshold'),)
     equation = 'the motor turns the link only where |q_motor - q| = gap / 2'
-    looks_like = ('For an instant after each reversal of torque the link moves without its '
-                  'motor, then a jolt.')
+    looks_like = (
+        'For an instant after each reversal of torque the link moves without its '
+        'motor, then a jolt.'
+    )
     confused_with = 'voltage_deadband and coulomb_friction near reversals; command_delay.'
     reveal = 'Frequent reversals of small torques about the hanging pose.'
 

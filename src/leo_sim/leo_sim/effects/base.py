@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an effect is: a law with named parameters, placed at joints or links of a robot."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -191,8 +192,9 @@ class Effect:
         """The changed ground."""
         raise NotImplementedError
 
-    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-               ) -> tuple[Any, Any, Any]:
+    def sensor(
+        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+    ) -> tuple[Any, Any, Any]:
         """Measured angles and rates of true ones, and the memory.
 
         Args:
@@ -204,8 +206,7 @@ class Effect:
         """
         raise NotImplementedError
 
-    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array
-                 ) -> tuple[Any, Any]:
+    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array) -> tuple[Any, Any]:
         """Measured angles and rates of a motion.
 
         Args:
@@ -218,8 +219,10 @@ class Effect:
         read = [self.sensor(p, q[0], dq[0], memory, 0.0)]
         for n, after in enumerate(dt, start=1):
             read.append(self.sensor(p, q[n], dq[n], read[-1][2], after))
-        angles, rates = (np.stack(np.broadcast_arrays(*each))
-                         for each in zip(*((r[0], r[1]) for r in read), strict=True))
+        angles, rates = (
+            np.stack(np.broadcast_arrays(*each))
+            for each in zip(*((r[0], r[1]) for r in read), strict=True)
+        )
         return angles, rates
 
     def recall(self, p: Values, recalled: Any, faster: Array, dt: Numbers) -> Any:
@@ -233,8 +236,9 @@ class Effect:
         """
         return None
 
-    def unsensed(self, p: Values, q: Array, dq: Array, recalled: Any = None
-                 ) -> tuple[Any, Any, Any]:
+    def unsensed(
+        self, p: Values, q: Array, dq: Array, recalled: Any = None
+    ) -> tuple[Any, Any, Any]:
         """True angles and rates of measured ones, and the memory of the sensor hook with them.
 
         This one serves every sensor without memory that is linear in angle and in rate.
@@ -291,24 +295,25 @@ class Placed:
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def in_input_unit(robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
-                  ) -> tuple[Parameter, ...]:
+def in_input_unit(
+    robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
+) -> tuple[Parameter, ...]:
     """Parameters in V turned to N m (N on slides) where the robot takes torques."""
     unit = 'V' if robot.has_motor_law else 'N m'
     made = tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)
     return at_joints(robot, where, made)
 
 
-def at_joints(robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
-              ) -> tuple[Parameter, ...]:
+def at_joints(
+    robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
+) -> tuple[Parameter, ...]:
     """Parameters in units of sliding (N, m) where all of these joints slide; a phase stays rad.
 
     What slides and hinges share stays in units of turning.
     """
     if not (where and robot.slides.issuperset(where)):
         return parameters
-    return tuple(p if p.role == 'phase' else replace(p, unit=sliding(p.unit))
-                 for p in parameters)
+    return tuple(p if p.role == 'phase' else replace(p, unit=sliding(p.unit)) for p in parameters)
 
 
 def has_unit(robot: Robot, where: tuple[str, ...], parameter: Parameter, unit: str) -> bool:
@@ -326,9 +331,12 @@ def with_roles(effect: Effect, parameters: tuple[Parameter, ...]) -> tuple[Param
     The first parameter, and those of its unit, scale the effect; of the others angles place it.
     """
     first = parameters[0]
-    return tuple(p if p.role else replace(p, role=_role(effect, p, first),
-                                          linear=p.linear and _linear(effect, first))
-                 for p in parameters)
+    return tuple(
+        p
+        if p.role
+        else replace(p, role=_role(effect, p, first), linear=p.linear and _linear(effect, first))
+        for p in parameters
+    )
 
 
 def _role(effect: Effect, parameter: Parameter, first: Parameter) -> str:
@@ -336,8 +344,11 @@ def _role(effect: Effect, parameter: Parameter, first: Parameter) -> str:
         return 'position' if parameter.unit == 'rad' else 'shape'
     if first.unit == 's':
         return 'delay'
-    cuts = first.unit != '' if effect.hook == 'command' else (
-        effect.hook == 'drive' and first.unit == 'rad')
+    cuts = (
+        first.unit != ''
+        if effect.hook == 'command'
+        else (effect.hook == 'drive' and first.unit == 'rad')
+    )
     return 'threshold' if cuts else 'amplitude'
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands act `delay` seconds late."""
+
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,10 @@ class CommandDelay(Effect):
     parameters = (Parameter('delay', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'u_motor(t) = u(t - delay)'
     looks_like = 'Every answer to a change of the command comes late by the same time.'
-    confused_with = ('measurement_delay (the same where only states and commands are seen); '
-                     'actuator_lag, armature.')
+    confused_with = (
+        'measurement_delay (the same where only states and commands are seen); '
+        'actuator_lag, armature.'
+    )
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'
     dynamic = True
     rank = 10

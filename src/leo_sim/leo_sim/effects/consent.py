@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whose Python runs: a file of effects that another file names runs only if the user names it."""
+
 from __future__ import annotations
 
 import argparse

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction under load that differs with the direction in which power flows."""
+
 from __future__ import annotations
 
 from typing import Any, TYPE_CHECKING
@@ -23,18 +24,29 @@ class DirectionalLoadFriction(Effect):
         Parameter('mu', '', low=0.0, role='amplitude', linear=False),
         Parameter('mu_back', '', low=0.0, role='amplitude', linear=False),
     )
-    equation = ('tau = -mu |tau_motor - tau_load| sign(w) where the motor drives (tau_motor w > 0)'
-                ', mu_back in place of mu where the load drives')
+    equation = (
+        'tau = -mu |tau_motor - tau_load| sign(w) where the motor drives (tau_motor w > 0)'
+        ', mu_back in place of mu where the load drives'
+    )
     looks_like = 'Lifting costs another share of the torque than lowering the same weight.'
-    confused_with = ('load_dependent_friction, which it holds, where the motor always drives; '
-                     'torque_scale where it always lifts.')
+    confused_with = (
+        'load_dependent_friction, which it holds, where the motor always drives; '
+        'torque_scale where it always lifts.'
+    )
     reveal = 'Lift and lower the same weight, at the same speeds.'
     dry = True
     uses_load = True
 
     @staticmethod
-    def law(mu: Numbers, mu_back: Numbers, _: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
-            load: Numbers) -> Any:
+    def law(
+        mu: Numbers,
+        mu_back: Numbers,
+        _: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m; of a joint at rest, against the motion that would begin."""
         way = np.where(dq == 0.0, motor + load, dq)
         share = np.where(motor * way > 0.0, mu, mu_back)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured angle is the true one + o."""
+
 from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
@@ -18,7 +19,8 @@ class EncoderOffset(Effect):
     confused_with = 'bias_torque over narrow angles; link_com x.'
     reveal = 'Hanging still, and slow motion over a full turn.'
 
-    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-               ) -> tuple[Any, Any, Any]:
+    def sensor(
+        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+    ) -> tuple[Any, Any, Any]:
         """What the encoder reads."""
         return q + p['o'], dq, memory

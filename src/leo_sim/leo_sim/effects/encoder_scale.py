@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured angle and rate are the true ones x k."""
+
 from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
@@ -19,7 +20,8 @@ class EncoderScale(Effect):
     reveal = 'Slow motion over a full turn or more.'
     rank = 20
 
-    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-               ) -> tuple[Any, Any, Any]:
+    def sensor(
+        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+    ) -> tuple[Any, Any, Any]:
         """What the encoder reads."""
         return q * p['k'], dq * p['k'], memory

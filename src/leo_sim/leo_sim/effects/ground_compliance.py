@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stiffness and damping of the ground under each contact."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -22,8 +23,9 @@ class GroundCompliance(Effect):
         Parameter('d', 'N s/m', low=0.0, role='shape'),
     )
     equation = 'f_normal = k depth + d d(depth)/dt, never pulling'
-    looks_like = ('Feet sink deeper or bounce: base height in stance, and rates after each '
-                  'footfall, differ.')
+    looks_like = (
+        'Feet sink deeper or bounce: base height in stance, and rates after each footfall, differ.'
+    )
     confused_with = 'link_mass, which also lowers the stance height; ground_slope over one spot.'
     reveal = 'Footfalls of different speed, and standing still on one and on two feet.'
 
@@ -33,5 +35,7 @@ class GroundCompliance(Effect):
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """Neutral is the ground of the robot."""
-        return tuple(replace(p, neutral=robot.constants[f'ground.{figure}'].value)
-                     for p, figure in zip(self.parameters, ('stiffness', 'damping'), strict=True))
+        return tuple(
+            replace(p, neutral=robot.constants[f'ground.{figure}'].value)
+            for p, figure in zip(self.parameters, ('stiffness', 'damping'), strict=True)
+        )

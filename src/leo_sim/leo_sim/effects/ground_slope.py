@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The slope of the ground, positive uphill in +x."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -29,5 +30,7 @@ class GroundSlope(Effect):
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """Neutral is the ground of the robot."""
-        return tuple(replace(p, neutral=robot.constants[f'ground.{figure}'].value)
-                     for p, figure in zip(self.parameters, ('slope',), strict=True))
+        return tuple(
+            replace(p, neutral=robot.constants[f'ground.{figure}'].value)
+            for p, figure in zip(self.parameters, ('slope',), strict=True)
+        )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A linear spring at the joint: -k (q - rest)."""
+
 from typing import Any
 
 from leo_sim.common.broadcasting import Numbers
@@ -17,13 +18,21 @@ class JointSpring(Effect):
         Parameter('rest', 'rad', times='k', role='position'),
     )
     equation = 'tau = -k (q - rest)'
-    looks_like = ('A pull towards one angle that grows with the distance from it: cables, hoses,'
-                  ' springs.')
+    looks_like = (
+        'A pull towards one angle that grows with the distance from it: cables, hoses, springs.'
+    )
     confused_with = 'link_mass and external_force in small swings about the hanging pose.'
     reveal = 'Large angles, several turns if the robot can.'
 
     @staticmethod
-    def law(k: Numbers, rest: Numbers, _a: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
-            load: Numbers) -> Any:
+    def law(
+        k: Numbers,
+        rest: Numbers,
+        _a: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m."""
         return -k * (q - rest)

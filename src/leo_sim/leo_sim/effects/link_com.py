@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The centre of mass of a link moved by (x, z), mass and inertia about it kept."""
+
 from leo_sim.effects.base import Body, Effect, Parameter, Values
 
 
@@ -9,10 +10,7 @@ class LinkCom(Effect):
     name = 'link_com'
     family = 'inertia'
     hook = 'body'
-    parameters = (
-        Parameter('x', 'm', role='amplitude'),
-        Parameter('z', 'm', role='amplitude'),
-    )
+    parameters = (Parameter('x', 'm', role='amplitude'), Parameter('z', 'm', role='amplitude'))
     equation = 'centre of mass + (x, z); mass and inertia about it kept'
     looks_like = 'Gravity pulls in a turned or longer direction.'
     confused_with = 'link_mass and external_force for z, encoder_offset and bias_torque for x.'

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inertia I added about the link's centre of mass, mass kept."""
+
 from leo_sim.effects.base import Body, Effect, Parameter, Values
 
 

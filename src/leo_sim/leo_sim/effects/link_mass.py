@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mass m added at the link's centre of mass, inertia about it kept."""
+
 from leo_sim.effects.base import Body, Effect, Parameter, Values
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction in proportion to the torque the gear transmits."""
+
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,27 @@ class LoadDependentFriction(Effect):
     hook = 'torque'
     parameters = (Parameter('mu', '', low=0.0, role='amplitude', linear=False),)
     equation = 'tau = -mu |tau_motor - tau_load| sign(w)'
-    looks_like = ('Dry friction that grows with the torque through the gear: strong under load, '
-                  'weak when idle.')
-    confused_with = ('coulomb_friction when the load hardly changes; torque_scale while driving '
-                     'in one direction.')
+    looks_like = (
+        'Dry friction that grows with the torque through the gear: strong under load, '
+        'weak when idle.'
+    )
+    confused_with = (
+        'coulomb_friction when the load hardly changes; torque_scale while driving '
+        'in one direction.'
+    )
     reveal = 'The same motion with and without payload, and driving with and against gravity.'
     dry = True
     uses_load = True
 
     @staticmethod
-    def law(mu: Numbers, _a: Numbers, _b: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
-            load: Numbers) -> Any:
+    def law(
+        mu: Numbers,
+        _a: Numbers,
+        _b: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m."""
         return -np.copysign(mu * np.abs(motor - load), dq)

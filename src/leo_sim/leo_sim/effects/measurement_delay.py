@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured joint state is the true one `delay` seconds ago."""
+
 from typing import Any, TYPE_CHECKING
 
 import numpy as np
@@ -26,15 +27,18 @@ class MeasurementDelay(Effect):
     parameters = (Parameter('delay', 's', low=0.0, high=0.5, role='delay'),)
     equation = 'q_read(t) = q(t - delay), w_read(t) = w(t - delay)'
     looks_like = 'Every answer to a change of the command comes late by the same time.'
-    confused_with = ('command_delay of all joints: the same where only states and commands are '
-                     'seen; actuator_lag, armature.')
+    confused_with = (
+        'command_delay of all joints: the same where only states and commands are '
+        'seen; actuator_lag, armature.'
+    )
     reveal = 'Steps and fast square waves, sampled at 100 Hz or more.'
     dynamic = True
     late = True
     rank = 90
 
-    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-               ) -> tuple[Any, Any, Any]:
+    def sensor(
+        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+    ) -> tuple[Any, Any, Any]:
         """What arrives now."""
         if memory is None or np.any(dt):
             memory = self._seen(q, dq, memory, dt, np.max(p['delay']))
@@ -55,7 +59,8 @@ class MeasurementDelay(Effect):
             return newest
         older = memory + np.array([1.0, 0.0, 0.0]).reshape(3, *[1] * (memory.ndim - 1)) * dt
         parts = np.broadcast_shapes(newest.shape[2:], older.shape[2:])
-        memory = np.concatenate([np.broadcast_to(part, (*part.shape[:2], *parts))
-                                 for part in (newest, older)], axis=1)
+        memory = np.concatenate(
+            [np.broadcast_to(part, (*part.shape[:2], *parts)) for part in (newest, older)], axis=1
+        )
         ages = memory[0].reshape(memory.shape[1], -1).min(axis=1)
-        return memory[:, :1 + int(np.searchsorted(ages, longest))]
+        return memory[:, : 1 + int(np.searchsorted(ages, longest))]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The motor law: a DC motor on a voltage, or a torque source (docs/reference/leo.md 4)."""
+
 from typing import Any, NamedTuple
 
 from leo_sim.common.broadcasting import Array, Numbers
@@ -17,8 +18,13 @@ class Motor(NamedTuple):
     back_emf: Any
 
 
-def voltage_motor(voltage: Array, speed: Array, constant: Numbers, resistance: Numbers,
-                  enabled: Any | None = None) -> Motor:
+def voltage_motor(
+    voltage: Array,
+    speed: Array,
+    constant: Numbers,
+    resistance: Numbers,
+    enabled: Any | None = None,
+) -> Motor:
     """Torque of a DC motor: k (V - k w) / R while enabled, none when it is free.
 
     0 V is a shorted, braking motor; only `enabled` false is a free one. Inductance is neglected.

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Quadratic drag: a torque -d w |w|, as of air."""
+
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,14 @@ class QuadraticDrag(Effect):
     reveal = 'Free swings from large and from small angles.'
 
     @staticmethod
-    def law(d: Numbers, _a: Numbers, _b: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
-            load: Numbers) -> Any:
+    def law(
+        d: Numbers,
+        _a: Numbers,
+        _b: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m."""
         return -d * dq * np.abs(dq)

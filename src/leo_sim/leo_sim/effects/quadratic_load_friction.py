@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction that grows faster than the torque the gear transmits."""
+
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,15 @@ class QuadraticLoadFriction(Effect):
     uses_load = True
 
     @staticmethod
-    def law(mu: Numbers, mu2: Numbers, _: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
-            load: Numbers) -> Any:
+    def law(
+        mu: Numbers,
+        mu2: Numbers,
+        _: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m."""
         carried = np.abs(motor - load)
         return -np.copysign(mu * carried + mu2 * carried * carried, dq)

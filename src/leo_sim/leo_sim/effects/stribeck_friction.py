@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stribeck friction: dry friction that is larger near rest."""
+
 from typing import Any
 
 import numpy as np
@@ -21,14 +22,22 @@ class StribeckFriction(Effect):
     )
     equation = 'tau = -(c + (c_static - c) exp(-(w / v_s)^2)) sign(w)'
     looks_like = 'Sticks, breaks loose with a jerk, then slides with less friction.'
-    confused_with = ('coulomb_friction when no motion is slower than v_s; voltage_deadband near '
-                     'rest.')
+    confused_with = (
+        'coulomb_friction when no motion is slower than v_s; voltage_deadband near rest.'
+    )
     reveal = 'Very slow reversals, so that many samples lie below and around v_s.'
     dry = True
 
     @staticmethod
-    def law(c: Numbers, c_static: Numbers, v_s: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
-            load: Numbers) -> Any:
+    def law(
+        c: Numbers,
+        c_static: Numbers,
+        v_s: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m."""
-        level = c + (c_static - c) * np.exp(-(dq / np.maximum(v_s, 1e-9)) ** 2)
+        level = c + (c_static - c) * np.exp(-((dq / np.maximum(v_s, 1e-9)) ** 2))
         return -np.copysign(level, dq)

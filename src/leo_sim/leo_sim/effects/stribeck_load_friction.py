@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction in proportion to the torque the gear transmits, larger near rest."""
+
 from typing import Any
 
 import numpy as np
@@ -19,18 +20,26 @@ class StribeckLoadFriction(Effect):
         Parameter('mu_static', '', low=0.0, above='mu', role='amplitude', linear=False),
         Parameter('v_s', 'rad/s', low=0.0, role='shape'),
     )
-    equation = ('tau = -(mu + (mu_static - mu) exp(-(w / v_s)^2)) |tau_motor - tau_load| '
-                'sign(w)')
+    equation = 'tau = -(mu + (mu_static - mu) exp(-(w / v_s)^2)) |tau_motor - tau_load| sign(w)'
     looks_like = 'Under load it sticks and breaks loose with a jerk; without load it does not.'
-    confused_with = ('load_dependent_friction, which it holds, when no motion is slower than v_s; '
-                     'stribeck_friction when the load hardly changes.')
+    confused_with = (
+        'load_dependent_friction, which it holds, when no motion is slower than v_s; '
+        'stribeck_friction when the load hardly changes.'
+    )
     reveal = 'Very slow reversals with and without payload.'
     dry = True
     uses_load = True
 
     @staticmethod
-    def law(mu: Numbers, mu_static: Numbers, v_s: Numbers, q: Numbers, dq: Numbers,
-            motor: Numbers, load: Numbers) -> Any:
+    def law(
+        mu: Numbers,
+        mu_static: Numbers,
+        v_s: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m."""
-        share = mu + (mu_static - mu) * np.exp(-(dq / np.maximum(v_s, 1e-9)) ** 2)
+        share = mu + (mu_static - mu) * np.exp(-((dq / np.maximum(v_s, 1e-9)) ** 2))
         return -np.copysign(share * np.abs(motor - load), dq)

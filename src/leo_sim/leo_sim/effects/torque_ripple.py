@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Torque ripple: a sin(n q + phase), cogging of motor or gear."""
+
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,14 @@ class TorqueRipple(Effect):
     reveal = 'Slow motion over full turns, both ways.'
 
     @staticmethod
-    def law(a: Numbers, n: Numbers, phase: Numbers, q: Numbers, dq: Numbers, motor: Numbers,
-            load: Numbers) -> Any:
+    def law(
+        a: Numbers,
+        n: Numbers,
+        phase: Numbers,
+        q: Numbers,
+        dq: Numbers,
+        motor: Numbers,
+        load: Numbers,
+    ) -> Any:
         """Torque at the joint, N m."""
         return a * np.sin(n * q + phase)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured rate follows the true one as a first-order lag of time constant tau."""
+
 from typing import Any
 
 import numpy as np
@@ -30,8 +31,9 @@ class VelocityLag(Effect):
     of_rates = True
     rank = 10
 
-    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-               ) -> tuple[Any, Any, Any]:
+    def sensor(
+        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
+    ) -> tuple[Any, Any, Any]:
         """What the encoder and its filter read."""
         if memory is None:
             return q, dq, np.stack([dq, dq])
@@ -42,16 +44,17 @@ class VelocityLag(Effect):
         read = dq - behind + (read - before) * decay
         return q, read, paired(read, dq)
 
-    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array
-                 ) -> tuple[Any, Any]:
+    def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array) -> tuple[Any, Any]:
         """What the encoder and its filter read at all instants of a motion."""
         decay, behind = _behind(p, np.diff(dq, axis=0), dt)
         first = np.zeros_like(dq[0]) if memory is None else memory[0] - memory[1]
         shape = np.broadcast_shapes(np.shape(first), behind.shape[1:])
         off = np.empty((len(dq), int(np.prod(shape))))
         off[0] = np.broadcast_to(first, shape).ravel()
-        flat = (np.broadcast_to(part, (len(behind), *shape)).reshape(len(behind), -1)
-                for part in (decay, behind))
+        flat = (
+            np.broadcast_to(part, (len(behind), *shape)).reshape(len(behind), -1)
+            for part in (decay, behind)
+        )
         _follow(off, *flat)
         return q, dq + off.reshape(-1, *shape)
 
@@ -60,8 +63,9 @@ class VelocityLag(Effect):
         decay = np.exp(-dt / np.maximum(p['tau'], TINY))
         return faster if recalled is None else faster + (recalled - faster) * decay
 
-    def unsensed(self, p: Values, q: Array, dq: Array, recalled: Any = None
-                 ) -> tuple[Any, Any, Any]:
+    def unsensed(
+        self, p: Values, q: Array, dq: Array, recalled: Any = None
+    ) -> tuple[Any, Any, Any]:
         """The true rate is ahead of the measured one by tau x the lagged acceleration."""
         true = dq + p['tau'] * (0.0 if recalled is None else recalled)
         return q, true, paired(dq, true)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Viscous friction: a torque -b w against the joint speed."""
+
 from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
@@ -15,8 +16,9 @@ class ViscousFriction(Effect):
     hook = 'torque'
     parameters = (Parameter('b', 'N m s/rad', low=0.0, role='amplitude'),)
     equation = 'tau = -b w'
-    looks_like = ('Motion dies out faster than the model says, in proportion to speed; nothing '
-                  'at rest.')
+    looks_like = (
+        'Motion dies out faster than the model says, in proportion to speed; nothing at rest.'
+    )
     confused_with = 'back_emf_scale on a voltage-driven joint that is never free: the same torque.'
     reveal = 'Let it swing with the motors free: back-EMF is gone then, viscous friction is not.'
     steady = True

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands smaller than v do nothing, larger ones lose v."""
+
 from __future__ import annotations
 
 from typing import Any, TYPE_CHECKING
@@ -22,8 +23,9 @@ class VoltageDeadband(Effect):
     parameters = (Parameter('v', 'V', low=0.0, role='threshold'),)
     equation = 'u_motor = sign(u) max(|u| - v, 0)'
     looks_like = 'Small commands have no effect; large ones are weaker by a constant.'
-    confused_with = ('coulomb_friction where the joint hardly moves; voltage_scale at one '
-                     'amplitude.')
+    confused_with = (
+        'coulomb_friction where the joint hardly moves; voltage_scale at one amplitude.'
+    )
     reveal = 'Small and large commands, also while the joint coasts.'
     rank = 30
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands are clipped to +-v."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -35,5 +36,6 @@ class VoltageLimit(Effect):
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """Parameters in the unit of the robot's input."""
         most = max(a.strongest for a in robot.actuators if a.joint in where)
-        return tuple(replace(p, neutral=most)
-                     for p in in_input_unit(robot, where, self.parameters))
+        return tuple(
+            replace(p, neutral=most) for p in in_input_unit(robot, where, self.parameters)
+        )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The drive adds v in the direction of every command, as firmware that makes up for friction."""
+
 from __future__ import annotations
 
 from typing import Any, TYPE_CHECKING
@@ -25,8 +26,10 @@ class VoltagePush(Effect):
     parameters = (Parameter('v', 'V', low=0.0, role='amplitude'),)
     equation = 'u_motor = u + v sign(u)'
     looks_like = 'Small commands do more than they should; large ones are stronger by a constant.'
-    confused_with = ('voltage_scale at one amplitude; less dry friction than the model has, where '
-                     'commands go with the motion.')
+    confused_with = (
+        'voltage_scale at one amplitude; less dry friction than the model has, where '
+        'commands go with the motion.'
+    )
     reveal = 'Small and large commands, also against the motion.'
     rank = 35
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The motor gets k times the command."""
+
 from typing import Any
 
 from leo_sim.common.broadcasting import Numbers
@@ -15,8 +16,10 @@ class VoltageScale(Effect):
     parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
     equation = 'u_motor = k u'
     looks_like = 'Commands are stronger or weaker than sent; braking at 0 V is right.'
-    confused_with = ('torque_scale (the same on a torque-driven joint, or where the torque '
-                     'constant is refitted).')
+    confused_with = (
+        'torque_scale (the same on a torque-driven joint, or where the torque '
+        'constant is refitted).'
+    )
     reveal = 'Runs at 0 V beside driven ones.'
     rank = 20
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The laws of a model as the figures of straight lines, read off the laws themselves."""
+
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,18 +66,29 @@ def figures(model: Model) -> Figures:
 
     def joint(q: float, dq: float) -> Any:
         off = np.zeros(len(laws.actuated_joints), dtype=bool)
-        return still + laws.torques(still + q, still + dq, still + dq, np.zeros(len(off)), off,
-                                    still).joint
+        return (
+            still
+            + laws.torques(still + q, still + dq, still + dq, np.zeros(len(off)), off, still).joint
+        )
 
     at_rest = joint(0.0, 0.0)
-    stiffness, level = at_rest - joint(1.0, 0.0), laws.torques(
-        still, still, still, np.zeros(len(laws.actuated_joints)), None, still).level
+    stiffness, level = (
+        at_rest - joint(1.0, 0.0),
+        laws.torques(still, still, still, np.zeros(len(laws.actuated_joints)), None, still).level,
+    )
     sprung = stiffness > 0
     rest = np.where(sprung, at_rest / np.where(sprung, stiffness, 1.0), 0.0)
     bias = np.where(sprung, 0.0, at_rest)[laws.actuated]
     return Figures(
-        still + laws.rotor_inertia, at_rest - joint(0.0, 1.0), still if level is None else level,
-        stiffness, rest, laws.sense(still, still, {})[0], _drives(model, laws, bias), laws)
+        still + laws.rotor_inertia,
+        at_rest - joint(0.0, 1.0),
+        still if level is None else level,
+        stiffness,
+        rest,
+        laws.sense(still, still, {})[0],
+        _drives(model, laws, bias),
+        laws,
+    )
 
 
 def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
@@ -90,11 +102,13 @@ def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
 
     strongest = np.array([a.strongest for a in robot.actuators])
     scale, most = slope_and_end(
-        lambda share: motors.command(share * strongest, None, {}, 1.0)[0], 1.0)
+        lambda share: motors.command(share * strongest, None, {}, 1.0)[0], 1.0
+    )
     lag = np.zeros(len(ones))
     for placed in model.effects:
         if placed.effect.name == LAG:
             lag[[a.joint in placed.where for a in robot.actuators]] = placed.parameters['tau']
     zero = motor(0.0, 0.0)
-    return Drives(motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0), bias, most, scale / strongest,
-                  lag)
+    return Drives(
+        motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0), bias, most, scale / strongest, lag
+    )

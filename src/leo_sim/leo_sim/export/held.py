@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model cut down to what a format holds, with a line on each thing that it does not."""
+
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -9,10 +10,24 @@ from leo_sim.export import needs
 from leo_sim.export.needs import friction_at_speed
 from leo_sim.model.model import Model
 
-SPEAKS = {'MJCF': frozenset({
-    needs.INERTIA, needs.ARMATURE, needs.DAMPING, needs.SPRING, needs.DRY, needs.BIAS,
-    needs.MOTOR, needs.LIMIT, needs.LAG, needs.OFFSET, needs.TOUCH}),
-    'URDF': frozenset({needs.INERTIA, needs.DAMPING, needs.DRY})}
+SPEAKS = {
+    'MJCF': frozenset(
+        {
+            needs.INERTIA,
+            needs.ARMATURE,
+            needs.DAMPING,
+            needs.SPRING,
+            needs.DRY,
+            needs.BIAS,
+            needs.MOTOR,
+            needs.LIMIT,
+            needs.LAG,
+            needs.OFFSET,
+            needs.TOUCH,
+        }
+    ),
+    'URDF': frozenset({needs.INERTIA, needs.DAMPING, needs.DRY}),
+}
 """What each format holds."""
 
 
@@ -48,13 +63,16 @@ def held(model: Model, format_name: str) -> Held:
 
 def described(placed: Placed) -> str:
     """An effect in words, as `viscous_friction at pivot: b = 0.01 N m s/rad`."""
-    values = ', '.join(f'{name} = {value:.4g} {placed.units[name]}'.rstrip()
-                       for name, value in placed.parameters.items())
+    values = ', '.join(
+        f'{name} = {value:.4g} {placed.units[name]}'.rstrip()
+        for name, value in placed.parameters.items()
+    )
     return f'{placed.effect.name} at {", ".join(placed.where)}: {values}'
 
 
-def _part(placed: Placed, model: Model, format_name: str, kept: list[Placed]
-          ) -> tuple[Placed | None, str]:
+def _part(
+    placed: Placed, model: Model, format_name: str, kept: list[Placed]
+) -> tuple[Placed | None, str]:
     """What of an effect a format holds, and what it lacks for the rest."""
     robot, speaks = model.robot, SPEAKS[format_name]
     if robot.input == 'position':
@@ -71,27 +89,38 @@ def _part(placed: Placed, model: Model, format_name: str, kept: list[Placed]
 
 def _second_lag(placed: Placed, kept: list[Placed]) -> bool:
     """Whether an actuator would lag twice."""
-    return any(placed.effect.name == other.effect.name == 'actuator_lag'
-               and {*placed.where} & {*other.where} for other in kept)
+    return any(
+        placed.effect.name == other.effect.name == 'actuator_lag'
+        and {*placed.where} & {*other.where}
+        for other in kept
+    )
 
 
 def _beside(model: Model, format_name: str) -> Iterator[str]:
     """Figures of a robot and its model, beside the effects, that a format does not hold."""
     robot, values = model.robot, model.constants
-    if coarse := [joint for joint, sensor in robot.sensors.items()
-                  if sensor.angle_resolution or sensor.rate_resolution]:
+    if coarse := [
+        joint
+        for joint, sensor in robot.sensors.items()
+        if sensor.angle_resolution or sensor.rate_resolution
+    ]:
         yield f'resolution of the encoders of {", ".join(coarse)}: {format_name} holds none'
     if format_name == 'URDF':
         yield from _beside_urdf(model)
     elif robot.contacts:
-        yield (f'stiffness and damping of the ground: {format_name} has a law of contact of its '
-               'own; the contacts are as soft as MuJoCo makes them')
+        yield (
+            f'stiffness and damping of the ground: {format_name} has a law of contact of its '
+            'own; the contacts are as soft as MuJoCo makes them'
+        )
     if format_name == 'MJCF' and robot.input == 'position':
-        yield ('freed motors: the back-EMF of a position servo is damping of its joint here and '
-               'stays when an actuator is disabled')
+        yield (
+            'freed motors: the back-EMF of a position servo is damping of its joint here and '
+            'stays when an actuator is disabled'
+        )
     for path, what in (('goal_rate', 'the rate of the goals'), ('resolution', "a servo's counts")):
-        if named := [a.joint for a in robot.actuators
-                     if values.get(f'actuators.{a.joint}.{path}')]:
+        if named := [
+            a.joint for a in robot.actuators if values.get(f'actuators.{a.joint}.{path}')
+        ]:
             yield f'{what} of {", ".join(named)}: {format_name} holds none'
     for path in model.by_recording:
         yield f"{path} of each recording: {format_name} holds one value, the model's own"
@@ -105,10 +134,13 @@ def _beside_urdf(model: Model) -> Iterator[str]:
         if inertia := values[f'actuators.{a.joint}.rotor_inertia']:
             yield f'rotor inertia of {a.joint}, {inertia:.4g} kg m2: URDF holds none'
         if robot.has_motor_law:
-            constant, resistance = (values[f'actuators.{a.joint}.{key}']
-                                    for key in ('torque_constant', 'resistance'))
-            yield (f'motor of {a.joint}, {constant:.4g} N m/A and {resistance:.4g} ohm: URDF '
-                   'holds no motors; its joints take torques')
+            constant, resistance = (
+                values[f'actuators.{a.joint}.{key}'] for key in ('torque_constant', 'resistance')
+            )
+            yield (
+                f'motor of {a.joint}, {constant:.4g} N m/A and {resistance:.4g} ohm: URDF '
+                'holds no motors; its joints take torques'
+            )
     for joint in robot.joint_names:
         if zero := values.get(f'sensors.{joint}.offset'):
             yield f'encoder of {joint}, {zero:.4g} rad at angle 0: URDF holds none'

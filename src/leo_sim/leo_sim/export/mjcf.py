@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model as MJCF for MuJoCo, with its motors, friction, springs and encoders' zeros."""
+
 import math
 from typing import Any
 from xml.etree import ElementTree
@@ -28,12 +29,19 @@ def mjcf(model: Model) -> ElementTree.Element:
     """
     robot, found = model.robot, figures(model)
     if robot.copies:
-        raise UserError(f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the MJCF '
-                        'written here does not hold; write a .urdf')
+        raise UserError(
+            f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the MJCF '
+            'written here does not hold; write a .urdf'
+        )
     laws = found.laws
     with_bodies(robot.urdf, laws.bodies)  # refuses what no body has
-    root = tree(robot.joints, laws.bodies, robot.contacts, laws.gravity,
-                laws.ground.slope if laws.ground else 0.0)
+    root = tree(
+        robot.joints,
+        laws.bodies,
+        robot.contacts,
+        laws.gravity,
+        laws.ground.slope if laws.ground else 0.0,
+    )
     root.set('model', robot.name)
     step = robot.control_period / math.ceil(robot.control_period / STEP)
     _option(root).set('timestep', repr(step))
@@ -69,9 +77,14 @@ def _joints(root: ElementTree.Element, robot: Robot, found: Figures, step: float
         if element.get('range'):
             low, high = (float(end) + zero for end in element.get('range', '').split())
             element.set('range', numbers((low, high)))
-        values = {'armature': found.armature[i], 'damping': damping[i],
-                  'frictionloss': found.friction[i], 'stiffness': found.stiffness[i],
-                  'springref': found.rest[i] + zero if found.stiffness[i] else 0.0, 'ref': zero}
+        values = {
+            'armature': found.armature[i],
+            'damping': damping[i],
+            'frictionloss': found.friction[i],
+            'stiffness': found.stiffness[i],
+            'springref': found.rest[i] + zero if found.stiffness[i] else 0.0,
+            'ref': zero,
+        }
         for key, value in values.items():
             if value:
                 element.set(key, repr(float(value)))
@@ -85,9 +98,14 @@ def _motor(robot: Robot, found: Figures, i: int) -> tuple[str, dict[str, str]]:
     drive = found.drives
     scale, most = drive.scale[i], robot.limits[i]
     limit = min(most, drive.most[i] / scale) if scale else most
-    values = {'ctrllimited': 'true', 'ctrlrange': numbers((-limit, limit)), 'gaintype': 'fixed',
-              'gainprm': numbers([drive.gain[i] * scale]), 'biastype': 'affine',
-              'biasprm': numbers((drive.bias[i], 0.0, -drive.back_emf[i]))}
+    values = {
+        'ctrllimited': 'true',
+        'ctrlrange': numbers((-limit, limit)),
+        'gaintype': 'fixed',
+        'gainprm': numbers([drive.gain[i] * scale]),
+        'biastype': 'affine',
+        'biasprm': numbers((drive.bias[i], 0.0, -drive.back_emf[i])),
+    }
     if drive.lag[i]:
         values |= {'dyntype': 'filterexact', 'dynprm': numbers([drive.lag[i]])}
     return 'general', values
@@ -105,8 +123,12 @@ def _servo(robot: Robot, found: Figures, i: int) -> tuple[str, dict[str, str]]:
     if drive.lag[i]:
         values['timeconst'] = drive.lag[i]
     return 'position', {
-        'ctrllimited': 'true', 'ctrlrange': numbers((low, high)), 'forcelimited': 'true',
-        'forcerange': numbers((-most, most)), **{k: repr(float(v)) for k, v in values.items()}}
+        'ctrllimited': 'true',
+        'ctrlrange': numbers((low, high)),
+        'forcelimited': 'true',
+        'forcerange': numbers((-most, most)),
+        **{k: repr(float(v)) for k, v in values.items()},
+    }
 
 
 def _start(root: ElementTree.Element, robot: Robot, found: Figures) -> None:
@@ -116,5 +138,9 @@ def _start(root: ElementTree.Element, robot: Robot, found: Figures) -> None:
         return
     names = [element.get('name', '') for element in root.iter('joint')]
     zeros = dict(zip(robot.joint_names, found.zero.tolist(), strict=True))
-    added(added(root, 'keyframe'), 'key', name='nominal',
-          qpos=numbers([angles.get(name, 0.0) + zeros[name] for name in names]))
+    added(
+        added(root, 'keyframe'),
+        'key',
+        name='nominal',
+        qpos=numbers([angles.get(name, 0.0) + zeros[name] for name in names]),
+    )

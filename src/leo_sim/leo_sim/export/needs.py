@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a format must be able to hold for an effect to be in it, told by trying its law."""
+
 from collections.abc import Callable
 from typing import Any
 
@@ -42,8 +43,13 @@ LARGEST = np.array([6.0, 20.0, 5.0, 5.0])
 def needs(placed: Placed, robot: Robot) -> frozenset[str]:
     """What a format must hold for an effect of a robot to be in it, one or more of the above."""
     by_hook: dict[str, Callable[[Placed, Robot], set[str]]] = {
-        'body': _body, 'drive': _drive, 'torque': _torque, 'command': _command,
-        'sensor': _sensor, 'ground': _ground}
+        'body': _body,
+        'drive': _drive,
+        'torque': _torque,
+        'command': _command,
+        'sensor': _sensor,
+        'ground': _ground,
+    }
     return frozenset(by_hook[placed.effect.hook](placed, robot))
 
 
@@ -87,8 +93,12 @@ def _command(placed: Placed, robot: Robot) -> set[str]:
     most = max(a.strongest for a in robot.actuators if a.joint in placed.where)
     u = np.linspace(-most, most, TRIED + 1)[:, None] * np.ones(len(placed.where))
     there = placed.effect.command(placed.parameters, u, None, 0.0)[0]
-    slope, end = slope_and_end(lambda v: placed.effect.command(
-        placed.parameters, v * np.ones(len(placed.where)), None, 0.0)[0], most)
+    slope, end = slope_and_end(
+        lambda v: placed.effect.command(
+            placed.parameters, v * np.ones(len(placed.where)), None, 0.0
+        )[0],
+        most,
+    )
     if not np.allclose(there, np.clip(slope * u, -end, end), SAME, SAME * most):
         return {COMMAND}
     return {MOTOR} if np.allclose(end, slope * most, SAME) else {MOTOR, LIMIT}
@@ -127,8 +137,9 @@ def _tried(placed: Placed, fast: float = 1.0) -> tuple[Any, Any]:
     shape = (len(LARGEST), TRIED, len(placed.where))
     q, dq, motor, back_emf = rng.uniform(-1, 1, shape) * LARGEST[:, None, None]
     dq = dq * fast
-    torque = placed.effect.torque(placed.parameters, q, dq, Motor(motor, back_emf),
-                                  np.zeros_like(q))
+    torque = placed.effect.torque(
+        placed.parameters, q, dq, Motor(motor, back_emf), np.zeros_like(q)
+    )
     return (q, dq, motor, back_emf), np.abs(torque) if placed.effect.dry else torque
 
 
@@ -146,6 +157,8 @@ def _straight(columns: Any, torque: Any, names: tuple[str, ...]) -> set[str]:
     if np.max(np.abs(columns @ slopes - torque)) > SAME * scale:
         return {CURVED}
     used = np.abs(slopes) * np.max(np.abs(columns), axis=0) > SAME * scale
-    drives = any(name in (SPRING, DAMPING) and on and slope > 0
-                 for name, on, slope in zip(names, used, slopes, strict=True))
+    drives = any(
+        name in (SPRING, DAMPING) and on and slope > 0
+        for name, on, slope in zip(names, used, slopes, strict=True)
+    )
     return {CURVED} if drives else {name for name, on in zip(names, used, strict=True) if on}

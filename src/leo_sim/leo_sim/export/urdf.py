@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model as URDF: inertial figures, viscous and dry friction, largest torque and speed."""
+
 from xml.etree import ElementTree
 
 import numpy as np
@@ -23,9 +24,14 @@ def urdf(model: Model) -> ElementTree.Element:
         if joint.get('name') in model.robot.joint_names:
             i = model.robot.joint_names.index(joint.get('name', ''))
             if found.damping[i] or found.friction[i]:
-                ElementTree.SubElement(joint, 'dynamics', {
-                    'damping': repr(float(found.damping[i])),
-                    'friction': repr(float(found.friction[i]))})
+                ElementTree.SubElement(
+                    joint,
+                    'dynamics',
+                    {
+                        'damping': repr(float(found.damping[i])),
+                        'friction': repr(float(found.friction[i])),
+                    },
+                )
     _limits(root, model, found)
     return root
 

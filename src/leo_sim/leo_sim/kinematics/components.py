@@ -5,6 +5,7 @@ Most components of a robot's geometry are exactly zero (planar robots, joint axe
 z). Written component by component, with products by 0 and 1 skipped, one generic recursion over
 the tree does about the arithmetic of hand-written equations, on floats or on arrays.
 """
+
 from collections.abc import Sequence
 from typing import Any
 
@@ -71,9 +72,11 @@ def cross(a: Vec, b: Vec) -> Vec:
     """Vector product."""
     if a is ZERO or b is ZERO:
         return ZERO
-    return (sub(mul(a[1], b[2]), mul(a[2], b[1])),
-            sub(mul(a[2], b[0]), mul(a[0], b[2])),
-            sub(mul(a[0], b[1]), mul(a[1], b[0])))
+    return (
+        sub(mul(a[1], b[2]), mul(a[2], b[1])),
+        sub(mul(a[2], b[0]), mul(a[0], b[2])),
+        sub(mul(a[0], b[1]), mul(a[1], b[0])),
+    )
 
 
 def turned(r: Mat, a: Vec) -> Vec:
@@ -114,7 +117,9 @@ def steiner(mass: Numbers, moment: Vec, shift: Vec) -> Mat:
     result = []
     for row in range(3):
         for column in range(3):
-            outer = add(add(mul(shift[row], moment[column]), mul(moment[row], shift[column])),
-                        mul(mass, mul(shift[row], shift[column])))
+            outer = add(
+                add(mul(shift[row], moment[column]), mul(moment[row], shift[column])),
+                mul(mass, mul(shift[row], shift[column])),
+            )
             result.append(sub(square if row == column else 0.0, outer))
     return tuple(result)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the links of a robot are: frames, points, the centre of mass, heights over the ground."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -44,8 +45,9 @@ class Kinematics:
             parent = frames[joint.parent]
             angle = 0.0 if column < 0 else joint.ratio * angles[column]
             inside = placed(joint, parts, angle)
-            frames[joint.child] = Frame(product(parent.rotation, inside.rotation),
-                                        parent.point(inside.origin))
+            frames[joint.child] = Frame(
+                product(parent.rotation, inside.rotation), parent.point(inside.origin)
+            )
         return frames
 
 
@@ -76,6 +78,7 @@ def placed(joint: Joint, parts: tuple[Mat, Mat, Mat], angle: Numbers) -> Frame:
         slide = scaled(angle, turned(joint.rotation, joint.axis))
         return Frame(joint.rotation, plus(joint.translation, slide))
     cosine, sine = np.cos(angle), np.sin(angle)
-    rotation = tuple(add(add(a, mul(cosine, b)), mul(sine, c))
-                     for a, b, c in zip(*parts, strict=True))
+    rotation = tuple(
+        add(add(a, mul(cosine, b)), mul(sine, c)) for a, b, c in zip(*parts, strict=True)
+    )
     return Frame(rotation, joint.translation)

@@ -3,6 +3,7 @@
 
 With phi the absolute pitch of the links, every point is linear in q, cos phi and sin phi.
 """
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -43,8 +44,11 @@ class Plane:
     def points(self, places: Sequence[Place]) -> Points:
         """The map from angles to the places."""
         columns = [self._column(*place) for place in places]
-        return Points(self._slopes, np.stack([c[0] for c in columns], axis=-1),
-                      np.stack([c[1] for c in columns], axis=-1))
+        return Points(
+            self._slopes,
+            np.stack([c[0] for c in columns], axis=-1),
+            np.stack([c[1] for c in columns], axis=-1),
+        )
 
     def _column(self, link: str, x: float, z: float) -> tuple[np.ndarray, np.ndarray]:
         """Start (2,) and weights (2, J + 2 H) of one point."""
@@ -97,8 +101,10 @@ class Points:
         q = np.asarray(q, dtype=float)
         pitch = q @ self._slopes
         features = np.concatenate([q, np.cos(pitch), np.sin(pitch)], axis=-1)
-        return (features @ self._weights[0] + self._start[0],
-                features @ self._weights[1] + self._start[1])
+        return (
+            features @ self._weights[0] + self._start[0],
+            features @ self._weights[1] + self._start[1],
+        )
 
     def mean(self, shares: Sequence[float]) -> Points:
         """The one point that is a mean of these with given shares."""

@@ -4,6 +4,7 @@
 Where y(t) = x(t - d) is the joint state d s ago, y' = f(y(t), u(t - d)): windows that start from
 readings need no state of the joints themselves, only inputs and `enabled` that act d s late.
 """
+
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,9 @@ from leo_sim.laws.placement import Use
 DELAY = CommandDelay()
 
 
-def act_late(use: Use, u: Array, enabled: np.ndarray | None, memory: Any, h: Numbers
-             ) -> tuple[Any, Any, Any]:
+def act_late(
+    use: Use, u: Array, enabled: np.ndarray | None, memory: Any, h: Numbers
+) -> tuple[Any, Any, Any]:
     """Inputs and the share of the next h s that each motor is on, and the new memory.
 
     Args:

@@ -4,6 +4,7 @@
 Arrays have the joints (or actuators) as last axis and any leading axes; scanned parameters and
 constants are arrays (S, 1, 1).
 """
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -69,17 +70,23 @@ class Laws:
         of_readings: The states are those that a late sensor shows, not those of the joints.
     """
 
-    def __init__(self, robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any],
-                 of_readings: bool = False):
+    def __init__(
+        self,
+        robot: Robot,
+        effects: Sequence[Placed],
+        values: Mapping[str, Any],
+        of_readings: bool = False,
+    ):
         self._made = robot, effects, values, of_readings
         self.joints, self.input = robot.joint_names, robot.input
         self.actuated = index_of(robot.actuated, len(self.joints))
         self.actuated_joints = robot.actuated
         self._all_actuated = robot.actuated == tuple(range(len(self.joints)))
         uses = [self._use(robot, i, placed) for i, placed in enumerate(effects)]
-        by_hook = {hook: sorted((u for u in uses if u.effect.hook == hook),
-                                key=lambda u: u.effect.rank)
-                   for hook in ('command', 'torque', 'sensor', 'drive')}
+        by_hook = {
+            hook: sorted((u for u in uses if u.effect.hook == hook), key=lambda u: u.effect.rank)
+            for hook in ('command', 'torque', 'sensor', 'drive')
+        }
         self._commands = by_hook['command']
         behind: list[Use] = []
         if robot.input == 'position':
@@ -87,8 +94,7 @@ class Laws:
         self._late = [u for u in by_hook['sensor'] if u.effect.late and of_readings]
         sensors = [u for u in by_hook['sensor'] if u not in self._late]
         self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
-        self._smooth = [u for u in by_hook['torque']
-                        if not (u.effect.motor_side or u.effect.dry)]
+        self._smooth = [u for u in by_hook['torque'] if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
         self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
         self.bent = [u for u in by_hook['torque'] if not u.effect.steady]
@@ -117,8 +123,9 @@ class Laws:
             robot = replace(robot, input='voltage')
         return Laws(robot, kept, values, of_readings)
 
-    def command(self, u: Array, enabled: np.ndarray | None, memory: Memory, h: Numbers
-                ) -> tuple[Any, Any, Memory]:
+    def command(
+        self, u: Array, enabled: np.ndarray | None, memory: Memory, h: Numbers
+    ) -> tuple[Any, Any, Memory]:
         """What reaches the motors over the next h s of a held input, and the new memory.
 
         Args:
@@ -133,8 +140,7 @@ class Laws:
         for use in self._late:
             u, enabled, changed[use.key] = act_late(use, u, enabled, memory.get(use.key), h)
         for use in self._commands:
-            part, kept = use.effect.command(use.values, u[..., use.at],
-                                            memory.get(use.key), h)
+            part, kept = use.effect.command(use.values, u[..., use.at], memory.get(use.key), h)
             u = put(u, use.at, part)
             if kept is not None:
                 changed[use.key] = kept
@@ -142,9 +148,12 @@ class Laws:
 
     def remember(self, q: Array, dq: Array, memory: Memory, h: Numbers) -> Memory:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
-        kept = {use.key: use.effect.remember(use.values, q[..., use.at], dq[..., use.at],
-                                             _recalled(use, memory), h)
-                for use in self._remembering}
+        kept = {
+            use.key: use.effect.remember(
+                use.values, q[..., use.at], dq[..., use.at], _recalled(use, memory), h
+            )
+            for use in self._remembering
+        }
         memory = {**memory, **kept}
         return self.sensors.sense(q, dq, memory, h)[2] if self.sensors.dynamic else memory
 
@@ -160,9 +169,16 @@ class Laws:
         """What inputs (..., A) put on the motors, V or N m: a loop makes volts of goals."""
         return u if self.servos is None else self.servos.voltage(u, q, dq)
 
-    def torques(self, q: Array, dq: Array, motor_speed: Array, u: Array,
-                enabled: np.ndarray | None, load: Array | None, memory: Memory = NOTHING
-                ) -> Torques:
+    def torques(
+        self,
+        q: Array,
+        dq: Array,
+        motor_speed: Array,
+        u: Array,
+        enabled: np.ndarray | None,
+        load: Array | None,
+        memory: Memory = NOTHING,
+    ) -> Torques:
         """All torques at one instant.
 
         Args:
@@ -176,8 +192,14 @@ class Laws:
         """
         motor = self._motor(q, dq, motor_speed, u, enabled)
         for use in self._motor_side:
-            extra = use.effect.torque(use.values, q[..., use.at], motor_speed[..., use.at],
-                                      self._part(motor, use.at), None, *_told(use, memory))
+            extra = use.effect.torque(
+                use.values,
+                q[..., use.at],
+                motor_speed[..., use.at],
+                self._part(motor, use.at),
+                None,
+                *_told(use, memory),
+            )
             motor = motor._replace(torque=added(motor.torque, use.at, extra))
         joint: Any = 0.0
         if self.damping is not None:
@@ -198,8 +220,13 @@ class Laws:
         index = index_of(tuple(names.index(w) for w in placed.where), len(names))
         return Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
 
-    def _loops(self, robot: Robot, values: Mapping[str, Any], sensors: Sequence[Use],
-               behind: Sequence[Use]) -> Servos | None:
+    def _loops(
+        self,
+        robot: Robot,
+        values: Mapping[str, Any],
+        sensors: Sequence[Use],
+        behind: Sequence[Use],
+    ) -> Servos | None:
         if robot.input != 'position':
             return None
         own = Sensors([u for u in sensors if not u.effect.dynamic], self._offset)
@@ -227,19 +254,20 @@ class Laws:
         drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
         for use in uses:
             part = use.effect.drive(use.values, self._part(drive, use.at))
-            drive = Drive(*(put(old, use.at, new)
-                            for old, new in zip(drive, part, strict=True)))
+            drive = Drive(*(put(old, use.at, new) for old, new in zip(drive, part, strict=True)))
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None
 
-    def _motor(self, q: Array, dq: Array, speed: Array, u: Array, enabled: np.ndarray | None
-               ) -> Motor:
+    def _motor(
+        self, q: Array, dq: Array, speed: Array, u: Array, enabled: np.ndarray | None
+    ) -> Motor:
         u = self.at_motors(u, q, dq)
         if self.input == 'torque':
             motor = torque_source(u, enabled)
         else:
-            motor = voltage_motor(u, speed[..., self.actuated], self._constant,
-                                  self._resistance, enabled)
+            motor = voltage_motor(
+                u, speed[..., self.actuated], self._constant, self._resistance, enabled
+            )
         if self._efficiency is not None:
             motor = Motor(*(self._efficiency * figure for figure in motor))
         return Motor(self.at_joints(motor.torque), self.at_joints(motor.back_emf))
@@ -252,13 +280,25 @@ class Laws:
         result[..., self.actuated] = figures
         return result
 
-    def _added(self, total: Any, use: Use, q: Array, dq: Array, motor: Motor, load: Array | None,
-               memory: Memory) -> Any:
+    def _added(
+        self,
+        total: Any,
+        use: Use,
+        q: Array,
+        dq: Array,
+        motor: Motor,
+        load: Array | None,
+        memory: Memory,
+    ) -> Any:
         index = use.at
-        part = use.effect.torque(use.values, q[..., index], dq[..., index],
-                                 self._part(motor, index),
-                                 None if load is None else load[..., index],
-                                 *_told(use, memory))
+        part = use.effect.torque(
+            use.values,
+            q[..., index],
+            dq[..., index],
+            self._part(motor, index),
+            None if load is None else load[..., index],
+            *_told(use, memory),
+        )
         if isinstance(total, float):
             total = np.zeros(len(self.joints))
         return added(total, index, part)
@@ -284,8 +324,7 @@ def _told(use: Use, memory: Memory) -> tuple[Any, ...]:
     return (_recalled(use, memory),) if use.effect.remembers else ()
 
 
-def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]
-            ) -> dict[str, Body]:
+def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]) -> dict[str, Body]:
     """Inertial figures of the links, body effects included, arrays as (S, 1)."""
     single = {path: _squeezed(value) for path, value in values.items()}
     links = bodies(robot.links, robot.joints, single)
@@ -310,4 +349,3 @@ def _ground(effects: Sequence[Placed], values: Mapping[str, Any]) -> Ground:
 def _squeezed(value: Any) -> Any:
     """A float, or an array (S, 1, 1) without its last axis, to match single components."""
     return np.asarray(value)[..., 0] if np.ndim(value) else float(value)
-

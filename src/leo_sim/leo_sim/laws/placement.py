@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where an effect acts: some columns of arrays with the joints (or actuators) as last axis."""
+
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -44,8 +45,12 @@ def stacked(figures: Sequence[Any]) -> Any:
     """Floats or arrays (S, 1, 1) side by side along the last axis."""
     if not figures:
         return np.zeros(0)
-    return np.concatenate(np.broadcast_arrays(
-        *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)), axis=-1)
+    return np.concatenate(
+        np.broadcast_arrays(
+            *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)
+        ),
+        axis=-1,
+    )
 
 
 def added(whole: Any, index: Index, part: Any) -> Any:

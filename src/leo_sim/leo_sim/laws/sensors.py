@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the encoders of a model read, and the true state behind a reading."""
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -34,7 +35,8 @@ class Sensors:
         changed = dict(memory)
         for use in self._uses:
             angle, rate, kept = use.effect.sensor(
-                use.values, q[..., use.at], dq[..., use.at], memory.get(use.key), dt)
+                use.values, q[..., use.at], dq[..., use.at], memory.get(use.key), dt
+            )
             q, dq = put(q, use.at, angle), put(dq, use.at, rate)
             if kept is not None:
                 changed[use.key] = kept
@@ -52,18 +54,22 @@ class Sensors:
         if self._offset is not None:
             q = q + self._offset
         for use in self._uses:
-            angle, rate = use.effect.readings(use.values, q[..., use.at], dq[..., use.at],
-                                              memory.get(use.key), dt)
+            angle, rate = use.effect.readings(
+                use.values, q[..., use.at], dq[..., use.at], memory.get(use.key), dt
+            )
             q, dq = put(q, use.at, angle), put(dq, use.at, rate)
         return q, dq
 
     def recall(self, recalled: Memory, faster: Array, dt: Numbers) -> Memory:
         """What `true_state` needs of the motion so far, after it was faster (..., J) for dt s."""
-        return {use.key: use.effect.recall(use.values, recalled.get(use.key),
-                                           faster[..., use.at], dt) for use in self._uses}
+        return {
+            use.key: use.effect.recall(use.values, recalled.get(use.key), faster[..., use.at], dt)
+            for use in self._uses
+        }
 
-    def true_state(self, q: Array, dq: Array, recalled: Memory = NOTHING
-                   ) -> tuple[Any, Any, Memory]:
+    def true_state(
+        self, q: Array, dq: Array, recalled: Memory = NOTHING
+    ) -> tuple[Any, Any, Memory]:
         """True angles and rates of measured ones, and what the sensors then remember.
 
         Args:
@@ -74,7 +80,8 @@ class Sensors:
         memory = {}
         for use in reversed(self._uses):
             angle, rate, kept = use.effect.unsensed(
-                use.values, q[..., use.at], dq[..., use.at], recalled.get(use.key))
+                use.values, q[..., use.at], dq[..., use.at], recalled.get(use.key)
+            )
             q, dq = put(q, use.at, angle), put(dq, use.at, rate)
             if kept is not None:
                 memory[use.key] = kept

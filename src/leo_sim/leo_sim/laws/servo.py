@@ -5,6 +5,7 @@ Goal and angle in counts of the encoder, their difference times a gain is the du
 the supply (Rhoban BAM, bam/actuator.py and bam/feetech/actuator.py, commit 060af88e: duty = kp *
 error_gain * (goal - q), clipped; volts = duty * supply; the goal moves at a limited rate).
 """
+
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -52,13 +53,24 @@ class Servos:
         size: How many joints there are.
     """
 
-    def __init__(self, paths: Sequence[str], values: Mapping[str, Any], sensors: Sensors,
-                 after: Sequence[Use], actuated: Index, size: int):
+    def __init__(
+        self,
+        paths: Sequence[str],
+        values: Mapping[str, Any],
+        sensors: Sensors,
+        after: Sequence[Use],
+        actuated: Index,
+        size: int,
+    ):
         def figures(key: str, default: float = 0.0) -> Any:
             return stacked([values.get(path + key, default) for path in paths])
 
-        self.loop = Loop(figures('position_gain'), figures('rate_gain'),
-                         np.maximum(figures('resolution'), FINEST), figures('supply'))
+        self.loop = Loop(
+            figures('position_gain'),
+            figures('rate_gain'),
+            np.maximum(figures('resolution'), FINEST),
+            figures('supply'),
+        )
         self.after, self.sensors, self._actuated = after, sensors, actuated
         self._size = size
 
@@ -116,8 +128,9 @@ class GoalRate(Effect):
         return np.clip(u, before - 0.5 * most, before + 0.5 * most), end
 
 
-def around_loop(commands: Sequence[Use], paths: Sequence[str], values: Mapping[str, Any]
-                ) -> tuple[list[Use], list[Use]]:
+def around_loop(
+    commands: Sequence[Use], paths: Sequence[str], values: Mapping[str, Any]
+) -> tuple[list[Use], list[Use]]:
     """Command effects before the loops and behind them, in their order.
 
     What is late or slow changes a goal, a limited rate among them; what acts at once changes the

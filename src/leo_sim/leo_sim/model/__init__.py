@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot with effects and constants: predicts one state, or many windows at once."""
+
 from leo_sim.model.batch import History, rollout
 from leo_sim.model.model import Model, State
 from leo_sim.model.model_file import load_model, save_model

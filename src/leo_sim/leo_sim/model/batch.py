@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The physics of a model over many windows, and many parameter values, at once."""
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,10 +32,18 @@ class History(NamedTuple):
     dt: Any
 
 
-def rollout(model: Model, q0: ArrayLike, dq0: ArrayLike, inputs: ArrayLike, dt: ArrayLike,
-            enabled: np.ndarray | None = None, history: History | tuple[Any, ...] | None = None,
-            push: Array | None = None, start: ArrayLike = 0.0, held: ArrayLike | None = None
-            ) -> tuple[Any, Any]:
+def rollout(
+    model: Model,
+    q0: ArrayLike,
+    dq0: ArrayLike,
+    inputs: ArrayLike,
+    dt: ArrayLike,
+    enabled: np.ndarray | None = None,
+    history: History | tuple[Any, ...] | None = None,
+    push: Array | None = None,
+    start: ArrayLike = 0.0,
+    held: ArrayLike | None = None,
+) -> tuple[Any, Any]:
     """Measured angles and rates along open-loop windows.
 
     The same numbers as `Model.step` over each interval, to rounding. Without a history the
@@ -57,10 +66,17 @@ def rollout(model: Model, q0: ArrayLike, dq0: ArrayLike, inputs: ArrayLike, dt: 
     """
     inputs = np.asarray(inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
-    batch = Batch(np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float), inputs, periods,
-                  enabled, None if history is None else History(*history), push,
-                  np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2]),
-                  _held(model, held, inputs.shape[-3]))
+    batch = Batch(
+        np.asarray(q0, dtype=float),
+        np.asarray(dq0, dtype=float),
+        inputs,
+        periods,
+        enabled,
+        None if history is None else History(*history),
+        push,
+        np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2]),
+        _held(model, held, inputs.shape[-3]),
+    )
     if not model.robot.contacts:
         return _rollout(model, batch)
     parts = shares(lambda part: _rollout(model, part), batch)
@@ -81,9 +97,18 @@ def _rollout(model: Model, batch: Batch) -> tuple[Any, Any]:
         return _rolled(model, *batch)
 
 
-def _rolled(model: Model, q0: Array, dq0: Array, inputs: Array, periods: Array,
-            enabled: np.ndarray | None, history: Any, push: Array | None, start: Array,
-            held: Array | None) -> tuple[Any, Any]:
+def _rolled(
+    model: Model,
+    q0: Array,
+    dq0: Array,
+    inputs: Array,
+    periods: Array,
+    enabled: np.ndarray | None,
+    history: Any,
+    push: Array | None,
+    start: Array,
+    held: Array | None,
+) -> tuple[Any, Any]:
     laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
     memory: Memory = {TIME: start[..., None]} | ({} if held is None else {HELD: held})
     recalled: Memory = {}
@@ -98,15 +123,23 @@ def _rolled(model: Model, q0: Array, dq0: Array, inputs: Array, periods: Array,
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
-        q, dq, memory = model.integrate(laws, dynamics, q, dq, memory, inputs[..., k, :],
-                                  _on(enabled, k), h, count,
-                                  0.0 if push is None else push[..., k, :])
+        q, dq, memory = model.integrate(
+            laws,
+            dynamics,
+            q,
+            dq,
+            memory,
+            inputs[..., k, :],
+            _on(enabled, k),
+            h,
+            count,
+            0.0 if push is None else push[..., k, :],
+        )
         measured.append(laws.sense(q, dq, memory))
     return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
 
 
-def warmed(model: Model, history: History, dq: Array, memory: Memory
-           ) -> tuple[Memory, Memory]:
+def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[Memory, Memory]:
     """What the effects remember after the history, with the joints held to its states.
 
     Args:
@@ -124,12 +157,16 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory
         return memory, recalled
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
-    states = [(np.asarray(history.q, dtype=float)[..., k, :],
-               np.asarray(history.dq, dtype=float)[..., k, :]) for k in range(inputs.shape[-2])]
+    states = [
+        (
+            np.asarray(history.q, dtype=float)[..., k, :],
+            np.asarray(history.dq, dtype=float)[..., k, :],
+        )
+        for k in range(inputs.shape[-2])
+    ]
     true = [laws.true_state(*state) for state in states]
     rates = [state[1] for state in true] + [dq]
-    memory = rested(laws, *true[0],
-                    {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
+    memory = rested(laws, *true[0], {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
     moved = laws.recalls or laws.gap is not None
     for k, state in enumerate(states):
         h, count = _substep(periods[:, k], model.integration_step)
@@ -151,8 +188,14 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory
     return memory, recalled
 
 
-def _faster(model: Model, state: tuple[Any, Any], recalled: Memory, memory: Memory,
-            held: tuple[Any, Any, Any], count: int) -> Any:
+def _faster(
+    model: Model,
+    state: tuple[Any, Any],
+    recalled: Memory,
+    memory: Memory,
+    held: tuple[Any, Any, Any],
+    count: int,
+) -> Any:
     """Mean acceleration of the joints over one interval from a reading."""
     laws, (inputs, enabled, h) = model.reading_laws, held
     q, dq, _ = laws.sensors.true_state(*state, recalled)
@@ -160,8 +203,15 @@ def _faster(model: Model, state: tuple[Any, Any], recalled: Memory, memory: Memo
     return (after - dq) / np.maximum(h * count, 1e-12)
 
 
-def _play(model: Model, memory: Memory, q: Array, dq: Array, u: Array, enabled: np.ndarray | None,
-          h: Numbers) -> Memory:
+def _play(
+    model: Model,
+    memory: Memory,
+    q: Array,
+    dq: Array,
+    u: Array,
+    enabled: np.ndarray | None,
+    h: Numbers,
+) -> Memory:
     """The motor sides after h s while the joints move at given rates."""
     laws = model.reading_laws
     offset, speed = memory[DRIVE]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constants that differ between recordings of one robot: a payload, a gain."""
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -22,12 +23,15 @@ def checked_by_recording(robot: Robot, given: Mapping[str, Values]) -> dict[str,
     found = {path: values for path, values in given.items() if values}
     for path in [*found, *(c.path for c in robot.constants.values() if c.per_recording)]:
         if path not in robot.constants:
-            raise UserError(f'{robot.name} has no constant {path!r}'
-                            f'{nearest(path, robot.constants)}')
+            raise UserError(
+                f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}'
+            )
         if robot.contacts:
-            raise UserError(f'{path}: {robot.name} stands on a ground, where a constant has one '
-                            'value in all bags; leave per_recording and recordings out, and '
-                            'explain the bags one by one (--each)')
+            raise UserError(
+                f'{path}: {robot.name} stands on a ground, where a constant has one '
+                'value in all bags; leave per_recording and recordings out, and '
+                'explain the bags one by one (--each)'
+            )
     return found
 
 

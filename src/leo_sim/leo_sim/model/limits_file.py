@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`limits:` of a model file: how far a parameter of an effect may go on this robot."""
+
 from collections.abc import Mapping
 
 from leo_msgs_py.errors import UserError
@@ -41,8 +42,10 @@ def _checked(robot: Robot, key: str, limit: LimitFile) -> tuple[float, float]:
     if not low < high:
         raise UserError(f'limits: {key}: {low:g} to {high:g} is no range')
     if not low <= parameter.neutral <= high:
-        raise UserError(f'limits: {key}: {parameter.neutral:g}, which is no effect, is not within '
-                        f'{low:g} to {high:g}')
+        raise UserError(
+            f'limits: {key}: {parameter.neutral:g}, which is no effect, is not within '
+            f'{low:g} to {high:g}'
+        )
     return low, high
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot with effects and constants, stepped as a pure function of its state."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -75,33 +76,45 @@ class Model:
         UserError: Unknown engine or constant, or constants of recordings of a robot with ground.
     """
 
-    def __init__(self, robot: Robot | str, effects: Sequence[Placed] = (),
-                 constants: Mapping[str, Any] | None = None, engine: str = 'pybullet',
-                 integration_step: float | None = None,
-                 history: Sequence[Mapping[str, Any]] = (),
-                 difference_model: Path | None = None, scheme: str = 'reference',
-                 held: bool = False,
-                 limits: Mapping[str, tuple[float, float]] | None = None,
-                 by_recording: Mapping[str, Mapping[str, Any]] | None = None):
+    def __init__(
+        self,
+        robot: Robot | str,
+        effects: Sequence[Placed] = (),
+        constants: Mapping[str, Any] | None = None,
+        engine: str = 'pybullet',
+        integration_step: float | None = None,
+        history: Sequence[Mapping[str, Any]] = (),
+        difference_model: Path | None = None,
+        scheme: str = 'reference',
+        held: bool = False,
+        limits: Mapping[str, tuple[float, float]] | None = None,
+        by_recording: Mapping[str, Mapping[str, Any]] | None = None,
+    ):
         self.robot = load_robot(robot) if isinstance(robot, str) else robot
         self.effects = tuple(effects)
         self.constants = _all_constants(self.robot, constants or {})
         if engine not in ENGINES:
             raise UserError(f'no engine {engine!r}{nearest(engine, ENGINES)}')
         if engine == 'rk4' and self.robot.contacts:
-            raise UserError(f'engine rk4 knows no ground, which {self.robot.name} stands on; '
-                            'use pybullet, rigid or mujoco')
+            raise UserError(
+                f'engine rk4 knows no ground, which {self.robot.name} stands on; '
+                'use pybullet, rigid or mujoco'
+            )
         self.engine = engine
         if engine == 'mujoco' and self.robot.copies:
-            raise UserError(f'engine mujoco takes no joints that mimic others, as '
-                            f'{self.robot.copies[0]} of {self.robot.name}; use rigid')
+            raise UserError(
+                f'engine mujoco takes no joints that mimic others, as '
+                f'{self.robot.copies[0]} of {self.robot.name}; use rigid'
+            )
         least = MUJOCO_STEP if engine == 'mujoco' else 0.0
         if scheme not in self.robot.schemes:
-            raise UserError(f'{self.robot.name} has no scheme {scheme!r}'
-                            f'{nearest(scheme, self.robot.schemes)}')
+            raise UserError(
+                f'{self.robot.name} has no scheme {scheme!r}{nearest(scheme, self.robot.schemes)}'
+            )
         self.scheme, self.held = scheme, held
         self.integration_step = integration_step or max(
-            self.robot.schemes[scheme].integration_step, least)
+            self.robot.schemes[scheme].integration_step, least
+        )
         joints = (len(self.robot.joint_names),)
         self._shapes = joints, joints, (len(self.robot.actuators),)
         self.history, self.difference_model = tuple(history), difference_model
@@ -111,11 +124,19 @@ class Model:
 
     def changed(self, **changes: Any) -> Model:
         """A model with another robot, effects, constants, engine or integration_step."""
-        kept = {'robot': self.robot, 'effects': self.effects, 'constants': self.constants,
-                'engine': self.engine, 'integration_step': self.integration_step,
-                'history': self.history, 'difference_model': self.difference_model,
-                'scheme': self.scheme, 'held': self.held, 'limits': self.limits,
-                'by_recording': self.by_recording}
+        kept = {
+            'robot': self.robot,
+            'effects': self.effects,
+            'constants': self.constants,
+            'engine': self.engine,
+            'integration_step': self.integration_step,
+            'history': self.history,
+            'difference_model': self.difference_model,
+            'scheme': self.scheme,
+            'held': self.held,
+            'limits': self.limits,
+            'by_recording': self.by_recording,
+        }
         if 'scheme' in changes:
             del kept['integration_step']
         return Model(**{**kept, **changes})
@@ -130,12 +151,15 @@ class Model:
         """
         if not self.by_recording:
             return self
-        own = {path: chosen(values, self.constants[path], names, source)
-               for path, values in self.by_recording.items()}
+        own = {
+            path: chosen(values, self.constants[path], names, source)
+            for path, values in self.by_recording.items()
+        }
         return self.changed(constants={**self.constants, **own}, by_recording={})
 
-    def start(self, pose: str = 'nominal', rng: np.random.Generator | None = None,
-              elapsed: float = 0.0) -> State:
+    def start(
+        self, pose: str = 'nominal', rng: np.random.Generator | None = None, elapsed: float = 0.0
+    ) -> State:
         """The state at the start of an episode.
 
         Args:
@@ -166,8 +190,14 @@ class Model:
         check_possible(self.robot, q, dq)
         return State(*self.laws.true_state(q, dq), _memory(self.held))
 
-    def step(self, state: State, inputs: ArrayLike, dt: float, enabled: np.ndarray | None = None,
-             push: Numbers = 0.0) -> State:
+    def step(
+        self,
+        state: State,
+        inputs: ArrayLike,
+        dt: float,
+        enabled: np.ndarray | None = None,
+        push: Numbers = 0.0,
+    ) -> State:
         """The state after dt s with the inputs held; a pure function, to the bit.
 
         Args:
@@ -187,8 +217,18 @@ class Model:
         if self.laws.stops is not None and outside(self.laws.stops, state.q):
             check_possible(self.robot, state.q, state.dq)
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
-        q, dq, memory = self._integrate(self.laws, self._dynamics, state.q, state.dq,
-                                        state.memory, u, on, dt / count, count, push)
+        q, dq, memory = self._integrate(
+            self.laws,
+            self._dynamics,
+            state.q,
+            state.dq,
+            state.memory,
+            u,
+            on,
+            dt / count,
+            count,
+            push,
+        )
         return State(q, dq, memory)
 
     def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:
@@ -222,6 +262,7 @@ class Model:
             return Single(*tree)
         if self.robot.contacts:
             from leo_sim.dynamics.planar import Planar
+
             return Planar(*tree)
         return Spatial(*tree)
 
@@ -240,6 +281,7 @@ class Model:
         if self.engine != 'pybullet' or self.robot.copies:  # PyBullet has no joints that mimic
             return self.rigid
         from leo_sim.dynamics.pybullet import Bullet
+
         return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)
 
     @cached_property
@@ -248,14 +290,20 @@ class Model:
         if not self.robot.contacts:
             return integrate
         from leo_sim.dynamics import multirate
+
         scheme = self.robot.schemes[self.scheme]
-        return partial(multirate.integrate, spheres=self.spheres,
-                       geometry_every=scheme.geometry_every, switching=scheme.switching)
+        return partial(
+            multirate.integrate,
+            spheres=self.spheres,
+            geometry_every=scheme.geometry_every,
+            switching=scheme.switching,
+        )
 
     @cached_property
     def _integrate(self) -> Any:
         if self.engine == 'rk4':
             from leo_sim.references import rk4
+
             return rk4.integrate
         if self.engine == 'mujoco':
             return mujoco('engine mujoco').integrate
@@ -273,6 +321,7 @@ def _memory(held: bool) -> dict[str, np.ndarray]:
 def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
     for path in changed:
         if path not in robot.constants:
-            raise UserError(f'{robot.name} has no constant {path!r}'
-                            f'{nearest(path, robot.constants)}')
+            raise UserError(
+                f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}'
+            )
     return {path: c.value for path, c in robot.constants.items()} | dict(changed)

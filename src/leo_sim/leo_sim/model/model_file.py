@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """model.yaml: a robot with its effects, constants, difference model and history."""
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -90,16 +91,24 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
     constants = _each(path, robot, file.constants)
     robot = robot.with_constants(_constants(path, robot, constants))
     difference = file.difference_model
-    return Model(robot, _placed_all(path, robot, file.effects), engine=engine,
-                 history=file.history, limits=_limits(path, robot, file.limits),
-                 by_recording={name: c.recordings for name, c in constants.items()},
-                 difference_model=None if difference is None else path.parent / difference)
+    return Model(
+        robot,
+        _placed_all(path, robot, file.effects),
+        engine=engine,
+        history=file.history,
+        limits=_limits(path, robot, file.limits),
+        by_recording={name: c.recordings for name, c in constants.items()},
+        difference_model=None if difference is None else path.parent / difference,
+    )
 
 
 def named_models() -> dict[str, Path]:
     """The model files in the folders `models` of named robots: ROBOT_FILE, as so101_bam."""
-    return {f'{name}_{file.stem}': file for name, folder in named_robots().items()
-            for file in sorted(folder.glob('models/*.yaml'))}
+    return {
+        f'{name}_{file.stem}': file
+        for name, folder in named_robots().items()
+        for file in sorted(folder.glob('models/*.yaml'))
+    }
 
 
 def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
@@ -116,8 +125,9 @@ def write_effects(effects: Sequence[Placed], folder: Path | None = None) -> list
     return [_entry(placed, folder) for placed in effects]
 
 
-def save_model(path: str | Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
-               ) -> Path:
+def save_model(
+    path: str | Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
+) -> Path:
     """Write a model as a new file.
 
     Args:
@@ -160,8 +170,11 @@ def _entry(placed: Placed, folder: Path | None) -> dict[str, Any]:
     source = placed.effect.source
     if source and folder is not None:
         source = str(_relative(Path(source), folder))
-    return {'name': source or placed.effect.name,
-            'where': 'all' if placed.everywhere else where, 'parameters': parameters}
+    return {
+        'name': source or placed.effect.name,
+        'where': 'all' if placed.everywhere else where,
+        'parameters': parameters,
+    }
 
 
 def _placed_all(path: Path, robot: Robot, entries: Sequence[EffectFile]) -> tuple[Placed, ...]:
@@ -192,8 +205,7 @@ def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
         if given is None:
             continue
         if not has_unit(robot, placed.where, p, given.unit):
-            raise UserError(f'{entry.name}.{p.name}: the unit is {p.unit!r}, '
-                            f'found {given.unit!r}')
+            raise UserError(f'{entry.name}.{p.name}: the unit is {p.unit!r}, found {given.unit!r}')
     check_bounds(robot, placed)
 
 
@@ -208,13 +220,14 @@ def _named_file(ref: str | Path) -> Path:
         return path
     models, robots = named_models(), named_robots()
     if name not in robots and name not in models:
-        raise UserError(f'no robot or model is named {name!r}, and it is no folder'
-                        f'{nearest(name, {**robots, **models})}')
+        raise UserError(
+            f'no robot or model is named {name!r}, and it is no folder'
+            f'{nearest(name, {**robots, **models})}'
+        )
     return models.get(name, path)
 
 
-def _each(path: Path, robot: Robot, given: Mapping[str, ConstantFile]
-          ) -> dict[str, ConstantFile]:
+def _each(path: Path, robot: Robot, given: Mapping[str, ConstantFile]) -> dict[str, ConstantFile]:
     """Constants by their whole paths: `actuators.*.resistance` stands for each of them.
 
     What a file says of one of them holds for that one, wherever it says so.
@@ -226,20 +239,22 @@ def _each(path: Path, robot: Robot, given: Mapping[str, ConstantFile]
     for pattern in (name for name in given if '*' in name):
         found = [name for name in robot.constants if fnmatchcase(name, pattern)]
         if not found:
-            raise UserError(f'{path}: constants: {robot.name} has no {pattern!r}'
-                            f'{nearest(pattern, robot.constants)}')
+            raise UserError(
+                f'{path}: constants: {robot.name} has no {pattern!r}'
+                f'{nearest(pattern, robot.constants)}'
+            )
         result |= dict.fromkeys(found, given[pattern])
     return result | {name: c for name, c in given.items() if '*' not in name}
 
 
-def _constants(path: Path, robot: Robot, given: Mapping[str, ConstantFile]
-               ) -> dict[str, Constant]:
+def _constants(path: Path, robot: Robot, given: Mapping[str, ConstantFile]) -> dict[str, Constant]:
     result = {}
     for name, quantity in given.items():
         known = robot.constants.get(name)
         if known is None:
-            raise UserError(f'{path}: constants: {robot.name} has no {name!r}'
-                            f'{nearest(name, robot.constants)}')
+            raise UserError(
+                f'{path}: constants: {robot.name} has no {name!r}{nearest(name, robot.constants)}'
+            )
         result[name] = _constant(path, name, quantity, known)
     return result
 
@@ -247,16 +262,20 @@ def _constants(path: Path, robot: Robot, given: Mapping[str, ConstantFile]
 def _constant(path: Path, name: str, given: ConstantFile, known: Constant) -> Constant:
     where, uncertain = f'{path}: constants', given.uncertain or known.uncertain
     if given.per_recording and uncertain is None:
-        raise UserError(f'{where}: {name}: per_recording refits it, so say in which range: '
-                        'uncertain: [low, high]; known values go under recordings alone')
+        raise UserError(
+            f'{where}: {name}: per_recording refits it, so say in which range: '
+            'uncertain: [low, high]; known values go under recordings alone'
+        )
     for recording, value in given.recordings.items():
-        own = Quantity(value=value, unit=given.unit,
-                       uncertain=uncertain if given.per_recording else None)
+        own = Quantity(
+            value=value, unit=given.unit, uncertain=uncertain if given.per_recording else None
+        )
         checked(f'{where}: recordings: {recording}', name, own, known.unit)
     whole = Quantity(value=given.value, unit=given.unit, uncertain=uncertain)
     sure = frozenset() if given.per_recording else frozenset(given.recordings)
-    return replace(checked(where, name, whole, known.unit),
-                   per_recording=given.per_recording, known=sure)
+    return replace(
+        checked(where, name, whole, known.unit), per_recording=given.per_recording, known=sure
+    )
 
 
 def _limits(path: Path, robot: Robot, given: Mapping[str, LimitFile]) -> Limits:
@@ -268,8 +287,10 @@ def _limits(path: Path, robot: Robot, given: Mapping[str, LimitFile]) -> Limits:
 
 def _written_limits(model: Model) -> dict[str, Any]:
     units = {key: limited_parameter(model.robot, key).unit for key in model.limits}
-    return {key: {'range': [float(v) for v in ends], 'unit': units[key]}
-            for key, ends in model.limits.items()}
+    return {
+        key: {'range': [float(v) for v in ends], 'unit': units[key]}
+        for key, ends in model.limits.items()
+    }
 
 
 def _changed_constants(model: Model) -> dict[str, Any]:
@@ -308,9 +329,11 @@ def _robot_of(path: Path, ref: str) -> str:
     """
     found, robots = _beside(path, ref), named_robots()
     if not os.path.isdir(found) and ref not in robots:
-        raise UserError(f'{path}: robot: no robot is named {ref!r}, and there is no folder '
-                        f'{path.parent / ref}{nearest(ref, robots)}; a robot folder goes there, '
-                        'or the file says where it is')
+        raise UserError(
+            f'{path}: robot: no robot is named {ref!r}, and there is no folder '
+            f'{path.parent / ref}{nearest(ref, robots)}; a robot folder goes there, '
+            'or the file says where it is'
+        )
     return found
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Start poses of a robot: drawn, and put on the ground."""
+
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
 
 
-def start_pose(robot: Robot, name: str, rng: np.random.Generator, gait: Gait | None = None
-               ) -> tuple[np.ndarray, np.ndarray]:
+def start_pose(
+    robot: Robot, name: str, rng: np.random.Generator, gait: Gait | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Angles and rates (J,) of a start pose, with its ranges drawn.
 
     Args:
@@ -26,8 +28,10 @@ def start_pose(robot: Robot, name: str, rng: np.random.Generator, gait: Gait | N
     poses = robot.start_poses
     if name not in poses:
         raise UserError(f'{robot.name} has no start pose {name!r}{nearest(name, poses)}')
-    q, dq = (np.array([_drawn(values.get(joint, 0.0), rng) for joint in robot.joint_names])
-             for values in (poses[name].angles, poses[name].rates))
+    q, dq = (
+        np.array([_drawn(values.get(joint, 0.0), rng) for joint in robot.joint_names])
+        for values in (poses[name].angles, poses[name].rates)
+    )
     if gait is not None and poses[name].on_ground:
         q[1] -= gait.clearance(q) / np.cos(gait.slope)
     return q, dq

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether arrays can be a state of a robot; one line says why not."""
+
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,15 @@ def check_sizes(robot: Robot, q: Array, dq: Array, inputs: ArrayLike) -> None:
     names = robot.joint_names
     for what, values in (('angles', q), ('rates', dq)):
         if np.shape(values) != (len(names),):
-            raise UserError(f'a state of {robot.name} has {len(names)} {what} '
-                            f'({", ".join(names)}), found {_shape(values)}')
+            raise UserError(
+                f'a state of {robot.name} has {len(names)} {what} '
+                f'({", ".join(names)}), found {_shape(values)}'
+            )
     if np.shape(inputs) != (len(robot.actuators),):
         motors = ', '.join(a.joint for a in robot.actuators)
-        raise UserError(f'{robot.name} takes {len(robot.actuators)} inputs ({motors}), '
-                        f'found {_shape(inputs)}')
+        raise UserError(
+            f'{robot.name} takes {len(robot.actuators)} inputs ({motors}), found {_shape(inputs)}'
+        )
 
 
 def check_possible(robot: Robot, q: Array, dq: Array) -> None:
@@ -35,8 +39,10 @@ def check_possible(robot: Robot, q: Array, dq: Array) -> None:
         low, high = joint.limits
         if not low - SLACK <= angle <= high + SLACK:
             unit = 'm' if joint.kind == 'prismatic' else 'rad'
-            raise UserError(f'{robot.name}: {joint.name} is at {angle:.4g} {unit}, outside its '
-                            f'stops {low:.4g} to {high:.4g} {unit}')
+            raise UserError(
+                f'{robot.name}: {joint.name} is at {angle:.4g} {unit}, outside its '
+                f'stops {low:.4g} to {high:.4g} {unit}'
+            )
 
 
 def outside(stops: tuple[Any, Any], q: Array) -> bool:

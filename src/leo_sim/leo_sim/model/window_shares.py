@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows shared out over the cores of this process, where their physics is compiled."""
+
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -36,10 +37,17 @@ class Batch(NamedTuple):
         past = self.history
         if past is not None:
             past = type(past)(*(_axis(a, windows, 3) for a in past[:4]), past.dt[windows])
-        return Batch(_axis(self.q0, windows, 2), _axis(self.dq0, windows, 2),
-                     _axis(self.inputs, windows, 3), self.periods[windows],
-                     _axis(self.enabled, windows, 3), past, _axis(self.push, windows, 3),
-                     self.start[windows], None if self.held is None else self.held[windows])
+        return Batch(
+            _axis(self.q0, windows, 2),
+            _axis(self.dq0, windows, 2),
+            _axis(self.inputs, windows, 3),
+            self.periods[windows],
+            _axis(self.enabled, windows, 3),
+            past,
+            _axis(self.push, windows, 3),
+            self.start[windows],
+            None if self.held is None else self.held[windows],
+        )
 
 
 def shares(work: Callable[[Batch], T], batch: Batch) -> list[T]:

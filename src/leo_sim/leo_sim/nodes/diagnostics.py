@@ -70,7 +70,8 @@ def robot_status(
     count, mean, largest = health.take_loop_times()
     status = DiagnosticStatus(name=name)
     status.level, status.message = _level(
-        safety, torque, new_missed, new_faults, alarm, neighbours)
+        safety, torque, new_missed, new_faults, alarm, neighbours
+    )
     status.values = [
         KeyValue(key=key, value=str(value))
         for key, value in (
@@ -95,7 +96,11 @@ def diagnostic_array(status: DiagnosticStatus, stamp: Any) -> DiagnosticArray:
 
 
 def _level(
-    safety: Safety, torque: bool, new_missed: int, new_faults: int, alarm: str,
+    safety: Safety,
+    torque: bool,
+    new_missed: int,
+    new_faults: int,
+    alarm: str,
     neighbours: Sequence[str],
 ) -> tuple[Any, str]:
     if alarm:

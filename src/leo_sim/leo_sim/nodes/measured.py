@@ -38,12 +38,25 @@ class MeasuredTopics:
             return
         header = self._header()
         drawn = np.nan if found.current is None else float(np.abs(found.current).sum())
-        self._supply.publish(BatteryState(
-            header=header, voltage=found.supply, current=-drawn, charge=np.nan, capacity=np.nan,
-            design_capacity=np.nan, percentage=np.nan, temperature=np.nan, present=True))
+        self._supply.publish(
+            BatteryState(
+                header=header,
+                voltage=found.supply,
+                current=-drawn,
+                charge=np.nan,
+                capacity=np.nan,
+                design_capacity=np.nan,
+                percentage=np.nan,
+                temperature=np.nan,
+                present=True,
+            )
+        )
         if found.current is not None:
-            self._current.publish(JointState(
-                header=header, name=list(self._actuators), effort=found.current.tolist()))
+            self._current.publish(
+                JointState(
+                    header=header, name=list(self._actuators), effort=found.current.tolist()
+                )
+            )
 
     def publish_temperatures(self) -> None:
         """One message [deg C] per actuator."""
@@ -52,7 +65,8 @@ class MeasuredTopics:
             return
         for joint, value in zip(self._actuators, found.temperature, strict=True):
             self._temperature.publish(
-                Temperature(header=self._header(joint), temperature=float(value)))
+                Temperature(header=self._header(joint), temperature=float(value))
+            )
 
     def figures(self) -> Mapping[str, str]:
         """What the driver tells, and what is wrong with actuators."""

@@ -89,8 +89,11 @@ class RobotNode(Node):
         _check_clock(settings, self._info.own_clock)
         self._period = 1.0 / self._info.state_rate
         hold = max(HOLD, settings.fault_periods * self._period)
-        self._driver = driver if self._info.own_clock else Apart(
-            driver, settings.driver, settings.options, hold)
+        self._driver = (
+            driver
+            if self._info.own_clock
+            else Apart(driver, settings.driver, settings.options, hold)
+        )
         # In lockstep time stands still without commands: none is ever too old.
         timeout = 0.0 if self._lockstep else settings.command_timeout
         self._safety = safety_for(self._info, timeout, settings.slew)
@@ -125,7 +128,8 @@ class RobotNode(Node):
         self._clock_publisher = self.create_publisher(*topics.CLOCK) if own else None
         self._measured = (
             MeasuredTopics(self, self._info.actuators, self._driver)
-            if isinstance(self._driver, Instrumented) else None
+            if isinstance(self._driver, Instrumented)
+            else None
         )
 
     def _make_listeners(self) -> None:
@@ -300,7 +304,8 @@ class RobotNode(Node):
                     self._waits_for_readers = False
                     self.get_logger().warning(
                         f'{publisher.topic_name}: a reader takes nothing, going on without it '
-                        f'({error})', throttle_duration_sec=PATIENCE,
+                        f'({error})',
+                        throttle_duration_sec=PATIENCE,
                     )
                     return
             else:
@@ -370,8 +375,14 @@ class RobotNode(Node):
         if self._measured is not None:
             self._measured.publish_temperatures()
         status = robot_status(
-            self.get_fully_qualified_name(), self._safety, self._health, self._torque,
-            self._health.take_missed(), self._faults.take_new(), self._alarm(), self._figures(),
+            self.get_fully_qualified_name(),
+            self._safety,
+            self._health,
+            self._torque,
+            self._health.take_missed(),
+            self._faults.take_new(),
+            self._alarm(),
+            self._figures(),
             self._neighbours.names,
         )
         self._diagnostics.publish(diagnostic_array(status, self.get_clock().now().to_msg()))

@@ -52,8 +52,10 @@ class ServoBusNode(Node):
         options = read_options(self, 'servo_pendulum')
         bus = options.robot.driver.bus
         if bus is None:
-            raise UserError(f'{options.robot.name} has no servos: give it some in robot.yaml, '
-                            'driver: dynamixel or feetech (docs/your_driver.md)')
+            raise UserError(
+                f'{options.robot.name} has no servos: give it some in robot.yaml, '
+                'driver: dynamixel or feetech (docs/your_driver.md)'
+            )
         supply = declared(self, 'supply', _nominal(options.robot))
         plant = Plant(options, supply, given('supply_resistance', 0.0), given('hand', True))
         trouble = Trouble(**{f.name: declared(self, f.name, f.default) for f in fields(Trouble)})
@@ -125,8 +127,9 @@ def main(argv: list[str]) -> int:
         ended = Event()
         thread = Thread(target=node.rig.run, args=(ended,), daemon=True)
         thread.start()
-        servos = ', '.join(f'{joint} {servo.get("id")}' for joint, servo in
-                           node.rig.plant.servos.items())
+        servos = ', '.join(
+            f'{joint} {servo.get("id")}' for joint, servo in node.rig.plant.servos.items()
+        )
         node.get_logger().info(f'servos ({servos}) at {node.rig.port}')
         try:
             spin(node)

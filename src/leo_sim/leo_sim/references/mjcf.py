@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot as MuJoCo's own description, MJCF, with the inertial figures of a model."""
+
 from collections.abc import Mapping, Sequence
 import math
 from typing import Any
@@ -18,8 +19,13 @@ HARD, RETURN = 0.9999, 0.02
 """Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
 
 
-def mjcf(joints: Sequence[Joint], bodies: Mapping[str, Body], contacts: Sequence[Contact],
-         gravity: float, slope: float) -> str:
+def mjcf(
+    joints: Sequence[Joint],
+    bodies: Mapping[str, Body],
+    contacts: Sequence[Contact],
+    gravity: float,
+    slope: float,
+) -> str:
     """The description as XML."""
     return written(tree(joints, bodies, contacts, gravity, slope))
 
@@ -31,16 +37,28 @@ def written(root: ElementTree.Element) -> str:
 
 def hard_figures(h: float) -> tuple[tuple[float, float], tuple[float, ...]]:
     """Of hard stops and dry friction at substeps of h s: MuJoCo's solref and solimp."""
-    return (-HARD * RETURN / h ** 2, -HARD / h), (HARD, HARD, 1.0, 0.5, 1.0)
+    return (-HARD * RETURN / h**2, -HARD / h), (HARD, HARD, 1.0, 0.5, 1.0)
 
 
-def tree(joints: Sequence[Joint], bodies: Mapping[str, Body], contacts: Sequence[Contact],
-         gravity: float, slope: float) -> ElementTree.Element:
+def tree(
+    joints: Sequence[Joint],
+    bodies: Mapping[str, Body],
+    contacts: Sequence[Contact],
+    gravity: float,
+    slope: float,
+) -> ElementTree.Element:
     """The description; contacts are spheres that touch the ground alone."""
     root = ElementTree.Element('mujoco')
     added(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
-    option = added(root, 'option', gravity=numbers((0.0, 0.0, -gravity)), cone='elliptic',
-                   impratio='10', integrator='implicitfast', jacobian='dense')
+    option = added(
+        root,
+        'option',
+        gravity=numbers((0.0, 0.0, -gravity)),
+        cone='elliptic',
+        impratio='10',
+        integrator='implicitfast',
+        jacobian='dense',
+    )
     added(option, 'flag', warmstart='disable', eulerdamp='enable')
     world = added(root, 'worldbody')
     if contacts:
@@ -52,27 +70,51 @@ def tree(joints: Sequence[Joint], bodies: Mapping[str, Body], contacts: Sequence
         made[joint.child] = _body(made[joint.parent], joint, bodies[joint.child])
     pairs = added(root, 'contact')
     for contact in contacts:
-        added(made[contact.link], 'geom', name=contact.name, type='sphere', mass='0',
-              size=repr(contact.radius), pos=numbers((contact.x, 0.0, contact.z)), contype='0',
-              conaffinity='0')
+        added(
+            made[contact.link],
+            'geom',
+            name=contact.name,
+            type='sphere',
+            mass='0',
+            size=repr(contact.radius),
+            pos=numbers((contact.x, 0.0, contact.z)),
+            contype='0',
+            conaffinity='0',
+        )
         added(pairs, 'pair', geom1=GROUND, geom2=contact.name, condim='3')
     return root
 
 
 def _body(parent: ElementTree.Element, joint: Joint, body: Body) -> ElementTree.Element:
     r = joint.rotation
-    element = added(parent, 'body', name=joint.child, pos=numbers(joint.translation),
-                    xyaxes=numbers((r[0], r[3], r[6], r[1], r[4], r[7])))
+    element = added(
+        parent,
+        'body',
+        name=joint.child,
+        pos=numbers(joint.translation),
+        xyaxes=numbers((r[0], r[3], r[6], r[1], r[4], r[7])),
+    )
     if joint.kind != 'fixed':
         low, high = joint.limits
         stops = {'limited': 'true', 'range': numbers((low, high))} if math.isfinite(low) else {}
-        added(element, 'joint', name=joint.name, type=KINDS[joint.kind], axis=numbers(joint.axis),
-              **stops)
+        added(
+            element,
+            'joint',
+            name=joint.name,
+            type=KINDS[joint.kind],
+            axis=numbers(joint.axis),
+            **stops,
+        )
     if body.mass:
         xx, yy, zz, *products = body.inertia
         figures = (*(max(moment, LEAST) for moment in (xx, yy, zz)), *products)
-        added(element, 'inertial', mass=repr(float(body.mass)), pos=numbers(body.com),
-              fullinertia=numbers(figures))
+        added(
+            element,
+            'inertial',
+            mass=repr(float(body.mass)),
+            pos=numbers(body.com),
+            fullinertia=numbers(figures),
+        )
     return element
 
 

@@ -5,6 +5,7 @@ It integrates implicitly and solves contacts, stops and dry friction its own way
 long substeps and differs honestly from the other engines. The laws of the model give the joint
 torques of each substep; what falls with speed becomes damping, which MuJoCo takes implicitly.
 """
+
 from pathlib import Path
 from typing import Any
 
@@ -35,15 +36,23 @@ class World:
 
     def __init__(self, robot: Robot, laws: Laws):
         if laws.gap is not None or laws.needs_load:
-            raise UserError('engine mujoco knows no backlash and no friction that depends on the '
-                            'load; use engine pybullet or rigid')
-        text = mjcf(robot.joints, laws.bodies, robot.contacts, laws.gravity,
-                    laws.ground.slope if laws.ground else 0.0)
+            raise UserError(
+                'engine mujoco knows no backlash and no friction that depends on the '
+                'load; use engine pybullet or rigid'
+            )
+        text = mjcf(
+            robot.joints,
+            laws.bodies,
+            robot.contacts,
+            laws.gravity,
+            laws.ground.slope if laws.ground else 0.0,
+        )
         try:
             self._model = mujoco.MjModel.from_xml_string(text)
         except ValueError as error:
-            raise UserError(f'MuJoCo refuses {robot.name}: '
-                            f'{" ".join(str(error).split())}') from error
+            raise UserError(
+                f'MuJoCo refuses {robot.name}: {" ".join(str(error).split())}'
+            ) from error
         self._data = mujoco.MjData(self._model)
         self._at = np.array([self._model.joint(name).qposadr[0] for name in robot.joint_names])
         self._rotors = np.zeros(self._model.nv)
@@ -51,8 +60,7 @@ class World:
         self._pull(laws)
         ground = laws.ground
         springs = {c.name: _spring(c, ground) for c in robot.contacts} if ground else {}
-        self._springs = [springs[self._model.geom(geom).name]
-                         for geom in self._model.pair_geom2]
+        self._springs = [springs[self._model.geom(geom).name] for geom in self._model.pair_geom2]
         self._h = 0.0
 
     def begin(self, q: Array, dq: Array, h: float, drag: Any, held: int) -> None:
@@ -109,8 +117,18 @@ def compiled(path: Path) -> Any:
         raise UserError(f'{path}: MuJoCo refuses it: {" ".join(str(error).split())}') from error
 
 
-def integrate(laws: Laws, world: Any, q: Array, dq: Array, memory: Memory, inputs: Any,
-              enabled: Any, h: float, count: int, push: Any = 0.0) -> tuple[Any, Any, Memory]:
+def integrate(
+    laws: Laws,
+    world: Any,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    inputs: Any,
+    enabled: Any,
+    h: float,
+    count: int,
+    push: Any = 0.0,
+) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held; see `substep.integrate`."""
     memory, place = rested(laws, q, dq, memory), q[:BASE]
     u, on, memory = laws.command(inputs, enabled, memory, h)
@@ -133,5 +151,8 @@ def integrate(laws: Laws, world: Any, q: Array, dq: Array, memory: Memory, input
 
 def _spring(contact: Contact, ground: Ground) -> tuple[float, float, float]:
     """Stiffness N/m, damping N s/m and friction of a contact."""
-    return (ground.stiffness if contact.stiffness is None else contact.stiffness,
-            ground.damping if contact.damping is None else contact.damping, ground.friction)
+    return (
+        ground.stiffness if contact.stiffness is None else contact.stiffness,
+        ground.damping if contact.damping is None else contact.damping,
+        ground.friction,
+    )

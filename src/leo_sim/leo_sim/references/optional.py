@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The module that imports mujoco, which need not be installed."""
+
 from typing import Any
 
 from leo_msgs_py.errors import UserError

@@ -5,6 +5,7 @@ Shares the laws and the tree with the other engines, but not the integration, th
 dry friction (stick and slip phases, cut where a joint comes to rest) or of play (free and engaged
 phases, cut where the play is used up). Data made with it do not flatter the model.
 """
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,8 +48,15 @@ class _Motion(NamedTuple):
 class _System:
     """Derivatives of one model with its input held."""
 
-    def __init__(self, laws: Laws, dynamics: Dynamics, u: Array, enabled: np.ndarray | None,
-                 memory: Memory, push: Numbers = 0.0):
+    def __init__(
+        self,
+        laws: Laws,
+        dynamics: Dynamics,
+        u: Array,
+        enabled: np.ndarray | None,
+        memory: Memory,
+        push: Numbers = 0.0,
+    ):
         self.laws, self.dynamics, self.u, self.enabled = laws, dynamics, u, enabled
         self.memory, self.push = memory, push
         self.gap = np.zeros(len(laws.joints)) + (0.0 if laws.gap is None else laws.gap)
@@ -92,15 +100,19 @@ class _System:
         b = self.derivative(y.along(a, time / 2), phase)
         c = self.derivative(y.along(b, time / 2), phase)
         d = self.derivative(y.along(c, time), phase)
-        mean = _Motion(*((w + 2 * x + 2 * z + v) / 6
-                         for w, x, z, v in zip(a, b, c, d, strict=True)))
+        mean = _Motion(
+            *((w + 2 * x + 2 * z + v) / 6 for w, x, z, v in zip(a, b, c, d, strict=True))
+        )
         return y.along(mean, time)
 
     def phase(self, y: _Motion) -> _Phase:
         """The phase that starts at a state."""
         geared = self.gap > 0
-        edge = np.where(geared & (np.abs(y.offset) >= 0.5 * self.gap - NEAR)
-                        & (np.abs(y.speed - y.dq) < NEAR), np.sign(y.offset), 0.0)
+        edge = np.where(
+            geared & (np.abs(y.offset) >= 0.5 * self.gap - NEAR) & (np.abs(y.speed - y.dq) < NEAR),
+            np.sign(y.offset),
+            0.0,
+        )
         phase = _Phase(np.sign(y.dq), edge)
         if edge.any():
             passed = self.accelerations(y, phase)[2]
@@ -121,9 +133,18 @@ class _System:
         return first, stops & (fraction <= first), ends & (fraction <= first)
 
 
-def integrate(laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, inputs: Array,
-              enabled: np.ndarray | None, h: float, count: int, push: Numbers = 0.0
-              ) -> tuple[Any, Any, Memory]:
+def integrate(
+    laws: Laws,
+    dynamics: Dynamics,
+    q: Array,
+    dq: Array,
+    memory: Memory,
+    inputs: Array,
+    enabled: np.ndarray | None,
+    h: float,
+    count: int,
+    push: Numbers = 0.0,
+) -> tuple[Any, Any, Memory]:
     """The state after `count` steps of h s with the inputs held; see `substep.integrate`."""
     memory = rested(laws, q, dq, memory)
     offset, speed = memory[DRIVE] if laws.gap is not None else (np.zeros_like(q), dq)
@@ -158,8 +179,9 @@ def _locked(system: _System, y: _Motion, phase: _Phase) -> _Motion:
     """Sticking joints at rest, motor sides without free play moving with their joints."""
     linked = (system.gap == 0) | (phase.engaged != 0)
     edge = np.where(system.gap > 0, phase.engaged * 0.5 * system.gap, 0.0)
-    return y._replace(speed=np.where(linked, y.dq, y.speed),
-                      offset=np.where(linked, edge, y.offset))
+    return y._replace(
+        speed=np.where(linked, y.dq, y.speed), offset=np.where(linked, edge, y.offset)
+    )
 
 
 def _struck(system: _System, y: _Motion, ends: Any) -> _Motion:

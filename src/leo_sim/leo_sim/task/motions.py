@@ -4,6 +4,7 @@
 None of them walks. Hanging, the legs swing freely; standing, the robot rocks on its feet;
 stepping, it marches in place until it falls and is put up again.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -19,8 +20,9 @@ from leo_sim.kinematics.gait import Gait
 Array = np.ndarray
 Script = Callable[[float, Array, Array], Array]
 """Voltages (A,) at a time since the start of the motion [s], for measured angles and rates."""
-JOINTS = tuple(f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle')
-               for side in ('left', 'right'))  # fmt: skip
+JOINTS = tuple(
+    f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle') for side in ('left', 'right')
+)
 DAMPING = 0.3  # V s/rad
 SHAKEN = 0.85
 """How much of a random voltage stays after a control period."""
@@ -162,13 +164,17 @@ def check_motion(robot: Robot, motion: str) -> None:
         raise UserError(f'there is no motion {motion!r}{nearest(motion, MOTIONS)}')
     path, start = robot.folder / 'robot.yaml', MOTIONS[motion].start
     if {actuator.joint for actuator in robot.actuators} != {*JOINTS}:
-        raise UserError(f'{path}: actuators: the scripted motions need {", ".join(JOINTS)} and '
-                        'no others, as leo has')  # fmt: skip
+        raise UserError(
+            f'{path}: actuators: the scripted motions need {", ".join(JOINTS)} and '
+            'no others, as leo has'
+        )
     if robot.base != 'planar' or not robot.feet:
         raise UserError(f'{path}: the scripted motions need base: planar, and feet')
     if start not in robot.start_poses:
-        raise UserError(f'{path}: start_poses: the pose {start} is missing, in which the scripted '
-                        f'motion {motion} begins; add it')  # fmt: skip
+        raise UserError(
+            f'{path}: start_poses: the pose {start} is missing, in which the scripted '
+            f'motion {motion} begins; add it'
+        )
 
 
 class Falls:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Observation, reward and termination as robot.yaml declares them, over any leading axes."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -62,18 +63,22 @@ class Task:
         self._remembers = any(term.quantity == 'ankle_forward' for term in robot.reward)
         rules = [rule for rule in robot.termination if rule.quantity in QUANTITIES]
         self._watched = _columns(robot, rules)
-        self._low, self._high = (np.array([getattr(rule, end) for rule in rules])
-                                 for end in ('low', 'high'))
+        self._low, self._high = (
+            np.array([getattr(rule, end) for rule in rules]) for end in ('low', 'high')
+        )
         self._heights = [r for r in robot.termination if r.quantity == 'height_over_feet']
-        self._motors = [np.array([getattr(a, key) for a in robot.actuators])
-                        for key in ('torque_constant', 'resistance')]
+        self._motors = [
+            np.array([getattr(a, key) for a in robot.actuators])
+            for key in ('torque_constant', 'resistance')
+        ]
 
     def observation(self, q: Array, dq: Array) -> np.ndarray:
         """What the agent sees, (..., n) in the order of robot.yaml."""
         return observation(self.robot, q, dq)
 
-    def reward(self, memory: Memory, before: Motion, inputs: Array, after: Motion,
-               ended: Any = None) -> tuple[Any, Memory]:
+    def reward(
+        self, memory: Memory, before: Motion, inputs: Array, after: Motion, ended: Any = None
+    ) -> tuple[Any, Memory]:
         """Reward of one control step, (...): sum of weight (quantity - target)^power.
 
         Args:
@@ -142,8 +147,9 @@ class Task:
         if name == 'com_forward':
             return self._gait.com_x(step.after.q) - self._gait.com_x(step.before.q)
         # The distance before, seen from the foot that carries now: a footstep changes its sign.
-        return (self._gait.stride(step.after.q, step.stance)
-                - self._gait.stride(step.before.q, step.stance))
+        return self._gait.stride(step.after.q, step.stance) - self._gait.stride(
+            step.before.q, step.stance
+        )
 
 
 def observation(robot: Robot, q: Array, dq: Array) -> np.ndarray:
@@ -166,5 +172,6 @@ def _features(q: Array, dq: Array) -> np.ndarray:
 def _columns(robot: Robot, terms: Sequence[Any]) -> list[int]:
     """Where the quantities of terms are among the features."""
     joints = robot.joint_names
-    return [QUANTITIES.index(term.quantity) * len(joints) + joints.index(term.joint)
-            for term in terms]
+    return [
+        QUANTITIES.index(term.quantity) * len(joints) + joints.index(term.joint) for term in terms
+    ]

@@ -44,8 +44,12 @@ SHRINKS = ('voltage_limit',)
 
 LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
 
-BY_NAME_ALONE = ('directional_load_friction', 'quadratic_load_friction', 'stribeck_load_friction',
-                 'voltage_push')
+BY_NAME_ALONE = (
+    'directional_load_friction',
+    'quadratic_load_friction',
+    'stribeck_load_friction',
+    'voltage_push',
+)
 """Joined the catalogue when seeds had their secrets: they are hidden by a file that names them."""
 
 NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
@@ -78,8 +82,11 @@ def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
     Where those that joined the catalogue later come is drawn apart: a seed keeps its secret.
     """
     _, later = rng.spawn(2)
-    possible = [name for name in sorted(EFFECTS)
-                if name not in BY_NAME_ALONE and EFFECTS[name].applies(robot)]
+    possible = [
+        name
+        for name in sorted(EFFECTS)
+        if name not in BY_NAME_ALONE and EFFECTS[name].applies(robot)
+    ]
     order = rng.permutation([name for name in possible if name not in LATER]).tolist()
     for name in possible:
         if name in LATER:
@@ -143,8 +150,9 @@ def _bracket(
     return found[before : before + 2], tried[before : before + 2]
 
 
-def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot,
-           rng: np.random.Generator) -> Shape:
+def _shape(
+    name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: np.random.Generator
+) -> Shape:
     """How the parameters follow one amplitude; signs, directions and angles are drawn."""
     angle = rng.uniform(-np.pi, np.pi)
     if name in NEAR_REST:
@@ -172,9 +180,14 @@ def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot,
 
 def _strongest(robot: Robot) -> float:
     """The largest torque of a motor, N m; 1 without one."""
-    return max((a.strongest * (a.torque_constant / a.resistance
-                               if a.torque_constant and a.resistance else 1.0)
-                for a in robot.actuators), default=1.0)  # fmt: skip
+    return max(
+        (
+            a.strongest
+            * (a.torque_constant / a.resistance if a.torque_constant and a.resistance else 1.0)
+            for a in robot.actuators
+        ),
+        default=1.0,
+    )
 
 
 def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers) -> dict[str, Any]:

@@ -25,8 +25,9 @@ from leo_sim.truth.sealing import seal
 DEFAULT_FILE = 'hidden.sealed'
 
 
-def hidden_model(robot: Robot, private: Mapping[str, Any], engine: str,
-                 integration_step: float | None) -> Model:
+def hidden_model(
+    robot: Robot, private: Mapping[str, Any], engine: str, integration_step: float | None
+) -> Model:
     """The model of the robot as it really is.
 
     Effects come from the file `hidden`, or one is drawn by `hidden_seed`; a drawn one, or any with

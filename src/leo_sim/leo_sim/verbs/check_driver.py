@@ -25,8 +25,7 @@ _EXAMPLES = """\
 """
 
 
-def main(argv: list[str]) -> int:
-    """Put a driver to all trials; 0 if it passes, 1 if it fails one."""
+def _parser() -> common.Parser:
     parser = common.Parser(
         'leo check-driver',
         'Try a driver against the contract, without moving the robot unless you allow it.',
@@ -38,14 +37,29 @@ def main(argv: list[str]) -> int:
     parser.add_argument('--bag', default='', help='what driver replay plays')
     parser.add_argument('--state-rate', type=float, default=0.0, metavar='HZ')
     parser.add_argument('--move', action='store_true', help='push each joint, after a question')
-    parser.add_argument('--range', type=float, default=0.2, metavar='RAD',
-                        help='how far a joint may go from where it is (0.2; slides: m)')
-    parser.add_argument('--share', type=float, default=0.25, metavar='S',
-                        help='of the limits of the actuators that may be used (0.25)')
+    parser.add_argument(
+        '--range',
+        type=float,
+        default=0.2,
+        metavar='RAD',
+        help='how far a joint may go from where it is (0.2; slides: m)',
+    )
+    parser.add_argument(
+        '--share',
+        type=float,
+        default=0.25,
+        metavar='S',
+        help='of the limits of the actuators that may be used (0.25)',
+    )
     parser.add_argument('--by-hand', action='store_true', help='ask you to turn joints')
     parser.add_argument('--yes', action='store_true', help='do not ask before moving')
     parser.add_json()
-    options = parser.parse_args(argv)
+    return parser
+
+
+def main(argv: list[str]) -> int:
+    """Put a driver to all trials; 0 if it passes, 1 if it fails one."""
+    options = _parser().parse_args(argv)
 
     from leo_sim.description.robot import load_robot
     from leo_sim.drivers import load_driver
@@ -56,18 +70,28 @@ def main(argv: list[str]) -> int:
     if not (0.0 < options.range < 10.0 and 0.0 < options.share <= 1.0):
         raise UserError('--range is above 0 rad, --share above 0 and at most 1')
     robot = load_robot(options.robot)
-    driver = load_driver(options.driver, DriverOptions(
-        robot, state_rate=options.state_rate, port=options.port, bag=options.bag))
+    driver = load_driver(
+        options.driver,
+        DriverOptions(robot, state_rate=options.state_rate, port=options.port, bag=options.bag),
+    )
     moving = Moving(options.range, options.share) if options.move else None
     if moving and not options.yes:
-        _agree(f'each joint of {robot.name} will move by up to {options.range:g} rad with up to '
-               f'{options.share:.0%} of its limit; is it free to?')
+        _agree(
+            f'each joint of {robot.name} will move by up to {options.range:g} rad with up to '
+            f'{options.share:.0%} of its limit; is it free to?'
+        )
     trial = Trial(driver, robot, moving, _asker() if options.by_hand else None)
     results = examine(trial)
     failed = sum(result.verdict == FAILED for result in results)
     if options.json:
-        print(json.dumps({'driver': options.driver, 'robot': robot.name, 'failed': failed,
-                          'lost_packets': trial.lost, 'checks': [asdict(r) for r in results]}))
+        found = {
+            'driver': options.driver,
+            'robot': robot.name,
+            'failed': failed,
+            'lost_packets': trial.lost,
+            'checks': [asdict(r) for r in results],
+        }
+        print(json.dumps(found))
     else:
         _table(results)
         lost = f'; {trial.lost} packets were lost' if trial.lost else ''
@@ -88,7 +112,6 @@ def _agree(question: str) -> None:
 def _asker() -> Callable[[str], None]:
     if not sys.stdin.isatty():
         raise UserError('--by-hand needs somebody at the keyboard')
-
 
     def ask(what: str) -> None:
         input(f'{what}, then press Enter ')

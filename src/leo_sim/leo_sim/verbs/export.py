@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo export`: write a model as MJCF or URDF, and say what is not in it."""
+
 from __future__ import annotations
 
 import json
@@ -29,19 +30,28 @@ FORMATS = {'.xml': 'MJCF', '.urdf': 'URDF'}
 
 def main(argv: list[str]) -> int:
     """Write a model as URDF or MJCF and say what is not in it; exit status 0."""
-    parser = Parser('leo export', 'Write a model as URDF or MJCF, and say what is not in it.',
-                    EXAMPLES)
-    parser.add_argument('model', metavar='MODEL',
-                        help='a model file, a robot name or a robot folder')
-    parser.add_argument('-o', dest='output', type=Path, required=True, metavar='FILE',
-                        help='a new file: FILE.xml is MJCF, FILE.urdf is URDF')
+    parser = Parser(
+        'leo export', 'Write a model as URDF or MJCF, and say what is not in it.', EXAMPLES
+    )
+    parser.add_argument(
+        'model', metavar='MODEL', help='a model file, a robot name or a robot folder'
+    )
+    parser.add_argument(
+        '-o',
+        dest='output',
+        type=Path,
+        required=True,
+        metavar='FILE',
+        help='a new file: FILE.xml is MJCF, FILE.urdf is URDF',
+    )
     add_effect_argument(parser)
     parser.add_json()
     options = parser.parse_args(argv)
     output: Path = options.output
     if output.suffix not in FORMATS:
-        raise UserError(f'{output}: a name that ends with .urdf or with .xml (MJCF) says which '
-                        'format')
+        raise UserError(
+            f'{output}: a name that ends with .urdf or with .xml (MJCF) says which format'
+        )
     if output.exists():
         raise UserError(f'{output} exists; choose a new file')
 
@@ -53,13 +63,29 @@ def main(argv: list[str]) -> int:
     write_whole(output, _document(found.model, format_name, options.model, found.left_out))
     follows = _next(output)
     if options.json:
-        print(json.dumps({
-            'file': str(output), 'format': format_name, 'effects': found.effects,
-            'left_out': found.left_out, 'next': follows}, indent=2))
+        print(
+            json.dumps(
+                {
+                    'file': str(output),
+                    'format': format_name,
+                    'effects': found.effects,
+                    'left_out': found.left_out,
+                    'next': follows,
+                },
+                indent=2,
+            )
+        )
         return 0
     print(f'wrote {output}: {found.model.robot.name} as {format_name}')
-    print('\n'.join([*(f'holds {line}' for line in found.effects),
-                     *(f'left out: {line}' for line in found.left_out), f'next: {follows}']))
+    print(
+        '\n'.join(
+            [
+                *(f'holds {line}' for line in found.effects),
+                *(f'left out: {line}' for line in found.left_out),
+                f'next: {follows}',
+            ]
+        )
+    )
     return 0
 
 

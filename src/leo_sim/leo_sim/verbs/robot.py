@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo robot`: make a robot folder from a URDF or MJCF, measure its step; list named robots."""
+
 from __future__ import annotations
 
 import json
@@ -30,23 +31,37 @@ def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
     about = 'Make a robot folder from a URDF or MJCF; measure its integration step; list robots.'
     verbs = {'init': _init, 'step': _step, 'list': _list}
-    return common.dispatch('leo robot', about, verbs, argv,
-                           _INIT_EXAMPLES + _STEP_EXAMPLES + _LIST_EXAMPLES)
+    return common.dispatch(
+        'leo robot', about, verbs, argv, _INIT_EXAMPLES + _STEP_EXAMPLES + _LIST_EXAMPLES
+    )
 
 
 def _init(argv: list[str]) -> int:
     parser = common.Parser(
         'leo robot init',
         'Make a robot folder from a URDF or MJCF and say what is left to fill in.',
-        _INIT_EXAMPLES)
+        _INIT_EXAMPLES,
+    )
     parser.add_argument('urdf', type=Path, metavar='URDF|MJCF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
-    parser.add_argument('--input', choices=('torque', 'voltage', 'position'), default='torque',
-                        help='what the actuators take (default: torque)')
-    parser.add_argument('--driver', choices=('dynamixel',),
-                        help='write how its hardware is connected, to be filled in')
-    parser.add_argument('--without', action='append', default=[], metavar='LINK',
-                        help='take this link out, with its joint and everything beyond it')
+    parser.add_argument(
+        '--input',
+        choices=('torque', 'voltage', 'position'),
+        default='torque',
+        help='what the actuators take (default: torque)',
+    )
+    parser.add_argument(
+        '--driver',
+        choices=('dynamixel',),
+        help='write how its hardware is connected, to be filled in',
+    )
+    parser.add_argument(
+        '--without',
+        action='append',
+        default=[],
+        metavar='LINK',
+        help='take this link out, with its joint and everything beyond it',
+    )
     parser.add_json()
     options = parser.parse_args(argv)
     if options.driver and options.input == 'position':
@@ -54,14 +69,25 @@ def _init(argv: list[str]) -> int:
 
     from leo_sim.verbs.skeleton.folder import make_folder
 
-    made = make_folder(options.urdf, options.output, options.input, bool(options.driver),
-                       options.without)
+    made = make_folder(
+        options.urdf, options.output, options.input, bool(options.driver), options.without
+    )
     following = leo('compare', 'BAG', '--model', options.output)
     if options.json:
-        print(json.dumps({
-            'folder': str(options.output), **_facts(made.robot),
-            'integration_step': made.robot.integration_step, 'left_to_fill_in': made.open,
-            'notes': made.notes, 'warnings': made.doubts, 'next': following}, indent=2))
+        print(
+            json.dumps(
+                {
+                    'folder': str(options.output),
+                    **_facts(made.robot),
+                    'integration_step': made.robot.integration_step,
+                    'left_to_fill_in': made.open,
+                    'notes': made.notes,
+                    'warnings': made.doubts,
+                    'next': following,
+                },
+                indent=2,
+            )
+        )
     else:
         print('\n'.join([*_said(made, options.output), f'next: {following}']))
     return 0
@@ -69,8 +95,10 @@ def _init(argv: list[str]) -> int:
 
 def _step(argv: list[str]) -> int:
     parser = common.Parser(
-        'leo robot step', 'Measure the integration step of a robot folder and write it there.',
-        _STEP_EXAMPLES)
+        'leo robot step',
+        'Measure the integration step of a robot folder and write it there.',
+        _STEP_EXAMPLES,
+    )
     parser.add_argument('folder', type=Path, metavar='FOLDER')
     parser.add_json()
     options = parser.parse_args(argv)
@@ -79,16 +107,22 @@ def _step(argv: list[str]) -> int:
 
     before, after, error = measure_step(options.folder)
     data = {'folder': str(options.folder), 'before': before, 'integration_step': after}
-    common.show(options, data, [
-        f'integration step {before:g} -> {after:g} s: one control period is off by '
-        f'{100 * error:.1g} % of its change of speed',
-        f'wrote {options.folder}/robot.yaml'])
+    common.show(
+        options,
+        data,
+        [
+            f'integration step {before:g} -> {after:g} s: one control period is off by '
+            f'{100 * error:.1g} % of its change of speed',
+            f'wrote {options.folder}/robot.yaml',
+        ],
+    )
     return 0
 
 
 def _list(argv: list[str]) -> int:
-    parser = common.Parser('leo robot list', 'The robots and models that have a name.',
-                           _LIST_EXAMPLES)
+    parser = common.Parser(
+        'leo robot list', 'The robots and models that have a name.', _LIST_EXAMPLES
+    )
     parser.add_json()
     options = parser.parse_args(argv)
 
@@ -104,24 +138,35 @@ def _list(argv: list[str]) -> int:
 
 def _facts(robot: Robot) -> dict[str, object]:
     limits = {a.joint: a.limit for a in robot.actuators}
-    return {'name': robot.name, 'joints': list(robot.joint_names), 'input': robot.input,
-            'limits': limits}
+    return {
+        'name': robot.name,
+        'joints': list(robot.joint_names),
+        'input': robot.input,
+        'limits': limits,
+    }
 
 
 def _said(made: Skeleton, folder: Path) -> list[str]:
     robot = made.robot
     limits = {joint.name: joint.limits for joint in robot.joints}
     start = robot.start_poses['nominal'].angles
-    lines = [f'wrote {folder}/robot.urdf and {folder}/robot.yaml: {robot.name}, '
-             f'{len(robot.joint_names)} joints']
+    lines = [
+        f'wrote {folder}/robot.urdf and {folder}/robot.yaml: {robot.name}, '
+        f'{len(robot.joint_names)} joints'
+    ]
     for a in robot.actuators:
         low, high = limits[a.joint]
         unit = robot.constants[f'actuators.{a.joint}.limit'].unit
         angle = 'm' if a.joint in robot.slides else 'rad'
-        lines.append(f'  {a.joint}: from {low:.4g} to {high:.4g} {angle}, starts at '
-                     f'{start[a.joint]:.4g} {angle}, takes up to {a.limit:g} {unit}')
-    lines += [f'  {j.name}: moves with {j.leader}, {j.ratio:g} times as far'
-              for j in robot.joints if j.leader]
+        lines.append(
+            f'  {a.joint}: from {low:.4g} to {high:.4g} {angle}, starts at '
+            f'{start[a.joint]:.4g} {angle}, takes up to {a.limit:g} {unit}'
+        )
+    lines += [
+        f'  {j.name}: moves with {j.leader}, {j.ratio:g} times as far'
+        for j in robot.joints
+        if j.leader
+    ]
     lines.append(f'integration step {robot.integration_step:g} s')
     lines += [f'warning: {doubt}' for doubt in made.doubts]
     lines += [f'note: {note}' for note in made.notes]

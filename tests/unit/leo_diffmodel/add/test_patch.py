@@ -18,20 +18,22 @@ CONSTANT = 'actuators.pivot.resistance'
 EXPLANATION = {
     'verdict': 'named',
     'sentence': 'Missing: friction.',
-    'effects': [{
-        'name': 'coulomb_friction',
-        'where': 'pivot',
-        'parameters': {'c': {'value': 1e-3, 'unit': 'N m', 'ci95': [9e-4, 1.1e-3]}},
-        'error_before': 0.2,
-        'error_after': 0.01,
-    }],
+    'effects': [
+        {
+            'name': 'coulomb_friction',
+            'where': 'pivot',
+            'parameters': {'c': {'value': 1e-3, 'unit': 'N m', 'ci95': [9e-4, 1.1e-3]}},
+            'error_before': 0.2,
+            'error_after': 0.01,
+        }
+    ],
     'constants': {CONSTANT: {'value': 9.1, 'unit': 'ohm', 'ci95': [9.0, 9.2]}},
     'provenance': {
         'robot': 'pendulum',
         'bags': [{'path': 'bags/a', 'sha256': 'f' * 64}],
         'date': '2026-01-02T03:04:05+00:00',
     },
-}  # fmt: skip
+}
 
 
 def explanation(folder, **changes):
@@ -47,8 +49,10 @@ def test_from_an_explanation(tmp_path, capsys):
     model = load_model(new)
     (placed,) = model.effects
     assert (placed.effect.name, placed.where, placed.parameters) == (
-        'coulomb_friction', ('pivot',), {'c': 1e-3}
-    )  # fmt: skip
+        'coulomb_friction',
+        ('pivot',),
+        {'c': 1e-3},
+    )
     assert placed.ci95 == {'c': (9e-4, 1.1e-3)}
     assert model.constants[CONSTANT] == 9.1
     (entry,) = model.history
@@ -89,14 +93,17 @@ def test_an_explanation_without_effects_adds_nothing(tmp_path):
         from_explanation(Model(PENDULUM), path)
 
 
-@pytest.mark.parametrize(('robot', 'words', 'said'), [
-    ('pendulum', 'viscous_friction b=-1', '-1 is outside 0 to inf N m s/rad'),
-    ('pendulum', 'command_delay delay=0.7', '0.7 is outside 0 to 0.5 s'),
-    ('pendulum', 'encoder_scale k=0.05', '0.05 is outside 0.1 to 10'),
-    ('pendulum', 'bias_torque t=inf', 'inf is outside'),
-    ('pendulum', 'coulomb_friction', 'say c=VALUE [N m]'),
-    ('torque_pendulum', 'back_emf_scale k=1.1', 'torque input'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('robot', 'words', 'said'),
+    [
+        ('pendulum', 'viscous_friction b=-1', '-1 is outside 0 to inf N m s/rad'),
+        ('pendulum', 'command_delay delay=0.7', '0.7 is outside 0 to 0.5 s'),
+        ('pendulum', 'encoder_scale k=0.05', '0.05 is outside 0.1 to 10'),
+        ('pendulum', 'bias_torque t=inf', 'inf is outside'),
+        ('pendulum', 'coulomb_friction', 'say c=VALUE [N m]'),
+        ('torque_pendulum', 'back_emf_scale k=1.1', 'torque input'),
+    ],
+)
 def test_values_are_checked(robot, words, said):
     with pytest.raises(UserError) as error:
         from_words(Model(robot), words.split())
@@ -122,13 +129,17 @@ def test_several_effects_each_with_its_parameters():
     words = 'coulomb_friction:pivot c=0.002 torque_ripple a=0.001 n=2 command_delay delay=0.01'
     model, entries = from_words(Model(PENDULUM), words.split())
     assert [p.effect.name for p in model.effects] == [
-        'coulomb_friction', 'torque_ripple', 'command_delay',
-    ]  # fmt: skip
+        'coulomb_friction',
+        'torque_ripple',
+        'command_delay',
+    ]
     ripple = model.effects[1].parameters
     assert (ripple['a'], ripple['n']) == (0.001, 2.0)
     assert [e['added'] for e in entries] == [
-        'coulomb_friction:pivot', 'torque_ripple', 'command_delay',
-    ]  # fmt: skip
+        'coulomb_friction:pivot',
+        'torque_ripple',
+        'command_delay',
+    ]
 
 
 def test_an_explanation_moves_to_a_sibling(tmp_path, capsys):
@@ -146,18 +157,23 @@ def test_an_explanation_moves_to_a_sibling(tmp_path, capsys):
     assert len(told) == 1 and "cannot act at 'pivot' of double_pendulum" in told[0]
 
 
-@pytest.mark.parametrize('argv', [
-    ['pendulum', '--from', 'x.json', '--robot', 'pendulum'], ['--from', 'x.json'],
-    ['pendulum', 'armature', 'J=1e-6', '--robot', 'pendulum'],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'argv',
+    [
+        ['pendulum', '--from', 'x.json', '--robot', 'pendulum'],
+        ['--from', 'x.json'],
+        ['pendulum', 'armature', 'J=1e-6', '--robot', 'pendulum'],
+    ],
+)
 def test_one_robot_is_given(argv, tmp_path, capsys):
     assert main(['add', *argv, '-o', str(tmp_path / 'new.yaml')]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
-@pytest.mark.parametrize(('changed', 'said'), [
-    ({'value': 0.0}, '0 ohm is not within'), ({'unit': 'V'}, "the unit is 'ohm', found 'V'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('changed', 'said'),
+    [({'value': 0.0}, '0 ohm is not within'), ({'unit': 'V'}, "the unit is 'ohm', found 'V'")],
+)
 def test_a_constant_that_cannot_be_is_refused(changed, said, tmp_path):
     constants = {CONSTANT: EXPLANATION['constants'][CONSTANT] | changed}
     with pytest.raises(UserError, match=said):

@@ -21,29 +21,49 @@ def round_of(number: int, verdict: str) -> Explanation:
     """The answer to a model with `number` effects: one more, and errors ten times smaller."""
     placed = [place(PENDULUM.robot, name, 'pivot') for name in FOUND[: number + 1]]
     before, after = 10.0**-number, 10.0 ** -(number + 1)
-    one = {'before': [before], 'after': [after], 'noise_floor': [1e-9],
-           'mean': {'before': before, 'after': after, 'noise_floor': 1e-9}}  # fmt: skip
+    one = {
+        'before': [before],
+        'after': [after],
+        'noise_floor': [1e-9],
+        'mean': {'before': before, 'after': after, 'noise_floor': 1e-9},
+    }
     steps = ('as given', before), (f'+ {FOUND[number]}', after), ('noise floor', 1e-9)
     return Explanation(
-        verdict=verdict, sentence=f'Sentence {number}.',
+        verdict=verdict,
+        sentence=f'Sentence {number}.',
         effects=[{'name': FOUND[number], 'where': 'pivot'}],
-        constants={}, hypotheses=[], not_testable=[], next_run=None,
-        errors={'one_step': one, 'horizon': [one], 'ladder': [
-            {'model': name, 'rmse': [error]} for name, error in steps
-        ]},
-        seconds=1.0, provenance={}, model=PENDULUM.changed(effects=tuple(placed)),
+        constants={},
+        hypotheses=[],
+        not_testable=[],
+        next_run=None,
+        errors={
+            'one_step': one,
+            'horizon': [one],
+            'ladder': [{'model': name, 'rmse': [error]} for name, error in steps],
+        },
+        seconds=1.0,
+        provenance={},
+        model=PENDULUM.changed(effects=tuple(placed)),
         search=object(),  # type: ignore[arg-type]
-    )  # fmt: skip
+    )
 
 
 def ask(*verdicts: str):
     return lambda model, left: round_of(len(model.effects), verdicts[len(model.effects)])
 
 
-@pytest.mark.parametrize(('verdicts', 'count'), [
-    (('named',), 1), (('ambiguous',), 1), (('unknown',), 1), (('partly', 'named'), 2),
-    (('partly', 'unknown'), 1), (('partly', 'ambiguous'), 1), (('partly', 'partly', 'named'), 3),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('verdicts', 'count'),
+    [
+        (('named',), 1),
+        (('ambiguous',), 1),
+        (('unknown',), 1),
+        (('partly', 'named'), 2),
+        (('partly', 'unknown'), 1),
+        (('partly', 'ambiguous'), 1),
+        (('partly', 'partly', 'named'), 3),
+    ],
+)
 def test_sure_effects_are_added_as_long_as_there_are_any(verdicts, count):
     assert len(rounds(ask(*verdicts), PENDULUM, math.inf)) == count
 
@@ -63,9 +83,9 @@ def test_rounds_are_one_answer():
         assert table['mean'] == {'before': 1.0, 'after': pytest.approx(1e-3), 'noise_floor': 1e-9}
 
 
-@pytest.mark.parametrize(('text', 'expected'), [
-    ('60', 60.0), ('60s', 60.0), ('2min', 120.0), ('0.5 min', 30.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('text', 'expected'), [('60', 60.0), ('60s', 60.0), ('2min', 120.0), ('0.5 min', 30.0)]
+)
 def test_times(text, expected):
     assert seconds(text) == expected
 
@@ -89,19 +109,25 @@ def test_a_long_sentence_is_a_headline_and_lines():
     notes = 'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here)); the time was over'
     rest = '40 % of the mean squared error beyond noise is something else, most of it at a'
     assert told('partly', f'Missing for sure: {listed}; {error} ({notes}). {rest}.') == [
-        f'Missing for sure: {named}.', *(f'{effect}.' for effect in effects), f'{error}.',
-        f'{rest}.', 'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here))',
+        f'Missing for sure: {named}.',
+        *(f'{effect}.' for effect in effects),
+        f'{error}.',
+        f'{rest}.',
+        'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here))',
         'the time was over',
-    ]  # fmt: skip
+    ]
 
 
 def test_a_headline_that_is_too_long_names_the_effects_and_gives_each_a_line():
-    effects = ['stribeck_friction:elbow (c = 0.124 ± 0.01 N m; a note; v_s = 0.1 rad/s)',
-               'encoder_offset:elbow (o = 0.038 rad), or bias_torque:elbow or link_com:fore',
-               'viscous_friction:shoulder (b = 0.0587 N m s/rad), the same as back_emf_scale']
+    effects = [
+        'stribeck_friction:elbow (c = 0.124 ± 0.01 N m; a note; v_s = 0.1 rad/s)',
+        'encoder_offset:elbow (o = 0.038 rad), or bias_torque:elbow or link_com:fore',
+        'viscous_friction:shoulder (b = 0.0587 N m s/rad), the same as back_emf_scale',
+    ]
     head = 'Something is missing that this data cannot pin down: '
     lines = told('ambiguous', f'{head}{"; ".join(effects)}; held-out error 0.5 s ahead: less.')
-    assert lines[0] == (f'{head}stribeck_friction:elbow; encoder_offset:elbow; '
-                        'viscous_friction:shoulder.')
+    assert lines[0] == (
+        f'{head}stribeck_friction:elbow; encoder_offset:elbow; viscous_friction:shoulder.'
+    )
     assert lines[1:4] == [f'{effect}.' for effect in effects]
     assert len(lines[0]) + len('ambiguous: ') <= 200

@@ -32,8 +32,9 @@ def state(k: int) -> bytes:
     return joint_state(k * 10**7, ['pivot'], [np.sin(0.01 * k)], [np.cos(0.01 * k)])
 
 
-def write(path: Path, compression: CompressionType = CompressionType.NONE,
-          crc: bool = True) -> Path:  # fmt: skip
+def write(
+    path: Path, compression: CompressionType = CompressionType.NONE, crc: bool = True
+) -> Path:
     """A bag file of 400 states, 2000 bytes in a chunk."""
     with path.open('wb') as stream:
         writer = Writer(stream, 2000, compression, enable_crcs=crc)
@@ -144,8 +145,12 @@ def test_a_chunk_costs_what_it_holds_not_what_it_declares(compression, filled, m
         'print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before,\n'
         '      contents.damaged, contents.message_count)\n'
     )
-    done = subprocess.run([sys.executable, '-c', code, str(tmp_path / 'bag.mcap')],
-                          capture_output=True, text=True, check=True)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, '-c', code, str(tmp_path / 'bag.mcap')],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     grown, damaged, messages = map(int, done.stdout.split())
     assert (damaged, messages) == (1, 400)
     assert grown * 1024 < most

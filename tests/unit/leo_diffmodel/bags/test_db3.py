@@ -66,12 +66,15 @@ def copied(bags: tuple[Path, Path], folder: Path) -> Path:
     return file
 
 
-@pytest.mark.parametrize('change', [
-    "UPDATE messages SET data = 'text' WHERE id = 9",
-    'UPDATE messages SET timestamp = -1 WHERE id = 9',
-    'UPDATE messages SET timestamp = 1e300 WHERE id = 9',
-    "UPDATE messages SET timestamp = 'now', data = x'00' WHERE id = 9",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'change',
+    [
+        "UPDATE messages SET data = 'text' WHERE id = 9",
+        'UPDATE messages SET timestamp = -1 WHERE id = 9',
+        'UPDATE messages SET timestamp = 1e300 WHERE id = 9',
+        "UPDATE messages SET timestamp = 'now', data = x'00' WHERE id = 9",
+    ],
+)
 def test_a_row_that_is_no_message_is_left_out_and_said(bags, tmp_path, change):
     file = copied(bags, tmp_path)
     with sqlite3.connect(file) as database:
@@ -80,13 +83,16 @@ def test_a_row_that_is_no_message_is_left_out_and_said(bags, tmp_path, change):
     assert 'damaged in 1 places' in warning
 
 
-@pytest.mark.parametrize(('change', 'message'), [
-    ('DROP TABLE topics', 'no rosbag2 SQLite file, or damaged: no such table: topics'),
-    ('DROP TABLE messages', 'no such table: messages'),
-    ('DELETE FROM messages', 'is empty: nothing was recorded'),
-    ("UPDATE topics SET serialization_format = 'json'", 'is empty'),
-    ("UPDATE topics SET name = '/arm'", 'has no topic /joint_states; it has /arm'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('change', 'message'),
+    [
+        ('DROP TABLE topics', 'no rosbag2 SQLite file, or damaged: no such table: topics'),
+        ('DROP TABLE messages', 'no such table: messages'),
+        ('DELETE FROM messages', 'is empty: nothing was recorded'),
+        ("UPDATE topics SET serialization_format = 'json'", 'is empty'),
+        ("UPDATE topics SET name = '/arm'", 'has no topic /joint_states; it has /arm'),
+    ],
+)
 def test_what_is_no_bag_is_said_in_one_line(bags, tmp_path, change, message):
     file = copied(bags, tmp_path)
     with sqlite3.connect(file) as database:

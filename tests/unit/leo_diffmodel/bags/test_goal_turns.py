@@ -18,8 +18,9 @@ def wrapped(angle):
 
 def recorded(folder, q, dq, goal, enabled=None):
     on = np.ones_like(T) if enabled is None else enabled
-    run = Run(T, ['pivot'], q[:, None], dq[:, None],
-              inputs={'pivot': {'position': goal, 'enabled': on}})  # fmt: skip
+    run = Run(
+        T, ['pivot'], q[:, None], dq[:, None], inputs={'pivot': {'position': goal, 'enabled': on}}
+    )
     return read_bag(write_runs(folder / 'bag', [run], {}), SERVO)
 
 
@@ -48,9 +49,14 @@ def test_an_angle_that_begins_in_another_turn_than_its_goals(tmp_path):
     np.testing.assert_allclose(episode.inputs - episode.q, 0.05, atol=0.02)
 
 
-@pytest.mark.parametrize('goal', [
-    np.where(T < 2, 0.0, 4.0), np.where((T > 2) & (T < 2.3), 4.0, 0.0), np.where(T < 2, -3.1, 3.1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'goal',
+    [
+        np.where(T < 2, 0.0, 4.0),
+        np.where((T > 2) & (T < 2.3), 4.0, 0.0),
+        np.where(T < 2, -3.1, 3.1),
+    ],
+)
 def test_a_goal_that_steps_far_is_meant(tmp_path, goal):
     rate = np.zeros_like(T)
     q = np.zeros_like(T)

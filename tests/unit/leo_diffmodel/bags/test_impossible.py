@@ -27,8 +27,14 @@ def columns() -> dict[str, np.ndarray]:
 def write(folder: Path, **found: np.ndarray) -> Path:
     """A bag of the swing, some of its columns as given."""
     q, dq, effort, volts = {**columns(), **found}.values()
-    run = Run(0.01 * np.arange(COUNT), ['pivot'], q[:, None], dq[:, None], effort[:, None],
-              {'pivot': {'voltage': volts, 'enabled': np.ones(COUNT)}})  # fmt: skip
+    run = Run(
+        0.01 * np.arange(COUNT),
+        ['pivot'],
+        q[:, None],
+        dq[:, None],
+        effort[:, None],
+        {'pivot': {'voltage': volts, 'enabled': np.ones(COUNT)}},
+    )
     return write_runs(folder, [run], {'robot': 'pendulum'})
 
 
@@ -45,16 +51,19 @@ def glitch(name: str, value: float) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize('sign', [1, -1])
-@pytest.mark.parametrize(('name', 'value', 'told'), [
-    ('q', 1e200, '1 positions of pivot beyond 3.99e+04 rad,'),
-    ('q', 1e7, '1 positions of pivot beyond 3.99e+04 rad,'),
-    ('dq', 1e200, '1 velocities of pivot beyond 1e+04 rad/s,'),
-    ('dq', 1e5, '1 velocities of pivot beyond 1e+04 rad/s,'),
-    ('volts', 1e200, '1 inputs of pivot beyond 300 V,'),
-    ('volts', 1e5, '1 inputs of pivot beyond 300 V,'),
-    ('volts', 1e3, '1 inputs of pivot beyond 300 V,'),
-    ('effort', 1e200, '1 efforts of pivot beyond 1.69 N m,'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('name', 'value', 'told'),
+    [
+        ('q', 1e200, '1 positions of pivot beyond 3.99e+04 rad,'),
+        ('q', 1e7, '1 positions of pivot beyond 3.99e+04 rad,'),
+        ('dq', 1e200, '1 velocities of pivot beyond 1e+04 rad/s,'),
+        ('dq', 1e5, '1 velocities of pivot beyond 1e+04 rad/s,'),
+        ('volts', 1e200, '1 inputs of pivot beyond 300 V,'),
+        ('volts', 1e5, '1 inputs of pivot beyond 300 V,'),
+        ('volts', 1e3, '1 inputs of pivot beyond 300 V,'),
+        ('effort', 1e200, '1 efforts of pivot beyond 1.69 N m,'),
+    ],
+)
 def test_one_value_that_no_robot_has_is_left_out_and_told(name, value, told, sign, tmp_path):
     recording = read(write(tmp_path / 'bag', **glitch(name, sign * value)))
     (warning,) = recording.warnings
@@ -67,10 +76,17 @@ def test_one_value_that_no_robot_has_is_left_out_and_told(name, value, told, sig
     assert np.nanmax(abs(episode.effort)) <= 0.01
 
 
-@pytest.mark.parametrize(('name', 'unit'), [
-    ('q', 180 / np.pi), ('q', 4096 / (2 * np.pi)), ('dq', 180 / np.pi), ('dq', 1000.0),
-    ('dq', 60 / (2 * np.pi)), ('effort', 1000.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('name', 'unit'),
+    [
+        ('q', 180 / np.pi),
+        ('q', 4096 / (2 * np.pi)),
+        ('dq', 180 / np.pi),
+        ('dq', 1000.0),
+        ('dq', 60 / (2 * np.pi)),
+        ('effort', 1000.0),
+    ],
+)
 def test_a_channel_in_another_unit_stays(name, unit, tmp_path):
     recording = read(write(tmp_path / 'bag', **{name: unit * columns()[name]}))
     assert not any('no robot' in warning for warning in recording.warnings)

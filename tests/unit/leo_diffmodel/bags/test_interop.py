@@ -37,10 +37,15 @@ COUNT = 2000
 @pytest.fixture(scope='module')
 def run() -> Run:
     t = np.arange(COUNT) * 0.01
-    inputs = {'pivot': {
-        'voltage': np.sin(7 * t), 'enabled': np.ones(COUNT), 'current': np.cos(7 * t),
-        'supply_voltage': 7.5 + 0 * t, 'temperature': 30.0 + t,
-    }}  # fmt: skip
+    inputs = {
+        'pivot': {
+            'voltage': np.sin(7 * t),
+            'enabled': np.ones(COUNT),
+            'current': np.cos(7 * t),
+            'supply_voltage': 7.5 + 0 * t,
+            'temperature': 30.0 + t,
+        }
+    }
     return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
 
 
@@ -59,7 +64,8 @@ def test_rosbags_reads_ours(bag, run):
         ]
         durability = [
             c.ext.offered_qos_profiles[0].durability.name
-            for c in reader.connections if c.topic == '/robot/episode'
+            for c in reader.connections
+            if c.topic == '/robot/episode'
         ]
     assert counts == {
         '/robot/episode': ('std_msgs/msg/UInt32', 1),
@@ -78,9 +84,13 @@ def test_mcap_ros2_reads_ours(bag, run):
         assert reader.get_header().profile == 'ros2'
         read = {
             topic: [message for _, _, _, message in reader.iter_decoded_messages([topic])]
-            for topic in ('/robot/applied_voltage', '/robot/current', '/robot/temperature',
-                          '/robot/supply')
-        }  # fmt: skip
+            for topic in (
+                '/robot/applied_voltage',
+                '/robot/current',
+                '/robot/temperature',
+                '/robot/supply',
+            )
+        }
         channels = reader.get_summary().channels.values()
     volts, current, warm, supply = read.values()
     columns = run.inputs['pivot']
@@ -107,11 +117,13 @@ def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, r
     ) as writer:
         connections = {
             topic: writer.add_connection(
-                topic, JOINT_STATE, msgdef=definition(JOINT_STATE)[0],
+                topic,
+                JOINT_STATE,
+                msgdef=definition(JOINT_STATE)[0],
                 rihs01=definition(JOINT_STATE)[1],
             )
             for topic in ('/arm/states', '/arm/applied')
-        }  # fmt: skip
+        }
         for k in range(200):
             stamp = k * 10_000_000
             volts = run.inputs['pivot']['voltage'][k]
@@ -172,7 +184,7 @@ def test_every_cut_is_finished_without_losing_a_message(bag, tmp_path, share):
 
 def test_a_damaged_half_is_left_out(bag, tmp_path, run):
     content = bytearray((bag / 'bag_0.mcap').read_bytes())
-    content[len(content) // 2:] = b'\xff' * (len(content) - len(content) // 2)
+    content[len(content) // 2 :] = b'\xff' * (len(content) - len(content) // 2)
     damaged = tmp_path / 'damaged.mcap'
     damaged.write_bytes(content)
     recording = read_bag(damaged, PENDULUM)
@@ -199,8 +211,12 @@ def test_info_says_what_is_there(bag):
     assert info.state_rate == pytest.approx(100.0) and info.metadata == {'robot': 'pendulum'}
     assert [(e.start, e.samples) for e in info.episodes] == [(0.0, COUNT)]
     assert [t.name for t in info.topics] == [
-        '/joint_states', '/robot/applied_voltage', '/robot/current', '/robot/episode',
-        '/robot/supply', '/robot/temperature',
+        '/joint_states',
+        '/robot/applied_voltage',
+        '/robot/current',
+        '/robot/episode',
+        '/robot/supply',
+        '/robot/temperature',
     ]
 
 
@@ -260,8 +276,9 @@ def test_type_hashes_are_those_of_ros(package):
     found = 0
     for file in (folder / 'share' / package / 'msg').glob('*.json'):
         name = f'{package}/msg/{file.stem}'
-        hashes = {h['type_name']: h['hash_string']
-                  for h in json.loads(file.read_text())['type_hashes']}  # fmt: skip
+        hashes = {
+            h['type_name']: h['hash_string'] for h in json.loads(file.read_text())['type_hashes']
+        }
         assert definition(name)[1] == hashes[name]
         found += 1
     assert found

@@ -34,17 +34,20 @@ def mcap(folder: Path, topics: int, facts: int = 0, finished: bool = True) -> Pa
 def sqlite(folder: Path, topics: int) -> Path:
     folder.mkdir()
     with sqlite3.connect(folder / 'bag_0.db3') as database:
-        database.execute('CREATE TABLE topics(id, name, type, serialization_format, '
-                         'offered_qos_profiles)')
+        database.execute(
+            'CREATE TABLE topics(id, name, type, serialization_format, offered_qos_profiles)'
+        )
         database.execute('CREATE TABLE messages(id, topic_id, timestamp, data)')
-        database.executemany("INSERT INTO topics VALUES(?, ?, 'a/msg/B', 'cdr', '')",
-                             ((k, f'/t{k}') for k in range(topics)))
+        database.executemany(
+            "INSERT INTO topics VALUES(?, ?, 'a/msg/B', 'cdr', '')",
+            ((k, f'/t{k}') for k in range(topics)),
+        )
     return folder
 
 
-@pytest.mark.parametrize('made', [
-    mcap, sqlite, lambda folder, topics: mcap(folder, topics, finished=False),
-])
+@pytest.mark.parametrize(
+    'made', [mcap, sqlite, lambda folder, topics: mcap(folder, topics, finished=False)]
+)
 def test_more_topics_than_robots_have_are_one_line(made, tmp_path, capsys):
     bag = made(tmp_path / 'bag', MOST_TOPICS + 1)
     before = {file.name: file.read_bytes() for file in bag.iterdir()}

@@ -17,8 +17,10 @@ SWING = 0.3 * np.sin(0.1 * np.arange(50))
 
 
 def bag(folder, *rows, effort=()):
-    still = [('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [q], [], effort))
-             for k, q in enumerate(SWING)]  # fmt: skip
+    still = [
+        ('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [q], [], effort))
+        for k, q in enumerate(SWING)
+    ]
     return write_bag(folder / 'bag', sorted([*still, *rows], key=lambda row: row[2]))
 
 
@@ -53,14 +55,17 @@ def test_what_looks_like_a_command_is_named_and_the_bag_not_passive(tmp_path, to
 def test_beside_an_input_it_is_named_once(tmp_path):
     names = ('/a/cmd', '/b/cmd')
     rows = [(name, FLOAT64_ARRAY, k, command(1.0)) for k in (0, 1) for name in names]
-    (told,) = [w for w in read_bag(bag(tmp_path, *rows, effort=[0.1]), TORQUE).warnings
-               if 'look' in w]  # fmt: skip
+    (told,) = [
+        w for w in read_bag(bag(tmp_path, *rows, effort=[0.1]), TORQUE).warnings if 'look' in w
+    ]
     assert '/a/cmd (std_msgs/msg/Float64MultiArray, 2 messages), /b/cmd' in told
     assert told.endswith('look like commands and are not read; inputs taken from: effort')
 
 
 def test_what_was_applied_needs_no_command(tmp_path):
-    rows = [('/robot/applied_effort', JOINT_STATE, 0, state(0, ['pivot'], [], [], [0.2])),
-            ('/effort_controller/commands', FLOAT64_ARRAY, 0, command(1.0))]  # fmt: skip
+    rows = [
+        ('/robot/applied_effort', JOINT_STATE, 0, state(0, ['pivot'], [], [], [0.2])),
+        ('/effort_controller/commands', FLOAT64_ARRAY, 0, command(1.0)),
+    ]
     recording = read_bag(bag(tmp_path, *rows), TORQUE)
     assert recording.input == 'torque' and not any('look' in w for w in recording.warnings)

@@ -42,8 +42,12 @@ def test_messages_come_as_they_were_logged(tmp_path, monkeypatch, rate, capsys):
     bag = write_runs(tmp_path / 'bag', [Run(t, ['pivot'], np.sin(t)[:, None])], {})
     world = World()
     for name, stand_in in {
-        'graph': nullcontext, 'Node': lambda name: world, 'join': lambda node: node,
-        'running': lambda: True, 'spin_once': world.spin_once, 'time': world,
+        'graph': nullcontext,
+        'Node': lambda name: world,
+        'join': lambda node: node,
+        'running': lambda: True,
+        'spin_once': world.spin_once,
+        'time': world,
         'spin_until': lambda condition, seconds: condition(),
     }.items():
         monkeypatch.setattr(player, name, stand_in)

@@ -19,9 +19,21 @@ STEP = 10_000_000
 def says(names, q, dq=None, step=STEP, count=200, late=0, frame=''):
     """States each `step` [ns] of q(t), with rates where dq is given."""
     stamps = [k * step + late for k in range(count * STEP // step)]
-    return [('/joint_states', JOINT_STATE, s, state(
-        s, names, [q(s * 1e-9)] * len(names),
-        [] if dq is None else [dq(s * 1e-9)] * len(names), frame=frame)) for s in stamps]
+    return [
+        (
+            '/joint_states',
+            JOINT_STATE,
+            s,
+            state(
+                s,
+                names,
+                [q(s * 1e-9)] * len(names),
+                [] if dq is None else [dq(s * 1e-9)] * len(names),
+                frame=frame,
+            ),
+        )
+        for s in stamps
+    ]
 
 
 def bag(folder, *rows):
@@ -61,8 +73,10 @@ def test_a_half_without_rates_is_differentiated(tmp_path):
 
 
 def test_halves_on_clocks_of_their_own_are_joined_by_when_they_were_recorded(tmp_path):
-    away = [(topic, kind, k, state(10**15 + k, ['elbow'], [line(k * 1e-9)]))
-            for topic, kind, k, _ in says(['elbow'], line)]  # fmt: skip
+    away = [
+        (topic, kind, k, state(10**15 + k, ['elbow'], [line(k * 1e-9)]))
+        for topic, kind, k, _ in says(['elbow'], line)
+    ]
     (episode,) = read_bag(bag(tmp_path, *says(['shoulder'], np.sin), *away), ARM).episodes
     np.testing.assert_allclose(episode.q[:, 1], 0.5 * episode.t, atol=1e-9)
 
@@ -99,8 +113,11 @@ def test_a_second_publisher_is_named_and_left_out(tmp_path, names, frame):
 
 
 def test_a_frame_id_that_changes_with_a_restart_is_no_second_publisher(tmp_path):
-    log = bag(tmp_path, *says(['pivot'], line, count=100, frame='a'),
-              *says(['pivot'], line, frame='b')[100:])  # fmt: skip
+    log = bag(
+        tmp_path,
+        *says(['pivot'], line, count=100, frame='a'),
+        *says(['pivot'], line, frame='b')[100:],
+    )
     recording = read_bag(log, PENDULUM)
     assert len(recording.episodes[0].t) == 200
     assert not any('publishers' in w for w in recording.warnings)
@@ -114,8 +131,10 @@ def test_two_that_nothing_tells_apart_are_refused(tmp_path, step):
 
 
 def test_two_clocks_that_take_turns_are_refused(tmp_path):
-    second = [(topic, kind, k + 100, state(10**15 + k, ['pivot'], [np.sin(k * 1e-9)]))
-              for topic, kind, k, _ in says(['pivot'], np.sin)]  # fmt: skip
+    second = [
+        (topic, kind, k + 100, state(10**15 + k, ['pivot'], [np.sin(k * 1e-9)]))
+        for topic, kind, k, _ in says(['pivot'], np.sin)
+    ]
     with pytest.raises(UserError, match=r'stamps that go back in 50% of the steps'):
         read_bag(bag(tmp_path, *says(['pivot'], np.sin), *second), PENDULUM)
 
@@ -123,7 +142,8 @@ def test_two_clocks_that_take_turns_are_refused(tmp_path):
 def test_a_joint_that_chatters_is_no_second_publisher(tmp_path):
     """It goes to and fro within four states, as fast as its own speed says."""
     pace = 2 * np.pi / (4 * STEP * 1e-9)
-    chatter = says(['pivot'], lambda t: 0.05 * np.sin(pace * t),
-                   lambda t: 0.05 * pace * np.cos(pace * t))  # fmt: skip
+    chatter = says(
+        ['pivot'], lambda t: 0.05 * np.sin(pace * t), lambda t: 0.05 * pace * np.cos(pace * t)
+    )
     (episode,) = read_bag(bag(tmp_path, *chatter), PENDULUM).episodes
     assert len(episode.t) == 200

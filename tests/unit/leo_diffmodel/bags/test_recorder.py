@@ -201,8 +201,12 @@ def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_
     with find_files(tmp_path / 'bag')[0].open('rb') as stream:
         reader = make_reader(stream, validate_crcs=True)
         summary = reader.get_summary()
-        read = [m.log_time for _, _, m in reader.iter_messages(
-            '/joint_states', starting_at=101, ending_before=201)]
+        read = [
+            m.log_time
+            for _, _, m in reader.iter_messages(
+                '/joint_states', starting_at=101, ending_before=201
+            )
+        ]
     assert len(summary.chunk_indexes) == summary.statistics.chunk_count >= 300
     assert all(len(index.message_index_offsets) == 2 for index in summary.chunk_indexes)
     assert read == [*range(101, 201)]

@@ -102,8 +102,9 @@ def test_a_full_disk_costs_what_came_meanwhile_and_nothing_else(room, tmp_path, 
     assert finish_bag(tmp_path / 'bag') is BagState.FINISHED
     contents = load(tmp_path / 'bag')
     assert contents.damaged == 0
-    numbers = [decode(m.data, EPISODE.type).data
-               for m in contents.topics['/robot/episode'].messages]  # fmt: skip
+    numbers = [
+        decode(m.data, EPISODE.type).data for m in contents.topics['/robot/episode'].messages
+    ]
     assert (numbers[0], numbers[-1]) == (1, 2)
     warnings = read_bag(tmp_path / 'bag', PENDULUM).warnings
     assert any(f'{recorder.lost} messages were lost' in warning for warning in warnings)
@@ -306,15 +307,17 @@ def test_a_stranger_with_other_joints_cuts_no_bag(tmp_path):
     robot = graph.robot(1.0)
     for k in range(10):
         run(graph, 0.1, robot)
-        graph.recorder.record(STATES, state((10 - k) * 10**9, joint='x'), 0,
-                              round(graph.now * 1e9), k, b'stranger')
+        graph.recorder.record(
+            STATES, state((10 - k) * 10**9, joint='x'), 0, round(graph.now * 1e9), k, b'stranger'
+        )
     graph.recorder.close()
     assert heard(tmp_path, APPLIED.name) == [(100, 0)]
 
 
-@pytest.mark.parametrize('order', [
-    (1, 2, 4, 5, 3, 6, 7), (1, 3, 2, 4, 5, 7, 6, 8), (1, 2, 6, 4, 5, 3, 7, 8), (1, 2, 5, 6, 7),
-])
+@pytest.mark.parametrize(
+    'order',
+    [(1, 2, 4, 5, 3, 6, 7), (1, 3, 2, 4, 5, 7, 6, 8), (1, 2, 6, 4, 5, 3, 7, 8), (1, 2, 5, 6, 7)],
+)
 def test_states_that_arrive_in_another_order_are_all_recorded(order, tmp_path):
     recorder = Recorder(tmp_path / 'bag')
     for k in order:

@@ -26,10 +26,14 @@ TORQUE = load_robot('torque_pendulum')
 PERIOD = 10_000_000
 OLD_BAGS = DATA / 'bags_of_2026_11'
 KINDS = {
-    'joint_states': JOINT_STATE, 'applied_voltage': JOINT_STATE, 'applied_effort': JOINT_STATE,
-    'dynamic_joint_states': DYNAMIC_JOINT_STATE, 'commands': FLOAT64_ARRAY, 'episode': UINT32,
+    'joint_states': JOINT_STATE,
+    'applied_voltage': JOINT_STATE,
+    'applied_effort': JOINT_STATE,
+    'dynamic_joint_states': DYNAMIC_JOINT_STATE,
+    'commands': FLOAT64_ARRAY,
+    'episode': UINT32,
     'chatter': 'std_msgs/msg/String',
-}  # fmt: skip
+}
 VOLTS = '/robot/applied_voltage'
 NAN = float('nan')
 
@@ -81,9 +85,7 @@ def test_what_is_written_is_read_to_the_bit(tmp_path):
 
 @pytest.mark.parametrize(('publish_time', 'told'), [(3, 3), (0, 7), (2**64 - 1, 7)])
 def test_without_a_publish_time_a_message_counts_from_when_it_was_logged(publish_time, told):
-    message = Message(
-        channel_id=1, log_time=7, data=b'x', publish_time=publish_time, sequence=0
-    )
+    message = Message(channel_id=1, log_time=7, data=b'x', publish_time=publish_time, sequence=0)
     assert logged(message) == Logged(7, b'x', told)
 
 
@@ -123,11 +125,18 @@ def test_bags_of_before_2026_12_read_as_they_did(name):
 
 def test_applied_voltages_and_dynamic_joint_states_read_alike(tmp_path):
     free = [(1.0, 1.0), (0.0, 0.0), (2.0, 1.0), (0.0, 0.0)]
-    new = [(VOLTS, k * PERIOD, applied(k * PERIOD, v if on else NAN))
-           for k, (v, on) in enumerate(free)]
-    old = [('/dynamic_joint_states', k * PERIOD,
-            dynamic(k * PERIOD, {'pivot': {'voltage': v, 'enabled': on}}))
-           for k, (v, on) in enumerate(free)]
+    new = [
+        (VOLTS, k * PERIOD, applied(k * PERIOD, v if on else NAN))
+        for k, (v, on) in enumerate(free)
+    ]
+    old = [
+        (
+            '/dynamic_joint_states',
+            k * PERIOD,
+            dynamic(k * PERIOD, {'pivot': {'voltage': v, 'enabled': on}}),
+        )
+        for k, (v, on) in enumerate(free)
+    ]
     for name, log in (('new', new), ('old', old), ('both', new + old[:1])):
         recording = read_bag(write_messages(tmp_path / name, still(4) + log), PENDULUM)
         (episode,) = recording.episodes
@@ -274,9 +283,7 @@ def test_without_episodes_a_jump_splits_but_noise_and_impacts_do_not(tmp_path):
     dq = np.where(t < 1.0, 3 * np.cos(3 * t), 3 * np.cos(3 * t) - 4.0)
     q = q - np.where(t < 1.0, 0.0, 4.0 * (t - 1.0))
     q, dq = q + rng.normal(0, 0.003, t.shape), dq + rng.normal(0, 0.1, t.shape)
-    log = [
-        ('/joint_states', k * PERIOD, state(k * PERIOD, q[k], dq[k])) for k in range(len(t))
-    ]
+    log = [('/joint_states', k * PERIOD, state(k * PERIOD, q[k], dq[k])) for k in range(len(t))]
     recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
     assert [len(episode.t) for episode in recording.episodes] == [150, 150]
     assert '1 jumps no model can make' in recording.warnings[0]

@@ -18,9 +18,18 @@ T = 0.01 * np.arange(200)
 
 def bag(folder, joints, q, dq, effort=None):
     columns = [np.column_stack(c) if c else np.zeros((len(T), 0)) for c in (q, dq, effort or [])]
-    return write_bag(folder / 'bag', [
-        ('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, joints, *(c[k] for c in columns)))
-        for k in range(len(T))])  # fmt: skip
+    return write_bag(
+        folder / 'bag',
+        [
+            (
+                '/joint_states',
+                JOINT_STATE,
+                k * STEP,
+                state(k * STEP, joints, *(c[k] for c in columns)),
+            )
+            for k in range(len(T))
+        ],
+    )
 
 
 def told(recording):
@@ -56,10 +65,13 @@ def test_a_rate_of_one_joint_that_never_changes_while_it_moves_is_differentiated
     np.testing.assert_allclose(episode.dq[1:-1, 1], 2 * np.cos(2 * T)[1:-1], atol=1e-3)
 
 
-@pytest.mark.parametrize('q', [
-    np.round(0.2 + 0.0002 * (np.arange(200) % 2), 4),  # an encoder's flicker
-    (3.0 * T + np.pi) % (2 * np.pi) - np.pi,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'q',
+    [
+        np.round(0.2 + 0.0002 * (np.arange(200) % 2), 4),  # an encoder's flicker
+        (3.0 * T + np.pi) % (2 * np.pi) - np.pi,
+    ],
+)
 def test_a_constant_rate_that_is_right_stays(tmp_path, q):
     rate = np.full_like(T, 3.0 if np.ptp(q) > 1 else 0.0)
     log = bag(tmp_path, ARM.joint_names, [np.sin(T), q], [np.cos(T) + 0.01, rate])

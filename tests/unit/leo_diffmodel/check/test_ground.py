@@ -41,8 +41,9 @@ def test_bags_are_judged_together(bags):
     together, sigma = list(bags.values()), SIGMA[None].repeat(3, axis=0)
     ranges = excitation(together, sigma, BASE)
     assert {f.severity for f in of_all(together, MODEL, sigma, ranges)} == {'ok'}
-    standing = of_all([bags['standing']], MODEL, SIGMA[None],
-                      excitation([bags['standing']], SIGMA[None], BASE))  # fmt: skip
+    standing = of_all(
+        [bags['standing']], MODEL, SIGMA[None], excitation([bags['standing']], SIGMA[None], BASE)
+    )
     assert any(f.code == 'still' and 'stepping' in f.todo for f in standing)
 
 

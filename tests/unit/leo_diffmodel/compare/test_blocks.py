@@ -66,13 +66,21 @@ def test_windows_never_cross_the_end_of_an_episode():
 
 @pytest.mark.parametrize('count', [2, 6])
 def test_neither_what_is_held_out_nor_the_folds_depend_on_the_order_of_bags(count):
-    data = [replace(record(TORQUE, seconds=7 + s, seed=s), path=Path(f'run{s}'))
-            for s in range(count)]  # fmt: skip
+    data = [
+        replace(record(TORQUE, seconds=7 + s, seed=s), path=Path(f'run{s}')) for s in range(count)
+    ]
 
     def parted(order):
         windows, blocks = cut(order, 0.3), make_blocks(order, [])
         names = [order[s].path.name for s in windows.source]
-        return set(zip(names, windows.start.tolist(), blocks.held(windows).tolist(),
-                       blocks.folds(windows).tolist(), strict=True))  # fmt: skip
+        return set(
+            zip(
+                names,
+                windows.start.tolist(),
+                blocks.held(windows).tolist(),
+                blocks.folds(windows).tolist(),
+                strict=True,
+            )
+        )
 
     assert parted(data) == parted(data[::-1])

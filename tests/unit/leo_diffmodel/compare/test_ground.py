@@ -31,8 +31,9 @@ def model():
 def test_a_held_base_stays_in_the_windows_of_its_own_bag_alone(model):
     bags = [recorded(seconds=0.6), recorded(start='standing', seconds=0.6)]
     windows = cut(bags, 0.1)
-    q, _ = rollout(model, windows.q[:, 0], windows.dq[:, 0], windows.inputs, windows.dt,
-                   held=windows.held)  # fmt: skip
+    q, _ = rollout(
+        model, windows.q[:, 0], windows.dq[:, 0], windows.inputs, windows.dt, held=windows.held
+    )
     moved = np.abs(q[..., :3] - q[:, :1, :3]).max(axis=(1, 2))
     assert windows.held.any() and not windows.held.all()
     assert np.all(moved[windows.held] == 0) and np.all(moved[~windows.held] > 0)
@@ -67,6 +68,7 @@ def test_noise_is_found_where_the_measured_height_is_wrong(model):
 
 def test_a_window_that_is_thrown_out_of_the_ground_tells_no_noise(model, monkeypatch):
     """A step to a nearer start may end deep in the ground, or beyond a stop."""
+
     def thrown(of, windows, start, pushes):
         predicted, columns = respond(of, windows, start, pushes)
         gone = np.any(start != windows.measured[:, 0], axis=1) & (windows.start > 1.0)
@@ -108,8 +110,13 @@ def test_phases_as_the_joints_see_them():
     assert words[KNEE].tolist() == ['double support', 'stance', 'touch-down', 'lying', 'hanging']
     right_knee = LEO.joint_names.index('right_knee')
     assert words[right_knee].tolist() == ['double support', 'swing', 'swing', 'lying', 'hanging']
-    assert words[0].tolist() == ['double support', 'single support', 'touch-down', 'lying',
-                                 'hanging']  # fmt: skip
+    assert words[0].tolist() == [
+        'double support',
+        'single support',
+        'touch-down',
+        'lying',
+        'hanging',
+    ]
 
 
 def test_phases_are_conditions(model):

@@ -10,9 +10,15 @@ from leo_diffmodel.compare.provenance import provenance
 from leo_sim.model import Model
 
 
-@pytest.mark.parametrize(('program', 'told'), [
-    ('-c', 'leo'), ('/home/me/.venv/bin/leo', 'leo'), ('/src/leo_msgs_py/cli.py', 'leo'),
-    ('mine.py', 'mine.py')])
+@pytest.mark.parametrize(
+    ('program', 'told'),
+    [
+        ('-c', 'leo'),
+        ('/home/me/.venv/bin/leo', 'leo'),
+        ('/src/leo_msgs_py/cli.py', 'leo'),
+        ('mine.py', 'mine.py'),
+    ],
+)
 def test_the_program_is_told_as_typed(monkeypatch, program, told):
     monkeypatch.setattr(sys, 'argv', [program, 'repair', 'my bag'])
     origin = provenance([record(TORQUE, seconds=1.0)], Model(TORQUE, engine='rigid'))

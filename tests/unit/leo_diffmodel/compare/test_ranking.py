@@ -29,8 +29,12 @@ def recording():
 
 @pytest.fixture(scope='module')
 def ranked(recording):
-    models = {'bare': Model(PENDULUM), 'double': rubbing(2 * TRUTH), 'right': rubbing(TRUTH),
-              'near': rubbing(1.0003 * TRUTH)}  # fmt: skip
+    models = {
+        'bare': Model(PENDULUM),
+        'double': rubbing(2 * TRUTH),
+        'right': rubbing(TRUTH),
+        'near': rubbing(1.0003 * TRUTH),
+    }
     return rank([recording], models)
 
 
@@ -65,8 +69,11 @@ def test_the_interval_is_over_blocks_and_not_over_windows():
     assert apart['value'] == pytest.approx(1.0) and apart['distinguishable']
     assert np.diff(apart['ci95']) == pytest.approx(2 * 3.182 * 0.0816 / 2, rel=1e-3)
     assert not behind(np.repeat([4.0, -1.0, 1.0, 0.0], 100), block)['distinguishable']
-    assert behind(np.ones(9), np.zeros(9)) == {'value': 1.0, 'ci95': None,
-                                               'distinguishable': False}  # fmt: skip
+    assert behind(np.ones(9), np.zeros(9)) == {
+        'value': 1.0,
+        'ci95': None,
+        'distinguishable': False,
+    }
 
 
 def test_models_of_different_robots_are_refused(recording):

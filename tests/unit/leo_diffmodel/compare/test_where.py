@@ -116,8 +116,9 @@ def uneven(recording, seed):
     e = recording.episodes[0]
     # The mean of the inputs between two kept samples acted there.
     mean = np.add.reduceat(e.inputs, kept) / np.diff(np.append(kept, len(e.t)))[:, None]
-    thin = replace(e, t=e.t[kept], q=e.q[kept], dq=e.dq[kept], inputs=mean,
-                   enabled=e.enabled[kept])  # fmt: skip
+    thin = replace(
+        e, t=e.t[kept], q=e.q[kept], dq=e.dq[kept], inputs=mean, enabled=e.enabled[kept]
+    )
     return replace(recording, episodes=(thin,))
 
 

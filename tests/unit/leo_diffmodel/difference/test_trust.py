@@ -144,7 +144,10 @@ def fit_of_zeros(model: Model) -> DifferenceModel:
 
 def test_channels_are_named():
     assert channel_names(load_robot('pendulum'), 'state') == (
-        'pivot angle', 'pivot angle', 'pivot rate')
+        'pivot angle',
+        'pivot angle',
+        'pivot rate',
+    )
     leo = load_robot('leo')
     assert channel_names(leo, 'torque')[2] == 'left_knee torque'
     assert len(channel_names(leo, 'state')) == fit_of_zeros(Model(leo)).layout.states
@@ -172,8 +175,9 @@ def test_files_of_before_there_were_forms_are_read(model, steps):
     old = metadata(single.to_bytes())
     del old['form']
     config = json.loads(old['config'])
-    old['config'] = json.dumps({k: config[k] for k in config
-                                if k not in ('form', 'members', 'prior')})
+    old['config'] = json.dumps(
+        {k: config[k] for k in config if k not in ('form', 'members', 'prior')}
+    )
     again = from_bytes(save(load(single.to_bytes()), old))
     judged = again.judge(steps.q, steps.dq, steps.inputs)
     np.testing.assert_array_equal(judged.correction, single(steps.q, steps.dq, steps.inputs))

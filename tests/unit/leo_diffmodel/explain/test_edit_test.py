@@ -39,9 +39,14 @@ def _few():
 @pytest.fixture(scope='module')
 def bags(tmp_path_factory):
     folder = tmp_path_factory.mktemp('edit')
-    return {name: bag(folder / name, run(name, *effects, seed=seed))
-            for name, effects, seed in (('on', (PAYLOAD,), 1), ('off', (), 2),
-                                        ('still_on', (PAYLOAD,), 3))}
+    return {
+        name: bag(folder / name, run(name, *effects, seed=seed))
+        for name, effects, seed in (
+            ('on', (PAYLOAD,), 1),
+            ('off', (), 2),
+            ('still_on', (PAYLOAD,), 3),
+        )
+    }
 
 
 @pytest.fixture(scope='module')
@@ -72,7 +77,12 @@ def test_each_effect_is_taken_out_and_all_of_them():
     repaired = Model(TORQUE, [PAYLOAD, FRICTION])
     told = edit_test(Model(TORQUE), repaired, [run('off', FRICTION, seed=2)])
     assert {row['model'] for row in told['models']} == {
-        GIVEN, REPAIRED, WITHOUT, 'without viscous_friction:pivot', ALL}
+        GIVEN,
+        REPAIRED,
+        WITHOUT,
+        'without viscous_friction:pivot',
+        ALL,
+    }
     assert told['models'][0]['model'] == WITHOUT
     assert f'best predicted {WITHOUT}' in told['sentence']
 
@@ -83,8 +93,17 @@ def test_nothing_named_is_nothing_to_take_out():
 
 
 def test_the_command_prints_and_reports_it(bags, tmp_path, capsys):
-    main([str(bags['on']), '--model', 'torque_pendulum', '--edit-test', str(bags['off']),
-          '-o', str(tmp_path / 'out')])
+    main(
+        [
+            str(bags['on']),
+            '--model',
+            'torque_pendulum',
+            '--edit-test',
+            str(bags['off']),
+            '-o',
+            str(tmp_path / 'out'),
+        ]
+    )
     printed = capsys.readouterr().out
     assert 'edit test: what was named' in printed
     told = json.loads((tmp_path / 'out/explain.json').read_text())['edit_test']

@@ -47,8 +47,11 @@ def model():
 
 def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
     problem, null, scanner = scanned(model, braked)
-    wanted = [c for c in candidates(model)
-              if c.effect.name in ('viscous_friction', 'link_mass', 'bias_torque')]  # fmt: skip
+    wanted = [
+        c
+        for c in candidates(model)
+        if c.effect.name in ('viscous_friction', 'link_mass', 'bias_torque')
+    ]
     best = max((scanner.scan(c) for c in wanted), key=lambda s: s.gain)
     assert best.candidate.label == 'viscous_friction:left_knee'
     assert best.theta[0] == pytest.approx(0.05, rel=0.15)
@@ -126,9 +129,10 @@ def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
     assert np.median(again.loss) < 1.1 * np.median(linearisation.loss)
 
 
-@pytest.mark.parametrize(('on_ground', 'share', 'found'), [
-    (True, 1e-3, []), (True, 0.5, ['left']), (False, 1e-3, ['left']),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('on_ground', 'share', 'found'),
+    [(True, 1e-3, []), (True, 0.5, ['left']), (False, 1e-3, ['left'])],
+)
 def test_on_the_ground_a_law_is_looked_for_in_what_matters(monkeypatch, on_ground, share, found):
     monkeypatch.setattr(unknown_find, '_curves', lambda *_: ('left', []))
     monkeypatch.setattr(unknown_find, 'rest_of', lambda *_: Rest(SETTINGS.gates, 2.0, share))
@@ -161,7 +165,10 @@ def test_explain_names_an_effect_on_the_ground():
     found = explain(bags, Model(LEO, engine='rigid'))
     (effect,) = found.effects
     assert (found.verdict, effect['name'], effect['where']) == (
-        'named', 'coulomb_friction', 'left_knee')  # fmt: skip
+        'named',
+        'coulomb_friction',
+        'left_knee',
+    )
     assert effect['parameters']['c']['value'] == pytest.approx(0.15, rel=0.02)
     low, high = effect['parameters']['c']['ci95']
     assert 0 < low < 0.15 < high and effect['inclusion_probability'] > 0.9
@@ -189,8 +196,10 @@ def test_where_the_last_fit_came_from_does_not_show_in_it(model):
 def test_a_cable_that_is_slack_most_of_the_time_is_no_known_effect(seed):
     law = get_effect(str(Path(kinds.__file__).with_name('cable.py')))
     cable = place(LEO, law, 'left_knee', k=1.2, slack=-0.3, side=-1.0)
-    bags = [recorded(cable, start=start, seconds=seconds, seed=seed)
-            for start, seconds in (('hanging', 4.0), ('standing', 2.5))]  # fmt: skip
+    bags = [
+        recorded(cable, start=start, seconds=seconds, seed=seed)
+        for start, seconds in (('hanging', 4.0), ('standing', 2.5))
+    ]
     found = explain(bags, Model(LEO, engine='rigid'))
     assert (found.verdict, found.effects) == ('unknown', [])
     told = found.unknown.to_json()
@@ -267,16 +276,25 @@ def test_straight_effects_are_those_in_proportion_to_their_size(model):
 def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch):
     """One is ahead, one far behind but gaining, one far behind and standing still."""
     windows = np.random.default_rng(0).normal(size=(12, 360))
-    lengths = {'ahead': [9.0, 8.0, 8.0, 8.0], 'gaining': [20.0, 14.0, 9.0, 5.0],
-               'slow': [20.0] * 4}  # fmt: skip
+    lengths = {
+        'ahead': [9.0, 8.0, 8.0, 8.0],
+        'gaining': [20.0, 14.0, 9.0, 5.0],
+        'slow': [20.0] * 4,
+    }
 
     def stand(name: str, step: int):
         loss = np.full(12, lengths[name][step])
-        fitted = SimpleNamespace(hypothesis=name, loss=loss, residual=windows,
-                                 start=np.zeros((12, 18)))  # fmt: skip
-        posed = SimpleNamespace(problem=SimpleNamespace(
-            train=np.ones(12, dtype=bool), linearisation='settled', gates=ON_GROUND.gates,
-            numerics=ON_GROUND.numerics))  # fmt: skip
+        fitted = SimpleNamespace(
+            hypothesis=name, loss=loss, residual=windows, start=np.zeros((12, 18))
+        )
+        posed = SimpleNamespace(
+            problem=SimpleNamespace(
+                train=np.ones(12, dtype=bool),
+                linearisation='settled',
+                gates=ON_GROUND.gates,
+                numerics=ON_GROUND.numerics,
+            )
+        )
         return contact.Stand(posed, fitted, step)
 
     def advanced(at):

@@ -41,8 +41,12 @@ from leo_sim.model.model_file import load_model, save_model
 BOB, ARM = 'links.bob.mass', load_robot('double_pendulum')
 MASSES = {'run_1': 0.676, 'run_2': 1.3}
 FRICTION = 0.05
-FILE = {'robot': 'torque_pendulum', 'constants': {
-    BOB: {'value': 0.676, 'unit': 'kg', 'uncertain': [0.1, 3.0], 'per_recording': True}}}
+FILE = {
+    'robot': 'torque_pendulum',
+    'constants': {
+        BOB: {'value': 0.676, 'unit': 'kg', 'uncertain': [0.1, 3.0], 'per_recording': True}
+    },
+}
 
 
 def swung(mass: float, seed: int, seconds: float = 8.0, friction: float = FRICTION) -> Recording:
@@ -69,13 +73,22 @@ def written(folder: Path, content: dict) -> Path:
 
 # Windows take the constants of their own recording
 
+
 def arm_run(name: str, seed: int) -> Recording:
     rng = np.random.default_rng(seed)
     t = DT * np.arange(100)
     q, dq = rng.normal(size=(2, 100, 2))
     episode = Episode(t, q, dq, rng.normal(size=(100, 2)), np.ones((100, 2), dtype=bool))
-    return Recording(Path(name), name, ('shoulder', 'elbow'), ('shoulder', 'elbow'), 'torque', DT,
-                     (episode,), {})  # fmt: skip
+    return Recording(
+        Path(name),
+        name,
+        ('shoulder', 'elbow'),
+        ('shoulder', 'elbow'),
+        'torque',
+        DT,
+        (episode,),
+        {},
+    )
 
 
 CASES = [
@@ -87,11 +100,14 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(('robot', 'path', 'recorded'), CASES,
-                         ids=[f'{r.name}-{p}' for r, p, _ in CASES])
+@pytest.mark.parametrize(
+    ('robot', 'path', 'recorded'), CASES, ids=[f'{r.name}-{p}' for r, p, _ in CASES]
+)
 def test_every_subset_of_windows_has_its_own_recordings_constants(robot, path, recorded):
-    values = {'run_1': 0.01 + 0.8 * robot.constants[path].value,
-              'run_2': 0.02 + 1.4 * robot.constants[path].value}
+    values = {
+        'run_1': 0.01 + 0.8 * robot.constants[path].value,
+        'run_2': 0.02 + 1.4 * robot.constants[path].value,
+    }
     model, recordings = Model(robot, by_recording={path: values}), recorded()
     windows = cut(recordings, 0.1, history=0.05)
     some = windows.take(np.random.default_rng(0).permutation(windows.count)[:9])
@@ -102,7 +118,8 @@ def test_every_subset_of_windows_has_its_own_recordings_constants(robot, path, r
         mine = some.of(name)
         alone = Model(robot, constants={path: value})
         assert found[:, mine] == pytest.approx(
-            predict(alone, some.take(mine), start[:, mine]), abs=1e-12)
+            predict(alone, some.take(mine), start[:, mine]), abs=1e-12
+        )
         assert carried(some, model)[mine] == pytest.approx(carried(some.take(mine), alone))
     for recording, short in zip(recordings, short_windows(recordings), strict=True):
         alone = Model(robot, constants={path: values[recording.name]})
@@ -113,8 +130,11 @@ def test_every_subset_of_windows_has_its_own_recordings_constants(robot, path, r
 def test_several_models_at_once_each_with_the_constants_of_its_windows():
     path = CASES[-1][1]
     masses = np.array([0.5, 0.7, 0.9])
-    model = Model(ARM, constants={'gravity': np.array([9.0, 9.5, 9.8])[:, None, None]},
-                  by_recording={path: {'a': masses[:, None, None], 'b': 0.3}})
+    model = Model(
+        ARM,
+        constants={'gravity': np.array([9.0, 9.5, 9.8])[:, None, None]},
+        by_recording={path: {'a': masses[:, None, None], 'b': 0.3}},
+    )
     rng = np.random.default_rng(0)
     q, dq, inputs = rng.normal(size=(2, 2)), rng.normal(size=(2, 2)), rng.normal(size=(2, 5, 2))
     found, _ = rollout(model.of_recordings(('a', 'b'), np.array([1, 0])), q, dq, inputs, 0.01)
@@ -140,13 +160,15 @@ def test_own_constants_are_differentiated_at_once():
     hypothesis = Hypothesis(constants=uncertain(model, ('run_1', 'run_2')))
     theta, start = np.array([0.6, 1.2]), windows.measured[:, 0]
     assert hypothesis.together == [[0, 1]]
-    columns = linearise(model, windows, sigma, SETTINGS.numerics, hypothesis, theta,
-                        start).by_theta
+    columns = linearise(
+        model, windows, sigma, SETTINGS.numerics, hypothesis, theta, start
+    ).by_theta
     for i, name in enumerate(('run_1', 'run_2')):
         alone = Hypothesis(constants=(replace(hypothesis.constants[i], recording=''),))
         mine = windows.of(name)
-        one = linearise(model, windows.take(mine), sigma, SETTINGS.numerics, alone, theta[[i]],
-                        start[mine]).by_theta  # fmt: skip
+        one = linearise(
+            model, windows.take(mine), sigma, SETTINGS.numerics, alone, theta[[i]], start[mine]
+        ).by_theta
         assert columns[mine, :, i] == pytest.approx(one[..., 0])
         assert not columns[~mine, :, i].any()
 
@@ -158,13 +180,19 @@ def test_a_recording_left_out_finds_its_own_constant_anew():
     fitted = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     assert fitted.theta == pytest.approx([0.6, 0.7, 0.8, 0.9, 1.0], rel=0.02)
     train = problem.train
-    moves = _moves(fitted, fitted.residual[train], fitted.columns[train], problem.fold[train],
-                   problem.numerics)  # fmt: skip
+    moves = _moves(
+        fitted,
+        fitted.residual[train],
+        fitted.columns[train],
+        problem.fold[train],
+        problem.numerics,
+    )
     assert len(moves) == 5
     assert np.array(list(moves.values())) == pytest.approx(0.0, abs=1e-3)
 
 
 # Refitted in each recording
+
 
 @pytest.fixture(scope='module')
 def explained():
@@ -221,20 +249,25 @@ def test_what_was_found_goes_into_a_model_file_and_back(explained, tmp_path):
     assert starts == {'run_2': entry['recordings']['run_2'], 'run_9': 0.676}
     told = compare([swung(1.3, 2, 4.0)], again).data
     assert told['budget']['unexplained'] < 0.01
-    assert told['provenance']['model_sha256'] != compare([swung(1.3, 2, 4.0)], model).data[
-        'provenance']['model_sha256']  # fmt: skip
+    assert (
+        told['provenance']['model_sha256']
+        != compare([swung(1.3, 2, 4.0)], model).data['provenance']['model_sha256']
+    )
 
 
 def test_a_report_lists_the_constants_of_each_recording(explained):
     from leo_diffmodel.report.sections.hypotheses import section
 
-    values = section(explained.effects, explained.hypotheses, explained.constants, 1.0, '',
-                     SETTINGS.gates).values  # fmt: skip
+    values = section(
+        explained.effects, explained.hypotheses, explained.constants, 1.0, '', SETTINGS.gates
+    ).values
     assert [line.split(' = ')[0] for line in values['constants']] == [
-        f'{BOB} of {name}' for name in ('run_1', 'run_2', 'run_3')]
+        f'{BOB} of {name}' for name in ('run_1', 'run_2', 'run_3')
+    ]
 
 
 # Known of a recording
+
 
 def knowing(recording: Recording, **constants: float) -> Recording:
     told = json.dumps({path.replace('__', '.'): value for path, value in constants.items()})
@@ -268,17 +301,24 @@ def test_a_value_as_the_model_has_it_changes_nothing():
 
 def test_a_known_payload_is_known_in_held_out_recordings_too():
     recordings = [knowing(r, links__bob__mass=MASSES[r.name]) for r in runs()]
-    posed = pose(recordings[:1], recordings[1:],
-                 with_known(uncertain_mass(per_recording=True), recordings))
+    posed = pose(
+        recordings[:1], recordings[1:], with_known(uncertain_mass(per_recording=True), recordings)
+    )
     assert posed.problem.telling is None
     assert (posed.problem.windows.source[posed.problem.judged] == 1).all()
 
 
-@pytest.mark.parametrize(('metadata', 'said'), [
-    ({'constants': '{"links.bob.mas": 1}'}, "no 'links.bob.mas'; did you mean links.bob.mass?"),
-    ({'constants': '[1]'}, 'expected {path: value} as JSON'),
-    ({'constants': '{"links.bob.mass": "heavy"}'}, 'expected {path: value} as JSON'),
-])
+@pytest.mark.parametrize(
+    ('metadata', 'said'),
+    [
+        (
+            {'constants': '{"links.bob.mas": 1}'},
+            "no 'links.bob.mas'; did you mean links.bob.mass?",
+        ),
+        ({'constants': '[1]'}, 'expected {path: value} as JSON'),
+        ({'constants': '{"links.bob.mass": "heavy"}'}, 'expected {path: value} as JSON'),
+    ],
+)
 def test_metadata_that_cannot_be_is_one_line(metadata, said):
     recording = replace(runs(seconds=3.0)[0], metadata=metadata)
     with pytest.raises(UserError, match='run_1') as error:
@@ -299,7 +339,8 @@ def test_a_report_says_what_a_bag_knew():
     from leo_diffmodel.report.sections.origin import _bag
 
     assert _bag(knowing(runs(seconds=3.0)[0], links__bob__mass=1.3), '')['constants'] == [
-        f'{BOB} = 1.30']
+        f'{BOB} = 1.30'
+    ]
 
 
 def test_recordings_are_told_apart_by_name():
@@ -312,18 +353,34 @@ def test_recordings_are_told_apart_by_name():
 
 # Model files
 
-@pytest.mark.parametrize(('robot', 'path', 'given', 'said'), [
-    ('torque_pendulum', BOB, {'per_recording': True}, 'uncertain: [low, high]'),
-    ('torque_pendulum', 'links.bop.mass', {'per_recording': True, 'uncertain': [0.1, 1]},
-     "no 'links.bop.mass'"),
-    ('torque_pendulum', BOB, {'per_recording': True, 'uncertain': [0.1, 1],
-                              'recordings': {'run_1': 2.0}}, 'outside its uncertain range'),
-    ('torque_pendulum', BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
-    ('torque_pendulum', BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),
-    ('leo', 'links.torso.mass', {'per_recording': True, 'uncertain': [0.5, 5]},
-     'leo stands on a ground'),
-    ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, 'leo stands on a ground'),
-])
+
+@pytest.mark.parametrize(
+    ('robot', 'path', 'given', 'said'),
+    [
+        ('torque_pendulum', BOB, {'per_recording': True}, 'uncertain: [low, high]'),
+        (
+            'torque_pendulum',
+            'links.bop.mass',
+            {'per_recording': True, 'uncertain': [0.1, 1]},
+            "no 'links.bop.mass'",
+        ),
+        (
+            'torque_pendulum',
+            BOB,
+            {'per_recording': True, 'uncertain': [0.1, 1], 'recordings': {'run_1': 2.0}},
+            'outside its uncertain range',
+        ),
+        ('torque_pendulum', BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
+        ('torque_pendulum', BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),
+        (
+            'leo',
+            'links.torso.mass',
+            {'per_recording': True, 'uncertain': [0.5, 5]},
+            'leo stands on a ground',
+        ),
+        ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, 'leo stands on a ground'),
+    ],
+)
 def test_a_wrong_model_file_is_one_line(tmp_path, robot, path, given, said):
     content = {'robot': robot, 'constants': {path: {'value': 0.9, 'unit': 'kg', **given}}}
     with pytest.raises(UserError) as error:
@@ -343,9 +400,13 @@ def test_known_values_in_a_model_file_hold_and_stay(tmp_path):
 
 # Imported logs
 
-MAP = {'robot': 'torque_pendulum', 'time': 't', 'joints': {'pivot': {'position': 'q'}},
-       'inputs': {'pivot': {'effort': 'u'}},
-       'constants': {BOB: {'column': 'payload', 'unit': 'g'}}}
+MAP = {
+    'robot': 'torque_pendulum',
+    'time': 't',
+    'joints': {'pivot': {'position': 'q'}},
+    'inputs': {'pivot': {'effort': 'u'}},
+    'constants': {BOB: {'column': 'payload', 'unit': 'g'}},
+}
 
 
 def rows(**more: float) -> list[dict]:
@@ -361,10 +422,16 @@ LOGS = [
     ('head.json', {'records': 'entries'}, {'payload': 500, 'motor': 'x', 'entries': rows()}),
     ('deep.json', {'records': 'run.entries'}, {'run': {'payload': 500, 'entries': rows()}}),
     ('rows.json', {}, rows(payload=500)),
-    ('paths.json', {'fields': {'t': 'run.t', 'q': 'run.q', 'u': 'run.u', 'payload': 'payload'}},
-     {'payload': 500, 'run': {n: [r[n] for r in rows()] for n in 'tqu'}}),
-    ('runs.json', {'fields': {**{n: f'runs[*].{n}' for n in 'tqu'}, 'payload': 'runs[*].payload'}},
-     {'runs': [{'payload': 500} | {n: [r[n] for r in rows()] for n in 'tqu'}] * 2}),
+    (
+        'paths.json',
+        {'fields': {'t': 'run.t', 'q': 'run.q', 'u': 'run.u', 'payload': 'payload'}},
+        {'payload': 500, 'run': {n: [r[n] for r in rows()] for n in 'tqu'}},
+    ),
+    (
+        'runs.json',
+        {'fields': {**{n: f'runs[*].{n}' for n in 'tqu'}, 'payload': 'runs[*].payload'}},
+        {'runs': [{'payload': 500} | {n: [r[n] for r in rows()] for n in 'tqu'}] * 2},
+    ),
     ('table.csv', {}, csv(payload=500)),
 ]
 
@@ -380,16 +447,26 @@ def test_a_map_brings_what_a_log_knows_into_the_bag(tmp_path, name, where, conte
     assert model.by_recording == {BOB: {'run': pytest.approx(0.5)}}
 
 
-@pytest.mark.parametrize(('change', 'logs', 'said'), [
-    ({'constants': {BOB: 'paylod'}}, [csv(payload=0.5)], "no column 'paylod' for links.bob.mass"),
-    ({'constants': {'links.bop.mass': 'payload'}}, [csv(payload=0.5)], "no 'links.bop.mass'"),
-    ({'constants': {BOB: {'column': 'payload', 'unit': 'mm'}}}, [csv(payload=0.5)],
-     "'mm' is no unit of links.bob.mass; give it in kg"),
-    ({'constants': {BOB: 'q'}}, [csv(payload=0.5)], 'goes from 0 to 4.9'),
-    ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [csv(payload=0.5)], 'no number for'),
-    ({}, [csv(payload=500), csv(payload=900)], 'bag of its own (--bag-per-log)'),
-    ({'robot': None}, [csv(payload=500)], 'add robot: NAME'),
-])
+@pytest.mark.parametrize(
+    ('change', 'logs', 'said'),
+    [
+        (
+            {'constants': {BOB: 'paylod'}},
+            [csv(payload=0.5)],
+            "no column 'paylod' for links.bob.mass",
+        ),
+        ({'constants': {'links.bop.mass': 'payload'}}, [csv(payload=0.5)], "no 'links.bop.mass'"),
+        (
+            {'constants': {BOB: {'column': 'payload', 'unit': 'mm'}}},
+            [csv(payload=0.5)],
+            "'mm' is no unit of links.bob.mass; give it in kg",
+        ),
+        ({'constants': {BOB: 'q'}}, [csv(payload=0.5)], 'goes from 0 to 4.9'),
+        ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [csv(payload=0.5)], 'no number for'),
+        ({}, [csv(payload=500), csv(payload=900)], 'bag of its own (--bag-per-log)'),
+        ({'robot': None}, [csv(payload=500)], 'add robot: NAME'),
+    ],
+)
 def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, logs, said):
     column_map, paths = tmp_path / 'map.yaml', []
     column_map.write_text(yaml.safe_dump(MAP | change))

@@ -47,8 +47,11 @@ def test_the_ground_has_numbers_of_its_own_and_a_users_are_taken_as_they_are():
     assert settings_for(TORQUE) == SETTINGS
     assert own == SETTINGS.changed(**ON_GROUND) and own.gates.to_json()['window_nats'] == 6.0
     for part in PARTS:
-        given = {name: value for name, value in ON_GROUND.items()
-                 if name in {f.name for f in fields(part)}}  # fmt: skip
+        given = {
+            name: value
+            for name, value in ON_GROUND.items()
+            if name in {f.name for f in fields(part)}
+        }
         assert given and not any(given[name] == getattr(part(), name) for name in given)
 
 
@@ -80,6 +83,8 @@ def test_a_number_of_each_of_the_three_reaches_a_search():
     before, after = (searched(data, Model(TORQUE), s) for s in (FIRST, other))
     assert after.weight.price > 1.9 * before.weight.price
     assert after.null.loss.sum() < before.null.loss.sum()  # where it is linear it rises less
-    amplitudes = [next(len(s.points) for s in found.scans if s.candidate.effect.name == FRICTION)
-                  for found in (before, after)]  # fmt: skip
+    amplitudes = [
+        next(len(s.points) for s in found.scans if s.candidate.effect.name == FRICTION)
+        for found in (before, after)
+    ]
     assert amplitudes == [len(SETTINGS.grids.fractions), 2]

@@ -26,8 +26,9 @@ HIDDEN = {
 @pytest.mark.parametrize('name', HIDDEN)
 def test_it_is_named_with_its_size_and_unit(name, tmp_path):
     robot, (values, units) = cart(tmp_path), HIDDEN[name]
-    found = searched([record(robot, place(robot, name, 'rail', **values), seconds=8)],
-                     Model(robot), FIRST)  # fmt: skip
+    found = searched(
+        [record(robot, place(robot, name, 'rail', **values), seconds=8)], Model(robot), FIRST
+    )
     (top,) = found.chosen.names
     assert (top.label, [p.unit for p in top.parameters]) == (f'{name}:rail', units)
     assert found.final.theta == pytest.approx(list(values.values()), rel=0.15)
@@ -35,9 +36,11 @@ def test_it_is_named_with_its_size_and_unit(name, tmp_path):
 
 def test_limits_are_those_of_a_slide(tmp_path):
     model = Model(cart(tmp_path))
-    most = {(c.effect.name, p.name): (p.high, p.unit)
-            for c in candidates(model)
-            for p in limited(c, model, SETTINGS.grids).parameters}  # fmt: skip
+    most = {
+        (c.effect.name, p.name): (p.high, p.unit)
+        for c in candidates(model)
+        for p in limited(c, model, SETTINGS.grids).parameters
+    }
     force = 5 * 9.81 * 2
     assert most['coulomb_friction', 'c'] == (pytest.approx(force), 'N')
     assert most['bias_torque', 't'][0] == pytest.approx(force)
@@ -46,8 +49,11 @@ def test_limits_are_those_of_a_slide(tmp_path):
 
 
 def written(folder, unit):
-    effect = {'name': 'viscous_friction', 'where': 'rail',
-              'parameters': {'b': {'value': 2.0, 'unit': unit}}}  # fmt: skip
+    effect = {
+        'name': 'viscous_friction',
+        'where': 'rail',
+        'parameters': {'b': {'value': 2.0, 'unit': unit}},
+    }
     file = folder / 'model.yaml'
     file.write_text(yaml.safe_dump({'robot': str(folder), 'effects': [effect]}))
     return file

@@ -18,8 +18,17 @@ from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.mending import map_of
 
 SIZES = {'speed_late': 0.1, 'input_late': 0.1, 'time_stretch': 1.5, 'frozen': 0.5}
-EXACT = ('speed_scale', 'speed_sign', 'speed_zero', 'angle_scale', 'angle_sign', 'angle_zero',
-         'input_scale', 'input_sign', 'time_stretch')  # fmt: skip
+EXACT = (
+    'speed_scale',
+    'speed_sign',
+    'speed_zero',
+    'angle_scale',
+    'angle_sign',
+    'angle_zero',
+    'input_scale',
+    'input_sign',
+    'time_stretch',
+)
 
 
 @pytest.fixture(scope='module')
@@ -35,9 +44,12 @@ def spoilt(log, name) -> Episode:
 @pytest.mark.parametrize('name', [n for n in FAULTS if n != 'gravity_compensated'])
 def test_it_changes_its_channel_and_no_other(log, name):
     clean, other = log.episodes[0], spoilt(log, name)
-    changed = {f.name for f in fields(Episode)
-               if not np.array_equal(getattr(clean, f.name), getattr(other, f.name))
-               and getattr(clean, f.name) is not None}  # fmt: skip
+    changed = {
+        f.name
+        for f in fields(Episode)
+        if not np.array_equal(getattr(clean, f.name), getattr(other, f.name))
+        and getattr(clean, f.name) is not None
+    }
     of = {'angle': {'q'}, 'speed': {'dq'}, 'input': {'inputs'}, 'time': {'t'}}
     also = {'dq'} if name == 'repeated' else set()
     assert changed and changed <= of[FAULTS[name].channel] | also
@@ -49,8 +61,9 @@ def test_its_patch_is_its_inverse(log, name):
     joint = '' if name == 'time_stretch' else 'pivot'
     found = Found(FAULTS[name], joint, value, 0.0, '', True, 'kinematics')
     clean = log.episodes[0]
-    back = mended(replace(log, input='torque', episodes=(spoilt(log, name),)),
-                  map_of([found])).episodes[0]  # fmt: skip
+    back = mended(
+        replace(log, input='torque', episodes=(spoilt(log, name),)), map_of([found])
+    ).episodes[0]
     for column in ('t', 'q', 'dq', 'inputs'):
         assert getattr(back, column) == pytest.approx(getattr(clean, column), abs=1e-9), column
 

@@ -22,16 +22,23 @@ from leo_sim.model.batch import rollout
 
 FINE = (1e-3, 0.02)
 SIZES = {
-    'speed_scale': 6.4, 'speed_zero': 0.8, 'speed_late': 0.12, 'speed_filter': 0.05,
-    'time_stretch': 1.3, 'input_scale': 12.0, 'input_late': 0.18, 'angle_zero': 2.5,
+    'speed_scale': 6.4,
+    'speed_zero': 0.8,
+    'speed_late': 0.12,
+    'speed_filter': 0.05,
+    'time_stretch': 1.3,
+    'input_scale': 12.0,
+    'input_late': 0.18,
+    'angle_zero': 2.5,
     'repeated': 0.4,
-}  # fmt: skip
+}
 
 
 def spoilt(recording: Recording, name: str, value: float) -> Recording:
     fault = FAULTS[name]
-    return replace(recording, episodes=tuple(fault.spoil(e, 0, 0, value)
-                                             for e in recording.episodes))  # fmt: skip
+    return replace(
+        recording, episodes=tuple(fault.spoil(e, 0, 0, value) for e in recording.episodes)
+    )
 
 
 def found(recording: Recording, robot=TORQUE) -> list[Found]:
@@ -88,11 +95,18 @@ def test_clean_logs_have_no_error(robot, seed):
     assert [f.what for f in found(record(robot, seconds=15, seed=seed), robot) if f.error] == []
 
 
-@pytest.mark.parametrize(('name', 'values'), [
-    ('coulomb_friction', {'c': 0.6}), ('viscous_friction', {'b': 0.2}), ('armature', {'J': 0.05}),
-    ('command_delay', {'delay': 0.03}), ('velocity_lag', {'tau': 0.02}),
-    ('encoder_offset', {'o': 0.1}), ('torque_scale', {'k': 0.7}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('name', 'values'),
+    [
+        ('coulomb_friction', {'c': 0.6}),
+        ('viscous_friction', {'b': 0.2}),
+        ('armature', {'J': 0.05}),
+        ('command_delay', {'delay': 0.03}),
+        ('velocity_lag', {'tau': 0.02}),
+        ('encoder_offset', {'o': 0.1}),
+        ('torque_scale', {'k': 0.7}),
+    ],
+)
 def test_an_effect_is_no_fault(name, values):
     log = record(TORQUE, place(TORQUE, name, 'pivot', **values), seconds=20, noise=FINE)
     assert [f.what for f in found(log) if f.error] == []
@@ -159,10 +173,19 @@ def test_one_clock_explains_the_speeds_of_all_joints():
     levels = 0.1 * np.array([a.limit for a in robot.actuators])
     u = np.repeat(levels * rng.uniform(-1, 1, (count // 25, 2)), 25, axis=0)
     q, dq = rollout(Model(robot), np.zeros((1, 2)), np.zeros((1, 2)), u[None], 0.01)
-    e = Episode(0.01 * np.arange(count), q[0][:count] + rng.normal(0, 5e-4, (count, 2)),
-                dq[0][:count] + rng.normal(0, 0.02, (count, 2)), u, np.ones(u.shape, dtype=bool))
-    log = replace(record(TORQUE, seconds=1), joints=robot.joint_names, episodes=(e,),
-                  actuators=tuple(a.joint for a in robot.actuators))  # fmt: skip
+    e = Episode(
+        0.01 * np.arange(count),
+        q[0][:count] + rng.normal(0, 5e-4, (count, 2)),
+        dq[0][:count] + rng.normal(0, 0.02, (count, 2)),
+        u,
+        np.ones(u.shape, dtype=bool),
+    )
+    log = replace(
+        record(TORQUE, seconds=1),
+        joints=robot.joint_names,
+        episodes=(e,),
+        actuators=tuple(a.joint for a in robot.actuators),
+    )
     told = [f for f in found(spoilt(log, 'time_stretch', 1.5), robot) if f.error]
     assert [f.fault.name for f in told] == ['time_stretch']
     assert told[0].value == pytest.approx(1.5, rel=0.01)

@@ -20,8 +20,11 @@ def channels(seed: int, late: float = 0.0, tau: float = 0.0, noise: float = 0.02
     pace, phase = rng.uniform(2, 12, 6), rng.uniform(0, 6, 6)
 
     def sines(at: np.ndarray, speed: bool) -> np.ndarray:
-        each = np.cos(np.outer(at, pace) + phase) if speed else \
-            np.sin(np.outer(at, pace) + phase) / pace
+        each = (
+            np.cos(np.outer(at, pace) + phase)
+            if speed
+            else np.sin(np.outer(at, pace) + phase) / pace
+        )
         return each.sum(axis=1)
 
     fine = np.arange(-1, 12, 0.001)
@@ -53,8 +56,9 @@ def test_intervals_cover_what_they_say():
     for seed in range(40):
         part = channels(seed)
         law = Motion([part]).fit(('scale', 'zero'), np.array([1.0, 0, 0, 0]))
-        inside += [abs(law.of(n)[0] - v) < 1.96 * law.of(n)[1]
-                   for n, v in (('scale', 1.3), ('zero', 0.2))]  # fmt: skip
+        inside += [
+            abs(law.of(n)[0] - v) < 1.96 * law.of(n)[1] for n, v in (('scale', 1.3), ('zero', 0.2))
+        ]
     assert np.mean(inside) > 0.825
 
 

@@ -59,9 +59,11 @@ def test_what_too_many_turns_choose_instead_is_a_question():
     said = answer(near('armature', 9.0))
     said['effects'][0]['inclusion_probability'] = 0.7
     said['settings'] = {'stable': 0.9}
-    said['stability'] = [{'effects': ['voltage_scale:pivot'], 'share': 0.7},
-                         {'effects': ['voltage_deadband:pivot'], 'share': 0.28},
-                         {'effects': ['torque_scale:pivot'], 'share': 0.02}]  # fmt: skip
+    said['stability'] = [
+        {'effects': ['voltage_scale:pivot'], 'share': 0.7},
+        {'effects': ['voltage_deadband:pivot'], 'share': 0.28},
+        {'effects': ['torque_scale:pivot'], 'share': 0.02},
+    ]
     (found,) = questions(said, Facts(PENDULUM, ever_free=False))
     assert found.choices == ('voltage_scale:pivot', 'voltage_deadband:pivot')
     said['effects'][0]['inclusion_probability'] = 0.95
@@ -69,14 +71,17 @@ def test_what_too_many_turns_choose_instead_is_a_question():
 
 
 def test_what_is_the_same_only_while_motors_are_on_is_a_question():
-    row = {'name': 'viscous_friction', 'where': 'pivot',
-           'confusable_with': [near('back_emf_scale', 0.0, 'both brake')]}  # fmt: skip
+    row = {
+        'name': 'viscous_friction',
+        'where': 'pivot',
+        'confusable_with': [near('back_emf_scale', 0.0, 'both brake')],
+    }
     bag = record(PENDULUM, place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4), seconds=8.0)
     found = propose([bag], MODEL, {'effects': [row], 'not_testable': []}, seconds=8.0)
     assert found.best is not None and not found.best.run.enabled.all()
     assert [o.worth[0] for o in found.options if o.run.enabled.all()] == pytest.approx(
         [0.0] * (len(found.options) - 1), abs=0.5
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize('robot', ['pendulum', 'double_pendulum'])
@@ -127,8 +132,10 @@ def test_the_predicted_gain_is_what_the_run_then_gives(proposal):
     problem = pose([TWO_LEVELS, new], (), MODEL).problem
     problem = replace(problem, train=np.ones_like(problem.train))
     known = {c.label: c for c in candidates(MODEL)}
-    right, wrong = (fit_labels(problem, [label], known)
-                    for label in ('voltage_deadband:pivot', 'voltage_scale:pivot'))  # fmt: skip
+    right, wrong = (
+        fit_labels(problem, [label], known)
+        for label in ('voltage_deadband:pivot', 'voltage_scale:pivot')
+    )
     assert right.loss.sum() + 0.2 * min(proposal.best.worth[0], 1000) < wrong.loss.sum()
 
 
@@ -136,8 +143,9 @@ def test_with_nothing_open_it_shows_what_could_not_be_tested():
     still = record(PENDULUM, inputs=1e-3 * steps(PENDULUM, 8, 1))
     found = propose([still], MODEL, answer(blind=('viscous_friction', 'armature')), seconds=4.0)
     assert found.aim == 'show' and set(found.points) | set(found.hopeless) == {
-        'viscous_friction:pivot', 'armature:pivot'
-    }  # fmt: skip
+        'viscous_friction:pivot',
+        'armature:pivot',
+    }
     assert propose([still], MODEL, answer(), seconds=4.0).aim == 'nothing'
 
 

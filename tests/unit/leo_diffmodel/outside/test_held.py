@@ -27,11 +27,13 @@ def stood(angle: float, noise: float = 1e-3) -> Recording:
     angles = np.pi + angle + noise * rng.standard_normal((SAMPLES, 1))
     nothing = np.zeros((SAMPLES, 1))
     joined = replace(
-        e, t=np.concatenate([before, e.t - e.t[0] + STOOD]),
-        q=np.concatenate([angles, e.q]), dq=np.concatenate([nothing, e.dq]),
+        e,
+        t=np.concatenate([before, e.t - e.t[0] + STOOD]),
+        q=np.concatenate([angles, e.q]),
+        dq=np.concatenate([nothing, e.dq]),
         inputs=np.concatenate([nothing, np.where(e.inputs == 0, 1e-3, e.inputs)]),
         enabled=np.concatenate([nothing == 0, e.enabled]),
-    )  # fmt: skip
+    )
     return replace(recording, episodes=(joined,))
 
 
@@ -56,6 +58,12 @@ def test_a_recording_that_moves_at_once_or_never_has_nothing_held():
     assert held(record(TORQUE, seconds=4.0), Model(TORQUE)) == []
     recording = stood(INCLINED)
     (e,) = recording.episodes
-    never = replace(e, t=e.t[:SAMPLES], q=e.q[:SAMPLES], dq=e.dq[:SAMPLES],
-                    inputs=e.inputs[:SAMPLES], enabled=e.enabled[:SAMPLES])  # fmt: skip
+    never = replace(
+        e,
+        t=e.t[:SAMPLES],
+        q=e.q[:SAMPLES],
+        dq=e.dq[:SAMPLES],
+        inputs=e.inputs[:SAMPLES],
+        enabled=e.enabled[:SAMPLES],
+    )
     assert held(replace(recording, episodes=(never,)), Model(TORQUE)) == []

@@ -27,15 +27,21 @@ from leo_sim.model import Model
 SERVO = load_robot('servo_pendulum')
 WRONG = {
     'nothing': lambda r, g: (),
-    'friction': lambda r, g: (place(r, 'coulomb_friction', 'pivot', c=0.1 * g),
-                              place(r, 'viscous_friction', 'pivot', b=0.01 * g)),
+    'friction': lambda r, g: (
+        place(r, 'coulomb_friction', 'pivot', c=0.1 * g),
+        place(r, 'viscous_friction', 'pivot', b=0.01 * g),
+    ),
     'payload': lambda r, g: (
-        place(r, 'link_mass', r.moving_links[-1],
-              m=r.constants[f'links.{r.moving_links[-1]}.mass'].value),
+        place(
+            r,
+            'link_mass',
+            r.moving_links[-1],
+            m=r.constants[f'links.{r.moving_links[-1]}.mass'].value,
+        ),
     ),
     'gain': lambda r, g: (place(r, 'torque_scale', 'pivot', k=0.8),),
     'late': lambda r, g: (place(r, 'command_delay', 'pivot', delay=0.03),),
-}  # fmt: skip
+}
 
 
 def wrong(robot: Robot, what: str) -> tuple:
@@ -85,8 +91,10 @@ def test_a_motor_that_explains_the_motion_is_no_hand_however_strong_it_is(tmp_pa
     """Dry friction and the motor's strength are unknown; the voltage is steps and their sign."""
     robot, t = flywheel(tmp_path), DT * np.arange(round(SECONDS / DT))
     inputs = 6 * np.sign(np.sin(1.3 * t)) * (0.4 + 0.6 * np.sin(0.2 * t) ** 2)
-    wrong = (place(robot, 'torque_scale', 'shaft', k=stronger),
-             place(robot, 'coulomb_friction', 'shaft', c=0.004))  # fmt: skip
+    wrong = (
+        place(robot, 'torque_scale', 'shaft', k=stronger),
+        place(robot, 'coulomb_friction', 'shaft', c=0.004),
+    )
     assert found(record(robot, *wrong, seconds=SECONDS, inputs=inputs[:, None]), robot) == []
 
 
@@ -95,17 +103,24 @@ def late(rates: np.ndarray) -> np.ndarray:
 
 
 FALSE_RATES = {
-    'in another unit': lambda dq: 6.4 * dq, 'of the other sign': lambda dq: -dq,
-    'late by 0.18 s': late, 'with a zero that is off': lambda dq: dq + 0.5,
+    'in another unit': lambda dq: 6.4 * dq,
+    'of the other sign': lambda dq: -dq,
+    'late by 0.18 s': late,
+    'with a zero that is off': lambda dq: dq + 0.5,
     'none': lambda dq: 0.0 * dq,
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize('what', FALSE_RATES)
-@pytest.mark.parametrize('recording', [
-    record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 12.0)),
-    record(PENDULUM, seconds=SECONDS, seed=3), led(TORQUE, 3),
-], ids=['shoved', 'alone', 'led'])  # fmt: skip
+@pytest.mark.parametrize(
+    'recording',
+    [
+        record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 12.0)),
+        record(PENDULUM, seconds=SECONDS, seed=3),
+        led(TORQUE, 3),
+    ],
+    ids=['shoved', 'alone', 'led'],
+)
 def test_a_false_rate_changes_nothing_of_what_is_found(recording, what):
     robot = PENDULUM if recording.input == 'voltage' else TORQUE
     false = spoilt(recording, dq=FALSE_RATES[what](recording.episodes[0].dq))
@@ -121,8 +136,10 @@ def stops(inputs: float, angle: float, *effects: Placed) -> Recording:
     q, dq = e.q.copy(), e.dq.copy()
     q[800:1100] = angle + rng.normal(0, NOISE[0], (300, 1))
     dq[800:1100] = rng.normal(0, NOISE[1], (300, 1))
-    pieces = [Episode(e.t[s], q[s], dq[s], pushed[s], e.enabled[s])
-              for s in (slice(0, 800), slice(800, 1100), slice(1100, None))]  # fmt: skip
+    pieces = [
+        Episode(e.t[s], q[s], dq[s], pushed[s], e.enabled[s])
+        for s in (slice(0, 800), slice(800, 1100), slice(1100, None))
+    ]
     return replace(record(TORQUE, seconds=1.0), episodes=tuple(pieces))
 
 
@@ -194,8 +211,22 @@ def test_a_cut_bag_reads_as_the_part_of_the_recording(tmp_path):
 def test_leo_bag_cut_leaves_out_a_shove(tmp_path, capsys):
     pushed = record(PENDULUM, seconds=SECONDS, seed=3, push=shove(PENDULUM, 12.0))
     whole, new = bag(tmp_path / 'whole', pushed), tmp_path / 'new'
-    assert main(['cut', str(whole), '-o', str(new), '--without-outside', '--model', 'pendulum',
-                 '--from', '1']) == 0  # fmt: skip
+    assert (
+        main(
+            [
+                'cut',
+                str(whole),
+                '-o',
+                str(new),
+                '--without-outside',
+                '--model',
+                'pendulum',
+                '--from',
+                '1',
+            ]
+        )
+        == 0
+    )
     assert f'next: leo bag info {new}' in capsys.readouterr().out
     episodes = read_bag(new, PENDULUM).episodes
     assert len(episodes) == 2

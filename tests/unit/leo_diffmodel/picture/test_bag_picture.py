@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures of bags: what is drawn where, and what is said about what cannot be drawn."""
+
 from pathlib import Path
 import subprocess
 import sys
@@ -29,13 +30,14 @@ def bag_of(name, folder, seconds=1.0):
     if robot.base == 'planar':
         q[:, 1] += np.where(t > 0.5 * seconds, 0.2, -0.001)
     inputs = {a.joint: {'voltage': 0 * t, 'enabled': 1 + 0 * t} for a in robot.actuators}
-    return write_runs(folder, [Run(t, robot.joint_names, q, 0 * q, inputs=inputs)],
-                      {'robot': name})
+    return write_runs(
+        folder, [Run(t, robot.joint_names, q, 0 * q, inputs=inputs)], {'robot': name}
+    )
 
 
 def share_of(picture, colour):
     pixels = np.asarray(picture.convert('RGB')).reshape(-1, 3)
-    wanted = [int(colour[i:i + 2], 16) for i in (1, 3, 5)]
+    wanted = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
     return np.mean(np.all(pixels == wanted, axis=1))
 
 
@@ -85,14 +87,17 @@ def test_a_film_without_ffmpeg_says_so(tmp_path, monkeypatch):
     assert not (tmp_path / 'film.mp4').exists()
 
 
-@pytest.mark.parametrize(('changes', 'said'), [
-    ({'output': 'swing.jpg'}, 'none of .png, .gif, .mp4'),
-    ({'output': 'nowhere/swing.png'}, 'nowhere is no folder'),
-    ({'at': 7.0}, r'nothing was recorded at 7 s; .* between 0\.00 and 0\.98 s'),
-    ({'seconds': 0.0}, '--seconds is 0'),
-    ({'poses': 0}, '--poses is 0; give 1 to 40'),
-    ({'model': 'leo'}, 'left_hip'),
-])
+@pytest.mark.parametrize(
+    ('changes', 'said'),
+    [
+        ({'output': 'swing.jpg'}, 'none of .png, .gif, .mp4'),
+        ({'output': 'nowhere/swing.png'}, 'nowhere is no folder'),
+        ({'at': 7.0}, r'nothing was recorded at 7 s; .* between 0\.00 and 0\.98 s'),
+        ({'seconds': 0.0}, '--seconds is 0'),
+        ({'poses': 0}, '--poses is 0; give 1 to 40'),
+        ({'model': 'leo'}, 'left_hip'),
+    ],
+)
 def test_what_cannot_be_drawn(changes, said, tmp_path):
     bag = bag_of('pendulum', tmp_path / 'bag')
     output = tmp_path / changes.pop('output', 'swing.png')
@@ -106,14 +111,17 @@ def test_shapes_of_a_urdf():
     assert shapes['torso'].points.max(axis=0) == pytest.approx([0.025, 0.05, 0.120775])
     assert shapes['left_shank'].colour == '#333842'
     assert [s.colour for s in shapes_of(load_robot('leo').urdf) if s.link == 'left_foot'] == [
-        '#0073b2', '#333842']
+        '#0073b2',
+        '#333842',
+    ]
 
 
 def test_the_command(tmp_path):
     bag = bag_of('double_pendulum', tmp_path / 'swing')
     leo = Path(sys.executable).with_name('leo')
-    run = subprocess.run([leo, 'bag', 'show', str(bag)], cwd=tmp_path, capture_output=True,
-                         text=True, check=False)
+    run = subprocess.run(
+        [leo, 'bag', 'show', str(bag)], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
     assert (run.returncode, run.stderr) == (0, '')
     assert run.stdout.startswith('wrote swing.png\nnext: leo ')
     assert (tmp_path / 'swing.png').is_file()

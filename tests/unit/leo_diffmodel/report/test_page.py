@@ -39,7 +39,7 @@ PROVENANCE = {
     'seed': 0,
 }
 NOT_TESTABLE = [
-    {'name': 'torque_ripple', 'where': 'pivot', 'why': 'its trace is 1.0 nats, 12.7 are needed'},
+    {'name': 'torque_ripple', 'where': 'pivot', 'why': 'its trace is 1.0 nats, 12.7 are needed'}
 ]
 
 
@@ -63,9 +63,13 @@ def missing() -> MissingTorque:
     q, dq, u = rng.uniform(-1, 1, (3, 120, 1)) * np.array([1.0, 8.0, 3.0])[:, None, None]
     held = [np.repeat(x[:, None], n, axis=1) for x, n in ((q, 6), (dq, 6), (u, 5))]
     windows = Windows(
-        *held, np.ones((120, 5, 1), bool), np.full((120, 5), 0.01),
-        np.arange(120) * 0.06, np.zeros(120, int), np.zeros(120, bool),
-    )  # fmt: skip
+        *held,
+        np.ones((120, 5, 1), bool),
+        np.full((120, 5), 0.01),
+        np.arange(120) * 0.06,
+        np.zeros(120, int),
+        np.zeros(120, bool),
+    )
     torque = -1e-4 * dq + 1e-5 * rng.standard_normal((120, 1))
     return MissingTorque(np.arange(120) * 0.06, torque, np.full((120, 1), 1e-5), q, dq, u, windows)
 
@@ -133,8 +137,9 @@ def test_every_verdict_makes_a_page(verdict, model, recording, tmp_path):
 
 def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, tmp_path):
     sentence = 'Moved from outside in 60% of the moving time: 1.0 to 2.0 s (pivot: a push).'
-    answer = replace(explanation('unknown', model, sentence), not_testable=[],
-                     settings=SETTINGS.gates.to_json())  # fmt: skip
+    answer = replace(
+        explanation('unknown', model, sentence), not_testable=[], settings=SETTINGS.gates.to_json()
+    )
     path = tmp_path / 'report.html'
     write_explanation(path, answer, [recording, replace(recording, path=Path('bags/other'))])
     _, text = read(path)
@@ -148,8 +153,12 @@ def test_an_answer_is_a_bar_beside_the_other_sets():
     values = stability.section(rows, [], SETTINGS.gates.to_json()).values
     assert [s['mine'] for s in values['sets']] == [True] + 6 * [False]
     assert values['sets'][0]['name'] == 'nothing is missing'
-    assert values['sets'][-1] == {'name': '4 other sets', 'share': '40 %', 'mine': False,
-                                  'width': pytest.approx(40.0)}  # fmt: skip
+    assert values['sets'][-1] == {
+        'name': '4 other sets',
+        'share': '40 %',
+        'mine': False,
+        'width': pytest.approx(40.0),
+    }
 
 
 def test_what_came_from_outside_is_escaped(model, recording, tmp_path):
@@ -176,9 +185,16 @@ def test_the_comparison_is_a_sentence_of_numbers(model, recording, missing, tmp_
 
 
 @pytest.mark.parametrize(
-    'axis', ['rms error of pivot [rad]', 'pivot speed [rad/s]', 'pivot angle [rad]',
-             'pivot voltage [V]', 'missing torque [mN m]', 'prediction horizon [s]'],
-)  # fmt: skip
+    'axis',
+    [
+        'rms error of pivot [rad]',
+        'pivot speed [rad/s]',
+        'pivot angle [rad]',
+        'pivot voltage [V]',
+        'missing torque [mN m]',
+        'prediction horizon [s]',
+    ],
+)
 def test_axes_carry_their_unit(axis, model, recording, missing, tmp_path):
     path = tmp_path / 'report.html'
     write_comparison(path, comparison(missing, model, 4.0), [recording], model)
@@ -281,8 +297,9 @@ def test_every_hypothesis_has_a_status_in_words():
         hypothesis('g', 11.0, None),
         hypothesis('h', 99.0, None),
     ]
-    section = hypotheses.section([named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead',
-                                 SETTINGS.gates)  # fmt: skip
+    section = hypotheses.section(
+        [named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead', SETTINGS.gates
+    )
     assert [r['name'] for r in section.values['more']] == ['f', 'g', 'h']
     rows = [*section.values['rows'], *section.values['more']]
     status = {r['name']: (r['kind'], r['status']) for r in rows}
@@ -319,9 +336,13 @@ def test_advice_already_in_the_sentence_is_not_repeated(model):
 def test_what_could_not_be_tested_is_told_once_for_each_reason():
     rows = [
         {'name': n, 'where': w, 'why': y}
-        for n, w, y in (('a', 'x', 'no swing'), ('b', 'x', 'no swing'), ('a', 'y', 'no swing'),
-                        ('c', 'x', 'too slow'))
-    ]  # fmt: skip
+        for n, w, y in (
+            ('a', 'x', 'no swing'),
+            ('b', 'x', 'no swing'),
+            ('a', 'y', 'no swing'),
+            ('c', 'x', 'too slow'),
+        )
+    ]
     first, second = untested.section(rows).values['rows']
     assert first == {
         'why': 'no swing',
@@ -334,8 +355,14 @@ def test_the_heat_map_has_a_strip_for_each_variable(missing, model, recording):
     values = where_section.section(where(missing, model), model, [recording]).values
     [joint] = values['joints']
     assert joint['name'] == 'pivot' and joint['share'] == '100 %'
-    assert [s['name'] for s in joint['strips']] == ['speed', 'direction', 'load', 'angle', 'input',
-                                                    'time']  # fmt: skip
+    assert [s['name'] for s in joint['strips']] == [
+        'speed',
+        'direction',
+        'load',
+        'angle',
+        'input',
+        'time',
+    ]
     fast = joint['strips'][0]['cells']
     assert [c['shade'] for c in fast] == sorted(c['shade'] for c in fast)
     assert all('of the error in' in c['tip'] and 'of stall' in c['tip'] for c in fast)
@@ -358,15 +385,23 @@ def test_errors_within_chance_of_the_floor_are_noise():
 
 def test_training_errors_are_lines_beside_the_held_out_ones():
     rows = [
-        {'steps': n, 'seconds': 0.03 * n, 'before': [0.1, 1.0], 'after': [0.01, 0.1],
-         'noise_floor': [0.01, 0.1]}
+        {
+            'steps': n,
+            'seconds': 0.03 * n,
+            'before': [0.1, 1.0],
+            'after': [0.01, 0.1],
+            'noise_floor': [0.01, 0.1],
+        }
         for n in (1, 10)
-    ]  # fmt: skip
+    ]
     errors = {'states': STATES, 'statistic': 'rmse', 'horizon': rows}
     seen = [{'steps': 1, 'before': [0.1, 1.0], 'after': [0.002, 0.02]}]
     values = horizon.held_out(errors, True, seen).values
     assert [name for name, _ in values['legend']] == [
-        'as given, held out', 'repaired, held out', 'as given, training', 'repaired, training',
+        'as given, held out',
+        'repaired, held out',
+        'as given, training',
+        'repaired, training',
         'noise floor',
-    ]  # fmt: skip
+    ]
     assert not values['floor_too_high']

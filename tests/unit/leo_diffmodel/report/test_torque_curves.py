@@ -65,16 +65,36 @@ def test_the_whole_page(verdict, recording, explanation, tmp_path):
     write_explanation(path, replace(explanation, verdict=verdict), [recording])
     text = path.read_text()
     assert f'>{verdict}<' in text
-    titles = ('Where the error goes', 'Where it fails', 'Torque the model lacks', 'Hypotheses',
-              'How stable is the answer', 'Error against prediction horizon',
-              'Is what is left only noise?', 'What this data could not test', 'What decided',
-              'Where this comes from')  # fmt: skip
+    titles = (
+        'Where the error goes',
+        'Where it fails',
+        'Torque the model lacks',
+        'Hypotheses',
+        'How stable is the answer',
+        'Error against prediction horizon',
+        'Is what is left only noise?',
+        'What this data could not test',
+        'What decided',
+        'Where this comes from',
+    )
     places = [text.index(f'<h2>{title}</h2>') for title in titles]
     assert places == sorted(places)
-    for name in ('viscous_friction', 'back_emf_scale', 'N m s/rad', 'nats', 'held-out',
-                 'repaired, training', 'noise floor', 'worst predicted windows', 'of stall',
-                 'Autocorrelation of what is left', 'of held-out turns',
-                 'margin_nats', 'Plausible range', 'runtime'):  # fmt: skip
+    for name in (
+        'viscous_friction',
+        'back_emf_scale',
+        'N m s/rad',
+        'nats',
+        'held-out',
+        'repaired, training',
+        'noise floor',
+        'worst predicted windows',
+        'of stall',
+        'Autocorrelation of what is left',
+        'of held-out turns',
+        'margin_nats',
+        'Plausible range',
+        'runtime',
+    ):
         assert name in text, name
     links, _ = read(path)
     assert links.urls == []

@@ -31,8 +31,14 @@ def test_a_person_sees_where_it_fails(rubbing, capsys):
     assert 'rms error ahead of the measured start' in ' '.join(text.split())
     [sentence] = [line for line in text.splitlines() if line.startswith('fails most')]
     assert 'pivot, speed ' in sentence
-    for part in (' rad/s: ', ' N m = ', ' V = ', ' % of stall (noise ', ' of the error in ',
-                 ' of the time; look at rubbing '):  # fmt: skip
+    for part in (
+        ' rad/s: ',
+        ' N m = ',
+        ' V = ',
+        ' % of stall (noise ',
+        ' of the error in ',
+        ' of the time; look at rubbing ',
+    ):
         assert part in sentence, part
     assert 'moving forward' in text and 'moving backward' in text
     assert f'next: leo explain {rubbing} --model pendulum' in text
@@ -68,22 +74,31 @@ def test_the_page_of_two_joints(tmp_path, capsys):
     assert main([str(path), '--model', 'double_pendulum', '-o', str(tmp_path)]) == 0
     links, text = read(tmp_path / 'report.html')
     assert links.urls == [] and f'leo watch {path} --model double_pendulum' in text
-    for title in ('How much of the motion the model explains', 'Where it fails',
-                  'Torque the model lacks', 'Error against prediction horizon',
-                  'Where this comes from'):  # fmt: skip
+    for title in (
+        'How much of the motion the model explains',
+        'Where it fails',
+        'Torque the model lacks',
+        'Error against prediction horizon',
+        'Where this comes from',
+    ):
         assert title in text, title
     page = (tmp_path / 'report.html').read_text()
     for joint in ('shoulder', 'elbow'):
         assert f'{joint} ' in text
-        for axis in (f'rms error of {joint} [rad]', f'{joint} speed [rad/s]',
-                     f'{joint} commanded torque [N m]'):  # fmt: skip
+        for axis in (
+            f'rms error of {joint} [rad]',
+            f'{joint} speed [rad/s]',
+            f'{joint} commanded torque [N m]',
+        ):
             assert f'"{axis}"' in page, axis
 
 
 def test_several_models_are_ranked_and_the_best_goes_on(rubbing, tmp_path, capsys):
     repaired = tmp_path / 'repaired.yaml'
-    repaired.write_text('robot: pendulum\neffects: [{name: viscous_friction, where: pivot, '
-                        'parameters: {b: {value: 1.0e-4, unit: N m s/rad}}}]\n')
+    repaired.write_text(
+        'robot: pendulum\neffects: [{name: viscous_friction, where: pivot, '
+        'parameters: {b: {value: 1.0e-4, unit: N m s/rad}}}]\n'
+    )
     models = ['--model', 'pendulum', '--model', str(repaired)]
     assert main([str(rubbing), *models, '-o', str(tmp_path / 'out')]) == 0
     text = capsys.readouterr().out

@@ -23,7 +23,8 @@ def test_a_browser_that_returns_when_it_is_closed_does_not_hold_the_page_up(monk
 def test_other_verbs_name_the_command_of_the_page_on_the_same_data():
     words = ['a run', 'b', '--hold-out', 'c', 'd e', '--model', 'pendulum', '--from', '3']
     typed = common.watch(explain._parser().parse_args([*words, '--step', '0.05']))
-    assert typed == ("leo watch 'a run' b --model pendulum --from 3 --hold-out c 'd e' "
-                     '--step 0.05')  # fmt: skip
+    assert typed == (
+        "leo watch 'a run' b --model pendulum --from 3 --hold-out c 'd e' --step 0.05"
+    )
     again = watch_common.parser().parse_args(shlex.split(typed)[2:])
     assert (again.bags, again.hold_out, again.begin) == (['a run', 'b'], ['c', 'd e'], 3.0)

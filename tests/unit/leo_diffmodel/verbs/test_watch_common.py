@@ -22,10 +22,12 @@ def run(tmp_path_factory):
 def answer(run, *blind):
     """The contents of an explain.json that could not test some effects."""
     return {
-        'verdict': 'untestable' if blind else 'fine', 'sentence': 'so it is', 'effects': [],
+        'verdict': 'untestable' if blind else 'fine',
+        'sentence': 'so it is',
+        'effects': [],
         'not_testable': [{'name': name, 'where': 'pivot', 'why': ''} for name in blind],
         'provenance': {'bags': [{'sha256': read_bag(run, PENDULUM).sha256}]},
-    }  # fmt: skip
+    }
 
 
 def test_the_run_is_that_of_the_command_to_the_byte_and_in_its_words(run, tmp_path, capsys):

@@ -10,8 +10,11 @@ from leo_diffmodel.watch.handle import Handle
 from leo_sim.model import Model
 
 PENDULUM = Model('pendulum')
-HANDLES = {f'{c.label} {p.name}': Handle.of(p) for c in candidates(PENDULUM)
-           for p in limited(c, PENDULUM, SETTINGS.grids).parameters}  # fmt: skip
+HANDLES = {
+    f'{c.label} {p.name}': Handle.of(p)
+    for c in candidates(PENDULUM)
+    for p in limited(c, PENDULUM, SETTINGS.grids).parameters
+}
 
 
 @pytest.mark.parametrize('name', HANDLES)

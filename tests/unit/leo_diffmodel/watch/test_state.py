@@ -98,8 +98,17 @@ def test_whoever_listens_hears_of_each_change(state):
     assert len(heard) == 3
 
 
-@pytest.mark.parametrize('effect', ['command_delay', 'link_com', 'torque_ripple',
-                                    'stribeck_friction', 'velocity_lag', 'voltage_limit'])
+@pytest.mark.parametrize(
+    'effect',
+    [
+        'command_delay',
+        'link_com',
+        'torque_ripple',
+        'stribeck_friction',
+        'velocity_lag',
+        'voltage_limit',
+    ],
+)
 def test_every_kind_of_effect_can_be_switched_on(state, effect):
     (label,) = (c for c in state.scene.candidates if c.startswith(f'{effect}:'))
     state.switch(label, True)

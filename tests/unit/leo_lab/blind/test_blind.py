@@ -79,7 +79,8 @@ def test_members_of_a_pair_show_beside_each_other():
     assert one.effect.name != other.effect.name
     assert min(case.sizes) >= LEAST_OF_PAIR
     assert case.sizes[0] == pytest.approx(
-        OpenLoop(case.run, case.effects, (other,)).size(one)[0], rel=1e-9)
+        OpenLoop(case.run, case.effects, (other,)).size(one)[0], rel=1e-9
+    )
 
 
 def test_a_law_outside_the_catalogue_is_hidden_on_every_robot_in_turn():
@@ -152,28 +153,58 @@ def test_the_truth_is_sealed_until_it_is_revealed(tmp_path):
     assert len(truth['constants']) == 4
     (effect,) = truth['effects']
     assert effect['parameters'] == {
-        k: pytest.approx(float(v)) for k, v in case.effects[0].parameters.items()}
+        k: pytest.approx(float(v)) for k, v in case.effects[0].parameters.items()
+    }
 
 
 def truth_of(kind, *effects, robot='pendulum', ever_free=False):
-    rows = [{'name': name, 'where': where, 'family': family, 'size': 3.0,
-             'parameters': {'b': 1.0}, 'neutral': {'b': 0.0}, 'units': {'b': 'N'}}
-            for name, where, family in effects]  # fmt: skip
-    return {'kind': kind, 'seed': 1, 'robot': robot, 'engine': 'rk4', 'noise': [1e-3, 0.05],
-            'ever_free': ever_free, 'constants': {}, 'effects': rows}  # fmt: skip
+    rows = [
+        {
+            'name': name,
+            'where': where,
+            'family': family,
+            'size': 3.0,
+            'parameters': {'b': 1.0},
+            'neutral': {'b': 0.0},
+            'units': {'b': 'N'},
+        }
+        for name, where, family in effects
+    ]
+    return {
+        'kind': kind,
+        'seed': 1,
+        'robot': robot,
+        'engine': 'rk4',
+        'noise': [1e-3, 0.05],
+        'ever_free': ever_free,
+        'constants': {},
+        'effects': rows,
+    }
 
 
 def row(name, where, *near, inclusion=1.0):
-    rivals = [{'name': n, 'where': w, 'separable_nats': nats, 'same_thing': None}
-              for n, w, nats in near]  # fmt: skip
-    return {'name': name, 'where': where, 'gain_train': 30.0, 'gain_held_out': 9.0,
-            'parameters': {'b': {'value': 1.1, 'ci95': [0.9, 1.3]}},
-            'inclusion_probability': inclusion, 'confusable_with': rivals}  # fmt: skip
+    rivals = [
+        {'name': n, 'where': w, 'separable_nats': nats, 'same_thing': None} for n, w, nats in near
+    ]
+    return {
+        'name': name,
+        'where': where,
+        'gain_train': 30.0,
+        'gain_held_out': 9.0,
+        'parameters': {'b': {'value': 1.1, 'ci95': [0.9, 1.3]}},
+        'inclusion_probability': inclusion,
+        'confusable_with': rivals,
+    }
 
 
 def verdict(truth, said, *rows, unknown=None):
-    answer = {'verdict': said, 'effects': list(rows), 'errors': {}, 'seconds': 2.0,
-              'unknown': unknown}  # fmt: skip
+    answer = {
+        'verdict': said,
+        'effects': list(rows),
+        'errors': {},
+        'seconds': 2.0,
+        'unknown': unknown,
+    }
     return judge(truth, answer, load_robot(truth['robot']))
 
 
@@ -182,20 +213,51 @@ SCALE = ('voltage_scale', 'pivot', 'command')
 SHOULDER = ('viscous_friction', 'shoulder', 'friction')
 
 
-@pytest.mark.parametrize(('said', 'found', 'right', 'family'), [
-    ('named', row('viscous_friction', 'pivot'), True, True),
-    ('named', row('back_emf_scale', 'pivot', ('viscous_friction', 'pivot', 0.0)), True, True),
-    ('named', row('coulomb_friction', 'pivot'), False, True),
-    ('unknown', row('viscous_friction', 'pivot'), False, False),
-    ('ambiguous', row('coulomb_friction', 'pivot', ('viscous_friction', 'pivot', 3.0)),
-     True, True),
-    ('ambiguous', row('coulomb_friction', 'pivot', ('viscous_friction', 'pivot', 7.0)),
-     False, True),
-    ('ambiguous', row('a', 'pivot', ('b', 'pivot', 1.0), ('c', 'pivot', 2.0),
-                      ('viscous_friction', 'pivot', 3.0)), False, False),
-    ('ambiguous', row('a', 'pivot', ('b', 'pivot', 1.0), ('back_emf_scale', 'pivot', 2.0),
-                      ('viscous_friction', 'pivot', 3.0)), True, True),
-])
+@pytest.mark.parametrize(
+    ('said', 'found', 'right', 'family'),
+    [
+        ('named', row('viscous_friction', 'pivot'), True, True),
+        ('named', row('back_emf_scale', 'pivot', ('viscous_friction', 'pivot', 0.0)), True, True),
+        ('named', row('coulomb_friction', 'pivot'), False, True),
+        ('unknown', row('viscous_friction', 'pivot'), False, False),
+        (
+            'ambiguous',
+            row('coulomb_friction', 'pivot', ('viscous_friction', 'pivot', 3.0)),
+            True,
+            True,
+        ),
+        (
+            'ambiguous',
+            row('coulomb_friction', 'pivot', ('viscous_friction', 'pivot', 7.0)),
+            False,
+            True,
+        ),
+        (
+            'ambiguous',
+            row(
+                'a',
+                'pivot',
+                ('b', 'pivot', 1.0),
+                ('c', 'pivot', 2.0),
+                ('viscous_friction', 'pivot', 3.0),
+            ),
+            False,
+            False,
+        ),
+        (
+            'ambiguous',
+            row(
+                'a',
+                'pivot',
+                ('b', 'pivot', 1.0),
+                ('back_emf_scale', 'pivot', 2.0),
+                ('viscous_friction', 'pivot', 3.0),
+            ),
+            True,
+            True,
+        ),
+    ],
+)
 def test_single_effects(said, found, right, family):
     judged = verdict(truth_of('effect', VISCOUS), said, found)
     assert (judged['right'], judged['family']) == (right, family)
@@ -232,17 +294,32 @@ def test_pairs_need_a_row_each():
     assert not verdict(truth, 'named', both[0])['right']
 
 
-@pytest.mark.parametrize(('kind', 'said', 'rows', 'variable', 'right', 'lone'), [
-    ('cable', 'unknown', (), 'angle', True, False),
-    ('cable', 'unknown', (), 'rate', False, False),
-    ('cable', 'named', (row('joint_spring', 'pivot'),), None, False, True),
-    ('cable', 'named', (row('joint_spring', 'pivot', inclusion=0.7),), None, False, False),
-    ('hysteresis', 'unknown', (), 'path', True, False),
-    ('hysteresis', 'ambiguous', (row('coulomb_friction', 'pivot', ('backlash', 'pivot', 2.0)),),
-     None, True, False),
-    ('cable', 'ambiguous', (row('joint_spring', 'pivot', ('link_com', 'bob', 2.0)),),
-     None, False, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('kind', 'said', 'rows', 'variable', 'right', 'lone'),
+    [
+        ('cable', 'unknown', (), 'angle', True, False),
+        ('cable', 'unknown', (), 'rate', False, False),
+        ('cable', 'named', (row('joint_spring', 'pivot'),), None, False, True),
+        ('cable', 'named', (row('joint_spring', 'pivot', inclusion=0.7),), None, False, False),
+        ('hysteresis', 'unknown', (), 'path', True, False),
+        (
+            'hysteresis',
+            'ambiguous',
+            (row('coulomb_friction', 'pivot', ('backlash', 'pivot', 2.0)),),
+            None,
+            True,
+            False,
+        ),
+        (
+            'cable',
+            'ambiguous',
+            (row('joint_spring', 'pivot', ('link_com', 'bob', 2.0)),),
+            None,
+            False,
+            False,
+        ),
+    ],
+)
 def test_outside_the_catalogue(kind, said, rows, variable, right, lone):
     truth = truth_of('outside', (kind, 'pivot', 'outside'))
     judged = verdict(truth, said, *rows, unknown=variable and {'variable': variable})
@@ -250,10 +327,14 @@ def test_outside_the_catalogue(kind, said, rows, variable, right, lone):
 
 
 def test_parameters_are_off_by_a_share_of_their_size():
-    (error,) = verdict(truth_of('effect', VISCOUS), 'named',
-                       row('viscous_friction', 'pivot'))['errors']
-    assert error == {'parameter': 'viscous_friction.b', 'error': pytest.approx(0.1),
-                     'inside': True}
+    (error,) = verdict(truth_of('effect', VISCOUS), 'named', row('viscous_friction', 'pivot'))[
+        'errors'
+    ]
+    assert error == {
+        'parameter': 'viscous_friction.b',
+        'error': pytest.approx(0.1),
+        'inside': True,
+    }
 
 
 def test_a_ripple_may_be_found_with_the_other_sign():
@@ -261,10 +342,17 @@ def test_a_ripple_may_be_found_with_the_other_sign():
     values = {'a': 2.0, 'n': 3.0, 'phase': 3.0}
     ripple = place(robot, 'torque_ripple', 'pivot')
     parameters = ripple.effect.parameters_for(robot, ripple.where)
-    hidden = {'name': 'torque_ripple', 'parameters': values,
-              'neutral': {p.name: p.neutral for p in parameters}, 'units': ripple.units}
-    found = {'a': {'value': -2.0, 'ci95': [-2.2, -1.8]}, 'n': {'value': 3.0, 'ci95': None},
-             'phase': {'value': 3.0 + np.pi - 4 * np.pi, 'ci95': [-7.0, -6.0]}}
+    hidden = {
+        'name': 'torque_ripple',
+        'parameters': values,
+        'neutral': {p.name: p.neutral for p in parameters},
+        'units': ripple.units,
+    }
+    found = {
+        'a': {'value': -2.0, 'ci95': [-2.2, -1.8]},
+        'n': {'value': 3.0, 'ci95': None},
+        'phase': {'value': 3.0 + np.pi - 4 * np.pi, 'ci95': [-7.0, -6.0]},
+    }
     errors = parameter_errors(hidden, {'parameters': found})
     assert [e['error'] for e in errors] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     assert [e['inside'] for e in errors] == [True, None, True]
@@ -278,10 +366,14 @@ def test_bounds_are_those_of_clopper_and_pearson():
 
 def test_the_table_counts_what_was_taken_for_what():
     truth = truth_of('effect', VISCOUS)
-    rows = [verdict(truth, 'named', row('viscous_friction', 'pivot')),
-            verdict(truth, 'named', row('coulomb_friction', 'pivot')), verdict(truth, 'fine')]
+    rows = [
+        verdict(truth, 'named', row('viscous_friction', 'pivot')),
+        verdict(truth, 'named', row('coulomb_friction', 'pivot')),
+        verdict(truth, 'fine'),
+    ]
     assert confusion(rows) == {
-        'viscous_friction': {'viscous_friction': 1, 'coulomb_friction': 1, 'fine': 1}}
+        'viscous_friction': {'viscous_friction': 1, 'coulomb_friction': 1, 'fine': 1}
+    }
     rates = summary('effect', rows)
     assert (rates['right']['hits'], rates['family']['hits'], rates['cases']) == (1, 2, 3)
     assert rates['intervals']['rate'] == 1.0
@@ -305,8 +397,10 @@ def test_three_effects_of_which_one_more_was_named_are_right_and_not_exact():
     hidden = VISCOUS, SCALE, ('armature', 'pivot', 'drive')
     rows = [row(name, where) for name, where, _ in hidden]
     truth = truth_of('triple', *hidden)
-    judged = [verdict(truth, 'named', *rows),
-              verdict(truth, 'named', *rows, row('coulomb_friction', 'pivot'))]
+    judged = [
+        verdict(truth, 'named', *rows),
+        verdict(truth, 'named', *rows, row('coulomb_friction', 'pivot')),
+    ]
     rates = summary('triple', judged)
     assert (rates['right']['hits'], rates['exact']['hits'], rates['cases']) == (2, 1, 2)
 
@@ -340,7 +434,10 @@ def test_a_walker_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
     assert asked == [None, 'leo', 'leo_ode']
     assert 'results_leo.jsonl; the same command again' in ' '.join(capsys.readouterr().out.split())
     assert {f.name: len(f.read_text().splitlines()) for f in tmp_path.iterdir()} == {
-        'results.jsonl': 1, 'results_leo.jsonl': 1, 'results_leo_ode.jsonl': 1}  # fmt: skip
+        'results.jsonl': 1,
+        'results_leo.jsonl': 1,
+        'results_leo_ode.jsonl': 1,
+    }
 
 
 def test_cases_that_end_with_an_error_are_said_and_no_kind_needs_an_answer(

@@ -59,7 +59,8 @@ def test_a_small_world_is_drawn_again_from_its_seed():
     assert one.effects == () and one.small_sizes == again.small_sizes
     assert (one.sensing, one.run.noise) == (again.sensing, again.run.noise)
     assert [(place_of(p), p.parameters) for p in one.small] == [
-        (place_of(p), p.parameters) for p in again.small]
+        (place_of(p), p.parameters) for p in again.small
+    ]
 
 
 def test_odd_seeds_are_simulated_by_mujoco_unless_told_otherwise(monkeypatch):
@@ -76,12 +77,14 @@ def test_the_truth_holds_what_is_small_and_the_bag_does_not(case, tmp_path):
     assert truth['sensing']['lost'] == case.sensing.lost
     (episode,) = read_bag(bag, case.robot).episodes
     assert 2001 * (1 - case.sensing.lost) == pytest.approx(len(episode.t), rel=0.02)
-    assert not any(place_of(p)[0].encode() in f.read_bytes()
-                   for p in case.small for f in bag.iterdir())  # fmt: skip
+    assert not any(
+        place_of(p)[0].encode() in f.read_bytes() for p in case.small for f in bag.iterdir()
+    )
 
 
-@pytest.mark.parametrize('sensing', [
-    Sensing((1e-3, 0.05), COUNT, differenced=True), Sensing(jitter=5e-4, lost=0.05)])
+@pytest.mark.parametrize(
+    'sensing', [Sensing((1e-3, 0.05), COUNT, differenced=True), Sensing(jitter=5e-4, lost=0.05)]
+)
 def test_a_sensor_counts_differences_loses_and_stamps_late(sensing):
     sensor, rng, seen = Sensor(sensing, 1), np.random.default_rng(2), []
     angles = np.cumsum(rng.normal(0, 0.01, 2000))
@@ -102,30 +105,55 @@ def test_differenced_counts_are_as_noisy_as_they_are_said_to_be():
     sensing = Sensing((1e-3, 0.0), COUNT, differenced=True)
     sensor, rng = Sensor(sensing, 1), np.random.default_rng(3)
     angles = 0.5 + np.linspace(0, 0.5, 4000)
-    seen = [sensor.published(JointStates(0, ('a',), np.array([a + 1e-3 * n]), np.zeros(1)))
-            for a, n in zip(angles, rng.standard_normal(4000), strict=True)]
+    seen = [
+        sensor.published(JointStates(0, ('a',), np.array([a + 1e-3 * n]), np.zeros(1)))
+        for a, n in zip(angles, rng.standard_normal(4000), strict=True)
+    ]
     angle, rate = sensing.seen_noise
     assert np.std([s.position[0] for s in seen] - angles) == pytest.approx(angle, rel=0.1)
     assert np.std([s.velocity[0] for s in seen[1:]]) == pytest.approx(rate, rel=0.1)
 
 
 def hidden(name, where, size=9.0):
-    return {'name': name, 'where': where, 'family': 'x', 'size': size, 'parameters': {},
-            'neutral': {}, 'units': {}}  # fmt: skip
+    return {
+        'name': name,
+        'where': where,
+        'family': 'x',
+        'size': size,
+        'parameters': {},
+        'neutral': {},
+        'units': {},
+    }
 
 
 def truth_of(*effects, robot='double_pendulum', differenced=False, kind='small'):
     small = [hidden('link_mass', 'lower', 0.5), hidden('asymmetric_friction', 'elbow', 0.8)]
-    return {'kind': kind, 'seed': 1, 'robot': robot, 'engine': 'mujoco', 'noise': [1e-3, 0.05],
-            'ever_free': False, 'constants': {}, 'effects': list(effects), 'small': small,
-            'sensing': {'differenced': differenced, 'sizes': {'stamp_jitter': 0.85}},
-            'pushes': []}  # fmt: skip
+    return {
+        'kind': kind,
+        'seed': 1,
+        'robot': robot,
+        'engine': 'mujoco',
+        'noise': [1e-3, 0.05],
+        'ever_free': False,
+        'constants': {},
+        'effects': list(effects),
+        'small': small,
+        'sensing': {'differenced': differenced, 'sizes': {'stamp_jitter': 0.85}},
+        'pushes': [],
+    }
 
 
 def row(name, where, floors=None):
-    return {'name': name, 'where': where, 'gain_train': 1.0, 'gain_held_out': 1.0,
-            'parameters': {}, 'inclusion_probability': 1.0, 'confusable_with': [],
-            'floors': floors}  # fmt: skip
+    return {
+        'name': name,
+        'where': where,
+        'gain_train': 1.0,
+        'gain_held_out': 1.0,
+        'parameters': {},
+        'inclusion_probability': 1.0,
+        'confusable_with': [],
+        'floors': floors,
+    }
 
 
 def judged(truth, verdict, *rows):
@@ -140,21 +168,38 @@ STRANGER = row('quadratic_drag', 'elbow')
 FIELDS = ('right', 'largest_first', 'both', 'sure_wrong', 'extra', 'small_named_large')
 
 
-@pytest.mark.parametrize('effects, verdict, rows, told', [
-    ((BIG, LESS), 'named', (FOUND, SECOND), (True, True, True, False, 0, None)),
-    ((BIG, LESS), 'partly', (FOUND,), (True, True, False, False, 0, None)),
-    ((BIG, LESS), 'named', (SECOND, FOUND), (False, False, True, False, 0, None)),
-    ((BIG, LESS), 'partly', (FOUND, STRANGER), (False, True, False, True, 1, None)),
-    ((BIG, LESS), 'ambiguous', (FOUND, STRANGER), (True, True, False, False, 1, None)),
-    ((BIG, LESS), 'unknown', (), (False, False, False, False, 0, None)),
-    ((BIG,), 'named', (row('viscous_friction', 'shoulder'),), (False, False, None, True, 1, None)),
-    ((BIG,), 'named', (FOUND, row('link_mass', 'lower')), (True, True, None, False, 0, None)),
-    ((), 'fine', (), (True, None, None, False, 0, False)),
-    ((), 'named', (row('bias_torque', 'elbow', 0.7),), (True, None, None, False, 0, False)),
-    ((), 'named', (row('coulomb_friction', 'elbow', 2.7),), (True, None, None, False, 0, True)),
-    ((), 'partly', (row('coulomb_friction', 'shoulder', 0.7),),
-     (False, None, None, True, 1, False)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'effects, verdict, rows, told',
+    [
+        ((BIG, LESS), 'named', (FOUND, SECOND), (True, True, True, False, 0, None)),
+        ((BIG, LESS), 'partly', (FOUND,), (True, True, False, False, 0, None)),
+        ((BIG, LESS), 'named', (SECOND, FOUND), (False, False, True, False, 0, None)),
+        ((BIG, LESS), 'partly', (FOUND, STRANGER), (False, True, False, True, 1, None)),
+        ((BIG, LESS), 'ambiguous', (FOUND, STRANGER), (True, True, False, False, 1, None)),
+        ((BIG, LESS), 'unknown', (), (False, False, False, False, 0, None)),
+        (
+            (BIG,),
+            'named',
+            (row('viscous_friction', 'shoulder'),),
+            (False, False, None, True, 1, None),
+        ),
+        ((BIG,), 'named', (FOUND, row('link_mass', 'lower')), (True, True, None, False, 0, None)),
+        ((), 'fine', (), (True, None, None, False, 0, False)),
+        ((), 'named', (row('bias_torque', 'elbow', 0.7),), (True, None, None, False, 0, False)),
+        (
+            (),
+            'named',
+            (row('coulomb_friction', 'elbow', 2.7),),
+            (True, None, None, False, 0, True),
+        ),
+        (
+            (),
+            'partly',
+            (row('coulomb_friction', 'shoulder', 0.7),),
+            (False, None, None, True, 1, False),
+        ),
+    ],
+)
 def test_lines_of_small_worlds(effects, verdict, rows, told):
     line = judged(truth_of(*effects), verdict, *rows)
     assert tuple(line[field] for field in FIELDS) == told
@@ -177,27 +222,39 @@ def test_differenced_rates_are_a_lag(differenced):
     assert line['sure_wrong'] != differenced
 
 
-@pytest.mark.parametrize('effects, verdict, rows, right, wrong', [
-    ((), 'unknown', (), True, False),
-    ((), 'fine', (), True, False),
-    ((), 'ambiguous', (FOUND,), False, False),
-    ((), 'named', (FOUND,), False, True),
-    ((BIG,), 'fine', (), False, False),
-    ((BIG,), 'partly', (FOUND,), True, False),
-    ((BIG,), 'named', (FOUND, SECOND), False, True),
-])
+@pytest.mark.parametrize(
+    'effects, verdict, rows, right, wrong',
+    [
+        ((), 'unknown', (), True, False),
+        ((), 'fine', (), True, False),
+        ((), 'ambiguous', (FOUND,), False, False),
+        ((), 'named', (FOUND,), False, True),
+        ((BIG,), 'fine', (), False, False),
+        ((BIG,), 'partly', (FOUND,), True, False),
+        ((BIG,), 'named', (FOUND, SECOND), False, True),
+    ],
+)
 def test_lines_of_pushed_robots(effects, verdict, rows, right, wrong):
     line = judged(truth_of(*effects, kind='pushed'), verdict, *rows)
     assert (line['right'], line['sure_wrong']) == (right, wrong)
 
 
 def test_the_rates_leave_out_what_cannot_be_and_have_wilson_intervals():
-    lines = [judged(truth_of(BIG, LESS), 'named', FOUND, SECOND),
-             judged(truth_of(BIG), 'named', STRANGER), judged(truth_of(), 'fine')]
+    lines = [
+        judged(truth_of(BIG, LESS), 'named', FOUND, SECOND),
+        judged(truth_of(BIG), 'named', STRANGER),
+        judged(truth_of(), 'fine'),
+    ]
     rates = summary('small', lines)
     counts = {field: (rates[field]['hits'], rates[field]['n']) for field in FIELDS}
-    assert counts == {'right': (2, 3), 'largest_first': (1, 2), 'both': (1, 1),
-                      'sure_wrong': (1, 3), 'extra': (1, 3), 'small_named_large': (0, 1)}
+    assert counts == {
+        'right': (2, 3),
+        'largest_first': (1, 2),
+        'both': (1, 1),
+        'sure_wrong': (1, 3),
+        'extra': (1, 3),
+        'small_named_large': (0, 1),
+    }
     exact = binomtest(7, 20).proportion_ci(method='wilson')
     assert wilson(7, 20) == pytest.approx((exact.low, exact.high), abs=1e-6)
 

@@ -21,9 +21,18 @@ FEW = {None: {'none': 3, 'effect': 2}, 'leo': {'none': 1}}
 def fake(seed, kind, walker, **options):
     if (seed, kind) == (60_002, 'effect'):
         raise ZeroDivisionError('somewhere')
-    return {'kind': kind, 'seed': seed, 'robot': walker or robot_name(seed),
-            'engine': engine_of(seed, kind, bool(walker))[0], 'verdict': 'fine', 'effects': [],
-            'named': [], 'errors': [], 'seconds': 2.0, **dict.fromkeys(SHARES[kind], True)}
+    return {
+        'kind': kind,
+        'seed': seed,
+        'robot': walker or robot_name(seed),
+        'engine': engine_of(seed, kind, bool(walker))[0],
+        'verdict': 'fine',
+        'effects': [],
+        'named': [],
+        'errors': [],
+        'seconds': 2.0,
+        **dict.fromkeys(SHARES[kind], True),
+    }
 
 
 @pytest.fixture
@@ -41,8 +50,19 @@ def at_commit(monkeypatch, name):
 
 
 def examine(folder, *words):
-    return main(['--suite', '--examination', '--first-seed', '60001', '--jobs', '1', '-o',
-                 str(folder), *words])  # fmt: skip
+    return main(
+        [
+            '--suite',
+            '--examination',
+            '--first-seed',
+            '60001',
+            '--jobs',
+            '1',
+            '-o',
+            str(folder),
+            *words,
+        ]
+    )
 
 
 def of(share=1.0):
@@ -61,7 +81,7 @@ def test_the_whole_suite_has_every_case_once():
 @pytest.mark.parametrize('part', [0.1, 0.5])
 def test_a_run_that_is_cut_off_holds_its_part_of_every_kind(part):
     tasks = of()
-    done = Counter((t.walker, t.kind) for t in tasks[:round(part * len(tasks))])
+    done = Counter((t.walker, t.kind) for t in tasks[: round(part * len(tasks))])
     for walker, counts in CASES.items():
         for kind, count in counts.items():
             assert abs(done[walker, kind] - part * count) <= 1
@@ -69,7 +89,7 @@ def test_a_run_that_is_cut_off_holds_its_part_of_every_kind(part):
 
 def test_a_tenth_is_the_beginning_of_the_whole_and_has_all_robots_and_engines():
     tenth, whole = of(0.1), of()
-    assert set(tenth) <= set(whole[:round(0.12 * len(whole))])
+    assert set(tenth) <= set(whole[: round(0.12 * len(whole))])
     fixed = [t for t in tenth if t.walker is None]
     for kind in ('effect', 'none', 'pair', 'small'):
         drawn = {(robot_name(t.seed), t.seed % 2) for t in fixed if t.kind == kind}
@@ -131,11 +151,16 @@ def test_a_worker_with_other_code_is_refused(few, tmp_path, monkeypatch):
     assert run_cases.read_lines(tmp_path / 'suite.jsonl') == []
 
 
-@pytest.mark.parametrize('words, said', [
-    (('--share', '0.5'), 'another suite'), (('--first-seed', '60002'), 'another suite'),
-    (('--share', '0'), '--share is more than 0'), (('--cases', '3'), 'leave out --cases'),
-    (('--first-seed', '49999'), 'is for development'),
-])
+@pytest.mark.parametrize(
+    'words, said',
+    [
+        (('--share', '0.5'), 'another suite'),
+        (('--first-seed', '60002'), 'another suite'),
+        (('--share', '0'), '--share is more than 0'),
+        (('--cases', '3'), 'leave out --cases'),
+        (('--first-seed', '49999'), 'is for development'),
+    ],
+)
 def test_other_cases_do_not_get_into_a_suite(few, tmp_path, words, said):
     examine(tmp_path)
     with pytest.raises(UserError, match=said):

@@ -8,14 +8,29 @@ import pytest
 
 from leo_lab.blind import suite
 
-PAGES = [page for page in sorted(blind_tables.PAGES.glob('*.md'))
-         if blind_tables.MARKED.search(page.read_text())]  # fmt: skip
+PAGES = [
+    page
+    for page in sorted(blind_tables.PAGES.glob('*.md'))
+    if blind_tables.MARKED.search(page.read_text())
+]
 
 
 def line(seed, **more):
-    return {'kind': 'none', 'seed': seed, 'robot': 'pendulum', 'engine': 'rk4', 'right': True,
-            'verdict': 'fine', 'effects': [], 'named': [], 'errors': [], 'seconds': 2.0,
-            'commit': 'c1', 'machine': 'm', **more}  # fmt: skip
+    return {
+        'kind': 'none',
+        'seed': seed,
+        'robot': 'pendulum',
+        'engine': 'rk4',
+        'right': True,
+        'verdict': 'fine',
+        'effects': [],
+        'named': [],
+        'errors': [],
+        'seconds': 2.0,
+        'commit': 'c1',
+        'machine': 'm',
+        **more,
+    }
 
 
 @pytest.fixture
@@ -40,8 +55,13 @@ def test_all_pages_of_rates_are_marked():
 
 
 def test_a_table_counts_by_world_and_names_commits(results):
-    add(results, line(1), line(2, engine='mujoco', right=False), line(3, commit='c2'),
-        line(4, robot='leo', engine='rigid'))  # fmt: skip
+    add(
+        results,
+        line(1),
+        line(2, engine='mujoco', right=False),
+        line(3, commit='c2'),
+        line(4, robot='leo', engine='rigid'),
+    )
     told = blind_tables.table('worlds lines.jsonl --of fixed')
     assert '| hidden | what | all | rk4 | MuJoCo |' in told
     assert '2 of 3, 66.7 % (20.8 to 93.9) | 2 of 2, 100.0 % (34.2 to 100.0) | 0 of 1' in told
@@ -71,6 +91,10 @@ def test_a_page_keeps_what_is_between_the_tables(results, tmp_path, monkeypatch,
         monkeypatch.setattr('sys.argv', ['blind_tables', *words])
         assert blind_tables.main() == status
     assert page.read_text().splitlines()[2:] == [
-        '| law | right |', '| --- | --- |', '| - | 1 of 1, 100.0 % (20.7 to 100.0) |',
-        '<!-- end of table -->', 'end']  # fmt: skip
+        '| law | right |',
+        '| --- | --- |',
+        '| - | 1 of 1, 100.0 % (20.7 to 100.0) |',
+        '<!-- end of table -->',
+        'end',
+    ]
     assert 'page.md: not what the lines say' in capsys.readouterr().out

@@ -40,17 +40,27 @@ def square(case):
 
 def walk(distance=12.0, fell=False, footsteps=40):
     return {
-        'return': 300.0 * distance, 'distance': distance, 'footsteps': footsteps, 'passes': 30,
-        'fell': fell, 'energy': 240.0, 'energy_per_metre': 240.0 / distance, 'seconds': 20.01,
-    }  # fmt: skip
+        'return': 300.0 * distance,
+        'distance': distance,
+        'footsteps': footsteps,
+        'passes': 30,
+        'fell': fell,
+        'energy': 240.0,
+        'energy_per_metre': 240.0 / distance,
+        'seconds': 20.01,
+    }
 
 
 def line(case, best, **more):
     curve = [[1000 * k, best * k / 300] for k in range(1, 301)]
     return asdict(case) | {
-        'test_return': best, 'curve': curve, 'nominal': walk(**more), 'random': [walk(10.0)] * 10,
-        'seconds': 900.0, 'date': '2026-01-01',
-    }  # fmt: skip
+        'test_return': best,
+        'curve': curve,
+        'nominal': walk(**more),
+        'random': [walk(10.0)] * 10,
+        'seconds': 900.0,
+        'date': '2026-01-01',
+    }
 
 
 def test_only_missing_cases_are_run_and_their_lines_stay(tmp_path):

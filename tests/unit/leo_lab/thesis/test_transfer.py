@@ -16,21 +16,33 @@ CASES = [Case('thesis', 'network', 2, 5000, 60_000, seed) for seed in (0, 1)]
 
 
 def walk(distance, fell=False):
-    return {'return': 200 * distance, 'distance': distance, 'fell': fell,
-            'energy_per_metre': 300 / distance}  # fmt: skip
+    return {
+        'return': 200 * distance,
+        'distance': distance,
+        'fell': fell,
+        'energy_per_metre': 300 / distance,
+    }
 
 
 def line(case, ideal, last, reference):
     return asdict(case) | {
-        'rounds': [[walk(ideal, fell=True)], [walk(last - 1)], [walk(last)]], 'driver': 2,
-        'samples': 12_000, 'reference': [walk(reference)],
+        'rounds': [[walk(ideal, fell=True)], [walk(last - 1)], [walk(last)]],
+        'driver': 2,
+        'samples': 12_000,
+        'reference': [walk(reference)],
         'reference_curve': [[1000, -5.0], [40_000, 200 * last - 1], [50_000, 200 * last + 1]],
-        'errors': {'mse_before_1': 0.06, 'mse_after_1': 0.02, 'mse_before_10': None,
-                   'mse_after_10': None},
+        'errors': {
+            'mse_before_1': 0.06,
+            'mse_after_1': 0.02,
+            'mse_before_10': None,
+            'mse_after_10': None,
+        },
         'paths': [[[0.0, 0.3], [0.1, 0.2]], [[0.0, 0.3], [0.4, 0.31]]],
-        'left': [{'seconds': 0.6, 'channel': 'left_knee torque', 'share': 0.2},
-                 {'seconds': None, 'channel': None, 'share': 0.0}],
-    }  # fmt: skip
+        'left': [
+            {'seconds': 0.6, 'channel': 'left_knee torque', 'share': 0.2},
+            {'seconds': None, 'channel': None, 'share': 0.0},
+        ],
+    }
 
 
 ROWS = [line(CASES[0], 2.0, 12.0, 12.5), line(CASES[1], 4.0, 13.0, 12.5)]
@@ -47,8 +59,15 @@ def test_share_and_robot_time_by_hand():
 def test_table_and_figure(tmp_path):
     text = transfer_page.table(CASES, ROWS)
     for cell in (
-        '3.00 ± 12.71', '12.50 ± 6.35', '1.000 (0.960 to 1.040)', '2 of 2', '0 of 2', '360',
-        '0.06 -> 0.02', '0.60 s left_knee torque / never', '1500, 1500',
+        '3.00 ± 12.71',
+        '12.50 ± 6.35',
+        '1.000 (0.960 to 1.040)',
+        '2 of 2',
+        '0 of 2',
+        '360',
+        '0.06 -> 0.02',
+        '0.60 s left_knee torque / never',
+        '1500, 1500',
     ):
         assert cell in text
     transfer_page.figure('title', CASES, ROWS, tmp_path / 'figure.png')
@@ -75,8 +94,10 @@ def test_a_transfer_from_end_to_end(tmp_path, monkeypatch, repair):
     assert row['errors']['mse_before_1'] > 0 and len(row['paths'][1]) > 2
     assert (transfer.share(case, tmp_path), row['driver'] in (0, 1)) == (0.5, True)
     assert transfer_page.table([case], [row]).count('\n') == 2
-    trained = [walking.spent(tmp_path / transfer.ideal_case(0, truth).folder)
-               for truth in ('ideal', 'real')]  # fmt: skip
+    trained = [
+        walking.spent(tmp_path / transfer.ideal_case(0, truth).folder)
+        for truth in ('ideal', 'real')
+    ]
     assert min(trained) > 0
     assert 0 < row['seconds'] < took - sum(trained) + 0.1
     algorithm = json.loads((tmp_path / case.folder / transfer.DONE).read_text())

@@ -9,8 +9,14 @@ from leo_lab.thesis.table7 import share, shares
 from leo_lab.verbs.reproduce import main
 
 CASE = {
-    'truth': 'moved', 'repair': 'recommended', 'transitions': 5000, 'config': 'recommended',
-    'steps': 10_000, 'more_steps': 5000, 'mse_before': 2.0, 'mse_after': 0.002,
+    'truth': 'moved',
+    'repair': 'recommended',
+    'transitions': 5000,
+    'config': 'recommended',
+    'steps': 10_000,
+    'more_steps': 5000,
+    'mse_before': 2.0,
+    'mse_after': 0.002,
 }
 ROWS = [
     {**CASE, 'seed': 0, 'return_ideal': -900.0, 'return_repaired': -310.0, 'return_real': -300.0},

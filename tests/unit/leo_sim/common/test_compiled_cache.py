@@ -49,9 +49,20 @@ def test_a_function_is_compiled_again_when_one_it_calls_has_changed(tmp_path, fo
 
 
 def _run(root: Path, folder: str) -> str:
-    given = {**os.environ, 'PYTHONPATH': str(root), 'PYTHONDONTWRITEBYTECODE': '1',
-             'NUMBA_CACHE_DIR': str(root / folder) if folder else ''}  # fmt: skip
+    given = {
+        **os.environ,
+        'PYTHONPATH': str(root),
+        'PYTHONDONTWRITEBYTECODE': '1',
+        'NUMBA_CACHE_DIR': str(root / folder) if folder else '',
+    }
     code = 'import leo_sim.outer'
-    done = subprocess.run([sys.executable, '-c', code], env=given, cwd=root, check=True,
-                          capture_output=True, text=True, timeout=120)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, '-c', code],
+        env=given,
+        cwd=root,
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     return done.stdout.strip()

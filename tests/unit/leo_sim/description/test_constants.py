@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Units of constants: what slides has those of sliding, and files of before may say the others."""
+
 from pathlib import Path
 
 import pytest
@@ -30,8 +31,9 @@ def test_the_limit_of_a_slide_is_a_force(tmp_path, unit):
 def test_a_model_file_may_give_the_damping_of_a_slide_in_either(tmp_path, unit):
     cart(tmp_path)
     path = tmp_path / 'model.yaml'
-    path.write_text(f'robot: {tmp_path}\nconstants:\n'
-                    f'  joints.rail.damping: {{value: 0.5, unit: {unit}}}\n')
+    path.write_text(
+        f'robot: {tmp_path}\nconstants:\n  joints.rail.damping: {{value: 0.5, unit: {unit}}}\n'
+    )
     constant = load_model(path).robot.constants['joints.rail.damping']
     assert (constant.value, constant.unit) == (0.5, 'N s/m')
 

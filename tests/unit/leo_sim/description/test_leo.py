@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """LEO's two profiles against the data sheet, and its rigid-body dynamics against MuJoCo."""
+
 import mujoco
 import numpy as np
 import pytest
@@ -16,8 +17,17 @@ from leo_sim.kinematics.plane import Plane
 from leo_sim.model import Model
 
 LEO, ODE = load_robot('leo'), load_robot('leo_ode')
-JOINTS = ('base_x', 'base_z', 'torso_pitch', 'left_hip', 'right_hip', 'left_knee', 'right_knee',
-          'left_ankle', 'right_ankle')
+JOINTS = (
+    'base_x',
+    'base_z',
+    'torso_pitch',
+    'left_hip',
+    'right_hip',
+    'left_knee',
+    'right_knee',
+    'left_ankle',
+    'right_ankle',
+)
 
 
 def values_of(robot):
@@ -139,8 +149,7 @@ def test_the_plane_is_the_tree():
         there = [frames[c.link].point((c.x, 0.0, c.z)) for c in LEO.contacts]
         assert x[row] == pytest.approx([p[0] for p in there])
         assert z[row] == pytest.approx([p[2] for p in there])
-        assert Gait(LEO).com_x(q[row]) == pytest.approx(
-            centre_of_mass(frames, links_of(LEO))[0])
+        assert Gait(LEO).com_x(q[row]) == pytest.approx(centre_of_mass(frames, links_of(LEO))[0])
 
 
 @pytest.mark.parametrize('body', [Planar, Rigid])
@@ -157,15 +166,20 @@ def test_inverse_dynamics_are_those_of_mujoco(body):
         mujoco.mj_inverse(theirs, data)
         mass, bias = ours.mass_and_bias(q, dq)
         expected = data.qfrc_inverse[order]
-        assert mass @ ddq + bias == pytest.approx(
-            expected, abs=1e-11 * np.abs(expected).max())
+        assert mass @ ddq + bias == pytest.approx(expected, abs=1e-11 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize(('q', 'message'), [
-    (np.zeros(8), r'has 9 angles \(base_x, .*found 8'),
-    ([0, 0.4, 0, 0, 0, 0.5, 0, 0, 0], r'left_knee is at 0\.5 rad, outside its stops -2\.618 to'),
-    ([0, np.nan, 0, 0, 0, 0, 0, 0, 0], 'not finite'),
-])
+@pytest.mark.parametrize(
+    ('q', 'message'),
+    [
+        (np.zeros(8), r'has 9 angles \(base_x, .*found 8'),
+        (
+            [0, 0.4, 0, 0, 0, 0.5, 0, 0, 0],
+            r'left_knee is at 0\.5 rad, outside its stops -2\.618 to',
+        ),
+        ([0, np.nan, 0, 0, 0, 0, 0, 0, 0], 'not finite'),
+    ],
+)
 def test_impossible_states(q, message):
     with pytest.raises(UserError, match=message):
         Model(LEO, engine='rigid').state_from(q, np.zeros(9))
@@ -196,7 +210,7 @@ def test_a_link_without_inertia_is_named(tmp_path):
         text = (LEO.folder / name).read_text()
         start = text.find('<inertial>', text.find('<link name="left_shank">'))
         if name == 'robot.urdf':
-            text = text[:start] + text[text.index('</inertial>', start) + len('</inertial>'):]
+            text = text[:start] + text[text.index('</inertial>', start) + len('</inertial>') :]
         (tmp_path / name).write_text(text)
     with pytest.raises(UserError, match=r"link 'left_shank', which joint .* has no mass"):
         load_robot(tmp_path)

@@ -18,7 +18,11 @@ def joints_of(text: str):
 def test_it_has_the_column_of_its_leader_through_others_that_mimic():
     joints = joints_of(CLAW)
     assert {n: (j.leader, j.ratio) for n, j in joints.items()} == {
-        'left': ('', 1.0), 'right': ('left', -1.0), 'bend': ('left', -0.5), 'spin': ('', 1.0)}
+        'left': ('', 1.0),
+        'right': ('left', -1.0),
+        'bend': ('left', -0.5),
+        'spin': ('', 1.0),
+    }
     assert [j.name for j in joints.values() if j.independent] == ['left', 'spin']
     found = dict(zip(joints, columns(list(joints.values())), strict=True))
     assert found == {'left': 0, 'right': 0, 'bend': 0, 'spin': 1}
@@ -34,8 +38,10 @@ def test_what_brakes_it_is_felt_at_its_leader():
 def test_its_link_is_where_multiplier_and_offset_put_it(q):
     """The tip of a free joint at 0.5 * -q + 0.1 lies where that of the mimicking one does."""
     free = CLAW
-    for mimic in ('<mimic joint="right" multiplier="0.5" offset="0.1"/>',
-                  '<mimic joint="left" multiplier="-1"/>'):
+    for mimic in (
+        '<mimic joint="right" multiplier="0.5" offset="0.1"/>',
+        '<mimic joint="left" multiplier="-1"/>',
+    ):
         assert mimic in free
         free = free.replace(mimic, '')
     tree = parse(free, 'free.urdf')[1]
@@ -53,14 +59,17 @@ def test_the_offset_of_a_slide_moves_it_along_its_axis():
     assert frames['r'].origin == pytest.approx((-0.03, 0.0, 0.0))
 
 
-@pytest.mark.parametrize(('mimic', 'said'), [
-    ('<mimic joint="up"/>', "'right': it mimics 'up', which is no joint that moves"),
-    ('<mimic joint="right"/>', "'right': it mimics itself"),
-    ('<mimic/>', "'right': its <mimic> names no joint"),
-    ('<mimic joint="left" multiplier="0"/>', "'right': <mimic>: multiplier 0"),
-    ('<mimic joint="left" offset="nan"/>', "'right': <mimic>: .*offset nan"),
-    ('<mimic joint="left" offset="far"/>', "'right': .*'far'"),
-])
+@pytest.mark.parametrize(
+    ('mimic', 'said'),
+    [
+        ('<mimic joint="up"/>', "'right': it mimics 'up', which is no joint that moves"),
+        ('<mimic joint="right"/>', "'right': it mimics itself"),
+        ('<mimic/>', "'right': its <mimic> names no joint"),
+        ('<mimic joint="left" multiplier="0"/>', "'right': <mimic>: multiplier 0"),
+        ('<mimic joint="left" offset="nan"/>', "'right': <mimic>: .*offset nan"),
+        ('<mimic joint="left" offset="far"/>', "'right': .*'far'"),
+    ],
+)
 def test_a_mimic_of_nothing_is_one_line(mimic, said):
     with pytest.raises(UserError, match=said) as refusal:
         parse(SLIDES.replace('<mimic joint="left"/>', mimic), 'g.urdf')

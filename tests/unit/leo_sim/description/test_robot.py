@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Robots: the shipped ones, start poses, task, and what is said about wrong files."""
+
 import subprocess
 import sys
 
@@ -30,7 +31,7 @@ def test_the_pendulum_is_that_of_the_data_sheet():
     assert values['links.bob.mass'] == 0.055
     assert values['links.bob.com_z'] == 0.042
     assert values['joints.pivot.damping'] == 3e-6
-    about_pivot = values['links.bob.inertia'] + 0.055 * 0.042 ** 2
+    about_pivot = values['links.bob.inertia'] + 0.055 * 0.042**2
     assert about_pivot + values['actuators.pivot.rotor_inertia'] == pytest.approx(0.000191)
     assert (PENDULUM.control_period, PENDULUM.episode_seconds) == (0.05, 20)
     assert PENDULUM.limits.tolist() == [3.0]
@@ -44,8 +45,11 @@ def test_the_servo_is_that_of_its_data_sheet_and_only_roughly_known():
     assert 5 / motor.resistance == pytest.approx(1.47, rel=0.01)
     assert (motor.supply, motor.limit) == (7.4, 7.4)
     assert {path for path, c in robot.constants.items() if c.uncertain} == {
-        'actuators.pivot.torque_constant', 'actuators.pivot.resistance',
-        'actuators.pivot.rotor_inertia', 'sensors.pivot.offset'}
+        'actuators.pivot.torque_constant',
+        'actuators.pivot.resistance',
+        'actuators.pivot.rotor_inertia',
+        'sensors.pivot.offset',
+    }
     hanging = Model(robot, engine='rigid')
     assert hanging.step(hanging.start(), [0.0], 1.0).q == pytest.approx([0.0], abs=1e-12)
 
@@ -91,18 +95,23 @@ def test_start_poses():
 def test_task_of_the_pendulum():
     q, dq = np.array([[0.5], [-7.0]]), np.array([[2.0], [-3.0]])
     seen = observation(PENDULUM, q, dq)
-    assert seen == pytest.approx(np.array([[np.cos(0.5), np.sin(0.5), 2.0],
-                                           [np.cos(7.0), -np.sin(7.0), -3.0]]))
+    assert seen == pytest.approx(
+        np.array([[np.cos(0.5), np.sin(0.5), 2.0], [np.cos(7.0), -np.sin(7.0), -3.0]])
+    )
     task = Task(PENDULUM)
     paid, _ = task.reward(Memory(), State(q, dq), np.array([[1.0], [3.0]]), State(q, dq))
     error = 2 * np.pi - 7.0
-    assert paid == pytest.approx([-5 * 0.25 - 0.4 - 0.01, -5 * error ** 2 - 0.9 - 0.09])
+    assert paid == pytest.approx([-5 * 0.25 - 0.4 - 0.01, -5 * error**2 - 0.9 - 0.09])
     assert task.terminated(State(q, dq)).tolist() == [False, False]
 
 
 def test_reward_is_highest_upright():
-    for name, upright in (('pendulum', 0.0), ('torque_pendulum', np.pi),
-                          ('servo_pendulum', np.pi), ('double_pendulum', [np.pi, 0.0])):
+    for name, upright in (
+        ('pendulum', 0.0),
+        ('torque_pendulum', np.pi),
+        ('servo_pendulum', np.pi),
+        ('double_pendulum', [np.pi, 0.0]),
+    ):
         robot = load_robot(name)
         state = State(np.atleast_1d(upright), np.zeros(len(robot.joint_names)))
         paid, _ = Task(robot).reward(Memory(), state, np.zeros(len(robot.actuators)), state)
@@ -116,25 +125,40 @@ def test_termination(tmp_path):
     assert Task(robot).terminated(fast).tolist() == [False, True]
 
 
-@pytest.mark.parametrize(('angle', 'expected'), [
-    (np.pi, np.pi), (-np.pi, np.pi), (4.0, 4 - 2 * np.pi), (-0.1, -0.1), (7 * np.pi, np.pi)])
+@pytest.mark.parametrize(
+    ('angle', 'expected'),
+    [(np.pi, np.pi), (-np.pi, np.pi), (4.0, 4 - 2 * np.pi), (-0.1, -0.1), (7 * np.pi, np.pi)],
+)
 def test_angles_are_wrapped_upwards(angle, expected):
     assert wrapped(angle) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(('old', 'new', 'said'), [
-    ('input: voltage', 'input: pneumatic', ['input', 'pneumatic']),
-    ('resistance: {value: 9.5, unit: ohm}', 'resistance: {value: 9.5, unit: kohm}',
-     ['actuators.pivot.resistance', "'ohm'", "'kohm'"]),
-    ('    resistance: {value: 9.5, unit: ohm}\n', '', ['actuators.pivot.resistance', 'missing']),
-    ('resistance: {value: 9.5, unit: ohm}', 'resistance: {value: 0, unit: ohm}',
-     ['actuators.pivot.resistance', '0 ohm is not within 1e-06 to 1e+06 ohm']),
-    ('links:\n  bob:', 'links:\n  bop:', ["'bop'", 'bob?']),
-    ('actuators:\n  pivot:', 'actuators:\n  pivto:', ["'pivto'", 'pivot?']),
-    ('  nominal:', '  hanging:', ['nominal']),
-    ('control_period: 0.05', 'control_period: 0', ['control_period']),
-    ('base: fixed', 'basis: fixed', ['unknown key', 'basis', 'did you mean']),
-])
+@pytest.mark.parametrize(
+    ('old', 'new', 'said'),
+    [
+        ('input: voltage', 'input: pneumatic', ['input', 'pneumatic']),
+        (
+            'resistance: {value: 9.5, unit: ohm}',
+            'resistance: {value: 9.5, unit: kohm}',
+            ['actuators.pivot.resistance', "'ohm'", "'kohm'"],
+        ),
+        (
+            '    resistance: {value: 9.5, unit: ohm}\n',
+            '',
+            ['actuators.pivot.resistance', 'missing'],
+        ),
+        (
+            'resistance: {value: 9.5, unit: ohm}',
+            'resistance: {value: 0, unit: ohm}',
+            ['actuators.pivot.resistance', '0 ohm is not within 1e-06 to 1e+06 ohm'],
+        ),
+        ('links:\n  bob:', 'links:\n  bop:', ["'bop'", 'bob?']),
+        ('actuators:\n  pivot:', 'actuators:\n  pivto:', ["'pivto'", 'pivot?']),
+        ('  nominal:', '  hanging:', ['nominal']),
+        ('control_period: 0.05', 'control_period: 0', ['control_period']),
+        ('base: fixed', 'basis: fixed', ['unknown key', 'basis', 'did you mean']),
+    ],
+)
 def test_what_is_wrong_in_a_robot_is_said_in_one_line(tmp_path, old, new, said):
     with pytest.raises(UserError) as error:
         load_robot(changed(tmp_path, old, new))
@@ -144,16 +168,31 @@ def test_what_is_wrong_in_a_robot_is_said_in_one_line(tmp_path, old, new, said):
     assert [part for part in said if part not in message] == []
 
 
-@pytest.mark.parametrize(('old', 'new', 'said'), [
-    ('type="continuous"', 'type="floating"', 'floating'),
-    ('<child link="bob"/>', '<child link="bab"/>', 'bab'),
-    ('</robot>', '', 'XML'),
-    ('<dynamics damping="3e-6"/>', '<dynamics damping="0" friction="1"/>', 'coulomb_friction'),
-    ('<dynamics damping="3e-6"/>', '<dynamics damping="-1"/>', r"'pivot': damping: -1 N m s/rad"),
-    ('<mass value="0.055"/>', '<mass value="-0.055"/>', r"'bob': mass: -0.055 kg is not within"),
-    ('<mass value="0.055"/>', '<mass value="1e-300"/>', r"'bob': mass: 1e-300 kg is not within"),
-    ('iyy="', 'iyy="-', r"'bob': inertia: -.* kg m2 is not within 0 to"),
-])
+@pytest.mark.parametrize(
+    ('old', 'new', 'said'),
+    [
+        ('type="continuous"', 'type="floating"', 'floating'),
+        ('<child link="bob"/>', '<child link="bab"/>', 'bab'),
+        ('</robot>', '', 'XML'),
+        ('<dynamics damping="3e-6"/>', '<dynamics damping="0" friction="1"/>', 'coulomb_friction'),
+        (
+            '<dynamics damping="3e-6"/>',
+            '<dynamics damping="-1"/>',
+            r"'pivot': damping: -1 N m s/rad",
+        ),
+        (
+            '<mass value="0.055"/>',
+            '<mass value="-0.055"/>',
+            r"'bob': mass: -0.055 kg is not within",
+        ),
+        (
+            '<mass value="0.055"/>',
+            '<mass value="1e-300"/>',
+            r"'bob': mass: 1e-300 kg is not within",
+        ),
+        ('iyy="', 'iyy="-', r"'bob': inertia: -.* kg m2 is not within 0 to"),
+    ],
+)
 def test_what_is_wrong_in_a_urdf_is_said_in_one_line(tmp_path, old, new, said):
     with pytest.raises(UserError, match=said) as error:
         load_robot(changed(tmp_path, old, new, 'robot.urdf'))
@@ -175,8 +214,11 @@ def test_unknown_robot_names_the_nearest():
 
 
 def test_pybullet_prints_nothing():
-    program = ("from leo_sim.model import Model; m = Model('pendulum'); "
-               "m.step(m.start(), [1.0], 0.05); print('done')")
-    ran = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                         check=True)
+    program = (
+        "from leo_sim.model import Model; m = Model('pendulum'); "
+        "m.step(m.start(), [1.0], 0.05); print('done')"
+    )
+    ran = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True
+    )
     assert (ran.stdout, ran.stderr) == ('done\n', '')

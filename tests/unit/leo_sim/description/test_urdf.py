@@ -9,7 +9,9 @@ def urdf(ends: list[tuple[str, str]]) -> str:
     links = ''.join(f'<link name="{name}"/>' for name in {n for pair in ends for n in pair})
     joints = ''.join(
         f'<joint name="to_{child}" type="fixed"><parent link="{parent}"/>'
-        f'<child link="{child}"/></joint>' for parent, child in ends)  # fmt: skip
+        f'<child link="{child}"/></joint>'
+        for parent, child in ends
+    )
     return f'<robot name="tree">{links}{joints}</robot>'
 
 

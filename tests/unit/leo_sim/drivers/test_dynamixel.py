@@ -37,8 +37,14 @@ def leo():
 def servo(tmp_path):
     """One servo behind a pendulum, turned the other way, with a gear and limits."""
     robot = robot_with_servo(
-        tmp_path, 'servo_pendulum', 'XM430-W210', direction=-1, gear=2, zero=1000,
-        low=-0.5, high=0.5,
+        tmp_path,
+        'servo_pendulum',
+        'XM430-W210',
+        direction=-1,
+        gear=2,
+        zero=1000,
+        low=-0.5,
+        high=0.5,
     )
     rig = running(robot, 7.4)
     with driven(robot, rig) as driver:
@@ -81,8 +87,7 @@ def test_a_command_is_stamped_when_its_last_byte_is_on_the_bus(leo):
 def test_connecting_never_drives_a_motor(monkeypatch):
     rig = running(LEO, 13.8, 'hanging')
     seen, drive = [], rig.plant.drive
-    monkeypatch.setattr(
-        rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts.copy()))
+    monkeypatch.setattr(rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts.copy()))
     with driven(LEO, rig) as driver:
         driver.read()
         rig.until(lambda: (rig.plant.volts == 0.0).all(), 'motors are not on')
@@ -111,10 +116,13 @@ def test_a_joint_past_its_limit_is_driven_back_only(servo):
 def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     file = LEO.driver.dynamixel
     servos = {
-        joint: s.model_copy(update={
-            'low': -1.0, 'high': 1.0,
-            'current_limit': LEO_LIMIT.model_copy(update={'value': limit}),
-        })
+        joint: s.model_copy(
+            update={
+                'low': -1.0,
+                'high': 1.0,
+                'current_limit': LEO_LIMIT.model_copy(update={'value': limit}),
+            }
+        )
         for joint, s in file.servos.items()
     }
     units = DriveUnits(LEO, file.model_copy(update={'servos': servos}))
@@ -127,8 +135,10 @@ def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     assert np.all(np.abs(told) <= 8.6 + 1e-9)
     driving = values * rate <= 0.0
     current = (values - 1.344712182 * rate) / 4.6
-    assert np.all(np.abs(current[~driving]) <= np.maximum(
-        limit + 1e-6, np.abs(1.344712182 * rate[~driving]) / 4.6))
+    assert np.all(
+        np.abs(current[~driving])
+        <= np.maximum(limit + 1e-6, np.abs(1.344712182 * rate[~driving]) / 4.6)
+    )
 
 
 LEO_LIMIT = LEO.driver.dynamixel.watchdog
@@ -136,7 +146,10 @@ LEO_LIMIT = LEO.driver.dynamixel.watchdog
 
 def test_torques_are_asked_for_as_currents(tmp_path):
     robot = robot_with_servo(
-        tmp_path, 'torque_pendulum', 'XM430-W210', direction=-1,
+        tmp_path,
+        'torque_pendulum',
+        'XM430-W210',
+        direction=-1,
         torque_constant='{value: 1.8, unit: N m/A}',
     )
     rig = running(robot)
@@ -239,8 +252,11 @@ def test_an_answer_of_an_earlier_reading_is_refused(leo):
 def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatch, stale):
     rig, driver = leo
     answer, left = rig.bus.answer, [encoded(stale)]
-    monkeypatch.setattr(rig.bus, 'answer', lambda packet, now: [
-        *(left.pop() for _ in left[:]), *answer(packet, now)])
+    monkeypatch.setattr(
+        rig.bus,
+        'answer',
+        lambda packet, now: [*(left.pop() for _ in left[:]), *answer(packet, now)],
+    )
     if stale.id == 1:
         assert driver._bus.get(1, 'torque_enable') == 1
     else:
@@ -323,8 +339,10 @@ def refused(options, said):
 
 def test_what_is_wrong_with_the_connection_is_one_line():
     pendulum, rig = load_robot('servo_pendulum'), running(LEO, 13.8, 'hanging')
-    refused(DriverOptions(pendulum, port='/dev/ttyNOTHING'),
-            'cannot open /dev/ttyNOTHING: there is no such port')
+    refused(
+        DriverOptions(pendulum, port='/dev/ttyNOTHING'),
+        'cannot open /dev/ttyNOTHING: there is no such port',
+    )
     refused(DriverOptions(load_robot('pendulum')), 'pendulum has no servos')
     refused(options(pendulum, rig), r'model number 1030, robot.yaml says XL330-M288 \(1200\)')
     rig.bus.silent = frozenset({4})
@@ -339,18 +357,24 @@ def test_servos_that_do_not_fit_are_one_line(tmp_path):
         robot_with_servo(tmp_path / 'a', 'torque_pendulum', 'XM430-W210')
     constant = '{value: 1, unit: N m/A}'
     robot = robot_with_servo(
-        tmp_path / 'b', 'torque_pendulum', 'XL430-W250', torque_constant=constant)
+        tmp_path / 'b', 'torque_pendulum', 'XL430-W250', torque_constant=constant
+    )
     with pytest.raises(UserError, match='XL430-W250 knows no current'):
         load_driver('dynamixel', DriverOptions(robot))
     robot = robot_with_servo(tmp_path / 'c', 'servo_pendulum', 'XM430-W211')
     with pytest.raises(UserError, match='did you mean XM430-W210'):
         load_driver('dynamixel', DriverOptions(robot))
     with pytest.raises(UserError, match=r'current_limit: the unit is .A., found .mA.'):
-        robot_with_servo(tmp_path / 'e', 'servo_pendulum', 'XM430-W210',
-                         current_limit='{value: 500, unit: mA}')
+        robot_with_servo(
+            tmp_path / 'e', 'servo_pendulum', 'XM430-W210', current_limit='{value: 500, unit: mA}'
+        )
     with pytest.raises(UserError, match='torque_constant: -1 N m/A is not within'):
-        robot_with_servo(tmp_path / 'f', 'torque_pendulum', 'XM430-W210',
-                         torque_constant='{value: -1, unit: N m/A}')
+        robot_with_servo(
+            tmp_path / 'f',
+            'torque_pendulum',
+            'XM430-W210',
+            torque_constant='{value: -1, unit: N m/A}',
+        )
     with pytest.raises(UserError, match='low is not below high'):
         robot_with_servo(tmp_path / 'd', 'servo_pendulum', 'XM430-W210', low=1, high=1)
 

@@ -47,7 +47,8 @@ with driven(robot, rig) as driver:
 @pytest.fixture
 def robot(tmp_path):
     return robot_with_servo(
-        tmp_path, 'servo_pendulum', 'STS3215', 'feetech', direction=-1, zero=4000)
+        tmp_path, 'servo_pendulum', 'STS3215', 'feetech', direction=-1, zero=4000
+    )
 
 
 @pytest.fixture
@@ -73,8 +74,10 @@ def test_models_are_known_by_family():
     assert {m.name: m.number for m in models} == {'STS3215': 777, 'STS3250': 2825}
 
 
-@given(st.lists(st.tuples(st.integers(0, 252), st.integers(0, 254), st.binary(max_size=20))),
-       st.integers(1, 7))
+@given(
+    st.lists(st.tuples(st.integers(0, 252), st.integers(0, 254), st.binary(max_size=20))),
+    st.integers(1, 7),
+)
 def test_packets_come_out_of_pieces_and_rubbish(sent, size):
     reader, found = Reader(FRAMING), []
     stream = b''.join(b'\x01\xff\x02' + encoded(*packet) for packet in sent)
@@ -153,8 +156,9 @@ def test_a_killed_process_leaves_the_motor_at_zero(robot):
     """They have no watchdog: another process writes 0, which ends when it has."""
     heard, port = os.pipe()
     words = [sys.executable, '-c', KILLED, str(robot.folder), str(port)]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, pass_fds=[port],
-                          cwd=ROOT) as process:  # fmt: skip
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, text=True, pass_fds=[port], cwd=ROOT
+    ) as process:
         os.close(port)
         assert process.stdout.readline() == 'driven\n'
         process.send_signal(signal.SIGKILL)
@@ -166,8 +170,13 @@ def test_a_killed_process_leaves_the_motor_at_zero(robot):
 
 
 def test_what_does_not_fit_is_one_line(tmp_path):
-    robot = robot_with_servo(tmp_path, 'torque_pendulum', 'STS3215', 'feetech',
-                             torque_constant='{value: 1, unit: N m/A}')
+    robot = robot_with_servo(
+        tmp_path,
+        'torque_pendulum',
+        'STS3215',
+        'feetech',
+        torque_constant='{value: 1, unit: N m/A}',
+    )
     with pytest.raises(UserError, match='which Feetech servos do not take'):
         load_driver('feetech', DriverOptions(robot, port='nowhere'))
     with pytest.raises(UserError, match='has no servos'):

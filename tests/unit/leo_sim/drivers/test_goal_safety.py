@@ -94,8 +94,10 @@ def test_bounds_are_the_limit_and_the_stops(tmp_path):
     assert isinstance(safety_for(robot_info(ROBOT), 0.2, 0.0), GoalSafety)
     for name in ('robot.urdf', 'robot.yaml'):
         text = (ROBOT.folder / name).read_text()
-        text = text.replace('"continuous">', '"revolute">\n    <limit lower="-0.5" upper="9" '
-                            'effort="1" velocity="1"/>')
+        text = text.replace(
+            '"continuous">',
+            '"revolute">\n    <limit lower="-0.5" upper="9" effort="1" velocity="1"/>',
+        )
         (tmp_path / name).write_text(text)
     assert robot_info(load_robot(tmp_path)).bounds.tolist() == [[-0.5], [np.pi]]
 

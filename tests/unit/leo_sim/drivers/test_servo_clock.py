@@ -15,8 +15,9 @@ def moments(heard_late, count=400, servos=6, fast=0.0, begun=0.0):
     for k in range(count):
         sent = 5.0 + PERIOD * k
         true = sent + heard_late.get(k, 0.0)
-        ticks = {n: int(1e3 * (1 + fast) * true + begun + n / servos) % TICKS
-                 for n in range(servos)}
+        ticks = {
+            n: int(1e3 * (1 + fast) * true + begun + n / servos) % TICKS for n in range(servos)
+        }
         off.append(clock.moment(sent, true + 0.004, ticks) - true)
     return np.array(off)
 

@@ -26,11 +26,20 @@ SERVOS = {'dynamixel': 'XL330-M288', 'feetech': 'STS3215'}
 FREE = np.array([np.nan])
 ARM = load_robot('so101')
 
+
 @pytest.fixture(params=SERVOS)
 def robot(request, tmp_path):
     """The servo pendulum that takes goals, turned the other way, with a range of its own."""
-    return robot_with_servo(tmp_path, 'xl330_pendulum', SERVOS[request.param], request.param,
-                            direction=-1, zero=2000, low=-1.2, high=0.9)
+    return robot_with_servo(
+        tmp_path,
+        'xl330_pendulum',
+        SERVOS[request.param],
+        request.param,
+        direction=-1,
+        zero=2000,
+        low=-1.2,
+        high=0.9,
+    )
 
 
 @pytest.fixture
@@ -76,8 +85,7 @@ def test_connecting_leaves_the_motor_free_and_torque_comes_on_where_the_joint_is
 ):
     rig = running(robot, SUPPLY)
     seen, drive = [], rig.plant.drive
-    monkeypatch.setattr(
-        rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts[0]))
+    monkeypatch.setattr(rig.plant, 'drive', lambda: drive() or seen.append(rig.plant.volts[0]))
     memory(rig).set('goal_position', 300)  # of before, far away
     with driven(robot, rig) as driver:
         here = driver.read().position[0]
@@ -96,9 +104,12 @@ def test_the_servo_does_not_shape_the_motion_but_for_goal_rate(tmp_path):
         path = robot.folder / 'robot.yaml'
         for rate, counts in ((None, 0), (5.24, {'dynamixel': 219, 'feetech': 3416}[family])):
             if rate:
-                path.write_text(path.read_text().replace(
-                    '    resolution:', '    goal_rate: {value: 5.24, unit: rad/s}\n'
-                    '    resolution:'))
+                path.write_text(
+                    path.read_text().replace(
+                        '    resolution:',
+                        '    goal_rate: {value: 5.24, unit: rad/s}\n    resolution:',
+                    )
+                )
             robot = load_robot(robot.folder)
             rig = running(robot, SUPPLY)
             memory(rig).set('profile_acceleration', 50)
@@ -113,8 +124,10 @@ def test_the_servo_does_not_shape_the_motion_but_for_goal_rate(tmp_path):
 
 @given(st.lists(st.floats(-10, 10), min_size=6, max_size=6), st.integers(-4000, 4000))
 def test_no_goal_leaves_its_bounds_by_rounding(wanted, zero):
-    servos = {joint: s.model_copy(update={'zero': zero, 'direction': 1 - 2 * (zero % 2)})
-              for joint, s in ARM.driver.bus.servos.items()}
+    servos = {
+        joint: s.model_copy(update={'zero': zero, 'direction': 1 - 2 * (zero % 2)})
+        for joint, s in ARM.driver.bus.servos.items()
+    }
     units = GoalUnits(ARM, ARM.driver.bus.model_copy(update={'servos': servos}))
     told = units.values(units.counts(units.allowed(np.array(wanted), None, None), None), None)
     assert np.all(told >= ARM.bounds[0]) and np.all(told <= ARM.bounds[1])
@@ -133,6 +146,7 @@ def test_halt_frees_while_a_read_hangs(servo, monkeypatch):
         raise TransientFault('no answer')
 
     monkeypatch.setattr(driver._bus._port, 'readPort', hang)
+
     def read():
         with suppress(TransientFault):
             driver.read()
@@ -185,9 +199,14 @@ def test_a_goal_that_got_lost_is_noticed_at_the_next_reading(servo, monkeypatch)
 
 @pytest.mark.parametrize(
     ('break_it', 'said'),
-    [(lambda servo: servo.restart(), 'free though nobody asked'),
-     (lambda servo: servo.set('torque_enable', 0), 'free though nobody asked'),
-     (lambda servo: servo.fail(0x20), 'has let go: overloaded; it is free, the others are freed')],
+    [
+        (lambda servo: servo.restart(), 'free though nobody asked'),
+        (lambda servo: servo.set('torque_enable', 0), 'free though nobody asked'),
+        (
+            lambda servo: servo.fail(0x20),
+            'has let go: overloaded; it is free, the others are freed',
+        ),
+    ],
 )
 def test_a_servo_that_lets_go_ends_the_run(servo, break_it, said):
     rig, driver = servo
@@ -256,8 +275,9 @@ def test_the_supply_drives_the_loop(robot):
 
 
 def test_what_does_not_fit_goals_is_one_line(tmp_path):
-    robot = robot_with_servo(tmp_path / 'a', 'xl330_pendulum', 'XL330-M288',
-                             current_limit='{value: 1, unit: A}')
+    robot = robot_with_servo(
+        tmp_path / 'a', 'xl330_pendulum', 'XL330-M288', current_limit='{value: 1, unit: A}'
+    )
     with pytest.raises(UserError, match='current_limit, which nobody can keep'):
         load_driver('dynamixel', DriverOptions(robot))
     robot = robot_with_servo(tmp_path / 'b', 'xl330_pendulum', 'XL330-M288', low=4, high=5)
@@ -274,8 +294,10 @@ def test_so101_follows_goals_through_its_bus():
         driver.read()
         applied = driver.write(goals)
         assert applied.values == pytest.approx(goals, abs=COUNT)
-        rig.until(lambda: driver.write(goals) and np.abs(
-            driver.read().position - goals).max() < 0.15, 'not there')
+        rig.until(
+            lambda: driver.write(goals) and np.abs(driver.read().position - goals).max() < 0.15,
+            'not there',
+        )
         q, _ = rig.plant._model.sense(rig.plant._state)
         assert driver.read().position == pytest.approx(q, abs=0.05)
         assert driver.readings().current.shape == (6,)

@@ -241,9 +241,7 @@ def test_another_start_pose_is_taken_up_at_once_as_after_a_restart():
 def test_connecting_compiles_a_step_and_moves_nothing(monkeypatch):
     plain, connected = SimulatedDriver(options()), SimulatedDriver(options())
     steps, step = [], connected._model.step
-    monkeypatch.setattr(
-        connected._model, 'step', lambda *a, **k: steps.append(a) or step(*a, **k)
-    )
+    monkeypatch.setattr(connected._model, 'step', lambda *a, **k: steps.append(a) or step(*a, **k))
     connected.connect()
     assert len(steps) == 1, 'the first state would wait for the compiler'
     assert swing(connected) == swing(plain)

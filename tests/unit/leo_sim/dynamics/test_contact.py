@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """LEO on the ground: hand calculations, engines, effects, purity."""
+
 import hashlib
 import subprocess
 import sys
@@ -56,8 +57,10 @@ def test_free_fall_keeps_horizontal_momentum_and_loses_height_by_the_book(engine
     rates = np.random.default_rng(0).normal(0, 1, 9)
     state = State(start.q + np.array([0, 1, 0, 0, 0, -0.3, 0, 0, 0]), rates)
     after = model.step(state, np.zeros(6), 0.03, enabled=FREE)
-    gained = (model.rigid.mass_and_bias(after.q, after.dq)[0] @ after.dq
-              - model.rigid.mass_and_bias(state.q, state.dq)[0] @ state.dq)
+    gained = (
+        model.rigid.mass_and_bias(after.q, after.dq)[0] @ after.dq
+        - model.rigid.mass_and_bias(state.q, state.dq)[0] @ state.dq
+    )
     assert gained[0] == pytest.approx(0, abs=1e-6)
     assert gained[1] == pytest.approx(-mass * 9.81 * 0.03, abs=2e-6)
 
@@ -83,20 +86,43 @@ def test_held_base_stays_where_it_hangs():
     assert np.abs(after.q - start.q)[3:].min() > 0.01
 
 
-@pytest.mark.parametrize(('name', 'effects'), [
-    ('leo', []),
-    ('leo', [('ground_slope', 'all', {'angle': 0.05}), ('ground_friction', 'all', {'mu': 0.5}),
-             ('link_mass', 'torso', {'m': 0.3}), ('external_force', 'torso', {'x': 1.0})]),
-    ('leo', [('ground_compliance', 'all', {'k': 8000.0, 'd': 100.0}),
-             ('coulomb_friction', 'all', {'c': 0.1}), ('command_delay', 'all', {'delay': 0.01}),
-             ('viscous_friction', 'left_knee', {'b': 0.1})]),
-    ('leo_ode', [('backlash', 'all', {'gap': 0.02}), ('armature', 'all', {'J': 0.001}),
-                 ('load_dependent_friction', 'all', {'mu': 0.05})]),
-])
+@pytest.mark.parametrize(
+    ('name', 'effects'),
+    [
+        ('leo', []),
+        (
+            'leo',
+            [
+                ('ground_slope', 'all', {'angle': 0.05}),
+                ('ground_friction', 'all', {'mu': 0.5}),
+                ('link_mass', 'torso', {'m': 0.3}),
+                ('external_force', 'torso', {'x': 1.0}),
+            ],
+        ),
+        (
+            'leo',
+            [
+                ('ground_compliance', 'all', {'k': 8000.0, 'd': 100.0}),
+                ('coulomb_friction', 'all', {'c': 0.1}),
+                ('command_delay', 'all', {'delay': 0.01}),
+                ('viscous_friction', 'left_knee', {'b': 0.1}),
+            ],
+        ),
+        (
+            'leo_ode',
+            [
+                ('backlash', 'all', {'gap': 0.02}),
+                ('armature', 'all', {'J': 0.001}),
+                ('load_dependent_friction', 'all', {'mu': 0.05}),
+            ],
+        ),
+    ],
+)
 def test_pybullet_and_batched_rollouts_agree(name, effects):
     robot = ROBOTS[name]
-    model = Model(robot, [place(robot, e, where, **p) for e, where, p in effects],
-                  scheme='training')
+    model = Model(
+        robot, [place(robot, e, where, **p) for e, where, p in effects], scheme='training'
+    )
     volts = np.random.default_rng(0).uniform(-6, 6, (8, 6))
     state = model.start()
     track = [state]
@@ -107,10 +133,16 @@ def test_pybullet_and_batched_rollouts_agree(name, effects):
     assert dq[0] == pytest.approx(np.array([s.dq for s in track]), abs=1e-6)
 
 
-@pytest.mark.parametrize(('effect', 'parameter', 'values'), [
-    ('ground_friction', 'mu', [0.05, 10.0]), ('ground_slope', 'angle', [-0.1, 0.0]),
-    ('link_mass', 'm', [0.0, 0.3]), ('coulomb_friction', 'c', [0.0, 0.05]),
-    ('armature', 'J', [0.0, 0.002])])
+@pytest.mark.parametrize(
+    ('effect', 'parameter', 'values'),
+    [
+        ('ground_friction', 'mu', [0.05, 10.0]),
+        ('ground_slope', 'angle', [-0.1, 0.0]),
+        ('link_mass', 'm', [0.0, 0.3]),
+        ('coulomb_friction', 'c', [0.0, 0.05]),
+        ('armature', 'J', [0.0, 0.002]),
+    ],
+)
 def test_a_scan_is_the_same_as_one_by_one(effect, parameter, values):
     robot = ROBOTS['leo']
     where = 'torso' if effect == 'link_mass' else 'all'
@@ -137,9 +169,14 @@ def ends(robot, effects):
     return np.array([[s.q, s.dq] for s in after])
 
 
-@pytest.mark.parametrize(('robot', 'effect', 'values'), [
-    ('leo', None, {}), ('leo_ode', 'backlash', {'gap': 0.03}),
-    ('leo', 'coulomb_friction', {'c': 0.05})])
+@pytest.mark.parametrize(
+    ('robot', 'effect', 'values'),
+    [
+        ('leo', None, {}),
+        ('leo_ode', 'backlash', {'gap': 0.03}),
+        ('leo', 'coulomb_friction', {'c': 0.05}),
+    ],
+)
 def test_periods_in_one_call_are_those_one_by_one_to_the_bit(robot, effect, values, monkeypatch):
     made = ROBOTS[robot]
     effects = [place(made, effect, 'all', **values)] if effect else []
@@ -153,8 +190,11 @@ def test_periods_in_one_call_are_those_one_by_one_to_the_bit(robot, effect, valu
 
 
 STEADY = {
-    'back_emf_scale': {'k': 1.3}, 'bias_torque': {'t': 0.2}, 'coulomb_friction': {'c': 0.1},
-    'torque_scale': {'k': 0.8}, 'viscous_friction': {'b': 0.05},
+    'back_emf_scale': {'k': 1.3},
+    'bias_torque': {'t': 0.2},
+    'coulomb_friction': {'c': 0.1},
+    'torque_scale': {'k': 0.8},
+    'viscous_friction': {'b': 0.05},
 }
 
 
@@ -192,8 +232,9 @@ def test_any_order_and_another_process_give_the_same_bits():
     hashed = hashlib.sha256(b''.join(s.q.tobytes() + s.dq.tobytes() for s in after))
     assert hashed.hexdigest() == here
     program = PROGRAM.format(folder=__file__.rsplit('/', 1)[0])
-    other = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                           check=True)
+    other = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True
+    )
     assert other.stdout.strip() == here
 
 

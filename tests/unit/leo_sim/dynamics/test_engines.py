@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The engines against each other, against hand calculation and against conservation laws."""
+
 from functools import cache
 from itertools import product
 
@@ -18,10 +19,15 @@ from leo_sim.model import Model, State
 from leo_sim.model.batch import rollout
 from leo_sim.truth.drawing import of_size, Windows
 
-ROBOTS = {name: load_robot(name) for name in (
-    'pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')}
-PLACES = [(robot, effect) for robot, effect in product(ROBOTS, EFFECTS)
-          if EFFECTS[effect].applies(ROBOTS[robot])]
+ROBOTS = {
+    name: load_robot(name)
+    for name in ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
+}
+PLACES = [
+    (robot, effect)
+    for robot, effect in product(ROBOTS, EFFECTS)
+    if EFFECTS[effect].applies(ROBOTS[robot])
+]
 
 ARM = """
 <robot name="arm">
@@ -141,7 +147,7 @@ def test_pybullet_and_batched_rollouts_agree_with_every_effect(robot, effect):
     rng = np.random.default_rng(5)
     inputs = rng.uniform(-0.8, 0.8, (15, len(robot.limits))) * robot.limits
     enabled = rng.uniform(size=inputs.shape) > 0.2
-    start = ([2.9, 0.5][:len(robot.limits)], [1.0, -2.0][:len(robot.limits)])
+    start = ([2.9, 0.5][: len(robot.limits)], [1.0, -2.0][: len(robot.limits)])
     state = model.state_from(*start)
     track = [model.sense(state)]
     for u, on in zip(inputs, enabled, strict=True):
@@ -181,8 +187,9 @@ def pendulum_by_hand(start, u):
     return solve_ivp(slope, (0, 0.05), start, rtol=1e-12, atol=1e-13).y[:, -1]
 
 
-@pytest.mark.parametrize(('start', 'u'), [((1.0, 0.0), 3.0), ((2.5, 10.0), -3.0),
-                                          ((3.1, -12.0), 1.0)])
+@pytest.mark.parametrize(
+    ('start', 'u'), [((1.0, 0.0), 3.0), ((2.5, 10.0), -3.0), ((3.1, -12.0), 1.0)]
+)
 def test_pendulum_is_the_one_of_the_thesis(start, u):
     model = Model(ROBOTS['pendulum'], integration_step=1e-4)
     after = model.step(State(np.array(start[:1]), np.array(start[1:])), [u], 0.05)
@@ -191,8 +198,10 @@ def test_pendulum_is_the_one_of_the_thesis(start, u):
 
 def test_heavier_bob_with_the_thesis_inertia_about_the_pivot():
     robot = ROBOTS['pendulum']
-    effects = [place(robot, 'link_mass', 'bob', m=0.035),
-               place(robot, 'link_inertia', 'bob', I=-0.035 * 0.042 ** 2)]
+    effects = [
+        place(robot, 'link_mass', 'bob', m=0.035),
+        place(robot, 'link_inertia', 'bob', I=-0.035 * 0.042**2),
+    ]
     model = Model(robot, effects)
     mass, bias = model.rigid.mass_and_bias(np.array([1.0]), np.array([0.0]))
     assert mass[0, 0] + model.laws.rotor_inertia[0] == pytest.approx(0.000191, abs=1e-15)
@@ -209,8 +218,8 @@ def test_torque_pendulum_is_the_cad_model_of_the_rig():
 def test_energy_is_kept_without_motor_and_friction():
     robot = ROBOTS['torque_pendulum']
     q, dq = rollout(Model(robot), [[2.0]], [[3.0]], np.zeros((1, 1000, 1)), 0.01)
-    energy = 0.5 * 0.149519217 * dq ** 2 - 2.996955 * np.cos(q)
-    assert np.ptp(energy) < 2e-3 * np.ptp(0.5 * 0.1495 * dq ** 2)
+    energy = 0.5 * 0.149519217 * dq**2 - 2.996955 * np.cos(q)
+    assert np.ptp(energy) < 2e-3 * np.ptp(0.5 * 0.1495 * dq**2)
     assert abs(energy[0, -100:].mean() - energy[0, :100].mean()) < 1e-5
 
 

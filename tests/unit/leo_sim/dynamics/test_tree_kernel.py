@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joints that mimic others: the compiled tree is the free one, projected on its coordinates."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -33,4 +34,5 @@ def test_inertia_and_bias_are_those_of_the_free_tree_through_the_jacobian(tree):
     assert own_mass == pytest.approx(ratios.T @ mass @ ratios, rel=1e-9, abs=1e-12)
     assert own_bias == pytest.approx(bias @ ratios, rel=1e-9, abs=1e-12)
     assert Spatial(joints, bodies, 9.81).load(q) == pytest.approx(
-        free.load(q @ ratios.T) @ ratios, rel=1e-9, abs=1e-12)
+        free.load(q @ ratios.T) @ ratios, rel=1e-9, abs=1e-12
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whole windows in one compiled call give the numbers of the way by sample periods."""
+
 import numpy as np
 import pytest
 
@@ -15,43 +16,63 @@ SCAN = np.array([0.5, 1.0, 1.4])[:, None, None]
 LAWS = {
     'nothing': (),
     'a scanned scale': (('torque_scale', 'all', {'k': SCAN}),),
-    'two laws': (('viscous_friction', 'all', {'b': 0.01}),
-                 ('coulomb_friction', 'all', {'c': 0.05})),
+    'two laws': (
+        ('viscous_friction', 'all', {'b': 0.01}),
+        ('coulomb_friction', 'all', {'c': 0.05}),
+    ),
     'scanned dry friction': (('coulomb_friction', 'all', {'c': 0.05 * SCAN}),),
     'a scanned rotor': (('armature', 'all', {'J': 0.01 * SCAN}),),
     'a clipped input': (('voltage_limit', 'all', {'v': 1.5}),),
-    'scanned encoders': (('encoder_offset', 'all', {'o': 0.2 * SCAN}),
-                         ('encoder_scale', 'all', {'k': 1.1})),
-    'laws asked in every substep': (('joint_spring', 'all', {'k': 0.1 * SCAN, 'rest': 0.3}),
-                                    ('stribeck_friction', 'all',
-                                     {'c': 0.02, 'c_static': 0.05, 'v_s': 0.5}),
-                                    ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
-                                    ('quadratic_drag', 'all', {'d': 0.001}),
-                                    ('viscous_friction', 'all', {'b': 0.01})),
-    'friction by load': (('load_dependent_friction', 'all', {'mu': 0.1 * SCAN}),
-                         ('torque_scale', 'all', {'k': 0.9}),
-                         ('coulomb_friction', 'all', {'c': 0.01})),
-    'friction by load and speed': (('stribeck_load_friction', 'all',
-                                    {'mu': 0.1, 'mu_static': 0.1 + 0.1 * SCAN, 'v_s': 0.5}),),
-    'friction by a square of the load': (('quadratic_load_friction', 'all',
-                                          {'mu': 0.1 * SCAN, 'mu2': 0.05}),),
-    'friction by the way of power': (('directional_load_friction', 'all',
-                                      {'mu': 0.05, 'mu_back': 0.1 * SCAN}),),
+    'scanned encoders': (
+        ('encoder_offset', 'all', {'o': 0.2 * SCAN}),
+        ('encoder_scale', 'all', {'k': 1.1}),
+    ),
+    'laws asked in every substep': (
+        ('joint_spring', 'all', {'k': 0.1 * SCAN, 'rest': 0.3}),
+        ('stribeck_friction', 'all', {'c': 0.02, 'c_static': 0.05, 'v_s': 0.5}),
+        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
+        ('quadratic_drag', 'all', {'d': 0.001}),
+        ('viscous_friction', 'all', {'b': 0.01}),
+    ),
+    'friction by load': (
+        ('load_dependent_friction', 'all', {'mu': 0.1 * SCAN}),
+        ('torque_scale', 'all', {'k': 0.9}),
+        ('coulomb_friction', 'all', {'c': 0.01}),
+    ),
+    'friction by load and speed': (
+        ('stribeck_load_friction', 'all', {'mu': 0.1, 'mu_static': 0.1 + 0.1 * SCAN, 'v_s': 0.5}),
+    ),
+    'friction by a square of the load': (
+        ('quadratic_load_friction', 'all', {'mu': 0.1 * SCAN, 'mu2': 0.05}),
+    ),
+    'friction by the way of power': (
+        ('directional_load_friction', 'all', {'mu': 0.05, 'mu_back': 0.1 * SCAN}),
+    ),
     'a push': (('voltage_push', 'all', {'v': 0.1 * SCAN}),),
-    'a scanned delay': (('command_delay', 'all', {'delay': 0.007 * SCAN}),
-                        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0})),
-    'a lag behind a limit': (('actuator_lag', 'all', {'tau': 0.02}),
-                             ('voltage_limit', 'all', {'v': 1.5})),
-    'rates that lag': (('velocity_lag', 'all', {'tau': 0.01 * SCAN}),
-                       ('quadratic_drag', 'all', {'d': 0.001})),
+    'a scanned delay': (
+        ('command_delay', 'all', {'delay': 0.007 * SCAN}),
+        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
+    ),
+    'a lag behind a limit': (
+        ('actuator_lag', 'all', {'tau': 0.02}),
+        ('voltage_limit', 'all', {'v': 1.5}),
+    ),
+    'rates that lag': (
+        ('velocity_lag', 'all', {'tau': 0.01 * SCAN}),
+        ('quadratic_drag', 'all', {'d': 0.001}),
+    ),
     'late readings': (('measurement_delay', 'all', {'delay': 0.012 * SCAN}),),
-    'play in the gear': (('backlash', 'all', {'gap': 0.02 * SCAN}),
-                         ('coulomb_friction', 'all', {'c': 0.01})),
-    'play, load and drag': (('backlash', 'all', {'gap': 0.02}),
-                            ('load_dependent_friction', 'all', {'mu': 0.1}),
-                            ('quadratic_drag', 'all', {'d': 0.001 * SCAN}),
-                            ('viscous_friction', 'all', {'b': 0.01})),
-}  # fmt: skip
+    'play in the gear': (
+        ('backlash', 'all', {'gap': 0.02 * SCAN}),
+        ('coulomb_friction', 'all', {'c': 0.01}),
+    ),
+    'play, load and drag': (
+        ('backlash', 'all', {'gap': 0.02}),
+        ('load_dependent_friction', 'all', {'mu': 0.1}),
+        ('quadratic_drag', 'all', {'d': 0.001 * SCAN}),
+        ('viscous_friction', 'all', {'b': 0.01}),
+    ),
+}
 
 
 def windows(robot):
@@ -91,11 +112,18 @@ def test_the_kernel_is_compiled_once_whatever_drives_the_robot():
     robot = load_robot('pendulum')
     given = windows(robot)
     plain = {'q0': given['q0'], 'dq0': given['dq0'], 'inputs': given['inputs'], 'dt': 0.01}
-    bent, scanned, late = (Model(robot, [place(robot, effect, where, **values)
-                                         for effect, where, values in LAWS[name]])
-                           for name in ('friction by load', 'a scanned scale', 'a scanned delay'))
-    for model, windows_of in ((Model(robot), plain), (bent, given), (scanned, given),
-                              (late, plain)):
+    bent, scanned, late = (
+        Model(
+            robot, [place(robot, effect, where, **values) for effect, where, values in LAWS[name]]
+        )
+        for name in ('friction by load', 'a scanned scale', 'a scanned delay')
+    )
+    for model, windows_of in (
+        (Model(robot), plain),
+        (bent, given),
+        (scanned, given),
+        (late, plain),
+    ):
         rollout(model, **windows_of)
     assert len(window_kernel.run.signatures) == 1
 
@@ -110,9 +138,15 @@ def test_joints_come_to_rest_at_their_stops(monkeypatch):
     assert whole[0] == pytest.approx(one[0], abs=1e-9)
 
 
-@pytest.mark.parametrize(('effect', 'where', 'parameter'), [
-    ('backlash', 'elbow', 'gap'), ('command_delay', 'all', 'delay'),
-    ('velocity_lag', 'shoulder', 'tau'), ('measurement_delay', 'all', 'delay')])
+@pytest.mark.parametrize(
+    ('effect', 'where', 'parameter'),
+    [
+        ('backlash', 'elbow', 'gap'),
+        ('command_delay', 'all', 'delay'),
+        ('velocity_lag', 'shoulder', 'tau'),
+        ('measurement_delay', 'all', 'delay'),
+    ],
+)
 def test_memories_go_on_from_the_samples_before(effect, where, parameter, monkeypatch):
     robot = load_robot('double_pendulum')
     given = windows(robot)
@@ -129,8 +163,13 @@ def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_he
     given = windows(robot)
     held, periods = np.full((WINDOWS, 4, 1), 2.0), np.full((1, 4), 0.01)
     past = *np.zeros((2, WINDOWS, 4, 1)), held, None, periods
-    model = Model(robot, [place(robot, 'measurement_delay', 'all', delay=0.013 * SCAN),
-                          place(robot, 'command_delay', 'all', delay=0.02)])
+    model = Model(
+        robot,
+        [
+            place(robot, 'measurement_delay', 'all', delay=0.013 * SCAN),
+            place(robot, 'command_delay', 'all', delay=0.02),
+        ],
+    )
     whole, one = both(model, monkeypatch, **given, history=past)
     assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
     assert whole[0] == pytest.approx(one[0], abs=1e-9)
@@ -148,8 +187,13 @@ def test_constants_of_the_body_can_be_scanned(monkeypatch):
 
 def test_laws_of_one_joint_act_there_alone(monkeypatch):
     robot = load_robot('double_pendulum')
-    model = Model(robot, [place(robot, 'quadratic_drag', 'elbow', d=0.01),
-                          place(robot, 'load_dependent_friction', 'shoulder', mu=0.1)])
+    model = Model(
+        robot,
+        [
+            place(robot, 'quadratic_drag', 'elbow', d=0.01),
+            place(robot, 'load_dependent_friction', 'shoulder', mu=0.1),
+        ],
+    )
     whole, one = both(model, monkeypatch, **windows(robot))
     assert whole[0] == pytest.approx(one[0], abs=1e-9)
 

@@ -58,12 +58,21 @@ def refusal(words: list[str], capsys) -> str:
     return line
 
 
-@pytest.mark.parametrize('words', [
-    ['compare', 'bag'], ['check', 'bag'], ['explain', 'bag'], ['next', 'bag'],
-    ['repair', 'bag', '-o', 'out'], ['bag', 'show', 'bag'],
-    ['bag', 'cut', 'bag', '-o', 'new', '--without-outside'],
-    ['learn', '-o', 'run'], ['play', 'policy'], ['add'],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['compare', 'bag'],
+        ['check', 'bag'],
+        ['explain', 'bag'],
+        ['next', 'bag'],
+        ['repair', 'bag', '-o', 'out'],
+        ['bag', 'show', 'bag'],
+        ['bag', 'cut', 'bag', '-o', 'new', '--without-outside'],
+        ['learn', '-o', 'run'],
+        ['play', 'policy'],
+        ['add'],
+    ],
+)
 def test_no_verb_runs_what_a_model_names(words, folder, capsys):
     bag(folder / 'bag', record(PENDULUM, seconds=2))
     if words == ['play', 'policy']:
@@ -148,8 +157,13 @@ def test_nor_do_weights_that_came_over_the_network(folder):
 def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
     recording = record(PENDULUM, seconds=8)
     (episode,) = recording.episodes
-    run = Run(episode.t, recording.joints, episode.q, episode.dq,
-              inputs={'pivot': {'voltage': episode.inputs[:, 0]}})  # fmt: skip
+    run = Run(
+        episode.t,
+        recording.joints,
+        episode.q,
+        episode.dq,
+        inputs={'pivot': {'voltage': episode.inputs[:, 0]}},
+    )
     write_runs(folder / 'bag', [run], {})
     trust('wind.py')
     model = load_model('model.yaml')
@@ -161,15 +175,16 @@ def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
             super().__init__([sys.executable, '-c', ''], **options)
 
     monkeypatch.setattr(job.subprocess, 'Popen', Ended)
-    updates = job.Updates(folder / 'fits', 'model.yaml', 'recommended',
-                          own=effect_words(model.effects))  # fmt: skip
+    updates = job.Updates(
+        folder / 'fits', 'model.yaml', 'recommended', own=effect_words(model.effects)
+    )
     updates.begin([folder / 'bag'])
     updates.stop()
     (folder / 'ran').unlink()
     monkeypatch.undo()
     (command,) = commands
     at = command.index('--effect')
-    refused = subprocess.run([*command[:at], *command[at + 2:]], cwd=folder, capture_output=True)
+    refused = subprocess.run([*command[:at], *command[at + 2 :]], cwd=folder, capture_output=True)
     assert refused.returncode == 2 and b'would run' in refused.stdout and not ran(folder)
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
     assert ran(folder)

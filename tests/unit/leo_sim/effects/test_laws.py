@@ -35,11 +35,18 @@ def test_a_square_of_the_load(w):
     assert mine == pytest.approx(-np.sign(w) * (0.1 * 2.0 + 0.05 * 4.0))
 
 
-@pytest.mark.parametrize(('w', 'motor', 'load', 'share'), [
-    (1.0, 1.5, -0.5, 0.1), (-1.0, 1.5, -0.5, 0.3), (-1.0, -0.2, -0.5, 0.1),
-    (1.0, 0.0, 0.5, 0.3), (0.0, 1.5, -0.5, 0.1), (0.0, 0.2, -0.5, 0.3),
-], ids=['lifts', 'lowers', 'drives down', 'free',
-        'begins to lift', 'begins to yield'])  # fmt: skip
+@pytest.mark.parametrize(
+    ('w', 'motor', 'load', 'share'),
+    [
+        (1.0, 1.5, -0.5, 0.1),
+        (-1.0, 1.5, -0.5, 0.3),
+        (-1.0, -0.2, -0.5, 0.1),
+        (1.0, 0.0, 0.5, 0.3),
+        (0.0, 1.5, -0.5, 0.1),
+        (0.0, 0.2, -0.5, 0.3),
+    ],
+    ids=['lifts', 'lowers', 'drives down', 'free', 'begins to lift', 'begins to yield'],
+)
 def test_the_motor_drives_or_is_driven(w, motor, load, share):
     mine = friction('directional_load_friction', w, motor, load, mu=0.1, mu_back=0.3)
     assert abs(mine) == pytest.approx(share * abs(motor - load))
@@ -55,6 +62,8 @@ def test_a_push_undoes_a_dead_band():
     dead = place(TORQUE, 'voltage_deadband', 'all', v=PUSH)
     both = Model(TORQUE, [dead, place(TORQUE, 'voltage_push', 'all', v=PUSH)])
     kept = np.where(np.abs(inputs) > PUSH, inputs, 0.0)
-    plain, after = (rollout(m, [[0.1]], [[0.0]], u, 0.01)[0]
-                    for m, u in ((Model(TORQUE), kept), (both, inputs)))  # fmt: skip
+    plain, after = (
+        rollout(m, [[0.1]], [[0.0]], u, 0.01)[0]
+        for m, u in ((Model(TORQUE), kept), (both, inputs))
+    )
     np.testing.assert_allclose(after, plain, atol=1e-12)

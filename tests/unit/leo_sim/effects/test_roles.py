@@ -16,10 +16,15 @@ from leo_sim.effects.base import ROLES, with_roles
 
 ROBOTS = [load_robot(name) for name in ('pendulum', 'torque_pendulum', 'leo')]
 PLACED = [
-    pytest.param(effect, effect.parameters_for(robot, effect.places(robot)),
-                 id=f'{effect.name}-{robot.name}')
-    for robot in ROBOTS for effect in EFFECTS.values() if effect.applies(robot)
-]  # fmt: skip
+    pytest.param(
+        effect,
+        effect.parameters_for(robot, effect.places(robot)),
+        id=f'{effect.name}-{robot.name}',
+    )
+    for robot in ROBOTS
+    for effect in EFFECTS.values()
+    if effect.applies(robot)
+]
 UNTOLD = ('quadratic_load_friction', 'voltage_push')
 """No unit tells that a square is an amplitude too, or that volts are added and not cut off."""
 
@@ -31,8 +36,9 @@ def test_every_parameter_of_the_catalogue_declares_its_role(effect, parameters):
     assert with_roles(effect, parameters) == parameters
 
 
-@pytest.mark.parametrize(('effect', 'parameters'), [
-    case for case in PLACED if case.values[0].name not in UNTOLD])
+@pytest.mark.parametrize(
+    ('effect', 'parameters'), [case for case in PLACED if case.values[0].name not in UNTOLD]
+)
 def test_without_roles_an_effect_is_scanned_as_before(effect, parameters):
     """A user's effect that declares none is read by its units as the catalogue declares."""
     bare = tuple(replace(p, role='', linear=True) for p in parameters)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What of a model each format holds, and what is said of the rest."""
+
 import pytest
 
 from leo_sim.effects import place
@@ -8,17 +9,31 @@ from leo_sim.export.urdf import urdf
 from leo_sim.model import Model
 
 IN_BOTH = {'viscous_friction': {'b': 0.1}, 'coulomb_friction': {'c': 0.1}, 'link_mass': {'m': 0.1}}
-IN_MJCF = {'joint_spring': {'k': 1.0, 'rest': 0.2}, 'bias_torque': {'t': 0.1},
-           'armature': {'J': 0.1}, 'back_emf_scale': {'k': 2.0}, 'voltage_limit': {'v': 2.0},
-           'actuator_lag': {'tau': 0.1}, 'encoder_offset': {'o': 0.1}}
-IN_NONE = {'quadratic_drag': {'d': 0.1}, 'torque_ripple': {'a': 0.1, 'n': 3.0},
-           'load_dependent_friction': {'mu': 0.1}, 'backlash': {'gap': 0.1},
-           'stribeck_load_friction': {'mu': 0.1, 'mu_static': 0.2, 'v_s': 0.1},
-           'quadratic_load_friction': {'mu': 0.1, 'mu2': 0.1},
-           'directional_load_friction': {'mu': 0.1, 'mu_back': 0.1}, 'voltage_push': {'v': 0.1},
-           'command_delay': {'delay': 0.1}, 'voltage_deadband': {'v': 1.0},
-           'external_force': {'z': 1.0}, 'encoder_scale': {'k': 1.1},
-           'velocity_lag': {'tau': 0.1}, 'measurement_delay': {'delay': 0.1}}
+IN_MJCF = {
+    'joint_spring': {'k': 1.0, 'rest': 0.2},
+    'bias_torque': {'t': 0.1},
+    'armature': {'J': 0.1},
+    'back_emf_scale': {'k': 2.0},
+    'voltage_limit': {'v': 2.0},
+    'actuator_lag': {'tau': 0.1},
+    'encoder_offset': {'o': 0.1},
+}
+IN_NONE = {
+    'quadratic_drag': {'d': 0.1},
+    'torque_ripple': {'a': 0.1, 'n': 3.0},
+    'load_dependent_friction': {'mu': 0.1},
+    'backlash': {'gap': 0.1},
+    'stribeck_load_friction': {'mu': 0.1, 'mu_static': 0.2, 'v_s': 0.1},
+    'quadratic_load_friction': {'mu': 0.1, 'mu2': 0.1},
+    'directional_load_friction': {'mu': 0.1, 'mu_back': 0.1},
+    'voltage_push': {'v': 0.1},
+    'command_delay': {'delay': 0.1},
+    'voltage_deadband': {'v': 1.0},
+    'external_force': {'z': 1.0},
+    'encoder_scale': {'k': 1.1},
+    'velocity_lag': {'tau': 0.1},
+    'measurement_delay': {'delay': 0.1},
+}
 
 
 def sorted_out(name, parameters, format_name, robot='servo_pendulum'):
@@ -65,13 +80,15 @@ def test_a_constant_torque_needs_a_motor():
 
 def test_urdf_has_friction_inertia_and_the_strength_of_the_motor():
     model = Model('servo_pendulum', engine='rigid')
-    model = model.changed(effects=[place(model.robot, name, 'all', **values)
-                                   for name, values in IN_BOTH.items()])
+    model = model.changed(
+        effects=[place(model.robot, name, 'all', **values) for name, values in IN_BOTH.items()]
+    )
     root = urdf(held(model, 'URDF').model)
     joint = root.find('joint')
     assert joint.find('dynamics').attrib == {'damping': '0.1', 'friction': '0.1'}
-    assert float(root.find("link[@name='weight']/inertial/mass").get('value')) == \
-        pytest.approx(0.59)
+    assert float(root.find("link[@name='weight']/inertial/mass").get('value')) == pytest.approx(
+        0.59
+    )
     assert root.find("link[@name='base']/inertial") is None
     assert float(joint.find('limit').get('effort')) == pytest.approx(0.354 * 7.4 / 3.4)
     assert float(joint.find('limit').get('velocity')) == pytest.approx(7.4 / 0.354)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plain MuJoCo plays an exported model as the model itself moves."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -20,14 +21,21 @@ SPRING = (('joint_spring', {'k': 0.2, 'rest': 0.4}), ('encoder_offset', {'o': 0.
 VOLTS = (('back_emf_scale', {'k': 1.4}), ('voltage_scale', {'k': 0.9}))
 SLOW = (('actuator_lag', {'tau': 0.03}), ('bias_torque', {'t': 0.02}))
 SINGLE = {
-    'pendulum': (FRICTION[:0], (('viscous_friction', {'b': 1e-5}),),
-                 (('coulomb_friction', {'c': 5e-4}), ('armature', {'J': 5e-5})), VOLTS),
+    'pendulum': (
+        FRICTION[:0],
+        (('viscous_friction', {'b': 1e-5}),),
+        (('coulomb_friction', {'c': 5e-4}), ('armature', {'J': 5e-5})),
+        VOLTS,
+    ),
     'servo_pendulum': (FRICTION, MOTOR, SPRING, VOLTS, SLOW, (('voltage_limit', {'v': 3.0}),)),
     'torque_pendulum': (FRICTION, MOTOR, SPRING, SLOW),
     'xl330_pendulum': (FRICTION, MOTOR, SPRING, VOLTS),
 }
-BODIES = {'link_mass': {'m': 0.2}, 'link_com': {'x': 0.01, 'z': -0.02},
-          'link_inertia': {'I': 0.002}}
+BODIES = {
+    'link_mass': {'m': 0.2},
+    'link_com': {'x': 0.01, 'z': -0.02},
+    'link_inertia': {'I': 0.002},
+}
 CASES = [(robot, effects) for robot, all_of in SINGLE.items() for effects in all_of]
 
 
@@ -74,11 +82,16 @@ def by_mujoco(model, state, inputs, held_base=False):
 def apart(ours, theirs):
     """The largest rms difference of a joint, as a share of how far it moves (its rate changes)."""
     moved = np.maximum(np.std(ours, axis=0), 1e-3 * np.std(ours, axis=0).max())
-    return float(np.max(np.sqrt(np.mean((theirs - ours)**2, axis=0)) / moved))
+    return float(np.max(np.sqrt(np.mean((theirs - ours) ** 2, axis=0)) / moved))
 
 
-@pytest.mark.parametrize(('robot', 'effects'), CASES, ids=lambda value: value if isinstance(
-    value, str) else '+'.join(name for name, _ in value) or 'ideal')
+@pytest.mark.parametrize(
+    ('robot', 'effects'),
+    CASES,
+    ids=lambda value: (
+        value if isinstance(value, str) else '+'.join(name for name, _ in value) or 'ideal'
+    ),
+)
 def test_one_joint(robot, effects):
     model = with_effects(robot, effects)
     state = model.state_from([0.6], [0.0])
@@ -98,9 +111,14 @@ def test_a_changed_body(body):
 
 
 def test_two_joints():
-    effects = [('viscous_friction', {'b': 0.01}), ('coulomb_friction', {'c': 0.05}),
-               ('armature', {'J': 0.005}), ('joint_spring', {'k': 0.5}),
-               ('link_mass', {'m': 0.1}), ('torque_scale', {'k': 0.8})]
+    effects = [
+        ('viscous_friction', {'b': 0.01}),
+        ('coulomb_friction', {'c': 0.05}),
+        ('armature', {'J': 0.005}),
+        ('joint_spring', {'k': 0.5}),
+        ('link_mass', {'m': 0.1}),
+        ('torque_scale', {'k': 0.8}),
+    ]
     model = with_effects('double_pendulum', effects)
     state = model.state_from([0.5, -0.3], [0.0, 0.0])
     inputs = commands(model, round(1.0 / model.robot.control_period), 0.3)
@@ -110,12 +128,25 @@ def test_two_joints():
 def test_leo_hanging():
     robot = Model('leo').robot
     legs = [name for name in robot.joint_names if name.startswith(('left', 'right'))]
-    model = Model(robot, engine='rigid', scheme='search', held=True, effects=[
-        place(robot, 'viscous_friction', legs, b=0.05),
-        place(robot, 'coulomb_friction', legs, c=0.05),
-        place(robot, 'back_emf_scale', legs, k=1.2), place(robot, 'link_mass', 'torso', m=0.3)])
+    model = Model(
+        robot,
+        engine='rigid',
+        scheme='search',
+        held=True,
+        effects=[
+            place(robot, 'viscous_friction', legs, b=0.05),
+            place(robot, 'coulomb_friction', legs, c=0.05),
+            place(robot, 'back_emf_scale', legs, k=1.2),
+            place(robot, 'link_mass', 'torso', m=0.3),
+        ],
+    )
     state = replace(model.start('hanging'), q=np.array([0, 0.6, 0, 0.3, 0.2, -0.7, -0.9, 0, 0]))
     inputs = commands(model, round(1.0 / robot.control_period), 0.3)
-    ours, theirs = (played[:, 3:9] for played in (
-        by_model(model, state, inputs), by_mujoco(model, state, inputs, held_base=True)))
+    ours, theirs = (
+        played[:, 3:9]
+        for played in (
+            by_model(model, state, inputs),
+            by_mujoco(model, state, inputs, held_base=True),
+        )
+    )
     assert apart(ours, theirs) < CLOSE

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Batched rollouts: scans, uneven times, histories, constants."""
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -20,19 +21,22 @@ def scanned(*values):
     return np.array(values)[:, None, None]
 
 
-@pytest.mark.parametrize(('effect', 'where', 'name', 'values'), [
-    ('viscous_friction', 'pivot', 'b', (0.0, 1e-5, 1e-4)),
-    ('command_delay', 'pivot', 'delay', (0.0, 0.004, 0.03)),
-    ('actuator_lag', 'pivot', 'tau', (0.0, 0.01, 0.1)),
-    ('backlash', 'pivot', 'gap', (0.0, 0.01, 0.1)),
-    ('stribeck_friction', 'pivot', 'c_static', (0.0, 1e-3, 3e-3)),
-    ('link_mass', 'bob', 'm', (0.0, 0.01, 0.04)),
-    ('external_force', 'bob', 'x', (0.0, -0.1, 0.2)),
-    ('encoder_offset', 'pivot', 'o', (0.0, -0.1, 0.2)),
-    ('encoder_scale', 'pivot', 'k', (1.0, 0.9, 1.2)),
-    ('velocity_lag', 'pivot', 'tau', (0.0, 0.004, 0.05)),
-    ('measurement_delay', 'pivot', 'delay', (0.0, 0.004, 0.03)),
-])
+@pytest.mark.parametrize(
+    ('effect', 'where', 'name', 'values'),
+    [
+        ('viscous_friction', 'pivot', 'b', (0.0, 1e-5, 1e-4)),
+        ('command_delay', 'pivot', 'delay', (0.0, 0.004, 0.03)),
+        ('actuator_lag', 'pivot', 'tau', (0.0, 0.01, 0.1)),
+        ('backlash', 'pivot', 'gap', (0.0, 0.01, 0.1)),
+        ('stribeck_friction', 'pivot', 'c_static', (0.0, 1e-3, 3e-3)),
+        ('link_mass', 'bob', 'm', (0.0, 0.01, 0.04)),
+        ('external_force', 'bob', 'x', (0.0, -0.1, 0.2)),
+        ('encoder_offset', 'pivot', 'o', (0.0, -0.1, 0.2)),
+        ('encoder_scale', 'pivot', 'k', (1.0, 0.9, 1.2)),
+        ('velocity_lag', 'pivot', 'tau', (0.0, 0.004, 0.05)),
+        ('measurement_delay', 'pivot', 'delay', (0.0, 0.004, 0.03)),
+    ],
+)
 def test_a_scan_equals_its_single_runs(effect, where, name, values):
     scan = Model(ROBOT, [place(ROBOT, effect, where, **{name: scanned(*values)})])
     q, dq = rollout(scan, Q0, DQ0, INPUTS, DT)
@@ -44,8 +48,16 @@ def test_a_scan_equals_its_single_runs(effect, where, name, values):
         assert dq[i] == pytest.approx(one_dq, abs=1e-9)
 
 
-@pytest.mark.parametrize('path', ['actuators.pivot.resistance', 'links.bob.mass', 'gravity',
-                                  'joints.pivot.damping', 'actuators.pivot.rotor_inertia'])
+@pytest.mark.parametrize(
+    'path',
+    [
+        'actuators.pivot.resistance',
+        'links.bob.mass',
+        'gravity',
+        'joints.pivot.damping',
+        'actuators.pivot.rotor_inertia',
+    ],
+)
 def test_constants_can_be_scanned(path):
     values = ROBOT.constants[path].value * np.array([1.0, 1.3])
     q, _ = rollout(Model(ROBOT, constants={path: scanned(*values)}), Q0, DQ0, INPUTS, DT)
@@ -56,9 +68,11 @@ def test_constants_can_be_scanned(path):
 
 
 def test_measured_start_is_returned_unchanged():
-    effects = [place(ROBOT, 'encoder_offset', 'pivot', o=0.2),
-               place(ROBOT, 'encoder_scale', 'pivot', k=1.1),
-               place(ROBOT, 'velocity_lag', 'pivot', tau=0.02)]
+    effects = [
+        place(ROBOT, 'encoder_offset', 'pivot', o=0.2),
+        place(ROBOT, 'encoder_scale', 'pivot', k=1.1),
+        place(ROBOT, 'velocity_lag', 'pivot', tau=0.02),
+    ]
     model = Model(ROBOT, effects, constants={'gravity': 9.7})
     past = (Q0[:, None], DQ0[:, None], INPUTS[:, :1], None, np.full((4, 1), 0.01))
     for history in (None, past):
@@ -80,17 +94,22 @@ def test_a_lagging_rate_is_a_filtered_one():
     tau, h = 0.03, 1e-3
     lag = Model(ROBOT, [place(ROBOT, 'velocity_lag', 'pivot', tau=tau)])
     inputs = np.repeat(INPUTS[:1], 20, axis=1)
-    true, read = (rollout(m, [[2.0]], [[3.0]], inputs, h)[1][0, :, 0]
-                  for m in (Model(ROBOT), lag))
+    true, read = (rollout(m, [[2.0]], [[3.0]], inputs, h)[1][0, :, 0] for m in (Model(ROBOT), lag))
     expected = lfilter([1 - np.exp(-h / tau)], [1, -np.exp(-h / tau)], true - true[0]) + true[0]
     assert read == pytest.approx(expected, abs=2e-2 * np.ptp(true))
     assert np.ptp(read - true) > 0.1
 
 
-@pytest.mark.parametrize(('effect', 'values', 'exact'), [
-    ('command_delay', {'delay': 0.013}, 1e-9), ('actuator_lag', {'tau': 0.02}, 1e-9),
-    ('backlash', {'gap': 0.1}, 0.2), ('velocity_lag', {'tau': 0.02}, 0.02),
-    ('measurement_delay', {'delay': 0.013}, 0.1)])
+@pytest.mark.parametrize(
+    ('effect', 'values', 'exact'),
+    [
+        ('command_delay', {'delay': 0.013}, 1e-9),
+        ('actuator_lag', {'tau': 0.02}, 1e-9),
+        ('backlash', {'gap': 0.1}, 0.2),
+        ('velocity_lag', {'tau': 0.02}, 0.02),
+        ('measurement_delay', {'delay': 0.013}, 0.1),
+    ],
+)
 @pytest.mark.parametrize('robot', [ROBOT, ARM], ids=['pendulum', 'double_pendulum'])
 def test_history_warms_up_what_effects_remember(effect, values, exact, robot):
     """A window with the samples before it goes on like the run it was cut from."""

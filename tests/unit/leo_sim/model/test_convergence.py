@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The integration steps of the shipped robots: error of one control step against a tenth."""
+
 import numpy as np
 import pytest
 
@@ -8,9 +9,13 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
-FRICTION = {'pendulum': 1e-3, 'torque_pendulum': 0.1, 'servo_pendulum': 0.02,
-            'xl330_pendulum': 0.02,
-            'double_pendulum': 0.1}
+FRICTION = {
+    'pendulum': 1e-3,
+    'torque_pendulum': 0.1,
+    'servo_pendulum': 0.02,
+    'xl330_pendulum': 0.02,
+    'double_pendulum': 0.1,
+}
 
 
 def errors(robot, effects=(), factor=10):
@@ -19,10 +24,12 @@ def errors(robot, effects=(), factor=10):
     q, dq = (rng.uniform(-bound, bound, (300, len(robot.joint_names))) for bound in (np.pi, 9))
     inputs = rng.uniform(-1, 1, (300, 1, len(robot.limits))) * robot.limits
     step = robot.integration_step
-    coarse, fine = (rollout(Model(robot, effects, integration_step=h), q, dq, inputs,
-                            robot.control_period) for h in (step, step / factor))
+    coarse, fine = (
+        rollout(Model(robot, effects, integration_step=h), q, dq, inputs, robot.control_period)
+        for h in (step, step / factor)
+    )
     wrong = [np.abs(a - b)[:, -1] for a, b in zip(coarse, fine, strict=True)]
-    return [(np.sqrt(np.mean(w ** 2)), w.max()) for w in wrong]
+    return [(np.sqrt(np.mean(w**2)), w.max()) for w in wrong]
 
 
 @pytest.mark.parametrize('name', FRICTION)
@@ -50,6 +57,8 @@ RUNS = {'pendulum': ([2.5], [10.0], [-3.0]), 'double_pendulum': ([0.5, 1.0], [4.
 @pytest.mark.parametrize('name', RUNS)
 def test_error_falls_with_the_square_of_the_step(name):
     q, dq, u = (np.array([row]) for row in RUNS[name])
-    runs = [rollout(Model(name, integration_step=h), q, dq, u[None], 0.05)[1][0, -1, -1]
-            for h in (0.01, 0.005, 1e-4)]
+    runs = [
+        rollout(Model(name, integration_step=h), q, dq, u[None], 0.05)[1][0, -1, -1]
+        for h in (0.01, 0.005, 1e-4)
+    ]
     assert abs(runs[0] - runs[2]) / abs(runs[1] - runs[2]) == pytest.approx(4.0, rel=0.1)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """MuJoCo as an engine: the same robots, laws and ground, stepped another way."""
+
 import sys
 
 import numpy as np
@@ -41,12 +42,21 @@ start_poses: {nominal: {angles: {base_z: 0.1}}}
 
 def ball(tmp_path):
     """3 kg on a sphere over the ground."""
-    x = SLIDE.format(name='base_x', kind='prismatic', parent='world', child='slide_x',
-                     axis='1 0 0', mass='1e-6')
-    z = SLIDE.format(name='base_z', kind='prismatic', parent='slide_x', child='slide_z',
-                     axis='0 0 1', mass='1e-6')
-    pitch = ('<joint name="pitch" type="continuous"><parent link="slide_z"/>'
-             '<child link="ball"/><axis xyz="0 -1 0"/></joint>')
+    x = SLIDE.format(
+        name='base_x', kind='prismatic', parent='world', child='slide_x', axis='1 0 0', mass='1e-6'
+    )
+    z = SLIDE.format(
+        name='base_z',
+        kind='prismatic',
+        parent='slide_x',
+        child='slide_z',
+        axis='0 0 1',
+        mass='1e-6',
+    )
+    pitch = (
+        '<joint name="pitch" type="continuous"><parent link="slide_z"/>'
+        '<child link="ball"/><axis xyz="0 -1 0"/></joint>'
+    )
     (tmp_path / 'robot.urdf').write_text(BALL.format(slides=x + z + pitch))
     (tmp_path / 'robot.yaml').write_text(YAML)
     return load_robot(tmp_path)
@@ -60,8 +70,15 @@ def run(model, state, inputs, dt):
 
 
 def airborne(rng):
-    q = np.concatenate([[0, 1], rng.uniform(-0.5, 0.5, 1), rng.uniform(0, 1, 2),
-                        rng.uniform(-1.5, -0.2, 2), rng.uniform(-0.8, 0.8, 2)])
+    q = np.concatenate(
+        [
+            [0, 1],
+            rng.uniform(-0.5, 0.5, 1),
+            rng.uniform(0, 1, 2),
+            rng.uniform(-1.5, -0.2, 2),
+            rng.uniform(-0.8, 0.8, 2),
+        ]
+    )
     return State(q, rng.normal(0, 3, 9))
 
 
@@ -106,17 +123,21 @@ def test_on_the_ground_it_is_near_the_other_engines():
     assert np.sqrt(np.mean(np.square(off)) / np.mean(np.square(moved))) < 0.04
 
 
-@pytest.mark.parametrize('effect', [
-    ('link_mass', 'torso', {'m': 0.3}),
-    ('link_com', 'left_thigh', {'x': 0.02, 'z': 0.0}),
-    ('external_force', 'torso', {'x': 3.0, 'z': 0.0}),
-    ('viscous_friction', 'all', {'b': 0.05}),
-    ('joint_spring', 'left_hip', {'k': 2.0, 'rest': 1.0}),
-    ('torque_scale', 'right_knee', {'k': 0.7}),
-    ('armature', 'left_ankle', {'J': 0.02}),
-    ('voltage_limit', 'left_hip', {'v': 2.0}),
-    ('command_delay', 'left_hip', {'delay': 0.01}),
-], ids=lambda e: e[0])
+@pytest.mark.parametrize(
+    'effect',
+    [
+        ('link_mass', 'torso', {'m': 0.3}),
+        ('link_com', 'left_thigh', {'x': 0.02, 'z': 0.0}),
+        ('external_force', 'torso', {'x': 3.0, 'z': 0.0}),
+        ('viscous_friction', 'all', {'b': 0.05}),
+        ('joint_spring', 'left_hip', {'k': 2.0, 'rest': 1.0}),
+        ('torque_scale', 'right_knee', {'k': 0.7}),
+        ('armature', 'left_ankle', {'J': 0.02}),
+        ('voltage_limit', 'left_hip', {'v': 2.0}),
+        ('command_delay', 'left_hip', {'delay': 0.01}),
+    ],
+    ids=lambda e: e[0],
+)
 def test_effects_do_what_they_do_elsewhere(effect):
     name, where, values = effect
     where = [a.joint for a in LEO.actuators] if where == 'all' else where
@@ -124,8 +145,10 @@ def test_effects_do_what_they_do_elsewhere(effect):
     state, volts = airborne(np.random.default_rng(1)), np.full(6, 6.0)
     change = []
     for engine, step in (('rigid', None), ('mujoco', 2e-4)):
-        plain, changed = (Model(LEO, e, engine=engine, integration_step=step)
-                          .step(state, volts, 0.03) for e in ((), placed))
+        plain, changed = (
+            Model(LEO, e, engine=engine, integration_step=step).step(state, volts, 0.03)
+            for e in ((), placed)
+        )
         change.append(np.concatenate([changed.q - plain.q, changed.dq - plain.dq]))
     assert np.abs(change[0]).max() > 1e-3
     assert change[1] == pytest.approx(change[0], abs=0.1 * np.abs(change[0]).max())
@@ -155,9 +178,14 @@ def test_steps_are_pure_in_contact_too():
             assert following.dq.tolist() == states[k + 1].dq.tolist()
 
 
-@pytest.mark.parametrize(('name', 'values'), [
-    ('backlash', {'gap': 0.02}), ('load_dependent_friction', {'mu': 0.1}),
-    ('quadratic_load_friction', {'mu2': 0.1})])
+@pytest.mark.parametrize(
+    ('name', 'values'),
+    [
+        ('backlash', {'gap': 0.02}),
+        ('load_dependent_friction', {'mu': 0.1}),
+        ('quadratic_load_friction', {'mu2': 0.1}),
+    ],
+)
 def test_what_it_does_not_know_is_said(name, values):
     robot = load_robot('leo_ode')
     model = Model(robot, (place(robot, name, 'left_hip', **values),), engine='mujoco')

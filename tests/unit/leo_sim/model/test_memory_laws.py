@@ -50,10 +50,16 @@ def test_a_later_window_knows_the_time_and_the_path(robot, kind):
     made, inputs = model(robot, kind, engine='rigid'), steps(robot, 3.0, 3)
     q, dq = stepped(made, inputs)
     first = 200
-    past = (q[None, :first], dq[None, :first], inputs[None, :first], None,
-            np.full((1, first), DT))  # fmt: skip
-    along, _ = rollout(made, q[None, first], dq[None, first], inputs[None, first:], DT,
-                       history=past, start=np.array([first * DT]))  # fmt: skip
+    past = (q[None, :first], dq[None, :first], inputs[None, :first], None, np.full((1, first), DT))
+    along, _ = rollout(
+        made,
+        q[None, first],
+        dq[None, first],
+        inputs[None, first:],
+        DT,
+        history=past,
+        start=np.array([first * DT]),
+    )
     fresh, _ = rollout(made, q[None, first], dq[None, first], inputs[None, first:], DT)
     missed = np.abs(fresh[0] - q[first:]).max()
     assert missed > 1e-3

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot whose joints mimic each other is stepped as one with fewer coordinates."""
+
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,8 +31,10 @@ def test_both_fingers_weigh(tmp_path):
 
 @pytest.mark.parametrize('engine', ['pybullet', 'rigid', 'rk4'])
 def test_every_engine_keeps_the_energy_of_a_claw_without_friction(tmp_path, engine):
-    robot = made(tmp_path, CLAW.replace('<dynamics damping="0.004"/>', '').replace(
-        '<dynamics damping="0.002"/>', ''))
+    robot = made(
+        tmp_path,
+        CLAW.replace('<dynamics damping="0.004"/>', '').replace('<dynamics damping="0.002"/>', ''),
+    )
     model = Model(robot, engine=engine, integration_step=1e-4)
     state = model.start()
     state = replace(state, dq=np.array([3.0, -2.0]))
@@ -67,12 +70,19 @@ def test_mujoco_and_its_file_have_no_mimics_and_say_what_to_do(tmp_path, capsys)
     assert load_robot(tmp_path / 'again').joint_names == ('left',)
 
 
-@pytest.mark.parametrize(('old', 'new', 'said'), [
-    ('actuators:', 'sensors: {right: {}}\nactuators:', "sensors: 'right' mimics 'left'"),
-    ('base: fixed', 'base: fixed\ncontacts: {tip: {link: l, x: 0, z: 0, radius: 0.01}}\nground: '
-     '{stiffness: {value: 1000, unit: N/m}, damping: {value: 1, unit: N s/m}, '
-     "friction: {value: 1, unit: ''}}", "contacts: 'right' mimics another joint"),
-])
+@pytest.mark.parametrize(
+    ('old', 'new', 'said'),
+    [
+        ('actuators:', 'sensors: {right: {}}\nactuators:', "sensors: 'right' mimics 'left'"),
+        (
+            'base: fixed',
+            'base: fixed\ncontacts: {tip: {link: l, x: 0, z: 0, radius: 0.01}}\nground: '
+            '{stiffness: {value: 1000, unit: N/m}, damping: {value: 1, unit: N s/m}, '
+            "friction: {value: 1, unit: ''}}",
+            "contacts: 'right' mimics another joint",
+        ),
+    ],
+)
 def test_what_it_cannot_have_is_one_line(tmp_path, old, new, said):
     made(tmp_path, SLIDES)
     path = tmp_path / 'robot' / 'robot.yaml'

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model files: round trip, and one clear line for whatever is wrong in one."""
+
 from pathlib import Path
 import re
 import shutil
@@ -16,8 +17,11 @@ from leo_sim.model import Model
 from leo_sim.model.model_file import load_effects, load_model, save_model, write_effects
 
 ROBOT = load_robot('pendulum')
-FRICTION = {'name': 'viscous_friction', 'where': 'pivot',
-            'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad', 'ci95': [9e-6, 1.1e-5]}}}
+FRICTION = {
+    'name': 'viscous_friction',
+    'where': 'pivot',
+    'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad', 'ci95': [9e-6, 1.1e-5]}},
+}
 USER_EFFECT = """
 from leo_sim.effects import Effect, Parameter
 class Wind(Effect):
@@ -38,9 +42,13 @@ def write(tmp_path, **content):
 
 def test_everything_survives_a_round_trip(tmp_path):
     resistance = 'actuators.pivot.resistance'
-    path = write(tmp_path, effects=[FRICTION], difference_model='difference.safetensors',
-                 constants={resistance: {'value': 9.0, 'unit': 'ohm', 'uncertain': [8, 11]}},
-                 history=[{'added': 'viscous_friction:pivot', 'bags': ['a'], 'error': 0.1}])
+    path = write(
+        tmp_path,
+        effects=[FRICTION],
+        difference_model='difference.safetensors',
+        constants={resistance: {'value': 9.0, 'unit': 'ohm', 'uncertain': [8, 11]}},
+        history=[{'added': 'viscous_friction:pivot', 'bags': ['a'], 'error': 0.1}],
+    )
     first = load_model(path)
     second = load_model(save_model(tmp_path / 'copy.yaml', first))
     for model in (first, second):
@@ -61,22 +69,27 @@ def test_every_effect_can_be_written_and_read(tmp_path, name):
 
 
 def test_limits_are_read_and_written(tmp_path):
-    limits = {'link_mass:bob.m': {'range': [-0.01, 0.05], 'unit': 'kg'},
-              'coulomb_friction.c': {'range': [0.0, 0.002], 'unit': 'N m'}}
+    limits = {
+        'link_mass:bob.m': {'range': [-0.01, 0.05], 'unit': 'kg'},
+        'coulomb_friction.c': {'range': [0.0, 0.002], 'unit': 'N m'},
+    }
     first = load_model(write(tmp_path, limits=limits))
     second = load_model(save_model(tmp_path / 'copy.yaml', first))
     for model in (first, second, first.changed(engine='rigid')):
         assert model.limits == {key: tuple(limit['range']) for key, limit in limits.items()}
 
 
-@pytest.mark.parametrize(('key', 'limit', 'words'), [
-    ('coulomb_fricton.c', ([0.0, 1.0], 'N m'), 'did you mean coulomb_friction'),
-    ('coulomb_friction.k', ([0.0, 1.0], 'N m'), "has no 'k'"),
-    ('coulomb_friction:bob.c', ([0.0, 1.0], 'N m'), 'does not act there; known: pivot'),
-    ('coulomb_friction.c', ([0.0, 1.0], 'Nm'), "the unit is 'N m', found 'Nm'"),
-    ('coulomb_friction.c', ([1.0, 0.0], 'N m'), 'no range'),
-    ('torque_scale.k', ([1.1, 2.0], ''), 'which is no effect'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('key', 'limit', 'words'),
+    [
+        ('coulomb_fricton.c', ([0.0, 1.0], 'N m'), 'did you mean coulomb_friction'),
+        ('coulomb_friction.k', ([0.0, 1.0], 'N m'), "has no 'k'"),
+        ('coulomb_friction:bob.c', ([0.0, 1.0], 'N m'), 'does not act there; known: pivot'),
+        ('coulomb_friction.c', ([0.0, 1.0], 'Nm'), "the unit is 'N m', found 'Nm'"),
+        ('coulomb_friction.c', ([1.0, 0.0], 'N m'), 'no range'),
+        ('torque_scale.k', ([1.1, 2.0], ''), 'which is no effect'),
+    ],
+)
 def test_limits_that_are_none_are_refused(tmp_path, key, limit, words):
     ends, unit = limit
     path = write(tmp_path, limits={key: {'range': ends, 'unit': unit}})
@@ -143,8 +156,9 @@ def test_an_effect_of_the_user(tmp_path):
     trust(str(tmp_path / 'wind.py'))
     wind = {'name': 'wind.py', 'where': 'all', 'parameters': {'w': {'value': 1e-3, 'unit': 'N m'}}}
     model = load_model(write(tmp_path, effects=[wind]))
-    still, blown = (m.step(m.state_from([3.1], [0.0]), [0.0], 0.05).dq[0]
-                    for m in (Model(ROBOT), model))
+    still, blown = (
+        m.step(m.state_from([3.1], [0.0]), [0.0], 0.05).dq[0] for m in (Model(ROBOT), model)
+    )
     assert blown - still == pytest.approx(1e-3 * 0.05 / 0.000191, rel=0.1)
     assert load_model(save_model(tmp_path / 'copy.yaml', model)).effects[0].effect.name == 'wind'
     assert yaml.safe_load((tmp_path / 'copy.yaml').read_text())['effects'][0]['name'] == 'wind.py'
@@ -168,21 +182,28 @@ def parameter(**changes):
     return {'b': {'value': 1e-5, 'unit': 'N m s/rad', **changes}}
 
 
-@pytest.mark.parametrize(('content', 'said'), [
-    ({'effects': entry(name='viscous_frction')}, ['effects[0]', 'viscous_friction?']),
-    ({'effects': entry(where='elbow')}, ['effects[0]', "'elbow'", 'pivot']),
-    ({'effects': entry(parameters=parameter(unit='N m'))},
-     ['viscous_friction.b', "'N m s/rad'", "'N m'"]),
-    ({'effects': entry(parameters=parameter(value=-1.0))}, ['viscous_friction.b', '-1']),
-    ({'effects': entry(parameters={'mu': {'value': 1, 'unit': ''}})}, ["'mu'", 'it has: b']),
-    ({'effects': entry(parameters={'b': {'value': 1}})},
-     ['effects.0.parameters.b.unit', 'missing']),
-    ({'effects': entry(parameters=parameter(value='much'))}, ['effects.0.parameters.b.value']),
-    ({'robot': 'pendulm'}, ["'pendulm'", 'pendulum?']),
-    ({'colour': 'red'}, ['colour', 'unknown key']),
-    ({'constants': {'links.bob.mas': {'value': 1, 'unit': 'kg'}}}, ['links.bob.mass?']),
-    ({'constants': {'links.bob.mass': {'value': 1, 'unit': 'g'}}}, ["'kg'", "'g'"]),
-])
+@pytest.mark.parametrize(
+    ('content', 'said'),
+    [
+        ({'effects': entry(name='viscous_frction')}, ['effects[0]', 'viscous_friction?']),
+        ({'effects': entry(where='elbow')}, ['effects[0]', "'elbow'", 'pivot']),
+        (
+            {'effects': entry(parameters=parameter(unit='N m'))},
+            ['viscous_friction.b', "'N m s/rad'", "'N m'"],
+        ),
+        ({'effects': entry(parameters=parameter(value=-1.0))}, ['viscous_friction.b', '-1']),
+        ({'effects': entry(parameters={'mu': {'value': 1, 'unit': ''}})}, ["'mu'", 'it has: b']),
+        (
+            {'effects': entry(parameters={'b': {'value': 1}})},
+            ['effects.0.parameters.b.unit', 'missing'],
+        ),
+        ({'effects': entry(parameters=parameter(value='much'))}, ['effects.0.parameters.b.value']),
+        ({'robot': 'pendulm'}, ["'pendulm'", 'pendulum?']),
+        ({'colour': 'red'}, ['colour', 'unknown key']),
+        ({'constants': {'links.bob.mas': {'value': 1, 'unit': 'kg'}}}, ['links.bob.mass?']),
+        ({'constants': {'links.bob.mass': {'value': 1, 'unit': 'g'}}}, ["'kg'", "'g'"]),
+    ],
+)
 def test_what_is_wrong_is_said_in_one_line(tmp_path, content, said):
     with pytest.raises(UserError) as error:
         load_model(write(tmp_path, **content))
@@ -228,13 +249,23 @@ def test_with_constants_keeps_the_range(tmp_path):
     assert np.isclose(model.laws.gravity, 9.8)
 
 
-@pytest.mark.parametrize(('path', 'value'), [
-    ('actuators.pivot.resistance', 0.0), ('actuators.pivot.resistance', 1e-300),
-    ('actuators.pivot.torque_constant', -1.0), ('actuators.pivot.limit', 1e308),
-    ('actuators.pivot.limit', -3.0), ('actuators.pivot.supply', 0.0),
-    ('actuators.pivot.rotor_inertia', -1e-6), ('links.bob.mass', 0.0), ('links.bob.mass', -1.0),
-    ('links.bob.inertia', -1e-4), ('joints.pivot.damping', -1.0), ('gravity', 1e300),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('path', 'value'),
+    [
+        ('actuators.pivot.resistance', 0.0),
+        ('actuators.pivot.resistance', 1e-300),
+        ('actuators.pivot.torque_constant', -1.0),
+        ('actuators.pivot.limit', 1e308),
+        ('actuators.pivot.limit', -3.0),
+        ('actuators.pivot.supply', 0.0),
+        ('actuators.pivot.rotor_inertia', -1e-6),
+        ('links.bob.mass', 0.0),
+        ('links.bob.mass', -1.0),
+        ('links.bob.inertia', -1e-4),
+        ('joints.pivot.damping', -1.0),
+        ('gravity', 1e300),
+    ],
+)
 def test_what_no_robot_has_is_refused_in_robots_models_and_ranges(path, value, tmp_path):
     unit = ROBOT.constants[path].unit
     said = re.escape(f'{path}: {value:g} {unit} is not within')
@@ -265,18 +296,24 @@ def with_figure(folder: Path, path: str, quantity: dict) -> Path:
 @pytest.mark.parametrize('name', ['x' * 300, 'a\0b', 'x' * 300 + '/y'])
 def test_names_that_no_file_can_have_are_one_line(name, tmp_path):
     effect = {'name': f'{name}.py', 'where': 'all', 'parameters': {}}
-    for load in (lambda: load_robot(name), lambda: load_model(name),
-                 lambda: load_model(f'{name}.yaml'),
-                 lambda: load_model(write(tmp_path, robot=name)),
-                 lambda: load_model(write(tmp_path, effects=[effect]))):  # fmt: skip
+    for load in (
+        lambda: load_robot(name),
+        lambda: load_model(name),
+        lambda: load_model(f'{name}.yaml'),
+        lambda: load_model(write(tmp_path, robot=name)),
+        lambda: load_model(write(tmp_path, effects=[effect])),
+    ):
         with pytest.raises(UserError):
             load()
 
 
 def test_a_star_stands_for_every_joint_and_gives_way_to_one(tmp_path):
     gain, own = {'value': 3.0, 'unit': '1/rad'}, {'value': 4.0, 'unit': '1/rad'}
-    path = write(tmp_path, robot='so101', constants={
-        'actuators.gripper.position_gain': own, 'actuators.*.position_gain': gain})  # fmt: skip
+    path = write(
+        tmp_path,
+        robot='so101',
+        constants={'actuators.gripper.position_gain': own, 'actuators.*.position_gain': gain},
+    )
     model = load_model(path)
     gains = {n: v for n, v in model.constants.items() if n.endswith('.position_gain')}
     assert gains.pop('actuators.gripper.position_gain') == 4.0

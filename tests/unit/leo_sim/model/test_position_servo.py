@@ -33,9 +33,11 @@ def simulated(effects=(), constants=EXACT, goals=GOALS, **model):
     return np.concatenate(seen, axis=1).T.reshape(len(goals) + 1, 2)
 
 
-def integrated(volts=lambda v: v, gain=GAIN, rate_gain=0.0, supply=SUPPLY, zero=0.0, delay=0.0,
-               goals=GOALS):
+def integrated(
+    volts=lambda v: v, gain=GAIN, rate_gain=0.0, supply=SUPPLY, zero=0.0, delay=0.0, goals=GOALS
+):
     """The motion from the equations alone; `volts` is what becomes of the loop's voltage."""
+
     def derivative(t, y, goal):
         duty = np.clip(gain * (goal - y[0] - zero) - rate_gain * y[1], -1, 1)
         torque = KT * (volts(duty * supply) - KT * y[1]) / OHM
@@ -47,8 +49,9 @@ def integrated(volts=lambda v: v, gain=GAIN, rate_gain=0.0, supply=SUPPLY, zero=
     for goal in goals:
         for asked, span in ((before, delay), (goal, PERIOD - delay)):
             if span:
-                y = solve_ivp(derivative, (0, span), y, args=(asked,), rtol=1e-10,
-                              atol=1e-12).y[:, -1]
+                y = solve_ivp(derivative, (0, span), y, args=(asked,), rtol=1e-10, atol=1e-12).y[
+                    :, -1
+                ]
         rows.append([y[0] + zero, y[1]])
         before = goal
     return np.array(rows)
@@ -59,28 +62,47 @@ def apart(one, other):
     return np.abs(one - other).max(axis=0)
 
 
-@pytest.mark.parametrize(('engine', 'step', 'angle', 'rate'), [
-    ('rigid', None, 2e-3, 5e-2), ('rigid', 5e-4, 5e-5, 2e-3), ('pybullet', 5e-4, 5e-5, 2e-3),
-    ('rk4', None, 5e-4, 1e-2), ('mujoco', 5e-4, 1e-2, 1e-1),
-])
+@pytest.mark.parametrize(
+    ('engine', 'step', 'angle', 'rate'),
+    [
+        ('rigid', None, 2e-3, 5e-2),
+        ('rigid', 5e-4, 5e-5, 2e-3),
+        ('pybullet', 5e-4, 5e-5, 2e-3),
+        ('rk4', None, 5e-4, 1e-2),
+        ('mujoco', 5e-4, 1e-2, 1e-1),
+    ],
+)
 def test_every_engine_follows_the_equations_of_the_loop(engine, step, angle, rate):
     found = apart(simulated(engine=engine, integration_step=step), integrated())
     assert found[0] < angle
     assert found[1] < rate
 
 
-@pytest.mark.parametrize(('effects', 'constants', 'equations'), [
-    ([('voltage_scale', {'k': 0.6})], {}, {'supply': 0.6 * SUPPLY}),
-    ([('voltage_deadband', {'v': 0.5})], {},
-     {'volts': lambda v: np.sign(v) * max(abs(v) - 0.5, 0.0)}),
-    ([('voltage_limit', {'v': 3.0})], {}, {'volts': lambda v: np.clip(v, -3.0, 3.0)}),
-    ([('command_delay', {'delay': 0.004})], {}, {'delay': 0.004}),
-    ([('encoder_offset', {'o': 0.2})], {}, {'zero': 0.2}),
-    ([], {'actuators.pivot.position_gain': 3.0, 'actuators.pivot.rate_gain': 0.02},
-     {'gain': 3.0, 'rate_gain': 0.02}),
-    ([], {'actuators.pivot.supply': 5.0, 'sensors.pivot.offset': 0.1},
-     {'supply': 5.0, 'zero': 0.1}),
-], ids=['scale', 'dead zone', 'limit', 'delay', 'offset', 'gains', 'constants'])
+@pytest.mark.parametrize(
+    ('effects', 'constants', 'equations'),
+    [
+        ([('voltage_scale', {'k': 0.6})], {}, {'supply': 0.6 * SUPPLY}),
+        (
+            [('voltage_deadband', {'v': 0.5})],
+            {},
+            {'volts': lambda v: np.sign(v) * max(abs(v) - 0.5, 0.0)},
+        ),
+        ([('voltage_limit', {'v': 3.0})], {}, {'volts': lambda v: np.clip(v, -3.0, 3.0)}),
+        ([('command_delay', {'delay': 0.004})], {}, {'delay': 0.004}),
+        ([('encoder_offset', {'o': 0.2})], {}, {'zero': 0.2}),
+        (
+            [],
+            {'actuators.pivot.position_gain': 3.0, 'actuators.pivot.rate_gain': 0.02},
+            {'gain': 3.0, 'rate_gain': 0.02},
+        ),
+        (
+            [],
+            {'actuators.pivot.supply': 5.0, 'sensors.pivot.offset': 0.1},
+            {'supply': 5.0, 'zero': 0.1},
+        ),
+    ],
+    ids=['scale', 'dead zone', 'limit', 'delay', 'offset', 'gains', 'constants'],
+)
 def test_effects_and_constants_act_where_the_loop_has_them(effects, constants, equations):
     placed = [place(ROBOT, name, 'pivot', **values) for name, values in effects]
     found = simulated(placed, EXACT | constants, engine='rigid', integration_step=5e-4)
@@ -91,8 +113,13 @@ def test_effects_and_constants_act_where_the_loop_has_them(effects, constants, e
 def test_windows_at_once_give_what_steps_give_for_every_gain():
     gains = np.array([0.5, 1.1509, 2.5])
     path = 'actuators.pivot.position_gain'
-    together = rollout(Model(ROBOT, constants=EXACT | {path: gains[:, None, None]}),
-                       np.zeros((1, 1)), np.zeros((1, 1)), GOALS[None, :, None], PERIOD)
+    together = rollout(
+        Model(ROBOT, constants=EXACT | {path: gains[:, None, None]}),
+        np.zeros((1, 1)),
+        np.zeros((1, 1)),
+        GOALS[None, :, None],
+        PERIOD,
+    )
     for row, gain in enumerate(gains):
         alone = simulated(constants=EXACT | {path: gain}, engine='rigid')
         np.testing.assert_allclose(together[0][row, 0, :, 0], alone[:, 0], atol=1e-9)
@@ -101,8 +128,10 @@ def test_windows_at_once_give_what_steps_give_for_every_gain():
 def test_a_free_motor_has_no_loop():
     goals, zeros = (np.full((1, 50, 1), goal) for goal in (2.0, 0.0))
     off = np.zeros((1, 50, 1), dtype=bool)
-    swings = [rollout(Model(ROBOT), np.ones((1, 1)), np.zeros((1, 1)), u, PERIOD, enabled=off)[0]
-              for u in (goals, zeros)]
+    swings = [
+        rollout(Model(ROBOT), np.ones((1, 1)), np.zeros((1, 1)), u, PERIOD, enabled=off)[0]
+        for u in (goals, zeros)
+    ]
     np.testing.assert_array_equal(*swings)
     assert np.ptp(swings[0]) > 0.5
 
@@ -130,11 +159,19 @@ def test_the_goal_moves_no_faster_than_its_rate():
     assert np.abs(angles - ramped).max() < 2e-3
 
 
-@pytest.mark.parametrize(('name', 'values'), [
-    ('voltage_scale', {'k': 0.6}), ('voltage_deadband', {'v': 0.5}), ('voltage_limit', {'v': 3.0}),
-    ('encoder_scale', {'k': 1.3}), ('encoder_offset', {'o': 0.2}), ('torque_scale', {'k': 0.7}),
-    ('load_dependent_friction', {'mu': 0.2}), ('backlash', {'gap': 0.05}),
-])
+@pytest.mark.parametrize(
+    ('name', 'values'),
+    [
+        ('voltage_scale', {'k': 0.6}),
+        ('voltage_deadband', {'v': 0.5}),
+        ('voltage_limit', {'v': 3.0}),
+        ('encoder_scale', {'k': 1.3}),
+        ('encoder_offset', {'o': 0.2}),
+        ('torque_scale', {'k': 0.7}),
+        ('load_dependent_friction', {'mu': 0.2}),
+        ('backlash', {'gap': 0.05}),
+    ],
+)
 def test_windows_give_what_steps_give_with_every_kind_of_effect(name, values):
     placed = place(ROBOT, name, 'pivot', **values)
     constants = {'actuators.pivot.rate_gain': 0.01}
@@ -161,17 +198,21 @@ def test_a_law_of_the_users_behind_the_loop_that_no_compiler_takes_goes_by_subst
             return p['k'] * np.array([float(str(v)) for v in u.ravel()]).reshape(u.shape), memory
 
     scaled = place(ROBOT, 'voltage_scale', 'pivot', k=0.6)
-    odd, even = (Model(ROBOT, [effect], engine='rigid')
-                 for effect in (place(ROBOT, Odd(), 'pivot', k=0.6), scaled))
+    odd, even = (
+        Model(ROBOT, [effect], engine='rigid')
+        for effect in (place(ROBOT, Odd(), 'pivot', k=0.6), scaled)
+    )
     goals, zero = GOALS[None, :40, None], np.zeros((1, 1))
     assert not whole_windows.possible(odd.laws, zero, goals)
-    np.testing.assert_allclose(*(rollout(m, zero, zero, goals, PERIOD)[0] for m in (odd, even)),
-                               atol=1e-9)
+    np.testing.assert_allclose(
+        *(rollout(m, zero, zero, goals, PERIOD)[0] for m in (odd, even)), atol=1e-9
+    )
 
 
-@pytest.mark.parametrize(('name', 'values', 'most'), [
-    ('command_delay', {'delay': 0.02}, 1e-4), ('backlash', {'gap': 0.03}, 1e-3),
-])
+@pytest.mark.parametrize(
+    ('name', 'values', 'most'),
+    [('command_delay', {'delay': 0.02}, 1e-4), ('backlash', {'gap': 0.03}, 1e-3)],
+)
 def test_windows_amid_a_run_know_what_went_before(name, values, most):
     """The states between are those of another integrator; half a second later none is off."""
     effects = [place(ROBOT, name, 'pivot', **values)]
@@ -179,11 +220,17 @@ def test_windows_amid_a_run_know_what_went_before(name, values, most):
     starts, before, ahead = np.arange(30, 100, 10), 30, 50
 
     def cut(of: np.ndarray, first: int, count: int) -> np.ndarray:
-        return np.stack([of[i + first:i + first + count] for i in starts])
+        return np.stack([of[i + first : i + first + count] for i in starts])
 
     q, dq, u = run[:, :1], run[:, 1:], GOALS[:, None]
-    history = History(cut(q, -before, before), cut(dq, -before, before), cut(u, -before, before),
-                      None, np.full((len(starts), before), PERIOD))
-    angles = rollout(Model(ROBOT, effects), q[starts], dq[starts], cut(u, 0, ahead), PERIOD,
-                     history=history)[0]
+    history = History(
+        cut(q, -before, before),
+        cut(dq, -before, before),
+        cut(u, -before, before),
+        None,
+        np.full((len(starts), before), PERIOD),
+    )
+    angles = rollout(
+        Model(ROBOT, effects), q[starts], dq[starts], cut(u, 0, ahead), PERIOD, history=history
+    )[0]
     assert np.abs(angles - cut(q, 0, ahead + 1))[:, -1].max() < most

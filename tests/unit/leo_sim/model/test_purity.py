@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Model.step gives the same bits for the same arguments, whatever came before."""
+
 from functools import cache
 import hashlib
 import pickle
@@ -23,10 +24,12 @@ print(digest(run(model({engine!r}), pairs(), range(0, {count}))))
 
 def model(engine):
     robot = load_robot('pendulum')
-    effects = [place(robot, 'command_delay', 'all', delay=0.013),
-               place(robot, 'actuator_lag', 'all', tau=0.02),
-               place(robot, 'coulomb_friction', 'all', c=1e-3),
-               place(robot, 'backlash', 'all', gap=0.02)]
+    effects = [
+        place(robot, 'command_delay', 'all', delay=0.013),
+        place(robot, 'actuator_lag', 'all', tau=0.02),
+        place(robot, 'coulomb_friction', 'all', c=1e-3),
+        place(robot, 'backlash', 'all', gap=0.02),
+    ]
     return Model(robot, effects, engine=engine)
 
 
@@ -45,8 +48,9 @@ def pairs():
 
 
 def run(simulator, given, order):
-    results = {i: simulator.step(given[i][0], given[i][1], 0.004, enabled=given[i][2])
-               for i in order}
+    results = {
+        i: simulator.step(given[i][0], given[i][1], 0.004, enabled=given[i][2]) for i in order
+    }
     return [results[i] for i in sorted(results)]
 
 
@@ -66,14 +70,16 @@ def test_shuffled_order_and_a_second_model_give_the_same_bits(engine):
     shuffled = np.random.default_rng(1).permutation(PAIRS).tolist()
     assert digest(run(simulator, given, shuffled)) == first
     assert digest(run(model(engine), given[:200], reversed(range(200)))) == digest(
-        run(simulator, given, range(200)))
+        run(simulator, given, range(200))
+    )
 
 
 def test_another_process_gives_the_same_bits():
     folder = __file__.rsplit('/', 1)[0]
     program = PROGRAM.format(folder=folder, engine='pybullet', count=100)
-    other = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
-                           check=True)
+    other = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True
+    )
     assert other.stdout.strip() == digest(run(model('pybullet'), pairs(), range(100)))
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot with three joints in space, two of them actuated, and effects at some of them."""
+
 import numpy as np
 import pytest
 
@@ -59,19 +60,28 @@ start_poses:
 """
 EFFECTS = {
     'nothing': [],
-    'subsets': [('voltage_scale', 'yaw', {'k': 0.8}), ('torque_scale', 'wrist', {'k': 1.2}),
-                ('viscous_friction', 'slide', {'b': 2.0}), ('link_mass', 'hand', {'m': 0.1}),
-                ('command_delay', 'wrist', {'delay': 0.007}),
-                ('encoder_offset', 'wrist', {'o': 0.1})],
-    'dry friction everywhere': [('coulomb_friction', 'all', {'c': 0.05}),
-                                ('load_dependent_friction', 'yaw', {'mu': 0.02})],
-    'play in one gear, friction in all': [('backlash', 'wrist', {'gap': 0.05}),
-                                          ('coulomb_friction', 'all', {'c': 0.02})],
-    'play in both gears': [('backlash', 'all', {'gap': 0.03}),
-                           ('armature', 'yaw', {'J': 0.002})],
-    'forces': [('external_force', 'hand', {'x': 0.5, 'z': 1.0}),
-               ('external_force', 'upper', {'x': -0.2, 'z': 0.3}),
-               ('load_dependent_friction', 'wrist', {'mu': 0.05})],
+    'subsets': [
+        ('voltage_scale', 'yaw', {'k': 0.8}),
+        ('torque_scale', 'wrist', {'k': 1.2}),
+        ('viscous_friction', 'slide', {'b': 2.0}),
+        ('link_mass', 'hand', {'m': 0.1}),
+        ('command_delay', 'wrist', {'delay': 0.007}),
+        ('encoder_offset', 'wrist', {'o': 0.1}),
+    ],
+    'dry friction everywhere': [
+        ('coulomb_friction', 'all', {'c': 0.05}),
+        ('load_dependent_friction', 'yaw', {'mu': 0.02}),
+    ],
+    'play in one gear, friction in all': [
+        ('backlash', 'wrist', {'gap': 0.05}),
+        ('coulomb_friction', 'all', {'c': 0.02}),
+    ],
+    'play in both gears': [('backlash', 'all', {'gap': 0.03}), ('armature', 'yaw', {'J': 0.002})],
+    'forces': [
+        ('external_force', 'hand', {'x': 0.5, 'z': 1.0}),
+        ('external_force', 'upper', {'x': -0.2, 'z': 0.3}),
+        ('load_dependent_friction', 'wrist', {'mu': 0.05}),
+    ],
 }
 
 
@@ -95,8 +105,7 @@ def test_pybullet_and_batched_rollouts_agree(robot, name):
     for u, on in zip(inputs, enabled, strict=True):
         state = model.step(state, u, 0.02, enabled=on)
         track.append(model.sense(state))
-    q, dq = rollout(model, track[0][0][None], track[0][1][None], inputs[None], 0.02,
-                    enabled[None])
+    q, dq = rollout(model, track[0][0][None], track[0][1][None], inputs[None], 0.02, enabled[None])
     assert q[0] == pytest.approx(np.array([t[0] for t in track]), abs=1e-8)
     assert dq[0] == pytest.approx(np.array([t[1] for t in track]), abs=1e-6)
     assert q[0, :, 1].max() <= 0.08 + 1e-3
@@ -112,8 +121,9 @@ def test_inputs_reach_the_actuators_in_their_order(robot):
 
 
 def test_scans_keep_their_leading_axis(robot):
-    scan = place(robot, 'viscous_friction', ['yaw', 'wrist'],
-                 b=np.array([0.0, 0.01, 0.02])[:, None, None])
+    scan = place(
+        robot, 'viscous_friction', ['yaw', 'wrist'], b=np.array([0.0, 0.01, 0.02])[:, None, None]
+    )
     start = np.zeros((2, 3))
     q, _ = rollout(Model(robot, [scan]), start, start + 1.0, np.ones((2, 4, 2)), 0.02)
     assert q.shape == (3, 2, 5, 3)

@@ -11,7 +11,11 @@ from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
 
 def status(safety=None, health=None, torque=True, new_missed=0, neighbours=()):
     return robot_status(
-        '/robot', safety or Safety([1.0]), health or Health(0.0), torque, new_missed,
+        '/robot',
+        safety or Safety([1.0]),
+        health or Health(0.0),
+        torque,
+        new_missed,
         neighbours=neighbours,
     )
 

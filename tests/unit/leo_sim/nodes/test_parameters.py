@@ -46,8 +46,9 @@ def test_hidden_effects_are_private():
     settings = read_settings(node)
     assert not {'hidden', 'hidden_seed'} & set(node.public)
     assert (settings.options.private['hidden'], settings.options.private['hidden_seed']) == (
-        'truth.yaml', 3
-    )  # fmt: skip
+        'truth.yaml',
+        3,
+    )
 
 
 @pytest.mark.parametrize('given', [[0.001, 0.05], [0.0, 0.0], (0, 1)])
@@ -64,12 +65,7 @@ def test_wrong_noise_is_refused(noise):
 
 
 @pytest.mark.parametrize(
-    'given',
-    [
-        {'seed': -1},
-        {'realtime_factor': -1.0},
-        {'state_rate': float('inf')},
-    ],
+    'given', [{'seed': -1}, {'realtime_factor': -1.0}, {'state_rate': float('inf')}]
 )
 def test_impossible_numbers_are_refused(given):
     with pytest.raises(UserError, match=f'{next(iter(given))} is '):

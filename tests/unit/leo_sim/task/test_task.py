@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """LEO's reward and the end of its episodes, against hand calculation."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -51,8 +52,7 @@ def test_work_by_hand():
 def test_a_motor_that_is_driven_pays_nothing_back():
     fast = [0, 0, 0, 6.0, 0, 0, 0, 0, 0]
     volts = np.array([2.0, 0, 0, 0, 0, 0])
-    paid, _ = Task(LEO).reward(
-        Memory(), stepped(STANDING, fast), volts, stepped(STANDING, fast))
+    paid, _ = Task(LEO).reward(Memory(), stepped(STANDING, fast), volts, stepped(STANDING, fast))
     assert paid == pytest.approx(TIME)
 
 
@@ -63,15 +63,18 @@ def test_a_fall_costs_75_and_ends_the_episode():
     assert paid == pytest.approx(TIME - 75)
 
 
-@pytest.mark.parametrize(('changes', 'over'), [
-    ({}, False),
-    ({'torso_pitch': -0.99}, False),
-    ({'torso_pitch': 1.01}, True),
-    ({'left_ankle': 1.14}, True),
-    ({'right_ankle': -1.14}, True),
-    ({'left_knee': 0.04}, False),
-    ({'left_hip': 1.4, 'right_hip': 1.4, 'left_knee': -2.5, 'right_knee': -2.5}, True),
-])
+@pytest.mark.parametrize(
+    ('changes', 'over'),
+    [
+        ({}, False),
+        ({'torso_pitch': -0.99}, False),
+        ({'torso_pitch': 1.01}, True),
+        ({'left_ankle': 1.14}, True),
+        ({'right_ankle': -1.14}, True),
+        ({'left_knee': 0.04}, False),
+        ({'left_hip': 1.4, 'right_hip': 1.4, 'left_knee': -2.5, 'right_knee': -2.5}, True),
+    ],
+)
 def test_ends(changes, over):
     assert bool(Task(LEO).terminated(stepped(STANDING, **changes))) == over
 
@@ -83,8 +86,9 @@ def test_hip_height_by_hand():
 
 
 def test_the_knee_rule_is_a_switch_that_is_off():
-    rules = [TerminationFile(quantity='angle', joint=j, high=0.0)
-             for j in ('left_knee', 'right_knee')]
+    rules = [
+        TerminationFile(quantity='angle', joint=j, high=0.0) for j in ('left_knee', 'right_knee')
+    ]
     assert not any(r.joint == 'left_knee' for r in LEO.termination)
     strict = Task(replace(LEO, termination=(*LEO.termination, *rules)))
     assert strict.terminated(stepped(STANDING, left_knee=0.05))
@@ -110,8 +114,9 @@ def test_a_walk_pays_every_footstep_whole():
     ankle = Gait(ODE)
     left = stepped(start, base_z=-0.001, right_knee=-0.6, right_ankle=0.6).q
     swung = stepped(left, right_hip=0.4, right_ankle=-0.4).q
-    landed = stepped(start, base_z=-0.004, right_hip=0.1, right_ankle=-0.1, left_knee=-0.6,
-                     left_ankle=0.6).q
+    landed = stepped(
+        start, base_z=-0.004, right_hip=0.1, right_ankle=-0.1, left_knee=-0.6, left_ankle=0.6
+    ).q
     for before, after in ((left, swung), (swung, landed)):
         paid, memory = task.reward(memory, State(before, STILL), np.zeros(6), State(after, STILL))
         total += paid - TIME
@@ -129,7 +134,11 @@ def test_many_steps_at_once_are_paid_like_one_by_one():
     volts, stance = rng.uniform(-8, 8, (7, 6)), rng.integers(0, 2, 7)
     paid, memory = task.reward(Memory(stance), State(q[0], dq[0]), volts, State(q[1], dq[1]))
     for row in range(7):
-        one, kept = task.reward(Memory(stance[row]), State(q[0, row], dq[0, row]), volts[row],
-                                State(q[1, row], dq[1, row]))
+        one, kept = task.reward(
+            Memory(stance[row]),
+            State(q[0, row], dq[0, row]),
+            volts[row],
+            State(q[1, row], dq[1, row]),
+        )
         assert one == pytest.approx(paid[row])
         assert kept.stance == memory.stance[row]

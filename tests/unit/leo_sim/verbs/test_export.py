@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo export`, as typed."""
+
 import json
 from xml.etree import ElementTree
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction that is larger in one direction than in the other."""
+
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,7 @@ class AsymmetricFriction(Effect):
     name = 'asymmetric_friction'
     family = 'outside'
     hook = 'torque'
-    parameters = (
-        Parameter('c', 'N m', low=0.0),
-        Parameter('skew', '', low=-1.0, high=1.0),
-    )
+    parameters = (Parameter('c', 'N m', low=0.0), Parameter('skew', '', low=-1.0, high=1.0))
     dry = True
 
     def torque(self, p: Values, q: Any, dq: Any, motor: Any, load: Any) -> Any:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A cable that pulls one way: slack up to an angle, a spring beyond it."""
+
 from typing import Any
 
 import numpy as np

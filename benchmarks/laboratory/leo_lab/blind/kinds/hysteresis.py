@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction that builds up over a distance, as in a seal or a tensioned belt (Dahl 1968)."""
+
 from typing import Any
 
 import numpy as np
@@ -13,15 +14,10 @@ class Hysteresis(Effect):
     name = 'hysteresis'
     family = 'outside'
     hook = 'torque'
-    parameters = (
-        Parameter('c', 'N m', low=0.0),
-        Parameter('reach', 'rad', neutral=0.3, low=1e-3),
-    )
+    parameters = (Parameter('c', 'N m', low=0.0), Parameter('reach', 'rad', neutral=0.3, low=1e-3))
     remembers = True
 
-    def torque(
-        self, p: Values, q: Any, dq: Any, motor: Any, load: Any, memory: Any = None
-    ) -> Any:
+    def torque(self, p: Values, q: Any, dq: Any, motor: Any, load: Any, memory: Any = None) -> Any:
         """Torque on the joint; the memory is z, from -1 to 1."""
         return -p['c'] * (0.0 if memory is None else memory) + 0.0 * q
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A torque that comes and goes with time, whatever the robot does."""
+
 from typing import Any
 
 import numpy as np
@@ -13,17 +14,11 @@ class PeriodicTorque(Effect):
     name = 'periodic_torque'
     family = 'outside'
     hook = 'torque'
-    parameters = (
-        Parameter('a', 'N m'),
-        Parameter('f', 'Hz', low=0.0),
-        Parameter('phase', 'rad'),
-    )
+    parameters = (Parameter('a', 'N m'), Parameter('f', 'Hz', low=0.0), Parameter('phase', 'rad'))
     remembers = True
     timed = True
 
-    def torque(
-        self, p: Values, q: Any, dq: Any, motor: Any, load: Any, memory: Any = 0.0
-    ) -> Any:
+    def torque(self, p: Values, q: Any, dq: Any, motor: Any, load: Any, memory: Any = 0.0) -> Any:
         """Torque on the joint; the memory is the time."""
         return p['a'] * np.sin(2 * np.pi * p['f'] * memory + p['phase']) + 0.0 * q
 

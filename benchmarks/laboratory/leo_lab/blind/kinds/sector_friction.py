@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dry friction in one part of the turn: something rubs there."""
+
 from typing import Any
 
 import numpy as np

@@ -76,8 +76,9 @@ def _has_numbers(values: Any) -> bool:
     """Say whether there is a number, at any depth of a list."""
     if isinstance(values, np.ndarray) and values.dtype != object:
         return values.dtype.kind in 'biuf'
-    return is_number(values) or (isinstance(values, list | np.ndarray)
-                                 and any(map(_has_numbers, values)))
+    return is_number(values) or (
+        isinstance(values, list | np.ndarray) and any(map(_has_numbers, values))
+    )
 
 
 def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
@@ -108,8 +109,9 @@ def from_rows(log: Path, rows: Sequence[Any], place: str, log_format: LogFormat)
     each_once(names, str(log))
     for k, row in enumerate(rows, start=1):
         if len(row) != len(names):
-            raise UserError(f'{log}: row {k} at {place or "the top"!r} has {len(row)} values, '
-                            f'not {len(names)}')
+            raise UserError(
+                f'{log}: row {k} at {place or "the top"!r} has {len(row)} values, not {len(names)}'
+            )
     return {name: np.array([number(row[k]) for row in rows]) for k, name in enumerate(names)}
 
 
@@ -127,8 +129,10 @@ def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     if len(set(counts.values())) != 1:
         raise UserError(f'{log}: fields differ in their number of episodes: {counts}')
     episodes = range(next(iter(counts.values())))
-    return [_episode(log, {n: v[k] if n in counts else v[0] for n, v in found.items()})
-            for k in episodes]
+    return [
+        _episode(log, {n: v[k] if n in counts else v[0] for n, v in found.items()})
+        for k in episodes
+    ]
 
 
 def _listed(places: str | Sequence[str]) -> Iterator[str]:

@@ -57,8 +57,11 @@ class Motor(BaseModel):
         reach = COUNT * (self.range_max - self.range_min)
         turned = -1 if self.drive_mode else 1
         zero = end + (reach if self.drive_mode else 0.0) if from_end else 0.0
-        said = {'sign': turned, 'scale': _short(reach / (100 if from_end else 200)),
-                'offset': _short(zero)}
+        said = {
+            'sign': turned,
+            'scale': _short(reach / (100 if from_end else 200)),
+            'offset': _short(zero),
+        }
         return {key: value for key, value in said.items() if value != _PLAIN[key]}
 
 
@@ -84,8 +87,10 @@ def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | Non
         if calibration and wanted and all(map(calibration.of, wanted)):
             found.append(calibration)
     if any(each != found[0] for each in found):
-        raise UserError(f'{folder}: {found[0].file} and {found[-1].file} are calibrations of '
-                        'these joints and differ; leave the one that was recorded with')
+        raise UserError(
+            f'{folder}: {found[0].file} and {found[-1].file} are calibrations of '
+            'these joints and differ; leave the one that was recorded with'
+        )
     return found[0] if found else None
 
 

@@ -86,7 +86,7 @@ class ColumnSpec(BaseModel):
         return self.column is None or self.unit is not None or self.scale != 1.0
 
     def values(
-        self, columns: Mapping[str, Column], quantity: str, log: str, unit: str | None = None,
+        self, columns: Mapping[str, Column], quantity: str, log: str, unit: str | None = None
     ) -> Column:
         """Return the values in SI, shape (T,).
 
@@ -192,8 +192,9 @@ def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[s
     if unit == '?':
         raise UserError(f'{where}: fill in the unit of {quantity} in the column map')
     if unit == '%' and quantity in ('position', 'velocity'):
-        raise UserError(f'{where}: per cent of a range is no {quantity}; give scale: rad for 1 %, '
-                        'and no unit')
+        raise UserError(
+            f'{where}: per cent of a range is no {quantity}; give scale: rad for 1 %, and no unit'
+        )
     unit = canonical(unit)
     try:
         fitting = [t for t in targets if t != 'degC' and units.same_dimension(unit, t)]

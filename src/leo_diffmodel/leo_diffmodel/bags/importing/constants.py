@@ -29,11 +29,15 @@ def known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) ->
     robot, found = load_robot(mapping.robot), {}
     for path, spec in mapping.constants.items():
         if path not in robot.constants:
-            raise UserError(f'column map: constants: {robot.name} has no {path!r}'
-                            f'{nearest(path, robot.constants)}')
+            raise UserError(
+                f'column map: constants: {robot.name} has no {path!r}'
+                f'{nearest(path, robot.constants)}'
+            )
         unit = robot.constants[path].unit
-        found[path] = _one(path, [(log, _single(path, log, spec.values(t, path, str(log), unit)))
-                                  for log, t in tables])
+        found[path] = _one(
+            path,
+            [(log, _single(path, log, spec.values(t, path, str(log), unit))) for log, t in tables],
+        )
     return found
 
 
@@ -43,8 +47,10 @@ def _single(path: str, log: Path, values: Column) -> float:
     if not known.size:
         raise UserError(f'{log} has no number for {path}')
     if np.ptp(known) > SAME * np.abs(known).max():
-        raise UserError(f'{log}: {path} goes from {known.min():.6g} to {known.max():.6g}; '
-                        'it must be one value in all rows')
+        raise UserError(
+            f'{log}: {path} goes from {known.min():.6g} to {known.max():.6g}; '
+            'it must be one value in all rows'
+        )
     return float(known[0])
 
 
@@ -53,6 +59,8 @@ def _one(path: str, values: Sequence[tuple[Path, float]]) -> float:
     first, value = values[0]
     for log, other in values:
         if abs(other - value) > SAME * max(abs(other), abs(value)):
-            raise UserError(f'{path} is {value:.6g} in {first} and {other:.6g} in {log}; '
-                            'give each log a bag of its own (--bag-per-log)')
+            raise UserError(
+                f'{path} is {value:.6g} in {first} and {other:.6g} in {log}; '
+                'give each log a bag of its own (--bag-per-log)'
+            )
     return value

@@ -26,7 +26,9 @@ Rows = NDArray[np.int64]
 
 
 def import_logs(
-    logs: Iterable[str | Path], column_map: str | Path | ColumnMap, bag: str | Path,
+    logs: Iterable[str | Path],
+    column_map: str | Path | ColumnMap,
+    bag: str | Path,
     join: bool = False,
 ) -> Path:
     """Write logs to one bag, an episode per run in them, and return its folder.
@@ -50,8 +52,11 @@ def import_logs(
     if not runs:
         raise UserError('no logs to import; name at least one file')
     said = [joint for joint, columns in mapping.joints.items() if columns.position.says_unit]
-    metadata = {'imported_from': ', '.join(log.name for log in paths), 'column_map': where,
-                'angle_units_said': ', '.join(said)}
+    metadata = {
+        'imported_from': ', '.join(log.name for log in paths),
+        'column_map': where,
+        'angle_units_said': ', '.join(said),
+    }
     if told:
         metadata['joined'] = told
     if mapping.inputs:
@@ -67,7 +72,8 @@ def _sources(mapping: ColumnMap) -> list[str]:
     """Return the columns and expressions that drive the joints, as the map names them."""
     return [
         str(spec.column or spec.expression)
-        for interfaces in mapping.inputs.values() for name, spec in interfaces.items()
+        for interfaces in mapping.inputs.values()
+        for name, spec in interfaces.items()
         if name in APPLIED
     ]
 
@@ -114,13 +120,14 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:
     q = _matrix(log, table, rows, columns('position'), 'position')
     assert q is not None
     return Run(
-        t=t, joints=joints, q=q,
+        t=t,
+        joints=joints,
+        q=q,
         dq=_matrix(log, table, rows, columns('velocity'), 'velocity'),
         effort=_matrix(log, table, rows, columns('effort'), 'effort'),
         inputs={
             joint: {
-                name: spec.values(table, name, str(log))[rows]
-                for name, spec in interfaces.items()
+                name: spec.values(table, name, str(log))[rows] for name, spec in interfaces.items()
             }
             for joint, interfaces in mapping.inputs.items()
         },
@@ -128,15 +135,18 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:
 
 
 def _matrix(
-    log: Path, table: Table, rows: Rows, specs: Sequence[ColumnSpec | None], quantity: str,
+    log: Path, table: Table, rows: Rows, specs: Sequence[ColumnSpec | None], quantity: str
 ) -> NDArray[np.float64] | None:
     """Stack one quantity of all joints, NaN for joints without; None where no joint has it."""
     if not any(specs):
         return None
     missing = np.full(len(rows), np.nan)
-    return np.column_stack([
-        missing if spec is None else spec.values(table, quantity, str(log))[rows] for spec in specs
-    ])
+    return np.column_stack(
+        [
+            missing if spec is None else spec.values(table, quantity, str(log))[rows]
+            for spec in specs
+        ]
+    )
 
 
 def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
@@ -154,8 +164,10 @@ def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
         t = spec.values(table, 'time', str(log)) * factor
     rows: Rows = np.flatnonzero(np.isfinite(t))
     if rows.size and not np.ptp(t[rows]) <= LONGEST:
-        raise UserError(f'{log}: time runs from {t[rows].min():.6g} to {t[rows].max():.6g} s; '
-                        'which unit is it in?')
+        raise UserError(
+            f'{log}: time runs from {t[rows].min():.6g} to {t[rows].max():.6g} s; '
+            'which unit is it in?'
+        )
     steps = np.diff(np.round((t[rows] - t[rows[:1]]) * 1e9))
     back = np.flatnonzero(steps < 0)
     if back.size:

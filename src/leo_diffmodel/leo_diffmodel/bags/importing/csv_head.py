@@ -14,7 +14,8 @@ COMMENT = ('#', '%', '//')
 _NUMBER = r'[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?'
 _CONSTANT = re.compile(
     rf'([^\W\d][\w.]*(?: [^\W\d][\w.]*)*)\s*[=:]\s*({_NUMBER})(?![\d.,:/-]*\d)\s*([^\s,;=]*)',
-    re.IGNORECASE)
+    re.IGNORECASE,
+)
 """`mass = 0.5 kg`, but no date and no time of day."""
 _LETTERS = re.compile(r'[^\W\d_]+')
 _IN_NUMBERS = {'e', 'nan', 'inf', 'true', 'false'}

@@ -77,7 +77,7 @@ def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
 
 
 def _numbers(
-    log: Path, rows: Sequence[Row], header: Sequence[str], log_format: LogFormat,
+    log: Path, rows: Sequence[Row], header: Sequence[str], log_format: LogFormat
 ) -> Column:
     """Return the cells as numbers, shape (lines, columns)."""
     if log_format.decimal != ',':
@@ -90,7 +90,7 @@ def _numbers(
 
 
 def _careful(
-    log: Path, line: int, row: Sequence[str], header: Sequence[str], decimal: str,
+    log: Path, line: int, row: Sequence[str], header: Sequence[str], decimal: str
 ) -> list[float]:
     """Convert a row with empty cells or true and false; say where a cell is no number."""
     if len(row) != len(header):
@@ -120,10 +120,14 @@ def _notes(log: Path) -> list[str]:
     notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
     found = constants(read_log_text(log).splitlines())
     if found:
-        listed = ', '.join(f'{shown(name)[1:-1]} = {constant.value:.6g} {constant.unit}'.rstrip()
-                           for name, constant in found.items())
-        notes.append(f'its comments say {listed}: columns of one value; where the robot has it: '
-                     'constants: {links.LINK.mass: {column: mass, unit: kg}}')
+        listed = ', '.join(
+            f'{shown(name)[1:-1]} = {constant.value:.6g} {constant.unit}'.rstrip()
+            for name, constant in found.items()
+        )
+        notes.append(
+            f'its comments say {listed}: columns of one value; where the robot has it: '
+            'constants: {links.LINK.mass: {column: mass, unit: kg}}'
+        )
     return notes
 
 

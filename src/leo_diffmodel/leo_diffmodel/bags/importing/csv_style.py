@@ -34,8 +34,10 @@ def delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -
     named = [sign for sign in fitting if header is not None and counts[sign] == len(header)]
     if len(named or fitting) > 1:
         shown = ' and '.join(map(repr, named or fitting))
-        raise UserError(f'{log}: {shown} both part it into columns; say which in the column map '
-                        "(delimiter: ';')")
+        raise UserError(
+            f'{log}: {shown} both part it into columns; say which in the column map '
+            "(delimiter: ';')"
+        )
     there = [sign for sign in DELIMITERS if first and sign in first[0]]
     return [*named, *fitting, *there, ','][0]
 
@@ -69,10 +71,14 @@ def decimal_of(cells: Iterable[str], log: str) -> str:
         return '.'
     point = next((text for text in texts if _POINT.fullmatch(text)), None)
     if point is not None:
-        raise UserError(f'{log} has numbers like {commas[0][:20]} and like {point[:20]}; which is '
-                        "the decimal sign? Say it in the column map (decimal: ',') and mend the "
-                        'other ones')
+        raise UserError(
+            f'{log} has numbers like {commas[0][:20]} and like {point[:20]}; which is '
+            "the decimal sign? Say it in the column map (decimal: ',') and mend the "
+            'other ones'
+        )
     if all(_THOUSANDS.fullmatch(text) for text in commas):
-        raise UserError(f'{log}: is {commas[0][:20]} a thousand, or one and a bit? Say in the '
-                        "column map decimal: ',', or take the commas out")
+        raise UserError(
+            f'{log}: is {commas[0][:20]} a thousand, or one and a bit? Say in the '
+            "column map decimal: ',', or take the commas out"
+        )
     return ','

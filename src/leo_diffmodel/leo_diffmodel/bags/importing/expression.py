@@ -30,18 +30,36 @@ class Function(NamedTuple):
 
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
-    ast.Div: operator.truediv, ast.Mod: operator.mod, ast.Pow: np.float_power,
-    ast.USub: operator.neg, ast.UAdd: operator.pos,
-    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
-    ast.Eq: operator.eq, ast.NotEq: operator.ne,
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Mod: operator.mod,
+    ast.Pow: np.float_power,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
 }
 FUNCTIONS = {
-    'abs': Function(np.abs, 1), 'sign': Function(np.sign, 1), 'sqrt': Function(np.sqrt, 1),
-    'exp': Function(np.exp, 1), 'log': Function(np.log, 1), 'sin': Function(np.sin, 1),
-    'cos': Function(np.cos, 1), 'tan': Function(np.tan, 1), 'atan2': Function(np.arctan2, 2),
-    'min': Function(np.minimum, 2), 'max': Function(np.maximum, 2), 'clip': Function(np.clip, 3),
-    'where': Function(np.where, 3), 'unwrap': Function(np.unwrap, 1),
+    'abs': Function(np.abs, 1),
+    'sign': Function(np.sign, 1),
+    'sqrt': Function(np.sqrt, 1),
+    'exp': Function(np.exp, 1),
+    'log': Function(np.log, 1),
+    'sin': Function(np.sin, 1),
+    'cos': Function(np.cos, 1),
+    'tan': Function(np.tan, 1),
+    'atan2': Function(np.arctan2, 2),
+    'min': Function(np.minimum, 2),
+    'max': Function(np.maximum, 2),
+    'clip': Function(np.clip, 3),
+    'where': Function(np.where, 3),
+    'unwrap': Function(np.unwrap, 1),
     'radians': Function(np.radians, 1),
 }
 CONSTANTS = {'pi': np.array([np.pi]), 'nan': np.array([np.nan])}
@@ -96,8 +114,7 @@ class _Evaluator(ast.NodeVisitor):
     def visit_Name(self, node: ast.Name) -> Any:
         if node.id not in self._names:
             raise UserError(
-                f'expression {self._text}: no column {node.id!r}'
-                f'{nearest(node.id, self._names)}'
+                f'expression {self._text}: no column {node.id!r}{nearest(node.id, self._names)}'
             )
         return self._names[node.id]
 

@@ -37,7 +37,10 @@ INPUTS = {'voltage': 'voltage', 'effort': 'torque', 'position': 'position'}
 
 
 def guess_map(
-    logs: Path | Sequence[Path], file: Path, robot: Robot | None = None, ref: str = '',
+    logs: Path | Sequence[Path],
+    file: Path,
+    robot: Robot | None = None,
+    ref: str = '',
     join: bool = False,
 ) -> Path:
     """Write a column map for a log, or for several that are parts of one run; return its path.
@@ -65,7 +68,7 @@ def guess_map(
 
 
 def _read(
-    paths: Sequence[Path], log_format: LogFormat, join: bool,
+    paths: Sequence[Path], log_format: LogFormat, join: bool
 ) -> tuple[list[Table], list[str]]:
     """Return the tables of the first log, or of all joined, and what is to be known of them."""
     read = [(log, read_tables(log, log_format)) for log in paths]
@@ -77,7 +80,10 @@ def _read(
 
 
 def _lines(
-    log: Path, log_format: LogFormat, tables: Sequence[Table], robot: KnownRobot | None,
+    log: Path,
+    log_format: LogFormat,
+    tables: Sequence[Table],
+    robot: KnownRobot | None,
     notes: Sequence[str],
 ) -> Iterator[str]:
     """Yield the lines of the map, from the first episode and all of them in one table.
@@ -90,8 +96,9 @@ def _lines(
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
-    units = Units(tables[0], table, roles, chosen, robot, _calibration(log, roles),
-                  is_lerobot(log))
+    units = Units(
+        tables[0], table, roles, chosen, robot, _calibration(log, roles), is_lerobot(log)
+    )
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
     yield from map(_note, (*notes, *chosen.notes))
@@ -109,10 +116,14 @@ def _lines(
 def _no_position(log: Path, table: Table) -> str:
     """Return what is wrong where no column is a position."""
     if any(name.isdecimal() or name.endswith(']') for name in table):
-        return (f'{log}: columns have numbers and no names: {_named(table)}. Write the map by '
-                "hand with header: [time, angle, ...], or with position: 2 or 'data[:, 2]'")
-    return (f'{log}: no column is named as a position is; there are {_named(table)}. Write the '
-            'map by hand: leo import --help shows one')
+        return (
+            f'{log}: columns have numbers and no names: {_named(table)}. Write the map by '
+            "hand with header: [time, angle, ...], or with position: 2 or 'data[:, 2]'"
+        )
+    return (
+        f'{log}: no column is named as a position is; there are {_named(table)}. Write the '
+        'map by hand: leo import --help shows one'
+    )
 
 
 def _calibration(log: Path, roles: Roles) -> Calibration | None:
@@ -155,8 +166,10 @@ def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
     if robot and found and robot.takes not in found:
         log = '/'.join(INPUTS[quantity] for quantity in found)
         command = leo('robot', 'init', '--input', log)
-        yield _note(f'{robot.ref} takes {INPUTS[robot.takes]}, the log has {log}: make the robot '
-                    f'with {command}')
+        yield _note(
+            f'{robot.ref} takes {INPUTS[robot.takes]}, the log has {log}: make the robot '
+            f'with {command}'
+        )
 
 
 def _note(text: str) -> str:
@@ -171,8 +184,9 @@ def _entry(key: str, value: Any, why: str = '') -> str:
 
 def _text(value: Any) -> str:
     """Return a value as YAML in one line."""
-    dumped = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=10**9,
-                            allow_unicode=True)  # fmt: skip
+    dumped = yaml.safe_dump(
+        value, default_flow_style=True, sort_keys=False, width=10**9, allow_unicode=True
+    )
     return dumped.removesuffix('...\n').strip()
 
 

@@ -34,12 +34,16 @@ class Calibrated:
         if motor is None:
             return None
         if GRIPPER in name:
-            return Unit('', f'per cent of the range in {file}, from {end:.4g} rad',
-                        motor.per_cent(True, end))
+            return Unit(
+                '',
+                f'per cent of the range in {file}, from {end:.4g} rad',
+                motor.per_cent(True, end),
+            )
         per_cent, why = self._are_per_cent
         if per_cent:
-            return Unit('', f'{why}: per cent of the range in {file}, 0 its middle',
-                        motor.per_cent(False))
+            return Unit(
+                '', f'{why}: per cent of the range in {file}, 0 its middle', motor.per_cent(False)
+            )
         if per_cent is None:
             scale = motor.per_cent(False)['scale']
             return Unit('?', f'{why}: unit: deg, or of per cent scale: {scale:.6g} ({file})')

@@ -14,7 +14,11 @@ from .guess_roles import Role
 
 MEASURED = ('position', 'velocity', 'effort')
 DRIVEN_BY = (
-    ('voltage', True), ('effort', True), ('voltage', False), ('position', True), ('effort', False),
+    ('voltage', True),
+    ('effort', True),
+    ('voltage', False),
+    ('position', True),
+    ('effort', False),
 )
 """Quantities that drive a joint and whether as a goal: of several the first is taken."""
 WITH_THE_DRIVE = ('supply_voltage', 'current')
@@ -83,9 +87,12 @@ def _notes(pairs: Mapping[str, tuple[str, str]], robot: KnownRobot) -> Iterable[
 def _renamed(roles: Roles, names: Mapping[str, str]) -> Roles:
     """Return the roles with the robot's joints; columns of none of them have no part."""
     return {
-        column: role if role.quantity == 'time' else
-        role._replace(joint=names.get(role.joint or 'joint', ''),
-                      quantity=role.quantity if (role.joint or 'joint') in names else '')
+        column: role
+        if role.quantity == 'time'
+        else role._replace(
+            joint=names.get(role.joint or 'joint', ''),
+            quantity=role.quantity if (role.joint or 'joint') in names else '',
+        )
         for column, role in roles.items()
     }
 
@@ -94,8 +101,9 @@ def _joints(roles: Roles) -> Columns:
     """Return the columns that were measured; joints have a position."""
     found = {quantity: _of(roles, quantity, goal=False) for quantity in MEASURED}
     return {
-        joint: {quantity: found[quantity][joint] for quantity in MEASURED
-                if joint in found[quantity]}
+        joint: {
+            quantity: found[quantity][joint] for quantity in MEASURED if joint in found[quantity]
+        }
         for joint in found['position']
     }
 

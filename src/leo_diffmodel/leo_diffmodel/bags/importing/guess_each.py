@@ -107,8 +107,11 @@ class Units:
         measured = self.chosen.joints.get(joint, {}).get('position', column)
         if measured != column and self._are_alike(measured, column):
             return self.of(joint, 'position', measured)
-        return (self._by_speed(joint, column) or self._of_robot(joint, column)
-                or self._by_numbers(name, self.table[column]))
+        return (
+            self._by_speed(joint, column)
+            or self._of_robot(joint, column)
+            or self._by_numbers(name, self.table[column])
+        )
 
     def _are_alike(self, measured: str, goal: str) -> bool:
         """Say whether a goal may be in the unit of the position, whose name may say it."""
@@ -155,15 +158,19 @@ class Units:
     @property
     def _open(self) -> list[str]:
         """Positions and goals whose unit their names leave open."""
-        return [name for name, role in self.roles.items()
-                if role.quantity == 'position' and not role.unit]
+        return [
+            name
+            for name, role in self.roles.items()
+            if role.quantity == 'position' and not role.unit
+        ]
 
     @cached_property
     def _calibrated(self) -> Calibrated | None:
         if self.calibration is None:
             return None
-        return Calibrated(self.calibration, [(self.roles[name], self.table[name])
-                                             for name in self._open])
+        return Calibrated(
+            self.calibration, [(self.roles[name], self.table[name]) for name in self._open]
+        )
 
     @property
     def _bodies(self) -> list[Column]:
@@ -183,7 +190,7 @@ class Units:
         return Unit(ANGULAR.get(angle.name, 'm/s' if sliding else 'rad/s'), 'as the angles')
 
     def _by_change(
-        self, position: str, angle: Unit, column: str, names: Sequence[str],
+        self, position: str, angle: Unit, column: str, names: Sequence[str]
     ) -> Unit | None:
         if self._t is None or not position or angle.name == '?':
             return None

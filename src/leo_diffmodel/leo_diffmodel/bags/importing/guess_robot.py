@@ -72,9 +72,11 @@ def matched(names: Sequence[str], robot: KnownRobot) -> dict[str, tuple[str, str
     if found and len(names_left) == len(joints_left) == 1:
         found[names_left[0]] = joints_left[0], 'the one left over'
     if not found:
-        raise UserError(f'none of {", ".join(names)} in the log is named like a joint of '
-                        f'{robot.ref}: {", ".join(robot.joints)}; rename the columns, or guess '
-                        'without --model and name the joints in the map')
+        raise UserError(
+            f'none of {", ".join(names)} in the log is named like a joint of '
+            f'{robot.ref}: {", ".join(robot.joints)}; rename the columns, or guess '
+            'without --model and name the joints in the map'
+        )
     return found
 
 
@@ -84,8 +86,11 @@ def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str
 
     alike = np.array([[_alike(name, joint) for joint in joints] for name in names])
     rows, columns = linear_sum_assignment(alike, maximize=True)
-    return {names[i]: (joints[j], 'by its name') for i, j in zip(rows, columns, strict=True)
-            if alike[i, j] >= SIMILAR}
+    return {
+        names[i]: (joints[j], 'by its name')
+        for i, j in zip(rows, columns, strict=True)
+        if alike[i, j] >= SIMILAR
+    }
 
 
 def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, str]]:
@@ -94,8 +99,10 @@ def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[s
     if len(names) != len(joints) or not all(numbers):
         return {}
     order = sorted(names, key=lambda name: int(re.sub(r'\D', '', name)))
-    return {name: (joint, "in the robot's order: look it over")
-            for name, joint in zip(order, joints, strict=True)}
+    return {
+        name: (joint, "in the robot's order: look it over")
+        for name, joint in zip(order, joints, strict=True)
+    }
 
 
 def _alike(name: str, joint: str) -> float:
@@ -118,8 +125,11 @@ def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
     if peak <= reach * OVER_A_STOP:
         return Unit('rad', f'within the stops of {robot.ref}, {reach:.3g} rad')
     if np.radians(peak) <= reach * OVER_A_STOP and peak > RADIANS:
-        return Unit('deg', f'within the stops of {robot.ref}, {np.degrees(reach):.0f} deg; '
-                    'of per cent of a range scale: rad for 1 %')
+        return Unit(
+            'deg',
+            f'within the stops of {robot.ref}, {np.degrees(reach):.0f} deg; '
+            'of per cent of a range scale: rad for 1 %',
+        )
     return None
 
 
@@ -128,6 +138,9 @@ def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
     low, high = robot.limits.get(joint, (-np.inf, np.inf))
     if not np.isfinite(high - low):
         return None
-    return Unit('?', 'numbers end at exactly 100: per cent of the calibrated range; from stop '
-                f'to stop of {robot.ref} scale: {(high - low) / 200:.4g} for -100 to 100,'
-                f' {(high - low) / 100:.4g} for 0 to 100')
+    return Unit(
+        '?',
+        'numbers end at exactly 100: per cent of the calibrated range; from stop '
+        f'to stop of {robot.ref} scale: {(high - low) / 200:.4g} for -100 to 100,'
+        f' {(high - low) / 100:.4g} for 0 to 100',
+    )

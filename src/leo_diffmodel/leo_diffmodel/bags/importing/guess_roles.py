@@ -12,18 +12,48 @@ from .guess_words import ANGLES, BESIDE, GOAL, SYMBOLS, WORDS, words_of
 from .unit_names import canonical, fits, is_unit
 
 ANYWHERE = {
-    'deg': 'deg', 'degree': 'deg', 'degrees': 'deg', 'rad': 'rad', 'radians': 'rad', 'ms': 'ms',
-    'us': 'us', 'ns': 'ns', 'rpm': 'rpm', 'nm': 'N m', 'mv': 'mV',
-}  # fmt: skip
+    'deg': 'deg',
+    'degree': 'deg',
+    'degrees': 'deg',
+    'rad': 'rad',
+    'radians': 'rad',
+    'ms': 'ms',
+    'us': 'us',
+    'ns': 'ns',
+    'rpm': 'rpm',
+    'nm': 'N m',
+    'mv': 'mV',
+}
 """Words that are units wherever they stand in a name."""
 LAST = {
-    'rad_s': 'rad/s', 'deg_s': 'deg/s', 'm_s': 'm/s', 'mm_s': 'mm/s', 'rev_s': 'rev/s',
-    'rev_min': 'rpm', 'u_min': 'rpm', 'tr_min': 'rpm', 'rad_per_s': 'rad/s', 'deg_per_s': 'deg/s',
-    'm_per_s': 'm/s', 'rad_per_sec': 'rad/s', 'deg_per_sec': 'deg/s', 'rads': 'rad/s',
-    'radps': 'rad/s', 'degs': 'deg/s', 'dps': 'deg/s', 'mps': 'm/s', 'n_m': 'N m', 'mnm': 'mN m',
-    'rad_s_2': 'rad/s2', 'm_s_2': 'm/s2', 'ncm': 'N cm', 'mm': 'mm', 'cm': 'cm', 'ma': 'mA',
+    'rad_s': 'rad/s',
+    'deg_s': 'deg/s',
+    'm_s': 'm/s',
+    'mm_s': 'mm/s',
+    'rev_s': 'rev/s',
+    'rev_min': 'rpm',
+    'u_min': 'rpm',
+    'tr_min': 'rpm',
+    'rad_per_s': 'rad/s',
+    'deg_per_s': 'deg/s',
+    'm_per_s': 'm/s',
+    'rad_per_sec': 'rad/s',
+    'deg_per_sec': 'deg/s',
+    'rads': 'rad/s',
+    'radps': 'rad/s',
+    'degs': 'deg/s',
+    'dps': 'deg/s',
+    'mps': 'm/s',
+    'n_m': 'N m',
+    'mnm': 'mN m',
+    'rad_s_2': 'rad/s2',
+    'm_s_2': 'm/s2',
+    'ncm': 'N cm',
+    'mm': 'mm',
+    'cm': 'cm',
+    'ma': 'mA',
     'sec': 's',
-}  # fmt: skip
+}
 """Words that are a unit where a name ends in them."""
 LETTERS = {'m': 'm', 's': 's', 'N': 'N', 'V': 'V', 'A': 'A'}
 """Single letters that are a unit at the end, where what they would be the unit of has it."""
@@ -100,8 +130,9 @@ def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
     symbol = next((SYMBOLS[word] for word in words if word in SYMBOLS), '')
     if symbol and fits_quantity(told, symbol):
         return symbol
-    return next((name for name in BY_UNIT if told not in ('%', '1') and fits_quantity(told, name)),
-                '')
+    return next(
+        (name for name in BY_UNIT if told not in ('%', '1') and fits_quantity(told, name)), ''
+    )
 
 
 def _has(quantity: str, words: Sequence[str], letter: str) -> bool:

@@ -46,13 +46,19 @@ def of_angles(columns: Sequence[Column]) -> Unit:
     if peak <= RADIANS:
         return Unit('rad', f'none is beyond {peak:.3g}, so radians')
     if is_clipped(columns):
-        return Unit('?', 'they end at exactly 100: per cent of the calibrated range; '
-                    'scale: rad for 1 %, and no unit')
+        return Unit(
+            '?',
+            'they end at exactly 100: per cent of the calibrated range; '
+            'scale: rad for 1 %, and no unit',
+        )
     if peak > DEGREES:
         return Unit('?', f'up to {peak:.4g}: counts of an encoder? then scale: rad for one')
     if peak > PER_CENT:
-        return Unit('deg', f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent; '
-                    'unit: rad for a joint that turns round')
+        return Unit(
+            'deg',
+            f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent; '
+            'unit: rad for a joint that turns round',
+        )
     return Unit('?', f'up to {peak:.3g}: unit: deg, or of per cent of a range scale: rad for 1 %')
 
 

@@ -88,8 +88,12 @@ def joined(logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None
         raise UserError(f'parts of one run differ in their number of episodes: {counts}')
     names = short_names([log for log, _ in logs])
     found = [
-        _one([Part(log, name, tables[k], _time(tables[k], time))
-              for (log, tables), name in zip(logs, names, strict=True)])
+        _one(
+            [
+                Part(log, name, tables[k], _time(tables[k], time))
+                for (log, tables), name in zip(logs, names, strict=True)
+            ]
+        )
         for k in range(len(logs[0][1]))
     ]
     return Joined([table for table, _ in found], found[0][1])
@@ -132,8 +136,10 @@ def _as_many_rows(parts: Sequence[Part]) -> None:
     """Refuse parts to be joined row by row that differ in their rows."""
     if len({part.rows for part in parts}) > 1:
         counts = ', '.join(f'{part.log.name} has {part.rows}' for part in parts)
-        raise UserError(f'parts without a time go row by row, and these differ: {counts} rows; '
-                        'give each a column of times, or as many rows')
+        raise UserError(
+            f'parts without a time go row by row, and these differ: {counts} rows; '
+            'give each a column of times, or as many rows'
+        )
 
 
 def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.int64]:
@@ -141,8 +147,10 @@ def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.
     low, high = max(map(np.nanmin, times)), min(map(np.nanmax, times))
     rows = np.flatnonzero((clock >= low - SAME) & (clock <= high + SAME))
     if len(rows) < 2:
-        raise UserError(f'{listed}: their times do not overlap, the last begins at {low:.6g} and '
-                        f'the first ends at {high:.6g}; they are no parts of one run')
+        raise UserError(
+            f'{listed}: their times do not overlap, the last begins at {low:.6g} and '
+            f'the first ends at {high:.6g}; they are no parts of one run'
+        )
     return rows
 
 

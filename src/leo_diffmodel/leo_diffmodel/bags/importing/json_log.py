@@ -31,8 +31,10 @@ def read_json(log: Path, log_format: LogFormat) -> list[Table]:
     if log_format.fields:
         return from_fields(log, content, log_format)
     places = log_format.records or ''
-    return [_table(log, content, place, log_format)
-            for place in ([places] if isinstance(places, str) else places)]
+    return [
+        _table(log, content, place, log_format)
+        for place in ([places] if isinstance(places, str) else places)
+    ]
 
 
 def json_content(log: Path, log_format: LogFormat) -> Any:
@@ -46,8 +48,9 @@ def json_content(log: Path, log_format: LogFormat) -> Any:
     except RecursionError:
         raise UserError(f'{log} is nested too deeply for a log') from None
     except _Twice as twice:
-        raise UserError(f'{log}: {shown(twice.args[0])} stands twice in one object; rename one'
-                        ) from None
+        raise UserError(
+            f'{log}: {shown(twice.args[0])} stands twice in one object; rename one'
+        ) from None
     except ValueError as error:
         raise UserError(f'{log} is not JSON: {error}') from None
 
@@ -90,8 +93,11 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
     Rows that are lists, under several names side by side, are episodes: all their places.
     """
     if isinstance(content, list):
-        return place if content and all(isinstance(row, dict) for row in content) else (
-            place if _are_rows(content) else None)
+        return (
+            place
+            if content and all(isinstance(row, dict) for row in content)
+            else (place if _are_rows(content) else None)
+        )
     if not isinstance(content, dict) or deep > DEEPEST:
         return None
     if any(isinstance(v, list) and v and is_number(v[0]) for v in content.values()):
@@ -106,9 +112,12 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
 
 def _are_rows(value: Any) -> bool:
     """Say whether a value is a list of lists of numbers, all of one length."""
-    return (isinstance(value, list) and len(value) > 1
-            and all(isinstance(row, list) and row and is_number(row[0]) for row in value)
-            and _same_width(value))
+    return (
+        isinstance(value, list)
+        and len(value) > 1
+        and all(isinstance(row, list) and row and is_number(row[0]) for row in value)
+        and _same_width(value)
+    )
 
 
 def _same_width(rows: Sequence[Sequence[Any]]) -> bool:

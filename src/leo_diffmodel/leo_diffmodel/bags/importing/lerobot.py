@@ -91,8 +91,10 @@ def read_info(folder: Path) -> Info:
         raise UserError(f'{file} is not JSON; fetch the data set again') from None
     info = check(content, Info, file)
     if not info.codebase_version.startswith(('v2.', 'v3.')):
-        raise UserError(f'{file}: codebase_version {shown(info.codebase_version)} is not read '
-                        'here; convert the data set to v3.0 with LeRobot')
+        raise UserError(
+            f'{file}: codebase_version {shown(info.codebase_version)} is not read '
+            'here; convert the data set to v3.0 with LeRobot'
+        )
     return info
 
 
@@ -119,13 +121,15 @@ def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
     frames = _stored(file, list(wanted))
     for name in (*wanted, EPISODE):
         if name not in wanted or name not in frames:
-            raise UserError(f'{file} or meta/info.json lacks {name}; there are '
-                            f'{", ".join(frames)}')
+            raise UserError(
+                f'{file} or meta/info.json lacks {name}; there are {", ".join(frames)}'
+            )
     return {
         column: values
         for name, columns in wanted.items()
-        for column, values in zip(columns, _numbers(frames[name], len(columns), f'{file}, {name}'),
-                                  strict=True)
+        for column, values in zip(
+            columns, _numbers(frames[name], len(columns), f'{file}, {name}'), strict=True
+        )
     }
 
 
@@ -135,9 +139,11 @@ def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
     for file, part in zip(files, parts, strict=True):
         for number in np.unique(part[EPISODE][np.isfinite(part[EPISODE])]):
             if number in seen:
-                raise UserError(f'{seen[number]} and {file} both have episode {number:.0f}; '
-                                'number the episodes anew, or take out the file that is not of '
-                                'this set')
+                raise UserError(
+                    f'{seen[number]} and {file} both have episode {number:.0f}; '
+                    'number the episodes anew, or take out the file that is not of '
+                    'this set'
+                )
             seen[number] = file
 
 
@@ -174,8 +180,10 @@ def _episodes(table: Table, folder: Path) -> Iterator[Table]:
         rows = np.flatnonzero(numbers == number)
         rows = rows[np.argsort(order[rows], kind='stable')]
         if FRAME in table and (np.diff(order[rows]) == 0).any():
-            raise UserError(f'{folder}: episode {number:.0f} has frames with the same {FRAME}; '
-                            'are they two episodes? Number them anew')
+            raise UserError(
+                f'{folder}: episode {number:.0f} has frames with the same {FRAME}; '
+                'are they two episodes? Number them anew'
+            )
         yield {name: column[rows] for name, column in table.items()}
 
 

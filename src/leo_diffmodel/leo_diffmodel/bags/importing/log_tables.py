@@ -16,7 +16,7 @@ from .tables import read_tables
 
 
 def episodes_of(
-    logs: Sequence[Path], mapping: ColumnMap, join: bool,
+    logs: Sequence[Path], mapping: ColumnMap, join: bool
 ) -> tuple[list[tuple[Path, Table]], str]:
     """Return (log, table) of each episode, and how parts of one run were joined; '' where none."""
     read = [(log, _read(log, mapping)) for log in logs]
@@ -39,8 +39,11 @@ def _read(log: Path, mapping: ColumnMap) -> list[Table]:
 
 def _say_their_unit(log: Path, mapping: ColumnMap) -> None:
     """Refuse angles of a LeRobot data set whose unit the map leaves open, as the data set does."""
-    specs = [spec for columns in mapping.joints.values()
-             for spec in (columns.position, columns.velocity)]
+    specs = [
+        spec
+        for columns in mapping.joints.values()
+        for spec in (columns.position, columns.velocity)
+    ]
     specs += [columns.get('position') for columns in mapping.inputs.values()]
     for spec in specs:
         if spec and not spec.says_unit:

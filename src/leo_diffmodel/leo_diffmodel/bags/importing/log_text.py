@@ -9,7 +9,8 @@ from pathlib import Path
 from leo_msgs_py.errors import UserError
 
 _MARKS = (
-    (codecs.BOM_UTF8, 'utf-8-sig'), (codecs.BOM_UTF16_LE, 'utf-16'),
+    (codecs.BOM_UTF8, 'utf-8-sig'),
+    (codecs.BOM_UTF16_LE, 'utf-16'),
     (codecs.BOM_UTF16_BE, 'utf-16'),
 )
 """What a file may begin with, and what that says."""
@@ -32,11 +33,14 @@ def read_log_text(path: Path, encoding: str | None = None) -> str:
     try:
         text = raw.decode(code).removeprefix('\ufeff')
     except LookupError:
-        raise UserError(f'{path}: no encoding is named {code!r}; known are utf-8, utf-16, cp1252, '
-                        'latin-1, ...') from None
+        raise UserError(
+            f'{path}: no encoding is named {code!r}; known are utf-8, utf-16, cp1252, latin-1, ...'
+        ) from None
     except UnicodeError:
-        raise UserError(f'{path}: not a text file in {code}; say the encoding in the column map '
-                        '(encoding: cp850)') from None
+        raise UserError(
+            f'{path}: not a text file in {code}; say the encoding in the column map '
+            '(encoding: cp850)'
+        ) from None
     if code == WINDOWS and '\0' in text:
         raise UserError(f'{path}: not a text file')
     return text

@@ -21,8 +21,10 @@ def each_once(names: Sequence[str], where: str) -> None:
     for name in names:
         if name and names.count(name) > 1:
             places = ' and '.join(str(k) for k, n in enumerate(names, start=1) if n == name)
-            raise UserError(f'{where}: {shown(name)} is the name of columns {places}; rename '
-                            'them, or name all columns in the column map (header: [...])')
+            raise UserError(
+                f'{where}: {shown(name)} is the name of columns {places}; rename '
+                'them, or name all columns in the column map (header: [...])'
+            )
 
 
 def numbered(width: int) -> list[str]:

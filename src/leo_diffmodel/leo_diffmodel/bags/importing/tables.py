@@ -50,14 +50,16 @@ def reader_of(log: Path, log_format: LogFormat) -> Reader:
         if reader.takes(log, log_format):
             return reader
     if log.is_dir():
-        raise UserError(f'{log} is a folder without meta/info.json, so no LeRobot data set; '
-                        'name files')
+        raise UserError(
+            f'{log} is a folder without meta/info.json, so no LeRobot data set; name files'
+        )
     if not log.is_file():
         raise UserError(f'no log {log}')
     name = log_format.format or log.suffix.lower().lstrip('.')
     *names, last = [reader.name for reader in (*READERS, *others) if reader.endings]
-    raise UserError(f'{log}: unknown format {shown(name)}; name one (format: {", ".join(names)} '
-                    f'or {last})')
+    raise UserError(
+        f'{log}: unknown format {shown(name)}; name one (format: {", ".join(names)} or {last})'
+    )
 
 
 def _foreign(reader: Reader) -> Reader:

@@ -22,6 +22,10 @@ def traps(recording: Recording, robot: Robot) -> list[Finding]:
     """Return what each trap's own file looks for."""
     with np.errstate(all='ignore'):  # whatever numbers a log holds
         return [
-            *angle_units(recording, robot), *even_stamps(recording), *slow(recording),
-            *positions_only(recording), *asked(recording), *frame_shift(recording),
-        ]  # fmt: skip
+            *angle_units(recording, robot),
+            *even_stamps(recording),
+            *slow(recording),
+            *positions_only(recording),
+            *asked(recording),
+            *frame_shift(recording),
+        ]

@@ -32,13 +32,16 @@ def angle_units(recording: Recording, robot: Robot) -> list[Finding]:
         return []
     hinges = {joint.name: joint for joint in robot.joints if joint.kind in HINGES}
     said = recording.metadata.get('angle_units_said', '').split(', ')
-    fastest = {name: max(FASTEST, free_speed(robot, name) or 0.0) if name not in said else np.inf
-               for name in hinges}  # fmt: skip
+    fastest = {
+        name: max(FASTEST, free_speed(robot, name) or 0.0) if name not in said else np.inf
+        for name in hinges
+    }
     return [
         finding
-        for j, name in enumerate(recording.joints) if name in hinges
+        for j, name in enumerate(recording.joints)
+        if name in hinges
         for finding in _judged(recording, j, hinges[name], fastest[name])
-    ]  # fmt: skip
+    ]
 
 
 def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> Iterator[Finding]:
@@ -49,8 +52,10 @@ def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> Itera
         return
     unit = 'degrees' if max(-low, high) > PER_CENT else 'degrees, or per cent of its range'
     what = f'{joint.name} goes from {low:.4g} to {high:.4g} rad, {why}: that is {unit}'
-    todo = ('import it again with unit: deg, or with scale: rad for 1 %, in the column map; with '
-            'unit: rad where that is right and the joint has no limits')
+    todo = (
+        'import it again with unit: deg, or with scale: rad for 1 %, in the column map; with '
+        'unit: rad where that is right and the joint has no limits'
+    )
     yield Finding('angle_units', ERROR, what, (), todo)
 
 

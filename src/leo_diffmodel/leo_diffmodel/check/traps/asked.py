@@ -32,15 +32,18 @@ def asked(recording: Recording) -> list[Finding]:
     """Say that inputs are requests, by the name of their column, and where they were not met."""
     out = [
         finding
-        for a, joint in enumerate(recording.actuators) if recording.input == 'position'
+        for a, joint in enumerate(recording.actuators)
+        if recording.input == 'position'
         for finding in _unmet(recording, a, joint)
-    ]  # fmt: skip
+    ]
     columns = recording.metadata.get('inputs_from', '').split(', ')
     named = [column for column in columns if role_of(column).is_goal]
     if named and not out:
         more = f' and {len(named) - 1} more' if len(named) > 1 else ''
-        what = (f'inputs are what was asked for ({named[0]}{more}), not what was sent; nothing '
-                'shows here that the two differ')  # fmt: skip
+        what = (
+            f'inputs are what was asked for ({named[0]}{more}), not what was sent; nothing '
+            'shows here that the two differ'
+        )
         out.append(Finding('asked', OK, what, (), TODO))
     return out
 

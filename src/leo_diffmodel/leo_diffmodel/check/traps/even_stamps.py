@@ -34,8 +34,10 @@ def even_stamps(recording: Recording) -> list[Finding]:
     if not all(map(is_even, episodes)):
         return []
     rate = 1 / float(np.median(np.concatenate([np.diff(t) for t in episodes])))
-    what = (f'stamps are frame / {rate:.4g} Hz, computed and not read from a clock: how late a '
-            'frame really was cannot be seen')  # fmt: skip
+    what = (
+        f'stamps are frame / {rate:.4g} Hz, computed and not read from a clock: how late a '
+        'frame really was cannot be seen'
+    )
     todo = 'log the time at which each observation was read, and import that column as time'
     return [Finding('even_stamps', WARNING if rate < PACED else OK, what, (), todo)]
 

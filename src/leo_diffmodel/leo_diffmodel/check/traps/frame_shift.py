@@ -68,8 +68,10 @@ def _told(row: int | None, period: float) -> Finding:
     if row == LATE:
         what = f'a goal acts a frame ({period:.0f} ms) after its row'
         return Finding('frame', OK, what, (), 'nothing: explain tries command_delay')
-    what = ('positions are read before the goal of their row is sent, which acts up to a frame '
-            f'({period:.0f} ms) after its stamp')  # fmt: skip
+    what = (
+        'positions are read before the goal of their row is sent, which acts up to a frame '
+        f'({period:.0f} ms) after its stamp'
+    )
     return Finding('frame', OK, what)
 
 

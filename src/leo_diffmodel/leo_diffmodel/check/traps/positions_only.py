@@ -29,8 +29,10 @@ def positions_only(recording: Recording) -> list[Finding]:
     off, share, joint = max(
         (_coarseness(recording, j) for j in range(len(recording.joints))), key=lambda c: c[1]
     )
-    what = (f'{TOLD[recording.rates]}, coarse to {off:.2g} rad/s at {joint}, '
-            f'{100 * share:.0f} % of how fast it moves')  # fmt: skip
+    what = (
+        f'{TOLD[recording.rates]}, coarse to {off:.2g} rad/s at {joint}, '
+        f'{100 * share:.0f} % of how fast it moves'
+    )
     todo = 'log the speed that the servo itself measures; delays and filters of speeds show there'
     return [Finding('positions_only', WARNING if share > COARSE else OK, what, (), todo)]
 

@@ -18,7 +18,9 @@ def slow(recording: Recording) -> list[Finding]:
     period = float(np.median(steps(recording)))
     if period <= 1 / SLOWEST:
         return []
-    what = (f'joint states every {1e3 * period:.0f} ms ({1 / period:.3g} Hz): friction where a '
-            'joint turns, delays and backlash happen in between')  # fmt: skip
+    what = (
+        f'joint states every {1e3 * period:.0f} ms ({1 / period:.3g} Hz): friction where a '
+        'joint turns, delays and backlash happen in between'
+    )
     todo = 'record at 100 Hz, 50 Hz at the least: the joints alone, no cameras in the loop'
     return [Finding('slow', WARNING, what, (), todo)]

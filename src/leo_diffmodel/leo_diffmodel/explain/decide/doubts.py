@@ -14,8 +14,10 @@ def doubt(findings: Findings, part: Part) -> str:
     """Why an effect is not sure; '' where it is."""
     fitted, parameters = part.fit, part.candidate.parameters
     first = fitted.hypothesis.offset(part.index)
-    sizes = [(parameters[i], float(fitted.theta[first + i]), fitted.ci95(first + i))
-             for i in amplitude_indices(parameters)]  # fmt: skip
+    sizes = [
+        (parameters[i], float(fitted.theta[first + i]), fitted.ci95(first + i))
+        for i in amplitude_indices(parameters)
+    ]
     if not any(low > p.neutral or high < p.neutral for p, _, (low, high) in sizes):
         return 'whose interval holds no effect'
     if any(at_limit(p, v, 0.5 * (high - low)) for p, v, (low, high) in sizes):
@@ -58,8 +60,11 @@ def doubts(findings: Findings) -> list[str]:
         told.append(f'{findings.refuted} has a smaller held-out error')
     certificate = findings.final.certificate
     if certificate and not certificate.converged:
-        told.append(f'{certificate.starts} starts of the fit end at different values'
-                    if certificate.starts > 1 else 'the fit has not come to its end')  # fmt: skip
+        told.append(
+            f'{certificate.starts} starts of the fit end at different values'
+            if certificate.starts > 1
+            else 'the fit has not come to its end'
+        )
     return [*told, *_untried(findings)]
 
 
@@ -96,6 +101,8 @@ def _disagreements(findings: Findings) -> Iterator[str]:
                 continue
             least = findings.gates.disagree * abs(value - parameter.neutral)
             if high.value - low.value > least:
-                yield (f'the bags disagree about {part.candidate.label}: {parameter.name} is '
-                       f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '
-                       '--each explains them one by one')  # fmt: skip
+                yield (
+                    f'the bags disagree about {part.candidate.label}: {parameter.name} is '
+                    f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '
+                    '--each explains them one by one'
+                )

@@ -58,14 +58,26 @@ def decision(findings: Findings) -> Decision:
     """The verdict, and what speaks against it."""
     named = tuple(_named(findings, part) for part in findings.effects)
     doubtful, more = doubts(findings), beside(findings)
-    verdict = decide(named, findings.rest, bool(findings.unknown), doubtful, bool(more),
-                     cut_short=not findings.search.complete)  # fmt: skip
+    verdict = decide(
+        named,
+        findings.rest,
+        bool(findings.unknown),
+        doubtful,
+        bool(more),
+        cut_short=not findings.search.complete,
+    )
     pair = pair_note((part.candidate for part in findings.effects), findings.facts)
     return Decision(verdict, named, tuple(doubtful), tuple(filter(None, [more, pair])))
 
 
-def decide(named: Sequence[Named], rest: Rest, unknown: bool, doubts: Sequence[str] = (),
-           more: bool = False, cut_short: bool = False) -> str:
+def decide(
+    named: Sequence[Named],
+    rest: Rest,
+    unknown: bool,
+    doubts: Sequence[str] = (),
+    more: bool = False,
+    cut_short: bool = False,
+) -> str:
     """fine, named, partly, ambiguous or unknown.
 
     Args:

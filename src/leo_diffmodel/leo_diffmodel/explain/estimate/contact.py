@@ -216,13 +216,16 @@ def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
     first, values = hypothesis.offset(index), hypothesis.values(scan.theta, index)
     rest = scan.theta[first + len(values) :]
     return [
-        replace(s, theta=np.concatenate([
-            scan.theta[:first], [values[p.name] for p in s.candidate.parameters], rest
-        ]))
+        replace(
+            s,
+            theta=np.concatenate(
+                [scan.theta[:first], [values[p.name] for p in s.candidate.parameters], rest]
+            ),
+        )
         for s in scans
         if s.candidate.where == scan.candidate.where
         and set(s.candidate.parameters) < set(scan.candidate.parameters)
-    ]  # fmt: skip
+    ]
 
 
 def _with(null: Fit, scan: Scan) -> Fit:

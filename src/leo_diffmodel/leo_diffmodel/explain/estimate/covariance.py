@@ -28,8 +28,16 @@ def conditional_errors(columns: Array) -> Array:
     return np.divide(1.0, size, out=np.full(size.shape, np.inf), where=size > 0)
 
 
-def covariance(columns: Array, residual: Array, block: Array, free: Array, spread: float,
-               channels: int, numerics: Numerics, typical: Array | None = None) -> Array:
+def covariance(
+    columns: Array,
+    residual: Array,
+    block: Array,
+    free: Array,
+    spread: float,
+    channels: int,
+    numerics: Numerics,
+    typical: Array | None = None,
+) -> Array:
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
     The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
@@ -60,7 +68,10 @@ def covariance(columns: Array, residual: Array, block: Array, free: Array, sprea
 
 
 def derivatives(
-    columns: Array, residual: Array, channels: int, numerics: Numerics,
+    columns: Array,
+    residual: Array,
+    channels: int,
+    numerics: Numerics,
     typical: Array | None = None,
 ) -> tuple[Array, Array]:
     """Slope of the loss in each window and channel, and curvature of the touching parabola.

@@ -94,8 +94,9 @@ class Estimator(Protocol):
             few: no pairs of effects.
         """
 
-    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
-                 ) -> Estimate:
+    def refitted(
+        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+    ) -> Estimate:
         """Another hypothesis on the same windows, from values near those of `at`."""
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:

@@ -54,8 +54,10 @@ def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:
     """How many fits ended at the least loss, or at its values."""
     least = _loss(problem, best) + _tolerance(problem, best)
     near = problem.numerics.same_values * best.standard_errors
-    return sum(_loss(problem, end) <= least or bool((np.abs(end.theta - best.theta) <= near).all())
-               for end in ends)  # fmt: skip
+    return sum(
+        _loss(problem, end) <= least or bool((np.abs(end.theta - best.theta) <= near).all())
+        for end in ends
+    )
 
 
 def _tolerance(problem: Problem, fitted: Fit) -> float:

@@ -54,8 +54,13 @@ def fit(
         if ended:
             break
         settled = there is None
-        at = there or _point(problem, hypothesis, at.theta,
-                             _settled(problem, hypothesis, at.theta, at.start), at.errors)
+        at = there or _point(
+            problem,
+            hypothesis,
+            at.theta,
+            _settled(problem, hypothesis, at.theta, at.start),
+            at.errors,
+        )
     return replace(_read_off(problem, at), ended=ended)
 
 
@@ -63,10 +68,19 @@ def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
     told = replace(problem, typical=fitted.typical)
     settled = _settled(told, fitted.hypothesis, fitted.theta, fitted.start)
-    point = _point(problem, fitted.hypothesis, fitted.theta, settled,
-                   conditional_errors(fitted.columns[problem.train]))  # fmt: skip
-    return replace(_read_off(problem, point), theta=fitted.theta, covariance=fitted.covariance,
-                   certificate=fitted.certificate)  # fmt: skip
+    point = _point(
+        problem,
+        fitted.hypothesis,
+        fitted.theta,
+        settled,
+        conditional_errors(fitted.columns[problem.train]),
+    )
+    return replace(
+        _read_off(problem, point),
+        theta=fitted.theta,
+        covariance=fitted.covariance,
+        certificate=fitted.certificate,
+    )
 
 
 def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
@@ -121,8 +135,10 @@ def _advanced(
             start, saved = settled.start, at.saved(settled.residual)
         if saved > 0:
             softer = max(numerics.softest, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
-            return (_point(problem, at.hypothesis, theta, start, at.errors),
-                    max(damping * softer, numerics.least_damping))  # fmt: skip
+            return (
+                _point(problem, at.hypothesis, theta, start, at.errors),
+                max(damping * softer, numerics.least_damping),
+            )
         damping, harder = max(damping, 1e3 * numerics.least_damping) * harder, 2.0 * harder
     return None, damping
 
@@ -136,16 +152,17 @@ def _along(
     return moved, start + (step.start + step.gain @ straight)
 
 
-def _settled(
-    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array | None
-) -> Array:
+def _settled(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array | None) -> Array:
     """The windows settled from some start states, or from the first there are."""
     start = problem.first if start is None else start
     return settle(problem, hypothesis, theta, problem.begins(start)).start
 
 
 def _point(
-    problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
+    problem: Problem,
+    hypothesis: Hypothesis,
+    theta: Array,
+    start: Array,
     errors: Array | None = None,
 ) -> _Point:
     linear = problem.linearised(hypothesis, theta, start, errors)
@@ -198,7 +215,11 @@ class _Point:
 
     @classmethod
     def of(
-        cls, problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array,
+        cls,
+        problem: Problem,
+        hypothesis: Hypothesis,
+        theta: Array,
+        start: Array,
         linear: shooting.Linear,
     ) -> _Point:
         """Project the start states out and sum over the windows that are in line."""
@@ -213,8 +234,22 @@ class _Point:
         leverage = leverage_weight(problem, columns[chosen])
         columns = columns[chosen] * leverage
         descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
-        return cls(hypothesis, theta, start, linear, numerics, rest, slope, problem.train,
-                   typical, loss, most, gram(columns), descent, (-solved, -gain))
+        return cls(
+            hypothesis,
+            theta,
+            start,
+            linear,
+            numerics,
+            rest,
+            slope,
+            problem.train,
+            typical,
+            loss,
+            most,
+            gram(columns),
+            descent,
+            (-solved, -gain),
+        )
 
     @property
     def errors(self) -> Array:
@@ -232,8 +267,9 @@ class _Point:
         if typical is not None:
             typical = shooting.typical_size(residual[self.train], channels, numerics)
         loss = shooting.loss(residual, channels, numerics, typical)
-        return float((np.minimum(self.loss, self.most)
-                      - np.minimum(loss, self.most))[self.train].sum())  # fmt: skip
+        return float(
+            (np.minimum(self.loss, self.most) - np.minimum(loss, self.most))[self.train].sum()
+        )
 
     def step(self, damping: float) -> Step:
         """The damped Gauss-Newton step that is best within the bounds."""
@@ -273,8 +309,16 @@ def _read_off(problem: Problem, point: _Point) -> Fit:
     return Fit(
         point.hypothesis,
         point.theta,
-        covariance(columns[train], point.rest[train], block[train], free, spread,
-                   channels, problem.numerics, point.typical),
+        covariance(
+            columns[train],
+            point.rest[train],
+            block[train],
+            free,
+            spread,
+            channels,
+            problem.numerics,
+            point.typical,
+        ),
         point.start,
         point.loss,
         point.rest,

@@ -67,8 +67,13 @@ class Fit:
 
     def take(self, index: Array) -> Fit:
         """The fit as it is on some of its windows."""
-        return replace(self, start=self.start[index], loss=self.loss[index],
-                       residual=self.residual[index], columns=self.columns[index])  # fmt: skip
+        return replace(
+            self,
+            start=self.start[index],
+            loss=self.loss[index],
+            residual=self.residual[index],
+            columns=self.columns[index],
+        )
 
     def reordered(self, order: Sequence[int]) -> Fit:
         """The fit with its effects in another order."""
@@ -78,9 +83,13 @@ class Fit:
         own = [np.arange(f, f + n) for f, n in zip(first, counts, strict=True)]
         index = np.concatenate([*own, np.arange(sum(counts), full.size)]).astype(int)
         candidates = tuple(full.candidates[i] for i in order)
-        return replace(self, hypothesis=replace(full, candidates=candidates),
-                       theta=self.theta[index], covariance=self.covariance[np.ix_(index, index)],
-                       columns=self.columns[..., index])  # fmt: skip
+        return replace(
+            self,
+            hypothesis=replace(full, candidates=candidates),
+            theta=self.theta[index],
+            covariance=self.covariance[np.ix_(index, index)],
+            columns=self.columns[..., index],
+        )
 
     @property
     def standard_errors(self) -> Array:

@@ -17,13 +17,7 @@ import numpy as np
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fit import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.scan import (
-    Scales,
-    Scan,
-    Scanner,
-    stretch_limits,
-    stretched,
-)
+from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner, stretch_limits, stretched
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Grids
@@ -83,7 +77,13 @@ class GroundScanner(Scanner):
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / self._share
         return Scan(
-            candidate, full, gain / self._share, unit, float(nats.max()), trace.points, nats,
+            candidate,
+            full,
+            gain / self._share,
+            unit,
+            float(nats.max()),
+            trace.points,
+            nats,
             self._split,
         )
 
@@ -102,8 +102,9 @@ class GroundScanner(Scanner):
         """One point for each parameter that scales the effect, at every shape of it."""
         parameters = candidate.parameters
         amplitude = amplitude_indices(parameters)
-        sizes = {i: float(np.sort(np.abs(self._sizes(candidate, parameters[i])))[1])
-                 for i in amplitude}  # fmt: skip
+        sizes = {
+            i: float(np.sort(np.abs(self._sizes(candidate, parameters[i])))[1]) for i in amplitude
+        }
         shapes: list[list[float]] = [[]]
         for i, p in enumerate(parameters):
             if i not in amplitude:
@@ -142,14 +143,13 @@ class GroundScanner(Scanner):
     def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
         return super()._shape(candidate, parameter)[: self._problem.numerics.most_shapes]
 
-    def _solved(
-        self, candidate: Candidate, points: Array, change: Array
-    ) -> tuple[Array, float]:
+    def _solved(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
         """Least squares over the parameters that scale the effect, for the best of its shapes."""
         amplitude, numerics = amplitude_indices(candidate.parameters), self._problem.numerics
         groups = change.reshape(-1, len(amplitude), change.shape[-1])
-        low, high = (np.array([getattr(p, end) for p in candidate.parameters])
-                     for end in ('low', 'high'))  # fmt: skip
+        low, high = (
+            np.array([getattr(p, end) for p in candidate.parameters]) for end in ('low', 'high')
+        )
         best, theta = -np.inf, points[0]
         for g, rows in enumerate(groups):
             base = points[g * len(amplitude)].copy()
@@ -172,9 +172,7 @@ class GroundScanner(Scanner):
                 theta[list(amplitude)] = moved
         return theta, best
 
-    def _picked(
-        self, candidate: Candidate, points: Array, change: Array
-    ) -> tuple[Array, float]:
+    def _picked(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
         """The best point of a grid; along each ray the closed form picks the amplitude.
 
         Of points that save the most in all windows, the one that would save most without that.

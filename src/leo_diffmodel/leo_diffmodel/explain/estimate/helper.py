@@ -97,8 +97,9 @@ def _lend(
     return _Lent(numbers, _submit(_each, until, function, [items[number] for number in numbers]))
 
 
-def _received(lent: _Lent, function: Callable[[Item], Any], items: Sequence[Item]
-              ) -> dict[int, Any]:
+def _received(
+    lent: _Lent, function: Callable[[Item], Any], items: Sequence[Item]
+) -> dict[int, Any]:
     try:
         found = lent.answer.result()
     except BrokenProcessPool:  # it was killed, for memory perhaps
@@ -124,8 +125,6 @@ def _ready(_first: Callable[..., Any]) -> None:
     os.environ['OMP_NUM_THREADS'] = '1'
 
 
-def _each(
-    until: float, function: Callable[[Item], Result], items: Sequence[Item]
-) -> list[Result]:
+def _each(until: float, function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
     """Of the first items, as many as there is time for; the clock is that of all processes."""
     return [function(item) for item in takewhile(lambda _: time.monotonic() < until, items)]

@@ -52,8 +52,10 @@ def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Sca
             near.append((left, replace(scan, theta=np.concatenate(theta))))
     numerics = problem.numerics
     most = numerics.imitation_left
-    return [*_best(others, most)[: numerics.imitations],
-            *_best(wholes, most)[: numerics.imitations_whole]]  # fmt: skip
+    return [
+        *_best(others, most)[: numerics.imitations],
+        *_best(wholes, most)[: numerics.imitations_whole],
+    ]
 
 
 def _best(near: Sequence[tuple[float, Scan]], most: float) -> list[Scan]:
@@ -64,8 +66,11 @@ def _other_wholes(scan: Scan, values: Sequence[float]) -> list[Array]:
     """The scanned points of a law, by its whole numbers; without those that it has."""
     whole = [i for i, p in enumerate(scan.candidate.parameters) if p.whole]
     kinds = np.unique(scan.points[:, whole], axis=0) if whole else ()
-    return [scan.points[(scan.points[:, whole] == kind).all(axis=1)]
-            for kind in kinds if (kind != np.array(values)[whole]).any()]
+    return [
+        scan.points[(scan.points[:, whole] == kind).all(axis=1)]
+        for kind in kinds
+        if (kind != np.array(values)[whole]).any()
+    ]
 
 
 def _nearest(

@@ -42,17 +42,20 @@ def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
     columns = np.zeros((*rest.residual.shape, len(own)))
     columns[~problem.train] = found.columns
     constants = (*rest.hypothesis.constants, *own)
-    return read_at(problem, replace(
-        rest, hypothesis=replace(rest.hypothesis, constants=constants), start=starts,
-        theta=np.concatenate([rest.theta, found.theta]),
-        covariance=block_diag(rest.covariance, found.covariance),
-        columns=np.concatenate([rest.columns, columns], axis=-1),
-    ))  # fmt: skip
+    return read_at(
+        problem,
+        replace(
+            rest,
+            hypothesis=replace(rest.hypothesis, constants=constants),
+            start=starts,
+            theta=np.concatenate([rest.theta, found.theta]),
+            covariance=block_diag(rest.covariance, found.covariance),
+            columns=np.concatenate([rest.columns, columns], axis=-1),
+        ),
+    )
 
 
-def _found(
-    problem: Problem, rest: Fit, own: Hypothesis, theta: Array | None
-) -> tuple[Fit, Array]:
+def _found(problem: Problem, rest: Fit, own: Hypothesis, theta: Array | None) -> tuple[Fit, Array]:
     """The constants in the windows that tell them, and the start states of all windows (W, 2J)."""
     assert problem.telling is not None
     outside = np.flatnonzero(~problem.train)
@@ -72,7 +75,11 @@ def _apart(fitted: Fit, own: Sequence[Constant]) -> tuple[Fit, Array | None]:
     if not count:
         return fitted, None
     kept = slice(None, hypothesis.size - count)
-    alone = replace(fitted, theta=fitted.theta[kept], covariance=fitted.covariance[kept, kept],
-                    columns=fitted.columns[..., kept],
-                    hypothesis=replace(hypothesis, constants=rest))  # fmt: skip
+    alone = replace(
+        fitted,
+        theta=fitted.theta[kept],
+        covariance=fitted.covariance[kept, kept],
+        columns=fitted.columns[..., kept],
+        hypothesis=replace(hypothesis, constants=rest),
+    )
     return alone, fitted.theta[-count:]

@@ -67,9 +67,7 @@ def leading(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[
     return kept
 
 
-def _atoms(
-    scans: Sequence[Scan], residual: Array, most: int
-) -> tuple[Array, Array, Array]:
+def _atoms(scans: Sequence[Scan], residual: Array, most: int) -> tuple[Array, Array, Array]:
     """The points that explain most of each candidate: owner, unit signature, length."""
     owner, rows, lengths = [], [], []
     for number, scan in enumerate(scans):
@@ -96,9 +94,12 @@ def _saved(
     return np.where(able & able.T, saved, -np.inf), np.clip(stretch, limits[:, :1], limits[:, 1:])
 
 
-def _point(scans: Sequence[Scan], owner: Array, lengths: Array, pair: tuple, stretch: tuple
-           ) -> Point:
+def _point(
+    scans: Sequence[Scan], owner: Array, lengths: Array, pair: tuple, stretch: tuple
+) -> Point:
     taken = [scans[owner[i]] for i in pair]
-    values = [s.stretched(int(lengths[i, 1]), float(by))
-              for s, i, by in zip(taken, pair, stretch, strict=True)]  # fmt: skip
+    values = [
+        s.stretched(int(lengths[i, 1]), float(by))
+        for s, i, by in zip(taken, pair, stretch, strict=True)
+    ]
     return tuple(s.candidate for s in taken), np.concatenate(values)

@@ -12,8 +12,12 @@ def effect_row(fitted: Fit, index: int) -> dict:
     """Name, place, file and parameters of candidate `index`."""
     candidate = fitted.hypothesis.candidates[index]
     source = {'source': candidate.effect.source} if candidate.effect.source else {}
-    return {'name': candidate.effect.name, 'where': candidate.where, **source,
-            'parameters': parameter_rows(fitted, index)}  # fmt: skip
+    return {
+        'name': candidate.effect.name,
+        'where': candidate.where,
+        **source,
+        'parameters': parameter_rows(fitted, index),
+    }
 
 
 def parameter_rows(fitted: Fit, index: int) -> dict:

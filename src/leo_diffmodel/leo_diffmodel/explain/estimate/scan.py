@@ -110,13 +110,13 @@ class Scanner:
         """
         self._problem, self._null, self._scales = problem, null, scales
         self._linear = linear = problem.linearised(
-            null.hypothesis, null.theta, null.start,
+            null.hypothesis,
+            null.theta,
+            null.start,
             conditional_errors(null.columns[problem.train]),
-        )  # fmt: skip
-        rest, _, _, _ = shooting.eliminate(linear)
-        weight = shooting.robust_weight(
-            rest, null.start.shape[-1], problem.numerics, null.typical
         )
+        rest, _, _, _ = shooting.eliminate(linear)
+        weight = shooting.robust_weight(rest, null.start.shape[-1], problem.numerics, null.typical)
         self._root = np.sqrt(weight)
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
         free = null.hypothesis.free(null.theta)
@@ -139,10 +139,21 @@ class Scanner:
         full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
         unit = change / np.sqrt(length2)[:, None]
         nats = 0.5 * length2
-        others = [stretched(candidate, grid[i], float(stretch[i]))
-                  for i in _other_wholes(candidate, grid, gains)]  # fmt: skip
-        return Scan(candidate, full, float(gains[best]), unit, float(nats.max()), grid, nats,
-                    self._split, tuple(others))  # fmt: skip
+        others = [
+            stretched(candidate, grid[i], float(stretch[i]))
+            for i in _other_wholes(candidate, grid, gains)
+        ]
+        return Scan(
+            candidate,
+            full,
+            float(gains[best]),
+            unit,
+            float(nats.max()),
+            grid,
+            nats,
+            self._split,
+            tuple(others),
+        )
 
     def _moved(self, hypothesis: Hypothesis, thetas: Array) -> Array:
         """Whitened residuals of a hypothesis at some values, (..., W, N)."""
@@ -151,7 +162,8 @@ class Scanner:
         model = hypothesis.model(problem.rough, thetas) if thetas.shape[-1] else problem.rough
         predicted = shooting.predict(model, problem.windows, starts)
         return shooting.whiten(
-            problem.windows, predicted, problem.sigma, problem.numerics.farthest)
+            problem.windows, predicted, problem.sigma, problem.numerics.farthest
+        )
 
     @property
     def _split(self) -> int:
@@ -174,8 +186,9 @@ class Scanner:
         parameters = candidate.parameters
         amplitude = amplitude_indices(parameters)
         rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
-        shapes = [self._shape(candidate, p)
-                  for i, p in enumerate(parameters) if i not in amplitude]  # fmt: skip
+        shapes = [
+            self._shape(candidate, p) for i, p in enumerate(parameters) if i not in amplitude
+        ]
         sizes = np.stack([self._sizes(candidate, parameters[i]) for i in amplitude], axis=1)
         if _is_linear(candidate):
             sizes = sizes[1:2]
@@ -183,10 +196,12 @@ class Scanner:
         for ray, size, *shape in itertools.product(rays, sizes, *shapes):
             rest = iter(shape)
             moves = dict(zip(amplitude, np.multiply(ray, size), strict=True))
-            points.append([
-                p.neutral + moves[i] if i in moves else next(rest)
-                for i, p in enumerate(parameters)
-            ])
+            points.append(
+                [
+                    p.neutral + moves[i] if i in moves else next(rest)
+                    for i, p in enumerate(parameters)
+                ]
+            )
         possible = [p for p in points if _possible(parameters, p)]
         return np.array(possible or [_inside(parameters, p) for p in points])
 
@@ -292,8 +307,11 @@ def scales_of(model: Model, windows: Windows) -> Scales:
 
 def _sliding(robot: Robot, windows: Windows) -> tuple[float, float] | None:
     """The farthest position [m] and the rms speed [m/s] of slides; None without, but a base's."""
-    slides = [i for i, name in enumerate(robot.joint_names)
-              if name in robot.slides.difference(robot.base_joints)]  # fmt: skip
+    slides = [
+        i
+        for i, name in enumerate(robot.joint_names)
+        if name in robot.slides.difference(robot.base_joints)
+    ]
     if not slides:
         return None
     way = float(np.abs(windows.q[..., slides]).max(initial=0.0))

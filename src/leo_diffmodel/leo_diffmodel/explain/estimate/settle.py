@@ -108,9 +108,12 @@ class _Settling:
         residual = residual_at(self._fixed, at)
         loss = self._lost(residual)
         better = loss < first.loss
-        return Settled(np.where(better[:, None], at, first.start),
-                       np.where(better, loss, first.loss),
-                       np.where(better[:, None], residual, first.residual), last.by_start)
+        return Settled(
+            np.where(better[:, None], at, first.start),
+            np.where(better, loss, first.loss),
+            np.where(better[:, None], residual, first.residual),
+            last.by_start,
+        )
 
     def _planned(self, index: Array, dampings: Sequence[float]) -> tuple[Array, Array]:
         """The next steps of some windows, (D, w, 2J), and what the first promises [nats]."""
@@ -135,7 +138,8 @@ class _Settling:
         better = gained > 0
         moved = index[better]
         at.start[moved], at.residual[moved], at.loss[moved] = (
-            x[best][better] for x in (starts, residuals, losses))  # fmt: skip
+            x[best][better] for x in (starts, residuals, losses)
+        )
         stale = (gained < self._fixed.numerics.kept * promised) & (better | ~self._fresh[index])
         stale &= self._fixed.by_start is None
         first, self._fresh[moved] = len(steps) == 1, False
@@ -153,9 +157,7 @@ def _damped_steps(
     fixed: Problem, residual: Array, by_start: Array, dampings: Sequence[float]
 ) -> Array:
     """The Levenberg-Marquardt steps of each window's start state, (D, w, 2J)."""
-    weight = shooting.robust_weight(
-        residual, by_start.shape[-1], fixed.numerics, fixed.typical
-    )
+    weight = shooting.robust_weight(residual, by_start.shape[-1], fixed.numerics, fixed.typical)
     weighed = np.swapaxes(by_start * weight[..., None], -1, -2)
     matrix, slope = weighed @ by_start, weighed @ residual[..., None]
     size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-30))

@@ -46,21 +46,24 @@ class Smooth(FarAhead):
         problem, numerics = base.problem, base.problem.numerics
         pairs = numerics.pairs if base.names else numerics.first_pairs
         scanner = Scanner(problem, base.fit, self.scales)
-        found = helper.spread_until(problem.until, scanner.scan, pool,
-                                    lambda c: told(c.label, STEPS.scan))  # fmt: skip
+        found = helper.spread_until(
+            problem.until, scanner.scan, pool, lambda c: told(c.label, STEPS.scan)
+        )
         scans = [replace(s, candidate=pool[i]) for i, s in found.items()]
         scans.sort(key=lambda s: -s.gain)
         limit = threshold(scans, problem.settings)
         points = _singles(scans, limit, numerics)
         leaders = leading(scans, scanner.residual, numerics) if scans else []
-        points += best_pairs(leaders, scanner.residual, 0 if few else pairs, limit,
-                             problem.settings)  # fmt: skip
+        points += best_pairs(
+            leaders, scanner.residual, 0 if few else pairs, limit, problem.settings
+        )
         larger, untried = _fitted(base, points, told)
         untried += [(c,) for i, c in enumerate(pool) if i not in found]
         return Extension(base, tuple(larger), tuple(scans), limit, tuple(untried))
 
-    def refitted(self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
-                 ) -> Estimate:
+    def refitted(
+        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+    ) -> Estimate:
         """Another hypothesis on the same windows; see `Estimator`."""
         return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
 
@@ -85,12 +88,16 @@ def _fitted(
     """
     null, problem = base.fit, base.problem
     half = 0.5 * (time.monotonic() + problem.until)
-    fits = helper.spread_until(half, partial(_looked_at, problem, null), points,
-                               lambda p: told(_label(p[0]), STEPS.look))  # fmt: skip
+    fits = helper.spread_until(
+        half, partial(_looked_at, problem, null), points, lambda p: told(_label(p[0]), STEPS.look)
+    )
     further = _leading(problem, fits)
     better = helper.spread_until(
-        problem.until, partial(_followed, problem), [fits[i] for i in further],
-        lambda f: told(_label(f.hypothesis.candidates), STEPS.fit))  # fmt: skip
+        problem.until,
+        partial(_followed, problem),
+        [fits[i] for i in further],
+        lambda f: told(_label(f.hypothesis.candidates), STEPS.fit),
+    )
     fits |= {further[i]: fitted for i, fitted in better.items()}
     named = [Estimate(base.posed, _named(f, null, points[i][0])) for i, f in fits.items()]
     return named, [p[0] for i, p in enumerate(points) if i not in fits]
@@ -104,14 +111,14 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
     """A first look from where a scan points; a fit from neutral where that leads nowhere."""
     added, values = point
     hypothesis = _with(null.hypothesis, added)
-    fitted = fit(problem, hypothesis, _between(null, values), null.start,
-                 problem.numerics.look)  # fmt: skip
+    fitted = fit(problem, hypothesis, _between(null, values), null.start, problem.numerics.look)
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
     parameters = [p for c in added for p in c.parameters]
     neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
-    return fit(problem, hypothesis, _between(null, neutral), null.start,
-               problem.numerics.neutral_look)  # fmt: skip
+    return fit(
+        problem, hypothesis, _between(null, neutral), null.start, problem.numerics.neutral_look
+    )
 
 
 def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
@@ -119,8 +126,9 @@ def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
     loss = {i: float(f.loss[problem.train].sum()) for i, f in fits.items()}
     sizes = {i: len(f.hypothesis.candidates) for i, f in fits.items()}
     kinds = [[i for i, s in sizes.items() if s == size] for size in sorted({*sizes.values()})]
-    return [i for kind in kinds
-            for i in sorted(kind, key=loss.__getitem__)[: (len(kind) + 1) // 2]]  # fmt: skip
+    return [
+        i for kind in kinds for i in sorted(kind, key=loss.__getitem__)[: (len(kind) + 1) // 2]
+    ]
 
 
 def _followed(problem: Problem, fitted: Fit) -> Fit:

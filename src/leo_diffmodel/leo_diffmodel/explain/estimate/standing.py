@@ -19,9 +19,7 @@ def standing(posed: Posed) -> Posed:
     return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
 
 
-def resettled(
-    posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False
-) -> Posed:
+def resettled(posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False) -> Posed:
     """This problem on the ground with the linearisation of a fitted hypothesis.
 
     Args:

@@ -20,8 +20,12 @@ def choices(found: Search, facts: Facts) -> Choices:
     chosen, turns = found.chosen.names, found.turns
     others = [c for names in turns for c in names if not any(facts.alike(c, d) for d in chosen)]
     new = [c for c in others if not any(widens(c, d) or widens(d, c) for d in chosen)]
-    return Choices(share(turns, chosen, facts.alike), _sets(found, facts),
-                   _counted(others, len(turns)), _counted(new, len(turns)))  # fmt: skip
+    return Choices(
+        share(turns, chosen, facts.alike),
+        _sets(found, facts),
+        _counted(others, len(turns)),
+        _counted(new, len(turns)),
+    )
 
 
 def other(found: Search, facts: Facts) -> str:
@@ -33,8 +37,13 @@ def other(found: Search, facts: Facts) -> str:
     """
     weight, chosen = found.weight, found.chosen
     left = weight.unexplained(chosen) - weight.trifle(chosen)
-    near = [s for s in found.sets if _comparable(found, s, facts) and weight.unexplained(s) < left
-            and not weight.surely_ahead(chosen, s)]  # fmt: skip
+    near = [
+        s
+        for s in found.sets
+        if _comparable(found, s, facts)
+        and weight.unexplained(s) < left
+        and not weight.surely_ahead(chosen, s)
+    ]
     best = min(near, key=weight.unexplained, default=None)
     return _label(best.names) if best else ''
 
@@ -45,7 +54,8 @@ def _sets(found: Search, facts: Facts) -> tuple[tuple[tuple[str, ...], float], .
 
     def is_chosen(names: Names) -> bool:
         return len(names) == len(chosen) and all(
-            any(facts.alike(d, c) or widens(d, c) for d in names) for c in chosen)  # fmt: skip
+            any(facts.alike(d, c) or widens(d, c) for d in names) for c in chosen
+        )
 
     counts = Counter(tuple(sorted(c.label for c in n)) for n in found.turns if not is_chosen(n))
     mine = tuple(c.label for c in found.final.hypothesis.candidates)
@@ -69,5 +79,8 @@ def _comparable(found: Search, rival: Scored, facts: Facts) -> bool:
     if not any(facts.alike(a, b) for a in names for b in mine):
         return len(names) <= len(mine) + 1
     same = all(any(facts.alike(a, b) for b in mine) for a in names)
-    return (len(names) <= len(mine) and not same
-            and supported(found.sets, rival, found.weight, found.threshold))  # fmt: skip
+    return (
+        len(names) <= len(mine)
+        and not same
+        and supported(found.sets, rival, found.weight, found.threshold)
+    )

@@ -87,14 +87,17 @@ def _told(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown
     if unknown.fit is None:
         return unknown
     if unknown.variable == 'path':
-        held = replace(held, windows=with_past(recordings, held.windows,
-                                                held.problem.numerics))  # fmt: skip
+        held = replace(held, windows=with_past(recordings, held.windows, held.problem.numerics))
     before, after = (held.headline.mean(held.figures(f)) for f in (law.beside, unknown.fit))
     return replace(unknown, error_before=before, error_after=after)
 
 
 def _judged(
-    found: Search, held: HeldOut, facts: Facts, step: float, bags: tuple[str, ...],
+    found: Search,
+    held: HeldOut,
+    facts: Facts,
+    step: float,
+    bags: tuple[str, ...],
     unknown: Unknown | None,
 ) -> Findings:
     gates, problem = found.weight.gates, found.problem
@@ -123,8 +126,9 @@ def _judged(
         rest=rest_of(problem, found.null, found.final),
         unknown=unknown,
         bags=bags,
-        shown=shown_for(problem.windows, held.model(found.final),
-                        found.final.hypothesis.candidates, facts),
+        shown=shown_for(
+            problem.windows, held.model(found.final), found.final.hypothesis.candidates, facts
+        ),
     )
 
 
@@ -171,10 +175,13 @@ def horizon(before: Prediction, after: Prediction, step: float) -> list[dict]:
     """Root mean square errors of each state and their mean, at growing times ahead."""
     tables = (errors.horizon_table(p, step) for p in (before, after))
     return [
-        {'steps': b['steps'], 'seconds': b['seconds'],
-         **_beside(b['rmse'], a['rmse'], a['noise_floor'])}
+        {
+            'steps': b['steps'],
+            'seconds': b['seconds'],
+            **_beside(b['rmse'], a['rmse'], a['noise_floor']),
+        }
         for b, a in zip(*tables, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 def _beside(before: list[float], after: list[float], floor: list[float]) -> dict:

@@ -28,22 +28,23 @@ def own_values(
     """
     candidates, hypothesis = final.hypothesis.candidates, final.hypothesis
     firsts = [hypothesis.offset(i) for i in range(len(candidates))]
-    scaling = [[f + i for i in amplitude_indices(c.parameters)]
-               for f, c in zip(firsts, candidates, strict=True)]  # fmt: skip
+    scaling = [
+        [f + i for i in amplitude_indices(c.parameters)]
+        for f, c in zip(firsts, candidates, strict=True)
+    ]
     return tuple({i: _of(problem, final, bags, fewest, i) for i in places} for places in scaling)
 
 
-def _of(
-    problem: Problem, final: Fit, bags: Sequence[str], fewest: int, index: int
-) -> list[Own]:
+def _of(problem: Problem, final: Fit, bags: Sequence[str], fewest: int, index: int) -> list[Own]:
     """The values of parameter `index`, all else as it is.
 
     One Newton step from the joint fit; the interval is that of a sandwich over the blocks of the
     recording, with Student's t.
     """
     assert problem.block is not None
-    weight = shooting.robust_weight(final.residual, final.start.shape[-1], problem.numerics,
-                                    final.typical)  # fmt: skip
+    weight = shooting.robust_weight(
+        final.residual, final.start.shape[-1], problem.numerics, final.typical
+    )
     column = final.columns[..., index]
     slopes = (weight * column * final.residual).sum(axis=-1)
     curvature = (weight * column**2).sum(axis=-1)

@@ -32,9 +32,7 @@ def without(found: Search) -> list[Scored]:
     return [_less(found, c) for c in found.final.hypothesis.candidates]
 
 
-def effects(
-    found: Search, smaller: list[Scored], held: HeldOut, facts: Facts
-) -> Iterator[Part]:
+def effects(found: Search, smaller: list[Scored], held: HeldOut, facts: Facts) -> Iterator[Part]:
     """The chosen effects, each beside the hypothesis without it."""
     after = _loss(found.chosen, held)
     for candidate, part in zip(found.final.hypothesis.candidates, smaller, strict=True):
@@ -93,15 +91,25 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
 
 
 def _part(
-    found: Search, candidate: Candidate, saved: Array, fits: tuple[Fit, Fit], held: HeldOut,
+    found: Search,
+    candidate: Candidate,
+    saved: Array,
+    fits: tuple[Fit, Fit],
+    held: HeldOut,
     facts: Facts,
 ) -> Part:
     """An effect by the loss it saves in each window, (W,), and the fits without and with it."""
     trained, judged = (float(saved[w].sum()) for w in (found.problem.train, found.problem.judged))
     before, after = (held.figures(f) for f in fits)
-    return Part(candidate, fits[1], (trained, judged), before, after,
-                share(found.turns, [candidate], facts.alike),
-                tuple(rivals(found, candidate, facts)))  # fmt: skip
+    return Part(
+        candidate,
+        fits[1],
+        (trained, judged),
+        before,
+        after,
+        share(found.turns, [candidate], facts.alike),
+        tuple(rivals(found, candidate, facts)),
+    )
 
 
 def _loss(scored: Scored, held: HeldOut) -> Array:

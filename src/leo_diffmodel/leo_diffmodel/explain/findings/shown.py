@@ -35,11 +35,15 @@ def shown_for(
     load, robot = carried(windows, model), model.robot
     places = {p for c in candidates for p in _joints(c, facts)}
     return tuple(
-        Shown(name,
-              _range(folded(windows.q[..., j]), length_unit(robot, name)),
-              _range(windows.dq[..., j], f'{length_unit(robot, name)}/s'),
-              _range(load[:, j], torque_unit(robot, name)))
-        for j, name in enumerate(robot.joint_names) if name in places)  # fmt: skip
+        Shown(
+            name,
+            _range(folded(windows.q[..., j]), length_unit(robot, name)),
+            _range(windows.dq[..., j], f'{length_unit(robot, name)}/s'),
+            _range(load[:, j], torque_unit(robot, name)),
+        )
+        for j, name in enumerate(robot.joint_names)
+        if name in places
+    )
 
 
 def _joints(candidate: Candidate, facts: Facts) -> list[str]:

@@ -38,7 +38,10 @@ def validation_windows(recordings: Sequence[Recording], found: Search, model: Mo
 
 
 def held_out(
-    recordings: Sequence[Recording], blocks: Blocks, model: Model, seconds: float,
+    recordings: Sequence[Recording],
+    blocks: Blocks,
+    model: Model,
+    seconds: float,
     remembering: bool = False,
 ) -> Windows | None:
     """Windows of so many seconds in held-out data; None where the recordings are too short.

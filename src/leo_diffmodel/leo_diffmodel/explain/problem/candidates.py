@@ -18,16 +18,18 @@ def seen(
     model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
 ) -> tuple[Candidate, ...]:
     """The candidates that recordings can say something about at all."""
-    return tuple(c for c in candidates(model, extra)
-                 if not c.effect.of_rates or _have_rates(recordings))
+    return tuple(
+        c for c in candidates(model, extra) if not c.effect.of_rates or _have_rates(recordings)
+    )
 
 
 def unseen(
     model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
 ) -> tuple[Candidate, ...]:
     """The candidates that change speeds alone, where the recordings measured none."""
-    return tuple(c for c in candidates(model, extra)
-                 if c.effect.of_rates and not _have_rates(recordings))
+    return tuple(
+        c for c in candidates(model, extra) if c.effect.of_rates and not _have_rates(recordings)
+    )
 
 
 def _have_rates(recordings: Sequence[Recording]) -> bool:

@@ -140,7 +140,7 @@ PAIRS = {
     'external_force': (
         'note: about a fixed axis a constant downward force is also a heavier link whose inertia '
         'about the joint is kept, link_mass with a negative link_inertia'
-    ),
+    )
 }
 
 
@@ -161,8 +161,14 @@ def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None
 
 def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
     """What pair of effects could stand for a named one."""
-    return next((PAIRS[c.effect.name] for c in candidates
-                 if c.effect.name in PAIRS and facts.at_base(_joint(c.where, facts))), None)
+    return next(
+        (
+            PAIRS[c.effect.name]
+            for c in candidates
+            if c.effect.name in PAIRS and facts.at_base(_joint(c.where, facts))
+        ),
+        None,
+    )
 
 
 def _joint(where: str, facts: Facts) -> str:

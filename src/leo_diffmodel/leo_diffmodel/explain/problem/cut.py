@@ -39,8 +39,12 @@ class Cut:
 
     @classmethod
     def of(
-        cls, recordings: Sequence[Recording], hold_out: Sequence[Recording], settings: Settings,
-        model: Model, as_given: bool = False,
+        cls,
+        recordings: Sequence[Recording],
+        hold_out: Sequence[Recording],
+        settings: Settings,
+        model: Model,
+        as_given: bool = False,
     ) -> Cut:
         """Find the stretches and cut them out, or leave all as it is."""
         if as_given:

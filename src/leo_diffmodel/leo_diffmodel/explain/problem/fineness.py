@@ -56,10 +56,12 @@ def stepped(
     return coarse, steps[alike.index(True)]
 
 
-def _linearised(model: Model, windows: Windows, sigma: Array, numerics: Numerics
-                ) -> shooting.Linear:
-    return shooting.linearise(model, windows, sigma, numerics, Hypothesis(), np.zeros(0),
-                              windows.measured[:, 0])  # fmt: skip
+def _linearised(
+    model: Model, windows: Windows, sigma: Array, numerics: Numerics
+) -> shooting.Linear:
+    return shooting.linearise(
+        model, windows, sigma, numerics, Hypothesis(), np.zeros(0), windows.measured[:, 0]
+    )
 
 
 def _apart(rough: shooting.Linear, fine: shooting.Linear) -> float:

@@ -74,8 +74,9 @@ class Hypothesis:
     @property
     def whole(self) -> Array:
         """Which parameters are whole numbers: a scan chooses them, and no fit moves them."""
-        return np.array([p.whole for p in self._parameters()] + [False for _ in self.constants],
-                        dtype=bool)  # fmt: skip
+        return np.array(
+            [p.whole for p in self._parameters()] + [False for _ in self.constants], dtype=bool
+        )
 
     @property
     def recordings(self) -> tuple[str, ...]:
@@ -172,16 +173,12 @@ class Hypothesis:
             values = own.setdefault(c.path, {}) if c.recording else shared
             values[c.recording or c.path] = _lead(theta[..., i])
         return base.changed(
-            effects=(*base.effects, *self.placed(base, theta)),
-            constants=shared, by_recording=own,
-        )  # fmt: skip
+            effects=(*base.effects, *self.placed(base, theta)), constants=shared, by_recording=own
+        )
 
     def _placed(self, base: Model, theta: Array, index: int) -> Placed:
         candidate, first = self.candidates[index], self.offset(index)
-        values = {
-            p.name: _lead(theta[..., first + i])
-            for i, p in enumerate(candidate.parameters)
-        }
+        values = {p.name: _lead(theta[..., first + i]) for i, p in enumerate(candidate.parameters)}
         for p in candidate.parameters:
             if p.above:
                 values[p.name] = np.maximum(values[p.name], values[p.above])

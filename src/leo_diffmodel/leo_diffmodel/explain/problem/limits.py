@@ -44,9 +44,7 @@ def at_limit(parameter: Parameter, value: float, half: float) -> bool:
     return any(abs(value - e) <= max(half, 1e-6 * abs(e)) for e in ends)
 
 
-def _limited(
-    parameter: Parameter, candidate: Candidate, model: Model, grids: Grids
-) -> Parameter:
+def _limited(parameter: Parameter, candidate: Candidate, model: Model, grids: Grids) -> Parameter:
     keys = limit_keys(candidate.effect.name, candidate.where, parameter.name)
     given = next((model.limits[k] for k in keys if k in model.limits), None)
     low, high = given or _range(parameter, candidate, model, grids)
@@ -71,9 +69,7 @@ def _range(
     return -most, most
 
 
-def _fixed(
-    parameter: Parameter, candidate: Candidate, grids: Grids
-) -> tuple[float, float] | None:
+def _fixed(parameter: Parameter, candidate: Candidate, grids: Grids) -> tuple[float, float] | None:
     """Of what no robot makes larger: scales, times, rates at which sticking ends, angles."""
     unit = parameter.unit
     if unit == '' and parameter.neutral == 1.0:
@@ -85,20 +81,28 @@ def _fixed(
     if unit == 'rad':
         most = _angle(parameter, candidate, grids)
         return -most, most
-    return {'rad/s': grids.settling_rates, 'm/s': grids.settling_speeds,
-            '1/turn': grids.periods, '1/m': grids.periods}.get(unit)  # fmt: skip
+    return {
+        'rad/s': grids.settling_rates,
+        'm/s': grids.settling_speeds,
+        '1/turn': grids.periods,
+        '1/m': grids.periods,
+    }.get(unit)
 
 
 def _sizes(robot: Robot, where: str, heavier: float) -> UnitSizes:
     """The most that is plausible of each quantity, at 1 rad/s, 0.5 rad and a reach per second."""
     length, torque = reach(robot), _torque(robot, where)
     return UnitSizes(
-        torque=torque, rate=1.0, angle=0.5,
+        torque=torque,
+        rate=1.0,
+        angle=0.5,
         force=max(torque / length, _weight(robot, heavier), force_scale(robot)),
-        speed=length, length=length,
-        inertia=heavier * inertia_scale(robot), mass=heavier * mass_scale(robot),
+        speed=length,
+        length=length,
+        inertia=heavier * inertia_scale(robot),
+        mass=heavier * mass_scale(robot),
         input=max((a.strongest for a in robot.actuators), default=1.0),
-    )  # fmt: skip
+    )
 
 
 def _angle(parameter: Parameter, candidate: Candidate, grids: Grids) -> float:
@@ -120,9 +124,7 @@ def _weight(robot: Robot, heavier: float) -> float:
     return heavier * g * sum(link.body.mass for link in robot.links)
 
 
-def _inertial(
-    unit: str, candidate: Candidate, model: Model, grids: Grids
-) -> tuple[float, float]:
+def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tuple[float, float]:
     """Added mass or inertia: less than nothing is left of no link."""
     most = grids.heavier * (mass_scale if unit == 'kg' else inertia_scale)(model.robot)
     if candidate.effect.hook != 'body':

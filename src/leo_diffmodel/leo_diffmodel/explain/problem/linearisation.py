@@ -99,7 +99,11 @@ class _Settling:
     """
 
     def __init__(
-        self, model: Model, windows: Windows, sigma: Array, numerics: Numerics,
+        self,
+        model: Model,
+        windows: Windows,
+        sigma: Array,
+        numerics: Numerics,
         before: Linearisation | None,
     ) -> None:
         self._model, self._windows, self._sigma = model, windows, sigma

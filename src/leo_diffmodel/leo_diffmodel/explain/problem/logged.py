@@ -31,8 +31,12 @@ class Logged:
 
     @classmethod
     def of(
-        cls, recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
-        mend: bool, by_torques: bool,
+        cls,
+        recordings: Sequence[Recording],
+        hold_out: Sequence[Recording],
+        model: Model,
+        mend: bool,
+        by_torques: bool,
     ) -> Logged:
         """Look for faults, and undo those that are sure where `mend` says so.
 

@@ -50,7 +50,9 @@ class Posed:
 
 
 def pose(
-    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
+    recordings: Sequence[Recording],
+    hold_out: Sequence[Recording],
+    model: Model,
     settings: Settings | None = None,
 ) -> Posed:
     """Cut the data, read its noise, and split training from held-out blocks.
@@ -81,8 +83,11 @@ def pose(
 
 
 def searched(
-    recordings: Sequence[Recording], hold_out: Sequence[Recording], model: Model,
-    settings: Settings | None = None, sigma: Array | None = None,
+    recordings: Sequence[Recording],
+    hold_out: Sequence[Recording],
+    model: Model,
+    settings: Settings | None = None,
+    sigma: Array | None = None,
 ) -> tuple[Problem, Blocks]:
     """The problem on short windows, integrated as the model says.
 
@@ -150,9 +155,16 @@ def _problem(
     if len(whole) > (most := settings.numerics.most_windows):
         whole = whole[np.linspace(0, len(whole) - 1, most).astype(int)]
     windows = windows.take(whole)
-    return Problem(model, windows, sigma, blocks.train(windows), settings,
-                   block=blocks.index(windows), fold=blocks.folds(windows),
-                   telling=blocks.telling(windows) if blocks.own else None)  # fmt: skip
+    return Problem(
+        model,
+        windows,
+        sigma,
+        blocks.train(windows),
+        settings,
+        block=blocks.index(windows),
+        fold=blocks.folds(windows),
+        telling=blocks.telling(windows) if blocks.own else None,
+    )
 
 
 def _fits(recordings: Sequence[Recording], seconds: float) -> bool:

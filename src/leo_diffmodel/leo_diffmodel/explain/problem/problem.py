@@ -131,8 +131,18 @@ class Problem:
         self, hypothesis: Hypothesis, theta: Array, start: Array, errors: Array | None = None
     ) -> Linear:
         """The windows linearised about a hypothesis at some values; see `shooting.linearise`."""
-        return linearise(self.base, self.windows, self.sigma, self.numerics, hypothesis, theta,
-                         start, self.by_start, errors, self.rough)  # fmt: skip
+        return linearise(
+            self.base,
+            self.windows,
+            self.sigma,
+            self.numerics,
+            hypothesis,
+            theta,
+            start,
+            self.by_start,
+            errors,
+            self.rough,
+        )
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""
@@ -145,6 +155,12 @@ class Problem:
         block, fold, telling = (
             x if x is None else x[index] for x in (self.block, self.fold, self.telling)
         )
-        return replace(self, windows=self.windows.take(index), train=self.train[index],
-                       linearisation=linearisation, block=block, fold=fold,
-                       telling=telling)  # fmt: skip
+        return replace(
+            self,
+            windows=self.windows.take(index),
+            train=self.train[index],
+            linearisation=linearisation,
+            block=block,
+            fold=fold,
+            telling=telling,
+        )

@@ -106,8 +106,13 @@ def linearise(
 
 
 def _residuals(
-    base: Model, windows: Windows, sigma: Array, numerics: Numerics, hypothesis: Hypothesis,
-    theta: Array, start: Array,
+    base: Model,
+    windows: Windows,
+    sigma: Array,
+    numerics: Numerics,
+    hypothesis: Hypothesis,
+    theta: Array,
+    start: Array,
 ) -> Array:
     """Whitened residuals of a hypothesis at some values (..., P) and start states (..., W, 2J)."""
     model = hypothesis.model(base, theta) if theta.shape[-1] else base
@@ -132,8 +137,9 @@ def difference_steps(
     step = numerics.difference * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
     if errors is not None:
         width, longest = hypothesis.high - hypothesis.low, numerics.longest_difference
-        most = np.maximum(np.maximum(np.abs(theta), away),
-                          np.where(np.isfinite(width), longest * width, 0.0))
+        most = np.maximum(
+            np.maximum(np.abs(theta), away), np.where(np.isfinite(width), longest * width, 0.0)
+        )
         step = np.clip(errors, step, np.maximum(step, longest * most))
     return np.where(theta + step > hypothesis.high, -step, step)
 
@@ -235,8 +241,7 @@ def unexplained(residual: Array, channels: int, numerics: Numerics) -> Array:
 
 
 def promised(
-    change: Array, residual: Array, channels: int, numerics: Numerics,
-    typical: Array | None = None,
+    change: Array, residual: Array, channels: int, numerics: Numerics, typical: Array | None = None
 ) -> Array:
     """What a change of the prediction costs where it was right but for noise [nats], (..., W).
 

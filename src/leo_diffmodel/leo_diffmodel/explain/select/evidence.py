@@ -24,6 +24,7 @@ from leo_diffmodel.explain.settings import Gates, Numerics
 
 Array = np.ndarray
 
+
 @dataclass(frozen=True)
 class Scored:
     """A hypothesis with what it leaves of the data it was not fitted to.
@@ -162,16 +163,21 @@ class Weight:
     def unexplained(self, scored: Scored) -> float:
         """What a model that leaves only noise would save [nats], in no window out of line."""
         problem, fitted = scored.at.problem, scored.fit
-        left = shooting.unexplained(fitted.residual[problem.train], fitted.start.shape[-1],
-                                    problem.numerics)  # fmt: skip
+        left = shooting.unexplained(
+            fitted.residual[problem.train], fitted.start.shape[-1], problem.numerics
+        )
         most = self.gates.out_of_line * np.median(scored.left)
         return float(self._by_fold(np.minimum(left, most), scored).sum())
 
     def trifle(self, scored: Scored) -> float:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
         problem, fitted = scored.at.problem, scored.fit
-        more = shooting.swollen(fitted.residual[problem.train], fitted.start.shape[-1],
-                                problem.numerics, self.gates.material)  # fmt: skip
+        more = shooting.swollen(
+            fitted.residual[problem.train],
+            fitted.start.shape[-1],
+            problem.numerics,
+            self.gates.material,
+        )
         return float(self._by_fold(more, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:
@@ -196,8 +202,10 @@ def score(at: Estimate) -> Scored:
         inside = fold == number
         moved[inside] += columns[inside] @ move
     channels = fitted.start.shape[-1]
-    before, after = (shooting.loss(e, channels, numerics, fitted.typical)
-                     for e in (fitted.residual[train], moved))  # fmt: skip
+    before, after = (
+        shooting.loss(e, channels, numerics, fitted.typical)
+        for e in (fitted.residual[train], moved)
+    )
     return Scored(at, fitted.loss[train] + (after - before), fold)
 
 
@@ -218,8 +226,9 @@ def _promised(smaller: Scored, larger: Scored) -> Array:
     problem, residual = larger.at.problem, larger.fit.residual
     train = np.flatnonzero(problem.train)
     change = (smaller.fit.residual - residual)[train]
-    return shooting.promised(change, residual[train], larger.fit.start.shape[-1],
-                             problem.numerics, larger.fit.typical)  # fmt: skip
+    return shooting.promised(
+        change, residual[train], larger.fit.start.shape[-1], problem.numerics, larger.fit.typical
+    )
 
 
 def _moves(
@@ -245,8 +254,7 @@ def _moves(
 
 
 def _refitted(
-    part: tuple[Array, Array, int, Numerics, Array | None], end: Array, told: Array,
-    errors: Array,
+    part: tuple[Array, Array, int, Numerics, Array | None], end: Array, told: Array, errors: Array
 ) -> Array:
     """The change of the parameters `told` that is best for part of the windows.
 
@@ -256,8 +264,9 @@ def _refitted(
     columns, residual, channels, numerics, typical = part
     move = np.zeros(len(end))
     for _ in range(numerics.refits):
-        slopes, grams = derivatives(columns, residual + columns @ move, channels, numerics,
-                                    typical)  # fmt: skip
+        slopes, grams = derivatives(
+            columns, residual + columns @ move, channels, numerics, typical
+        )
         slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[told]
         step = -_solved(grams.sum(axis=0)[np.ix_(told, told)], slope, numerics.least_damping)
         move[told] = _within(move[told] + step, numerics.farthest_errors * errors[told])

@@ -63,8 +63,9 @@ class Sets:
     @property
     def untried(self) -> tuple[str, ...]:
         """What there was no time for, in words."""
-        begun = [_label([*names, *added])
-                 for names, e in self.extensions.items() for added in e.untried]  # fmt: skip
+        begun = [
+            _label([*names, *added]) for names, e in self.extensions.items() for added in e.untried
+        ]
         return (*begun, *(f'more beside {_label(names)}' for names in self.front))
 
     @property
@@ -206,9 +207,9 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
         return False
     parts = [s for s in sets if s.size < scored.size and _holds(scored, s)]
     fewer = [s for s in sets if len(s.names) < len(scored.names)]
-    return (all(weight.supports(s, scored, limit) for s in parts)
-            and all(weight.saves(s, scored, limit) and weight.tells_apart(s, scored)
-                    for s in fewer))  # fmt: skip
+    return all(weight.supports(s, scored, limit) for s in parts) and all(
+        weight.saves(s, scored, limit) and weight.tells_apart(s, scored) for s in fewer
+    )
 
 
 def _supported(sets: Sets) -> list[Scored]:
@@ -232,15 +233,17 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 
     Which of them it is, is no question of two causes.
     """
-    return (candidate.where == other.where
-            and set(other.parameters) < set(candidate.parameters))
+    return candidate.where == other.where and set(other.parameters) < set(candidate.parameters)
 
 
 def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
     """Of sets that short windows cannot tell apart, the best in the longest that can be fitted."""
     longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
-    near = [s for s in _supported(sets) if len(s.names) == len(best.names)
-            and weight.ahead(best, s) < margin]  # fmt: skip
+    near = [
+        s
+        for s in _supported(sets)
+        if len(s.names) == len(best.names) and weight.ahead(best, s) < margin
+    ]
     near = _distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
     if longer is None or len(near) < 2:
         return best
@@ -260,10 +263,14 @@ def canonical(sets: Sets, best: Scored) -> Scored:
     Then the one whose names come first in the catalogue.
     """
     order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
-    alike = [s for s in _supported(sets) if s.size == best.size
-             and abs(weight.ahead(best, s)) <= sets.settings.gates.equal_nats]  # fmt: skip
-    return min(alike, key=lambda s: (len(s.names), sorted(order[c] for c in s.names)),
-               default=best)  # fmt: skip
+    alike = [
+        s
+        for s in _supported(sets)
+        if s.size == best.size and abs(weight.ahead(best, s)) <= sets.settings.gates.equal_nats
+    ]
+    return min(
+        alike, key=lambda s: (len(s.names), sorted(order[c] for c in s.names)), default=best
+    )
 
 
 def turns(sets: Sets, seed: int = 0) -> list[Scored]:
@@ -308,8 +315,11 @@ def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
     """A value of its own at each joint instead of a shared one."""
     if candidate.where != 'all' or candidate.effect.late or sets.late:
         return
-    own = [c for c in sets.pool if c.effect.name == candidate.effect.name and c.where != 'all'
-           and c not in best.names]  # fmt: skip
+    own = [
+        c
+        for c in sets.pool
+        if c.effect.name == candidate.effect.name and c.where != 'all' and c not in best.names
+    ]
     if len(own) < 2 or best.names - {candidate} | set(own) in sets.known:
         return
     hypothesis, theta = best.fit.hypothesis, best.fit.theta

@@ -25,8 +25,11 @@ def part_of(candidate: Candidate, other: Candidate) -> bool:
     """Whether an effect is in another: a law of one joint in that of all, or in a wider one."""
     there = candidate.where == other.where or other.where == EVERYWHERE
     mine, its = _laws_of(candidate), _laws_of(other)
-    return there and candidate.effect.hook == other.effect.hook and (
-        candidate.effect.name == other.effect.name or mine < its)  # fmt: skip
+    return (
+        there
+        and candidate.effect.hook == other.effect.hook
+        and (candidate.effect.name == other.effect.name or mine < its)
+    )
 
 
 def _laws_of(candidate: Candidate) -> set[tuple[str, str]]:
@@ -65,8 +68,9 @@ def narrowed(found: Sets, best: Scored, turns: Sequence[Names], alike: Alike) ->
     return narrow if supported(known, narrow, found.weight, found.threshold) else best
 
 
-def _narrowed(found: Sets, candidate: Candidate, turns: Sequence[Names], alike: Alike
-              ) -> Candidate:
+def _narrowed(
+    found: Sets, candidate: Candidate, turns: Sequence[Names], alike: Alike
+) -> Candidate:
     """The effect, or the widest law in it that enough of the turns hold where they do not it."""
     narrower = [c for c in found.pool if widens(candidate, c)]
     laws = [candidate, *sorted(narrower, key=lambda c: -len(c.parameters))]
@@ -80,7 +84,7 @@ def _fitted(found: Sets, best: Scored, names: Names) -> Scored:
         full, theta = best.fit.hypothesis, best.fit.theta
         core = Hypothesis(tuple(c for c in found.pool if c in names), full.constants)
         values = [v for c in core.candidates for v in _values(full, theta, c)]
-        start = np.array([*values, *theta[len(theta) - len(core.constants):]])
+        start = np.array([*values, *theta[len(theta) - len(core.constants) :]])
         found.add([found.estimator.refitted(best.at, core, start)])
     found.add_parts(found.known[names])
     return found.known[names]
@@ -88,7 +92,8 @@ def _fitted(found: Sets, best: Scored, names: Names) -> Scored:
 
 def _values(full: Hypothesis, theta: np.ndarray, candidate: Candidate) -> list[float]:
     """Values of an effect in a fit that has it, or a wider law of it."""
-    index = next(i for i, c in enumerate(full.candidates)
-                 if c == candidate or widens(c, candidate))  # fmt: skip
+    index = next(
+        i for i, c in enumerate(full.candidates) if c == candidate or widens(c, candidate)
+    )
     values = full.values(theta, index)
     return [values[p.name] for p in candidate.parameters]

@@ -31,21 +31,28 @@ class Settings:
     def changed(self, **numbers: Any) -> Settings:
         """These settings with other numbers, by the names of fields of the three."""
         parts = {part.name: getattr(self, part.name) for part in fields(self)}
-        mine = {part: {f.name for f in fields(value)} & numbers.keys()
-                for part, value in parts.items()}  # fmt: skip
+        mine = {
+            part: {f.name for f in fields(value)} & numbers.keys() for part, value in parts.items()
+        }
         if unknown := numbers.keys() - set().union(*mine.values()):
             raise TypeError(f'no setting is named {sorted(unknown)}')
-        return Settings(**{part: replace(value, **{name: numbers[name] for name in mine[part]})
-                           for part, value in parts.items()})  # fmt: skip
+        return Settings(
+            **{
+                part: replace(value, **{name: numbers[name] for name in mine[part]})
+                for part, value in parts.items()
+            }
+        )
 
 
 def texts(part: type) -> dict[str, str]:
     """The text that stands under each number of one of the three, by its name."""
     (table,) = ast.parse(inspect.getsource(part)).body
     assert isinstance(table, ast.ClassDef)
-    return {ast.unparse(number.target): ' '.join(ast.literal_eval(text.value).split())
-            for number, text in pairwise(table.body)
-            if isinstance(number, ast.AnnAssign) and isinstance(text, ast.Expr)}  # fmt: skip
+    return {
+        ast.unparse(number.target): ' '.join(ast.literal_eval(text.value).split())
+        for number, text in pairwise(table.body)
+        if isinstance(number, ast.AnnAssign) and isinstance(text, ast.Expr)
+    }
 
 
 SETTINGS = Settings()

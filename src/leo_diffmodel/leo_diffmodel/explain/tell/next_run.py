@@ -19,8 +19,12 @@ def next_run(verdict: str, findings: Findings) -> str | None:
         return MORE_TIME
     if verdict == 'ambiguous':
         margin = findings.gates.margin_nats
-        close = [r.candidate.effect.reveal for part in findings.effects for r in part.rivals
-                 if not r.same and r.behind < margin]  # fmt: skip
+        close = [
+            r.candidate.effect.reveal
+            for part in findings.effects
+            for r in part.rivals
+            if not r.same and r.behind < margin
+        ]
         driven = any(a.strongest > 0 for a in findings.base.robot.actuators)
         return '; '.join([*dict.fromkeys(close), NEXT if driven else BY_HAND])
     if findings.unknown:

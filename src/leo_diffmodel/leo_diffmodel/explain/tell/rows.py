@@ -18,8 +18,11 @@ def hypothesis_rows(findings: Findings) -> list[dict]:
     """All candidates on the model as given, best first; those never fitted have a scan only."""
     fitted = {part.candidate for part in findings.singles}
     before = findings.headline.mean(findings.ladder[0][1])
-    rest = [_ruled_out(s.candidate, s.gain, before)
-            for s in findings.search.scans if s.candidate not in fitted]  # fmt: skip
+    rest = [
+        _ruled_out(s.candidate, s.gain, before)
+        for s in findings.search.scans
+        if s.candidate not in fitted
+    ]
     return [*(_row(findings, p) for p in findings.singles), *rest]
 
 
@@ -44,9 +47,13 @@ def stability(findings: Findings) -> list[dict]:
 
 def shown_for(findings: Findings) -> dict[str, dict]:
     """Angle, speed and load that the answer was seen at, of each joint where its effects act."""
-    return {joint: {name: each._asdict() for name, each in
-                    (('angle', angle), ('speed', speed), ('load', load))}
-            for joint, angle, speed, load in findings.shown}  # fmt: skip
+    return {
+        joint: {
+            name: each._asdict()
+            for name, each in (('angle', angle), ('speed', speed), ('load', load))
+        }
+        for joint, angle, speed, load in findings.shown
+    }
 
 
 def not_testable(findings: Findings) -> list[dict]:
@@ -89,8 +96,7 @@ def _errors(findings: Findings, before: Figures, after: Figures) -> dict:
 
 def _rival(rival: Rival) -> dict:
     name, where = rival.candidate.effect.name, rival.candidate.where
-    return {'name': name, 'where': where, 'separable_nats': rival.behind,
-            'same_thing': rival.same}  # fmt: skip
+    return {'name': name, 'where': where, 'separable_nats': rival.behind, 'same_thing': rival.same}
 
 
 def _ruled_out(candidate: Candidate, promised: float, before: float) -> dict:

@@ -15,8 +15,15 @@ def answer(findings: Findings, decision: Decision, left_out: Sequence[str] = ())
     """The decision in words; `left_out` says what of the recordings was not used."""
     notes = [*decision.doubts, *left_out, *decision.notes]
     words = findings.unknown.words if findings.unknown else None
-    told = sentence(decision.verdict, decision.named, _change(findings), notes, words,
-                    _left(findings), not findings.search.complete)  # fmt: skip
+    told = sentence(
+        decision.verdict,
+        decision.named,
+        _change(findings),
+        notes,
+        words,
+        _left(findings),
+        not findings.search.complete,
+    )
     return ' '.join([told, *shown(findings)])
 
 
@@ -93,9 +100,7 @@ def _change(findings: Findings) -> str:
     first = sorted(listed, key=lambda row: -max(row[1:3]) / max(row[3], 1e-12))
     numerics = findings.numerics
     first = listed if len(listed) <= numerics.states_listed else first[: numerics.listed]
-    parts = [
-        f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in first
-    ]
+    parts = [f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in first]
     rest = f' and {len(listed) - len(first)} more states' if len(first) < len(listed) else ''
     return f'{told.words}: ' + ', '.join(parts) + rest
 
@@ -112,8 +117,10 @@ def shown(findings: Findings) -> Iterator[str]:
 
 def _range(seen: Shown) -> str:
     a, v, load = seen.angle, seen.speed, seen.load
-    return (f'{seen.joint} at {a.low:.2g} to {a.high:.2g} {a.unit}, {v.low:.2g} to {v.high:.2g} '
-            f'{v.unit} and {load.low:.2g} to {load.high:.2g} {load.unit}')  # fmt: skip
+    return (
+        f'{seen.joint} at {a.low:.2g} to {a.high:.2g} {a.unit}, {v.low:.2g} to {v.high:.2g} '
+        f'{v.unit} and {load.low:.2g} to {load.high:.2g} {load.unit}'
+    )
 
 
 def _left(findings: Findings) -> str:

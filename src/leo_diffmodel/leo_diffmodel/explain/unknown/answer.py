@@ -124,8 +124,10 @@ def tell(found: Found) -> Unknown:
 def _parameters(law: Law, tried: Attempt) -> dict[str, dict]:
     if tried.effect:
         return parameter_rows(tried.fit, len(tried.named))
-    return {p.name: {'value': float(v), 'unit': p.unit}
-            for p, v in zip(law.parameters, law.values, strict=True)}  # fmt: skip
+    return {
+        p.name: {'value': float(v), 'unit': p.unit}
+        for p, v in zip(law.parameters, law.values, strict=True)
+    }
 
 
 def _value(name: str, parameter: dict) -> str:
@@ -187,5 +189,3 @@ def _read_at(law: Law, variable: Variable, grids: Grids) -> Variable:
 def _argument(law: Law, knots: Array) -> Array:
     """What the law takes for x at the knots: friction works against the path."""
     return -knots if law.curve.variable.name == 'path' else knots
-
-

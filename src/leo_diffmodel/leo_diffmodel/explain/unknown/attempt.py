@@ -23,7 +23,11 @@ from leo_diffmodel.explain.unknown.paths import with_past
 
 
 def attempt(
-    recordings: Sequence[Recording], posed: Posed, base: Fit, left: Influence, weight: Weight,
+    recordings: Sequence[Recording],
+    posed: Posed,
+    base: Fit,
+    left: Influence,
+    weight: Weight,
     curve: Curve,
 ) -> Attempt:
     """The law of a curve, fitted together with the base's own parameters."""
@@ -42,8 +46,10 @@ def attempt(
 
 def _with_long_past(recordings: Sequence[Recording], posed: Posed) -> Posed:
     """The problem with as much history as a memory of the path needs."""
-    short, longer = (p and replace(p, windows=with_past(recordings, p.windows, p.numerics))
-                     for p in (posed.problem, posed.longer))  # fmt: skip
+    short, longer = (
+        p and replace(p, windows=with_past(recordings, p.windows, p.numerics))
+        for p in (posed.problem, posed.longer)
+    )
     assert short
     return replace(posed, problem=short, longer=longer)
 
@@ -75,8 +81,11 @@ def _around(made: Attempt) -> Influence:
     left = influence(made.scored.at.problem, made.fit)
     first = hypothesis.offset(len(hypothesis.candidates) - 1)
     own = np.arange(first, first + len(law.values))
-    return replace(left, residual=left.residual + trace_of(left, law),
-                   by_theta=np.delete(left.by_theta, own, axis=-1))  # fmt: skip
+    return replace(
+        left,
+        residual=left.residual + trace_of(left, law),
+        by_theta=np.delete(left.by_theta, own, axis=-1),
+    )
 
 
 def _on_the_ground(made: Attempt) -> Attempt:

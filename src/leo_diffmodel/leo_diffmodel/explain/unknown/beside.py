@@ -157,8 +157,23 @@ def linear_fit(
     typical = problem.typical_of(residual)
     block = np.arange(len(train)) if problem.block is None else problem.block
     spread = shooting.dispersion(residual[train], channels)
-    errors = covariance(columns[train], residual[train], block[train], hypothesis.free(theta),
-                        spread, channels, numerics, typical)  # fmt: skip
-    return replace(base, hypothesis=hypothesis, theta=theta, covariance=errors, columns=columns,
-                   loss=shooting.loss(residual, channels, numerics, typical), residual=residual,
-                   typical=typical)  # fmt: skip
+    errors = covariance(
+        columns[train],
+        residual[train],
+        block[train],
+        hypothesis.free(theta),
+        spread,
+        channels,
+        numerics,
+        typical,
+    )
+    return replace(
+        base,
+        hypothesis=hypothesis,
+        theta=theta,
+        covariance=errors,
+        columns=columns,
+        loss=shooting.loss(residual, channels, numerics, typical),
+        residual=residual,
+        typical=typical,
+    )

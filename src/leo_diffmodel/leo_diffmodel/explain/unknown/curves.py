@@ -96,8 +96,11 @@ def _periodic(left: Influence, regression: Regression, joint: int, variable: Var
     highest = min(grids.fastest_hz, grids.of_rate / period)
     grid = np.arange(1.0 / span, highest, 1.0 / (grids.per_period * span))
     parts = max(1, len(grid) // left.problem.numerics.at_once)
-    tried = [(f, s) for part in np.array_split(grid, parts)
-             for f, s in _each(part, regression.of(waves(variable.values, part)))]  # fmt: skip
+    tried = [
+        (f, s)
+        for part in np.array_split(grid, parts)
+        for f, s in _each(part, regression.of(waves(variable.values, part)))
+    ]
     best, score = max(tried, key=lambda t: float(t[1].gain))
     return Curve(joint, variable, 'torque', best, score)
 
@@ -114,9 +117,7 @@ def waves(time: Array, hertz: Array) -> Array:
 
 def again(left: Influence, curve: Curve) -> Curve:
     """This curve from another linearisation."""
-    variable = next(
-        v for v in variables(left, curve.joint) if v.kind == curve.variable.kind
-    )
+    variable = next(v for v in variables(left, curve.joint) if v.kind == curve.variable.kind)
     carried = carry(left, curve.carrier, curve.joint)
     assert carried is not None
     basis = variable.hats(variable.values)

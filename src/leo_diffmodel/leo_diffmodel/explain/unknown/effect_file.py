@@ -95,9 +95,12 @@ def text_of(effect: FoundEffect) -> str:
         return head + COMMAND.format(names=names, law=effect.text, per_torque=per_torque)
     flags = ''.join(f'    {name} = True\n' for name in FLAGS if getattr(effect, name))
     law = TORQUE.format(
-        memory=MEMORY.get(effect.variable, ''), x=SOURCES[effect.variable], names=names,
-        law=effect.text, result=RESULTS[effect.carrier],
-    )  # fmt: skip
+        memory=MEMORY.get(effect.variable, ''),
+        x=SOURCES[effect.variable],
+        names=names,
+        law=effect.text,
+        result=RESULTS[effect.carrier],
+    )
     return head + flags + law + REMEMBERED.get(effect.variable, '')
 
 

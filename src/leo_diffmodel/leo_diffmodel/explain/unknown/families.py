@@ -68,9 +68,13 @@ def families(curve: Curve, grids: Grids) -> list[Family]:
 def _built_up(reach: Array) -> Family:
     return Family(
         lambda x, c, reach: c * x,
-        'c * x', '-c {x}, dz/dt = |dq/dt| (sign(dq/dt) - z) / reach', (('c', 0),), (('reach', 1),),
-        reach[:, None], lambda x: -x[..., None, None],
-    )  # fmt: skip
+        'c * x',
+        '-c {x}, dz/dt = |dq/dt| (sign(dq/dt) - z) / reach',
+        (('c', 0),),
+        (('reach', 1),),
+        reach[:, None],
+        lambda x: -x[..., None, None],
+    )
 
 
 def _polynomial(degree: int) -> Family:
@@ -92,9 +96,14 @@ def _term(power: int, x: str) -> str:
 
 def _size() -> Family:
     return Family(
-        lambda x, a: a * np.abs(x), 'a * np.abs(x)', 'a |{x}|', (('a', 1),), (), np.zeros((1, 0)),
+        lambda x, a: a * np.abs(x),
+        'a * np.abs(x)',
+        'a |{x}|',
+        (('a', 1),),
+        (),
+        np.zeros((1, 0)),
         lambda x: np.abs(x)[..., None, None],
-    )  # fmt: skip
+    )
 
 
 def _hinge(x: Array, side: float, grids: Grids) -> Family:
@@ -198,8 +207,9 @@ def _settling(seconds: tuple[float, ...]) -> Family:
     )
 
 
-def table(knots: Array, values: Array, period: float | None, hats: Callable[[Array], Array]
-          ) -> Family:
+def table(
+    knots: Array, values: Array, period: float | None, hats: Callable[[Array], Array]
+) -> Family:
     """The curve itself, scaled by one coefficient: what no readable form comes close to."""
     at, known = _rounded(knots), _rounded(values)
     ring = f', period={period!r}' if period else ''

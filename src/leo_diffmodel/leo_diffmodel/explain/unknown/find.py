@@ -97,10 +97,15 @@ def _leading(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Atte
     weight = weigh(sets, found.weight.most / found.weight.spread)
     for first in weight.ordered([a.scored for a in laws.values()]):
         law, rivals = laws[first.names], named.values()
-        if (all(weight.ahead(first, s) > limit for s in rivals)
-                and all(weight.supports(s, first, limit) for s in rivals
-                        if len(s.names) <= len(first.names))
-                and (_lacking(law, named, laws) or supported(sets, first, weight, limit))):
+        if (
+            all(weight.ahead(first, s) > limit for s in rivals)
+            and all(
+                weight.supports(s, first, limit)
+                for s in rivals
+                if len(s.names) <= len(first.names)
+            )
+            and (_lacking(law, named, laws) or supported(sets, first, weight, limit))
+        ):
             return law
     return None
 
@@ -147,7 +152,10 @@ def _shows(curve: Curve, found: Search) -> bool:
 
 
 def _tried(
-    recordings: Sequence[Recording], found: Search, base: Fit, left: Influence,
+    recordings: Sequence[Recording],
+    found: Search,
+    base: Fit,
+    left: Influence,
     best: Sequence[Curve],
 ) -> list[Attempt]:
     """The laws of the best curves, one of each variable and carrier, beside what a fit holds."""

@@ -13,11 +13,7 @@ from leo_sim.effects import Effect
 from leo_sim.effects.base import Values
 from leo_sim.effects.motor import Motor
 
-ABOUT = {
-    'torque': 'torque',
-    'friction': 'dry friction',
-    'drive': 'share of the motor torque',
-}
+ABOUT = {'torque': 'torque', 'friction': 'dry friction', 'drive': 'share of the motor torque'}
 
 
 class FoundEffect(Effect):
@@ -51,8 +47,15 @@ class FoundEffect(Effect):
         """What the motor gets, as if the torque came from it."""
         return u + self._at(p, u) * self.per_torque, memory
 
-    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None,
-               memory: Any = None) -> Any:
+    def torque(
+        self,
+        p: Values,
+        q: Array,
+        dq: Array,
+        motor: Motor,
+        load: Numbers | None,
+        memory: Any = None,
+    ) -> Any:
         """Torque at the joint [N m]."""
         y = self._at(p, self._argument(q, dq, motor, load, memory))
         if self.carrier == 'drive':
@@ -69,8 +72,9 @@ class FoundEffect(Effect):
     def _at(self, p: Values, x: Any) -> Any:
         return self._law(x, **{parameter.name: p[parameter.name] for parameter in self.parameters})
 
-    def _argument(self, q: Array, dq: Array, motor: Motor, load: Numbers | None, memory: Any
-                  ) -> Any:
+    def _argument(
+        self, q: Array, dq: Array, motor: Motor, load: Numbers | None, memory: Any
+    ) -> Any:
         """The variable's value."""
         if self.variable == 'time':
             return (0.0 if memory is None else memory) + 0.0 * q

@@ -88,8 +88,9 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     windows, joints = problem.windows, problem.windows.q.shape[-1]
     hypothesis = fitted.hypothesis
     model = hypothesis.model(problem.base, fitted.theta)
-    linear = problem.linearised(hypothesis, fitted.theta, fitted.start,
-                                conditional_errors(fitted.columns[problem.train]))  # fmt: skip
+    linear = problem.linearised(
+        hypothesis, fitted.theta, fitted.start, conditional_errors(fitted.columns[problem.train])
+    )
     numerics = problem.numerics
     most = min(windows.steps, numerics.stretches)
     stretch = np.arange(windows.steps) * most // windows.steps

@@ -43,9 +43,7 @@ def dahl(episode: Episode, reach: Array) -> Array:
     return z
 
 
-def with_past(
-    recordings: Sequence[Recording], windows: Windows, numerics: Numerics
-) -> Windows:
+def with_past(recordings: Sequence[Recording], windows: Windows, numerics: Numerics) -> Windows:
     """These windows with much history each, which a memory of the path needs.
 
     Where an episode has fewer, its first sample is repeated for an instant.

@@ -59,8 +59,7 @@ def variables(left: Influence, joint: int) -> Iterator[Variable]:
     inputs = left.averaged(windows.inputs)
     for a, actuator in enumerate(robot.actuators):
         if np.ptp(inputs[..., a]) > 0 and robot.input != 'position':  # goals act in the loop alone
-            yield from _spread('input', actuator.joint, robot.input_unit, inputs[..., a],
-                               grids)  # fmt: skip
+            yield from _spread('input', actuator.joint, robot.input_unit, inputs[..., a], grids)
     if len(robot.joint_names) > 1:  # on a single hinge the load is a function of the angle
         load = left.model.rigid.load(left.q)[..., joint]
         yield from _spread('load', robot.joint_names[joint], 'N m', load, grids)

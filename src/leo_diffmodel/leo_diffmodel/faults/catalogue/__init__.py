@@ -23,9 +23,27 @@ from leo_diffmodel.faults.catalogue.speed_sign import SpeedSign
 from leo_diffmodel.faults.catalogue.speed_zero import SpeedZero
 from leo_diffmodel.faults.catalogue.time_stretch import TimeStretch
 
-FAULTS: dict[str, Fault] = {fault.name: fault for fault in (
-    SpeedScale(), SpeedSign(), SpeedZero(), SpeedLate(), SpeedFilter(), AngleScale(),
-    AngleSign(), AngleZero(), GoalAsAngle(), Frozen(), Clipped(), Repeated(), Quantised(),
-    InputScale(), InputSign(), InputLate(), GravityCompensated(), TimeStretch(),
-)}  # fmt: skip
+FAULTS: dict[str, Fault] = {
+    fault.name: fault
+    for fault in (
+        SpeedScale(),
+        SpeedSign(),
+        SpeedZero(),
+        SpeedLate(),
+        SpeedFilter(),
+        AngleScale(),
+        AngleSign(),
+        AngleZero(),
+        GoalAsAngle(),
+        Frozen(),
+        Clipped(),
+        Repeated(),
+        Quantised(),
+        InputScale(),
+        InputSign(),
+        InputLate(),
+        GravityCompensated(),
+        TimeStretch(),
+    )
+}
 """By name."""

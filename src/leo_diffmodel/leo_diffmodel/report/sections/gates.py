@@ -22,8 +22,11 @@ def section(settings: Mapping[str, float | None], found: Search | None) -> Secti
     """
     said = texts(Gates)
     gates = [
-        {'name': name, 'value': 'no limit' if value is None else f'{value:g}',
-         'said': said.get(name, '')}
+        {
+            'name': name,
+            'value': 'no limit' if value is None else f'{value:g}',
+            'said': said.get(name, ''),
+        }
         for name, value in settings.items()
     ]
     return Section('gates.html', {'gates': gates, 'limits': _limits(found) if found else []})

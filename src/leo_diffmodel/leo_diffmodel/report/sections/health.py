@@ -16,12 +16,7 @@ from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.plots import health, Line
 from leo_diffmodel.report.text import number, percent
 from leo_diffmodel.report.traces import correlation as correlogram
-from leo_diffmodel.report.whiteness import (
-    by_condition,
-    chi_squared,
-    Correlation,
-    correlation,
-)
+from leo_diffmodel.report.whiteness import by_condition, chi_squared, Correlation, correlation
 
 Array = np.ndarray
 

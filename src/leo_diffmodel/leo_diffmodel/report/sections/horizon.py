@@ -35,9 +35,7 @@ DOTTED = 'dotted'
 TRAINING = {'before': Stroke(palette.BEFORE, DOTTED), 'after': Stroke(palette.AFTER, DOTTED)}
 
 
-def held_out(
-    errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] = ()
-) -> Section:
+def held_out(errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] = ()) -> Section:
     """Before and after a repair; where nothing was repaired, the model alone.
 
     Args:
@@ -77,9 +75,7 @@ def plain(data: Mapping[str, Any]) -> Section:
     return _section(data['states'], _seconds(data['horizon']), series, floor, PLAIN)
 
 
-def _floor_too_high(
-    series: Series, floor: list[list[float]]
-) -> bool:
+def _floor_too_high(series: Series, floor: list[list[float]]) -> bool:
     """Whether a model scores clearly better than a perfect one should be able to."""
     comparable = [errors for errors, stroke in series.values() if stroke.dash != DOTTED]
     best = np.min(comparable, axis=0)

@@ -10,15 +10,7 @@ import numpy as np
 
 from leo_diffmodel.explain.settings import Gates
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.text import (
-    change,
-    estimates,
-    label,
-    nats,
-    number,
-    percent,
-    quantity,
-)
+from leo_diffmodel.report.text import change, estimates, label, nats, number, percent, quantity
 
 FEWEST, SHOWN = 4, 10
 NEAREST = 3
@@ -50,8 +42,10 @@ def section(
     best = _gain(hypotheses[0]) if hypotheses else 0.0
     near = _near(effects)
     rows = [_row(e, top, 'supported', _supported(e, gates)) for e in effects]
-    rows += [_row(h, top, *_status(h, best, near, threshold, bool(effects), gates.margin_nats))
-             for h in others]  # fmt: skip
+    rows += [
+        _row(h, top, *_status(h, best, near, threshold, bool(effects), gates.margin_nats))
+        for h in others
+    ]
     least = threshold or 0.0
     worth = sum(_gain(r) >= least for r in fitted)
     shown = min(max(worth, FEWEST), SHOWN)
@@ -93,9 +87,10 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
 
 def _supported(effect: Row, gates: Gates) -> str:
     rivals = [
-        c for c in effect['confusable_with']
+        c
+        for c in effect['confusable_with']
         if c['separable_nats'] < gates.margin_nats and not _why(c)
-    ]  # fmt: skip
+    ]
     if rivals:
         return 'supported, but not told apart from its rivals'
     if effect['inclusion_probability'] < gates.stable:
@@ -104,7 +99,11 @@ def _supported(effect: Row, gates: Gates) -> str:
 
 
 def _status(
-    row: Row, best: float, near: Mapping[str, Row], threshold: float | None, named: bool,
+    row: Row,
+    best: float,
+    near: Mapping[str, Row],
+    threshold: float | None,
+    named: bool,
     margin: float,
 ) -> tuple[str, str]:
     """Kind (for colour) and words for a candidate that is not among the supported effects."""

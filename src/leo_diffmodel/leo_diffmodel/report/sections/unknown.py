@@ -15,8 +15,11 @@ from leo_diffmodel.report.canvas import canvas, hover, prefix
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import estimates, percent
 
-QUANTITIES = {'torque': 'missing torque', 'friction': 'missing friction',
-              'drive': 'missing share of the motor torque'}  # fmt: skip
+QUANTITIES = {
+    'torque': 'missing torque',
+    'friction': 'missing friction',
+    'drive': 'missing share of the motor torque',
+}
 LAW = Stroke(palette.AFTER, 'solid')
 
 

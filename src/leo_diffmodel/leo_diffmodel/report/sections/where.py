@@ -23,8 +23,18 @@ WORST = 6
 MOST_JOINTS, LEAST_SHARE = 6, 0.005
 WINDOWS = 3
 MOST_EVENTS = 4
-ORDER = ('phase', 'speed', 'direction', 'load', 'angle', 'position', 'turned', 'input', 'motor',
-         'time')  # fmt: skip
+ORDER = (
+    'phase',
+    'speed',
+    'direction',
+    'load',
+    'angle',
+    'position',
+    'turned',
+    'input',
+    'motor',
+    'time',
+)
 MODELS = (
     ('as given', Stroke(palette.BEFORE, 'solid')),
     ('repaired', Stroke(palette.AFTER, 'solid')),
@@ -68,14 +78,13 @@ def _joint(joint: Row, rows: Sequence[Row], highest: float, bags: list[str]) -> 
         'share': percent(joint['share']),
         'size': _sizes(joint),
         'noise': torque(joint['noise_nm'], 2, joint['torque_unit']),
-        'strips': [_strip(v, [r for r in mine if r['variable'] == v], highest, bags)
-                   for v in variables],
-    }  # fmt: skip
+        'strips': [
+            _strip(v, [r for r in mine if r['variable'] == v], highest, bags) for v in variables
+        ],
+    }
 
 
-def _strip(
-    variable: str, rows: Sequence[Row], highest: float, bags: list[str]
-) -> dict[str, Any]:
+def _strip(variable: str, rows: Sequence[Row], highest: float, bags: list[str]) -> dict[str, Any]:
     ordered = sorted(rows, key=lambda r: (r['bag'] or 0, r['bin']))
     return {
         'name': variable,

@@ -92,7 +92,12 @@ class Beside:
         well, robot = self.robot.condition.line(self.robot.tape)
         news = self.renewing.news
         held = 'the data are held as they were' if self.renewing.frozen else news.words
-        more = (self.robot.asked, self.said, held, self.sending.words,
-                self.recording.words,
-                news.share.words if news.share else NO_SHARE)  # fmt: skip
+        more = (
+            self.robot.asked,
+            self.said,
+            held,
+            self.sending.words,
+            self.recording.words,
+            news.share.words if news.share else NO_SHARE,
+        )
         return Lines(well, robot, tuple(text for text in more if text))

@@ -41,9 +41,11 @@ class Command:
         if self.on:
             return
         self._process = subprocess.Popen(
-            [sys.executable, '-c', LEO, *words], stdin=subprocess.DEVNULL,
-            stdout=told or subprocess.DEVNULL, stderr=told,
-        )  # fmt: skip
+            [sys.executable, '-c', LEO, *words],
+            stdin=subprocess.DEVNULL,
+            stdout=told or subprocess.DEVNULL,
+            stderr=told,
+        )
 
     def stop(self) -> None:
         """Have it end."""

@@ -91,9 +91,14 @@ class Renewing:
         now: a clock that goes on [s].
     """
 
-    def __init__(self, source: Source, state: State, contents: Callable[[], BagContents],
-                 weights: Callable[[], bytes] = bytes,
-                 now: Callable[[], float] = time.monotonic) -> None:  # fmt: skip
+    def __init__(
+        self,
+        source: Source,
+        state: State,
+        contents: Callable[[], BagContents],
+        weights: Callable[[], bytes] = bytes,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         self._source, self._state, self._contents = source, state, contents
         self._weights, self._now = weights, now
         self._sharer = Sharer(source.model)

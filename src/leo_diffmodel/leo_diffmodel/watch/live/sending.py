@@ -40,8 +40,9 @@ class Sending:
         now: a clock that goes on [s].
     """
 
-    def __init__(self, ros_args: Sequence[str] = (),
-                 now: Callable[[], float] = time.monotonic) -> None:  # fmt: skip
+    def __init__(
+        self, ros_args: Sequence[str] = (), now: Callable[[], float] = time.monotonic
+    ) -> None:
         self._ros_args, self._now = [*ros_args], now
         self._player = Command()
         self._question: Sent | None = None
@@ -67,8 +68,10 @@ class Sending:
         if sent is None:
             return ''
         if self.on:
-            return (f'playing "{sent.name}" for {self._now() - self._began:.0f} s, '
-                    f'it takes {sent.seconds:.0f} s')  # fmt: skip
+            return (
+                f'playing "{sent.name}" for {self._now() - self._began:.0f} s, '
+                f'it takes {sent.seconds:.0f} s'
+            )
         if self._stopped:
             return f'"{sent.name}" was stopped: the robot goes to 0 by its own time-out'
         if not ended:

@@ -63,8 +63,13 @@ class Tape:
         return time.monotonic() - self._two < RECENT
 
     def record(
-        self, topic: RecordedTopic, data: bytes, published_ns: int = 0, logged_ns: int = 0,
-        number: int = 0, publisher: bytes = b'',
+        self,
+        topic: RecordedTopic,
+        data: bytes,
+        published_ns: int = 0,
+        logged_ns: int = 0,
+        number: int = 0,
+        publisher: bytes = b'',
     ) -> None:
         """Keep one CDR message; the arguments are those of `Recorder.record`."""
         logged_ns = logged_ns or time.time_ns()
@@ -91,8 +96,10 @@ class Tape:
     def contents(self) -> BagContents:
         """What is kept now, as if read from a bag."""
         with self._lock:
-            topics = {name: TopicLog(name, topic.type, topic.qos, [*kept])
-                      for name, (topic, kept) in self._topics.items()}  # fmt: skip
+            topics = {
+                name: TopicLog(name, topic.type, topic.qos, [*kept])
+                for name, (topic, kept) in self._topics.items()
+            }
         return BagContents(Path(NAME), (), topics, {'leo': self._facts}, True, 0)
 
     def save(self, folder: Path) -> Path:
@@ -117,7 +124,7 @@ class Tape:
             kept.popleft()
 
     def _is_ours(
-        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int,
+        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int
     ) -> bool:
         """Whether a message is not of a second robot; begin anew where the first comes back."""
         if topic.type != JOINT_STATE or len(data) < HEADER:

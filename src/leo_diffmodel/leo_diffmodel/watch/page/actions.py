@@ -34,8 +34,15 @@ class ActionsView:
         self._connect()
         files = said(_files(), width=SIDE - 40)
         self._drawn = said(width=SIDE - 40, name='drawing')
-        self.root = column(row(self._find, self._add), row(self._undo, self._clear), self._words,
-                           files, self._drawn, stylesheets=[CARD], width=SIDE)  # fmt: skip
+        self.root = column(
+            row(self._find, self._add),
+            row(self._undo, self._clear),
+            self._words,
+            files,
+            self._drawn,
+            stylesheets=[CARD],
+            width=SIDE,
+        )
         self.refresh()
 
     def refresh(self) -> None:
@@ -101,9 +108,12 @@ def _files() -> Markup:
     """Links to what can be taken away, as HTML."""
     film = f'the robots moving, {shown.FILM_SECONDS:g} s from now'
     mp4 = ['comparison.mp4'] if shutil.which('ffmpeg') else []
-    lines = [_links('this view', 'view.png', 'view.svg', 'copy.html'),
-             _links(film, 'comparison.gif', *mp4), _links('the numbers', 'numbers.csv'),
-             *([] if mp4 else [small(WITHOUT_FFMPEG)])]  # fmt: skip
+    lines = [
+        _links('this view', 'view.png', 'view.svg', 'copy.html'),
+        _links(film, 'comparison.gif', *mp4),
+        _links('the numbers', 'numbers.csv'),
+        *([] if mp4 else [small(WITHOUT_FFMPEG)]),
+    ]
     return Markup('<br>').join(lines)
 
 

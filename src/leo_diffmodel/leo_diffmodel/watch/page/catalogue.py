@@ -31,8 +31,13 @@ class CatalogueView:
         self._state, self._left = state, [*state.scene.candidates.values()]
         self._lines: list[_Line] = []
         places = list(dict.fromkeys(c.where for c in self._left))
-        self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, name='place',
-                             title='effects at', width=SIDE - 60)  # fmt: skip
+        self._place = Select(
+            options=[EVERYWHERE, *places],
+            value=EVERYWHERE,
+            name='place',
+            title='effects at',
+            width=SIDE - 60,
+        )
         self._place.on_change('value', lambda _, __, ___: self.refresh())
         note = said(small(NOTE), width=SIDE - 40)
         self.root = column(self._place, note, stylesheets=[CARD], width=SIDE)
@@ -74,8 +79,9 @@ class _Line:
         self._words.text = self._text()
         self.root.visible = on or place in (EVERYWHERE, self._candidate.where)
         if on and not self._sliders:
-            self._sliders = [_Slider(self._state, self._label, p)
-                             for p in self._candidate.parameters]  # fmt: skip
+            self._sliders = [
+                _Slider(self._state, self._label, p) for p in self._candidate.parameters
+            ]
             self.root.children = [*self.root.children, *(s.root for s in self._sliders)]
         for slider in self._sliders:
             slider.refresh(on)
@@ -103,14 +109,25 @@ class _Slider:
         self._state, self._label, self._name = state, label, parameter.name
         self._handle, self._silent = Handle.of(parameter), Silence()
         low, high = self._handle.ends
-        self._slider = Slider(start=low, end=high, step=STEP, value=0, show_value=False,
-                              tooltips=False, width=SIDE - 190, margin=(26, 8, 0, 8),
-                              name=f'slider {label} {parameter.name}')  # fmt: skip
+        self._slider = Slider(
+            start=low,
+            end=high,
+            step=STEP,
+            value=0,
+            show_value=False,
+            tooltips=False,
+            width=SIDE - 190,
+            margin=(26, 8, 0, 8),
+            name=f'slider {label} {parameter.name}',
+        )
         self._number = NumericInput(
-            mode='float', value=self._handle.anchor, title=_title(parameter), width=100,
+            mode='float',
+            value=self._handle.anchor,
+            title=_title(parameter),
+            width=100,
             format=CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`'),
             name=f'value {label} {parameter.name}',
-        )  # fmt: skip
+        )
         dragged = 'value_throttled' if state.scene.model.robot.contacts else 'value'
         self._slider.on_change(dragged, lambda _, __, at: self._move(self._handle.value(at)))
         self._number.on_change('value', lambda _, __, value: self._type(value))
@@ -138,4 +155,3 @@ class _Slider:
 
 def _title(parameter: Parameter) -> str:
     return f'{parameter.name} [{parameter.unit}]' if parameter.unit else parameter.name
-

@@ -34,8 +34,14 @@ DRAWN_MS = 60
 class Tab:
     """Puts the parts on a document and keeps them up to date."""
 
-    def __init__(self, document: Document, state: State, finder: Finder, command: list[str],
-                 next_run: NextRun | None = None) -> None:  # fmt: skip
+    def __init__(
+        self,
+        document: Document,
+        state: State,
+        finder: Finder,
+        command: list[str],
+        next_run: NextRun | None = None,
+    ) -> None:
         self._document, self._state = document, state
         self._waiting = self._following = False
         self._robot, self._over_time = RobotView(state), OverTimeView(state)
@@ -47,17 +53,26 @@ class Tab:
         self._curves: list[Part] = [horizon, self._robot, self._over_time]
         self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions]
         upper = row(self._robot.root, horizon.root, spacing=12, sizing_mode='stretch_width')
-        main = column(upper, self._over_time.root, where.root, missing.root, spacing=12,
-                      sizing_mode='stretch_width')  # fmt: skip
+        main = column(
+            upper,
+            self._over_time.root,
+            where.root,
+            missing.root,
+            spacing=12,
+            sizing_mode='stretch_width',
+        )
         self._main: Any = main
         if next_run is not None:
             self._put_below(NextRunView(next_run))
         side = column(actions.root, self._catalogue.root, spacing=12, width=SIDE)
-        document.add_root(column(
-            said(_headline(state)),
-            row(main, side, spacing=12, sizing_mode='stretch_width'),
-            margin=14, sizing_mode='stretch_width',
-        ))  # fmt: skip
+        document.add_root(
+            column(
+                said(_headline(state)),
+                row(main, side, spacing=12, sizing_mode='stretch_width'),
+                margin=14,
+                sizing_mode='stretch_width',
+            )
+        )
         document.title = f'{state.scene.model.robot.name}: leo watch'
         document.template = jinja2.Template(PAGE, autoescape=True)
         self._begin()
@@ -111,5 +126,7 @@ class Tab:
 
 def _headline(state: State) -> Markup:
     robot, data = state.scene.given.robot.name, source(state.scene.recordings)
-    return Markup('<b class="big">{}</b> <span class="muted">{}: switch an effect on and '
-                  'watch the error fall</span>').format(robot, data)  # fmt: skip
+    return Markup(
+        '<b class="big">{}</b> <span class="muted">{}: switch an effect on and '
+        'watch the error fall</span>'
+    ).format(robot, data)

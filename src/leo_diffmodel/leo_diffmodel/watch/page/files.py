@@ -39,18 +39,30 @@ HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
 def routes(state: State) -> list[Route]:
     """Where each file is."""
     one_by_one = asyncio.Lock()
-    texts = (('numbers.csv', 'text/csv', lambda: numbers(state)),
-             ('copy.html', 'text/html', lambda: copy(state)))  # fmt: skip
-    drawn = (('view.png', 'image/png', shown.now), ('view.svg', 'image/svg+xml', shown.now),
-             ('comparison.gif', 'image/gif', shown.from_now),
-             ('comparison.mp4', 'video/mp4', shown.from_now))  # fmt: skip
+    texts = (
+        ('numbers.csv', 'text/csv', lambda: numbers(state)),
+        ('copy.html', 'text/html', lambda: copy(state)),
+    )
+    drawn = (
+        ('view.png', 'image/png', shown.now),
+        ('view.svg', 'image/svg+xml', shown.now),
+        ('comparison.gif', 'image/gif', shown.from_now),
+        ('comparison.mp4', 'video/mp4', shown.from_now),
+    )
     return [
-        *((f'/{name}', _Text, {'kind': f'{kind}; charset=utf-8', 'content': content})
-          for name, kind, content in texts),
-        *((f'/{name}', _Drawing, {'name': name, 'kind': kind, 'times': times, 'state': state,
-                                  'turn': one_by_one})
-          for name, kind, times in drawn),
-    ]  # fmt: skip
+        *(
+            (f'/{name}', _Text, {'kind': f'{kind}; charset=utf-8', 'content': content})
+            for name, kind, content in texts
+        ),
+        *(
+            (
+                f'/{name}',
+                _Drawing,
+                {'name': name, 'kind': kind, 'times': times, 'state': state, 'turn': one_by_one},
+            )
+            for name, kind, times in drawn
+        ),
+    ]
 
 
 class _File(RequestHandler):
@@ -75,8 +87,14 @@ class _Text(_File):
 class _Drawing(_File):
     """A picture or a film, drawn by another process; one after the other, told on the page."""
 
-    def initialize(self, name: str, kind: str, times: Callable[[State], ndarray], state: State,
-                   turn: asyncio.Lock) -> None:  # fmt: skip
+    def initialize(
+        self,
+        name: str,
+        kind: str,
+        times: Callable[[State], ndarray],
+        state: State,
+        turn: asyncio.Lock,
+    ) -> None:
         self._name, self._kind, self._times = name, kind, times
         self._state, self._turn, self._gone = state, turn, False
 
@@ -122,6 +140,7 @@ class _Drawing(_File):
         state.tell()
         return drawing.news
 
+
 def numbers(state: State) -> str:
     """Errors against horizon and over time of every state, and the values that are set."""
     out = io.StringIO()
@@ -141,9 +160,16 @@ def _horizon(state: State) -> Iterator[tuple]:
     rows = zip(state.given.rows, state.now.rows, state.floor.rows, strict=True)
     for before, after, floor in rows:
         for i, s in enumerate(state.states):
-            yield ('held-out rms error', s['name'], before['seconds'], 's ahead',
-                   before['rmse'][i], after['rmse'][i], floor['noise_floor'][i],
-                   s['unit'])  # fmt: skip
+            yield (
+                'held-out rms error',
+                s['name'],
+                before['seconds'],
+                's ahead',
+                before['rmse'][i],
+                after['rmse'][i],
+                floor['noise_floor'][i],
+                s['unit'],
+            )
 
 
 def _time(state: State) -> Iterator[tuple]:
@@ -151,8 +177,16 @@ def _time(state: State) -> Iterator[tuple]:
     for i, s in enumerate(state.states):
         both = film.error(film.given, i), film.error(film.repaired, i)
         for time, before, after in zip(film.middle, *both, strict=True):
-            yield (f'rms error over {state.horizon:g} s', s['name'], time, 's on the timeline',
-                   before, after, '', s['unit'])  # fmt: skip
+            yield (
+                f'rms error over {state.horizon:g} s',
+                s['name'],
+                time,
+                's on the timeline',
+                before,
+                after,
+                '',
+                s['unit'],
+            )
 
 
 def copy(state: State) -> str:
@@ -164,10 +198,14 @@ def copy(state: State) -> str:
         'at': state.scene.timeline.words(state.player.now),
         'ahead': state.horizon,
         'rows': _rows(state),
-        'legend': [('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED),
-                   ('noise floor', FLOOR)],
+        'legend': [
+            ('measured', MEASURED),
+            ('as given', GIVEN),
+            ('with the switches', REPAIRED),
+            ('noise floor', FLOOR),
+        ],
         'cursor': palette.INK,
-    }  # fmt: skip
+    }
     section = Section('watch.html', values, tuple(view.plot for view in views))
     title = f'{state.scene.given.robot.name}: the model beside the robot'
     return render(title, source(state.scene.recordings), [section])
@@ -176,8 +214,13 @@ def copy(state: State) -> str:
 def _rows(state: State) -> list[dict]:
     """What is switched on."""
     return [
-        {'label': label, 'without': state.without[label], 'with': state.sizes[1],
-         'parameters': [(p.name, values[p.name], p.unit)
-                        for p in state.scene.candidates[label].parameters]}
+        {
+            'label': label,
+            'without': state.without[label],
+            'with': state.sizes[1],
+            'parameters': [
+                (p.name, values[p.name], p.unit) for p in state.scene.candidates[label].parameters
+            ],
+        }
         for label, values in state.setting.on.items()
-    ]  # fmt: skip
+    ]

@@ -6,13 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from bokeh.layouts import column, row
-from bokeh.models import (
-    ColumnDataSource,
-    FixedTicker,
-    PrintfTickFormatter,
-    Range1d,
-    Select,
-)
+from bokeh.models import ColumnDataSource, FixedTicker, PrintfTickFormatter, Range1d, Select
 from markupsafe import Markup
 
 from leo_diffmodel.picture import palette
@@ -49,22 +43,24 @@ class HorizonView:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._source = ColumnDataSource(curves.against_horizon(state),
-                                        name='error against horizon')  # fmt: skip
+        self._source = ColumnDataSource(
+            curves.against_horizon(state), name='error against horizon'
+        )
         self._ticker = FixedTicker()
         self.plot = self._plot()
         names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]
         options = [(str(i), name) for i, name in enumerate(names)]
-        self._shown = Select(options=options, value='0', title='error of', width=160,
-                             name='shown')  # fmt: skip
+        self._shown = Select(options=options, value='0', title='error of', width=160, name='shown')
         self._shown.on_change('value', lambda _, __, v: state.show(int(v)))
         self.words = ErrorWords(state)
         strokes = ('as given', GIVEN), ('with the switches', REPAIRED), ('noise floor', FLOOR)
         self.root = column(
-            row(self._shown, self.words.root, sizing_mode='stretch_width'), self.plot,
+            row(self._shown, self.words.root, sizing_mode='stretch_width'),
+            self.plot,
             said(legend(*strokes)),
-            stylesheets=[CARD], sizing_mode='stretch_width',
-        )  # fmt: skip
+            stylesheets=[CARD],
+            sizing_mode='stretch_width',
+        )
         self.refresh()
 
     def refresh(self) -> None:
@@ -74,18 +70,30 @@ class HorizonView:
         self._shown.value = str(self._state.shown)
 
     def _plot(self) -> Any:
-        plot = canvas('prediction horizon [s]', '', x_axis_type='log', y_axis_type='log',
-                      height=HEIGHT, name='horizon plot')  # fmt: skip
+        plot = canvas(
+            'prediction horizon [s]',
+            '',
+            x_axis_type='log',
+            y_axis_type='log',
+            height=HEIGHT,
+            name='horizon plot',
+        )
         plot.y_range = Range1d(1e-3, 1.0)
         plot.varea('seconds', 1e-12, 'floor', source=self._source, color=palette.NOISE_FILL)
-        for name, stroke, width in (('floor', FLOOR, 1.5), ('given', GIVEN, 2.5),
-                                    ('now', REPAIRED, 2.5)):  # fmt: skip
+        for name, stroke, width in (
+            ('floor', FLOOR, 1.5),
+            ('given', GIVEN, 2.5),
+            ('now', REPAIRED, 2.5),
+        ):
             look = {'source': self._source, 'color': stroke.colour}
             plot.line('seconds', name, line_width=width, line_dash=stroke.dash, **look)
             if name != 'floor':
                 dots = plot.scatter('seconds', name, size=7, **look)
-                hover(plot, dots, [(name, f'@{name}{{0.000e}}'), ('floor', '@floor{0.000e}'),
-                                   ('s', '@seconds')])  # fmt: skip
+                hover(
+                    plot,
+                    dots,
+                    [(name, f'@{name}{{0.000e}}'), ('floor', '@floor{0.000e}'), ('s', '@seconds')],
+                )
         plot.axis.formatter = PrintfTickFormatter(format='%g')
         seconds = self._source.data['seconds']
         plot.xaxis.ticker, plot.yaxis.ticker = ticks(min(seconds), max(seconds)), self._ticker

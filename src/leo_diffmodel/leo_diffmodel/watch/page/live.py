@@ -39,9 +39,13 @@ class LiveView:
         self._words = said(name='robot says', sizing_mode='stretch_width', min_height=ROOM)
         self._connect()
         buttons = row(self._stop, self._release, self._record, self._freeze)
-        self.root = column(row(buttons, self._words, sizing_mode='stretch_width'),
-                           self._strips.root, stylesheets=[CARD], margin=(0, 0, 12, 0),
-                           sizing_mode='stretch_width')  # fmt: skip
+        self.root = column(
+            row(buttons, self._words, sizing_mode='stretch_width'),
+            self._strips.root,
+            stylesheets=[CARD],
+            margin=(0, 0, 12, 0),
+            sizing_mode='stretch_width',
+        )
         self.refresh()
 
     def refresh(self) -> None:
@@ -82,8 +86,15 @@ class LiveView:
 class LiveTab(Tab):
     """The page with the robot on top of it."""
 
-    def __init__(self, document: Document, state: State, finder: Finder, command: list[str],
-                 beside: Beside, next_run: NextRun | None = None) -> None:  # fmt: skip
+    def __init__(
+        self,
+        document: Document,
+        state: State,
+        finder: Finder,
+        command: list[str],
+        beside: Beside,
+        next_run: NextRun | None = None,
+    ) -> None:
         super().__init__(document, state, finder, command, next_run)
         self._live = LiveView(state, beside)
         self._parts.append(self._live)

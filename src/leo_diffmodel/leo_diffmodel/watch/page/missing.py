@@ -42,14 +42,17 @@ class MissingView:
         self._variable = Select(title='against', width=260, name='against')
         self._joint.on_change('value', lambda _, __, v: self._ask(int(v)))
         self._variable.on_change('value', lambda _, __, v: self._ask(None, int(v)))
-        self.plot, means = torque_canvas(self._dots, self._means, [REPAIRED], height=HEIGHT,
-                                         name='missing plot')  # fmt: skip
+        self.plot, means = torque_canvas(
+            self._dots, self._means, [REPAIRED], height=HEIGHT, name='missing plot'
+        )
         hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
         self._words = said(sizing_mode='stretch_width', name='missing says')
         self.root = column(
-            row(self._joint, self._variable, self._words, sizing_mode='stretch_width'), self.plot,
-            stylesheets=[CARD], sizing_mode='stretch_width',
-        )  # fmt: skip
+            row(self._joint, self._variable, self._words, sizing_mode='stretch_width'),
+            self.plot,
+            stylesheets=[CARD],
+            sizing_mode='stretch_width',
+        )
         self.refresh()
 
     def refresh(self) -> None:
@@ -80,14 +83,17 @@ class MissingView:
         axes, names = variables(missing, robot, joint), robot.joint_names
         number = min(number, len(axes) - 1)
         with self._silent:
-            self._joint.update(options=[(str(j), names[j]) for j in _joints(missing)],
-                               value=str(joint))  # fmt: skip
-            self._variable.update(options=[(str(i), label) for i, (label, _) in enumerate(axes)],
-                                  value=str(number))  # fmt: skip
+            self._joint.update(
+                options=[(str(j), names[j]) for j in _joints(missing)], value=str(joint)
+            )
+            self._variable.update(
+                options=[(str(i), label) for i, (label, _) in enumerate(axes)], value=str(number)
+            )
         seen, (label, values) = missing.seen[:, joint], axes[number]
         heights = np.full(int(seen.sum()), np.nan) if curve is None else curve[seen, joint]
-        binned = Binned.of(values[seen], missing.torque[seen, joint], [heights],
-                           torque_unit(robot, names[joint]))  # fmt: skip
+        binned = Binned.of(
+            values[seen], missing.torque[seen, joint], [heights], torque_unit(robot, names[joint])
+        )
         self._dots.data, self._means.data = dict(binned.dots), dict(binned.means)
         binned.label(self.plot, label)
 

@@ -41,8 +41,13 @@ class NextRunView:
         self._legend = said()
         note = said(small(NOTE))
         self._curves = column(*self._plots, self._legend, note, sizing_mode='stretch_width')
-        self.root = column(row(self._ask), self._words, self._curves, stylesheets=[CARD],
-                           sizing_mode='stretch_width')  # fmt: skip
+        self.root = column(
+            row(self._ask),
+            self._words,
+            self._curves,
+            stylesheets=[CARD],
+            sizing_mode='stretch_width',
+        )
         self.refresh()
 
     def refresh(self) -> None:
@@ -95,13 +100,19 @@ class NextRunView:
             return
         track = plan.predicted
         driven = [track.joints.index(a) for a in track.actuators]
-        others = [k for k in range(len(track.joints)) if k not in driven
-                  and track.joints[k] not in plan.robot.base_joints]  # fmt: skip
+        others = [
+            k
+            for k in range(len(track.joints))
+            if k not in driven and track.joints[k] not in plan.robot.base_joints
+        ]
         names = tuple(track.joints[k] for k in (*driven, *others))
         t, x, inputs = joined(track)
         self._inputs.data = stepped(t, inputs, track.actuators)
-        self._motion.data = {'ts': [t] * len(names), 'us': [*x[:, [*driven, *others]].T],
-                             'colour': [colour(k) for k in range(len(names))],
-                             'joint': [*names]}  # fmt: skip
+        self._motion.data = {
+            'ts': [t] * len(names),
+            'us': [*x[:, [*driven, *others]].T],
+            'colour': [colour(k) for k in range(len(names))],
+            'joint': [*names],
+        }
         self._plots[0].yaxis.axis_label = f'input [{UNITS[track.input]}]'
         self._legend.text = joints_legend(names)

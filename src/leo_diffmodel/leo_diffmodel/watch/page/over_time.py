@@ -63,10 +63,23 @@ class OverTimeView:
         plot = canvas('time, one bag after the other [s]', '', height=HEIGHT, name='time plot')
         self._shade(plot)
         for name, stroke in (('given', GIVEN), ('now', REPAIRED)):
-            plot.step('time', name, source=self._curve, mode='center', line_width=2,
-                      line_color=stroke.colour)  # fmt: skip
-        plot.scatter('time', 'error', source=self._marks, size=12, marker='inverted_triangle',
-                     color=palette.UNEXPLAINED, line_color=palette.INK)  # fmt: skip
+            plot.step(
+                'time',
+                name,
+                source=self._curve,
+                mode='center',
+                line_width=2,
+                line_color=stroke.colour,
+            )
+        plot.scatter(
+            'time',
+            'error',
+            source=self._marks,
+            size=12,
+            marker='inverted_triangle',
+            color=palette.UNEXPLAINED,
+            line_color=palette.INK,
+        )
         plot.add_layout(self._cursor)
         plot.y_range.start = 0.0
         return plot
@@ -74,8 +87,15 @@ class OverTimeView:
     def _shade(self, plot: Any) -> None:
         """A band over every held-out window of the film."""
         for begin, end in curves.held(self._state):
-            plot.add_layout(BoxAnnotation(left=begin, right=end, fill_color=palette.NOISE_FILL,
-                                          level='underlay', line_color=None))  # fmt: skip
+            plot.add_layout(
+                BoxAnnotation(
+                    left=begin,
+                    right=end,
+                    fill_color=palette.NOISE_FILL,
+                    level='underlay',
+                    line_color=None,
+                )
+            )
 
     def _meant(self, seconds: float) -> float:
         """The begin of the worst window that was tapped, or the time itself."""

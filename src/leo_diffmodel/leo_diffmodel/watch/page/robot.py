@@ -39,24 +39,41 @@ class RobotView:
         self._sources = self._ghosts()
         self._clock = said(width=230, name='clock')
         self._play = Button(label='Play', width=80, name='play')
-        self._speed = Select(options=[f'{s:g}' for s in SPEEDS], value='1', width=80,
-                             title='speed', name='speed')  # fmt: skip
+        self._speed = Select(
+            options=[f'{s:g}' for s in SPEEDS], value='1', width=80, title='speed', name='speed'
+        )
         length = state.player.length
-        self._scrub = Slider(start=0, end=length, step=length / 2000, value=0, show_value=False,
-                             title='time', sizing_mode='stretch_width', name='scrub')  # fmt: skip
+        self._scrub = Slider(
+            start=0,
+            end=length,
+            step=length / 2000,
+            value=0,
+            show_value=False,
+            title='time',
+            sizing_mode='stretch_width',
+            name='scrub',
+        )
         self._horizon = Slider(
-            start=np.log10(SHORTEST), end=np.log10(_longest(state)), step=0.01,
-            value=np.log10(state.horizon), title='predict ahead over [s]', name='horizon',
+            start=np.log10(SHORTEST),
+            end=np.log10(_longest(state)),
+            step=0.01,
+            value=np.log10(state.horizon),
+            title='predict ahead over [s]',
+            name='horizon',
             format=CustomJSTickFormatter(code='return (10**tick).toPrecision(2)'),
             sizing_mode='stretch_width',
-        )  # fmt: skip
+        )
         self._connect()
         names = ('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED)
         self.root = column(
-            said(legend(*names)), self.plot, self._clock,
+            said(legend(*names)),
+            self.plot,
+            self._clock,
             row(self._play, self._speed, self._scrub, sizing_mode='stretch_width'),
-            self._horizon, stylesheets=[CARD], sizing_mode='stretch_width',
-        )  # fmt: skip
+            self._horizon,
+            stylesheets=[CARD],
+            sizing_mode='stretch_width',
+        )
         self.refresh()
 
     def refresh(self) -> None:
@@ -74,8 +91,9 @@ class RobotView:
         words = self._state.scene.timeline.words(now)
         self._clock.text = Markup('<span class="muted">{}</span>').format(words)
         frame = self._state.film.frame(now)
-        for source, q in zip(self._sources, (frame.given, frame.repaired, frame.measured),
-                             strict=True):
+        for source, q in zip(
+            self._sources, (frame.given, frame.repaired, frame.measured), strict=True
+        ):
             source.data = self._lines(q)
         self._feet.data = self._touching(frame.measured)
         if self._stage.stick.root is None:
@@ -86,10 +104,16 @@ class RobotView:
         self._x, self._y = Range1d(), Range1d()
         self._look_at(self._state.film.frame(0.0).measured)
         plot = figure(
-            aspect_ratio=WIDE, x_range=self._x, y_range=self._y, tools='', min_border=0,
-            toolbar_location=None, outline_line_color=None, sizing_mode='scale_width',
+            aspect_ratio=WIDE,
+            x_range=self._x,
+            y_range=self._y,
+            tools='',
+            min_border=0,
+            toolbar_location=None,
+            outline_line_color=None,
+            sizing_mode='scale_width',
             name='robot',
-        )  # fmt: skip
+        )
         plot.axis.visible, plot.grid.grid_line_color = False, None
         if stick.ground is not None:
             plot.add_layout(Span(location=0, dimension='width', line_color=palette.MUTED))
@@ -100,12 +124,21 @@ class RobotView:
     def _ghosts(self) -> list[ColumnDataSource]:
         """Sources of the two models, and of the measured robot above them."""
         sources = []
-        for name, stroke, width in (('given', GIVEN, 4), ('repaired', REPAIRED, 4),
-                                    ('measured', MEASURED, 3)):  # fmt: skip
+        for name, stroke, width in (
+            ('given', GIVEN, 4),
+            ('repaired', REPAIRED, 4),
+            ('measured', MEASURED, 3),
+        ):
             source = ColumnDataSource(NO_LINES, name=f'robot {name}')
             look = {'line_color': stroke.colour, 'line_dash': stroke.dash, 'line_width': width}
-            self.plot.multi_line('xs', 'ys', source=source, line_cap='round', **look,
-                                 line_alpha=1.0 if name == 'measured' else 0.75)
+            self.plot.multi_line(
+                'xs',
+                'ys',
+                source=source,
+                line_cap='round',
+                **look,
+                line_alpha=1.0 if name == 'measured' else 0.75,
+            )
             sources.append(source)
         self._feet = ColumnDataSource({'x': [], 'y': []}, name='feet')
         self.plot.scatter('x', 'y', source=self._feet, size=9, color=palette.TOUCH)

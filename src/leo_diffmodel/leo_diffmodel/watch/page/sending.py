@@ -23,14 +23,19 @@ class SendView:
     def __init__(self, next_run: NextRun, beside: Beside) -> None:
         self._next, self._beside = next_run, beside
         self._send = Button(label='', button_type='warning', width=200, name='send')
-        self._yes = Button(label='Yes, move the robot', button_type='danger', width=200,
-                           name='yes, move')  # fmt: skip
+        self._yes = Button(
+            label='Yes, move the robot', button_type='danger', width=200, name='yes, move'
+        )
         self._no = Button(label='No', width=80, name='no, do not move')
         self._words = said(sizing_mode='stretch_width', name='sending')
         self._answers = row(self._yes, self._no)
         self._connect()
-        self.root = column(row(self._send, self._answers), self._words, stylesheets=[CARD],
-                           sizing_mode='stretch_width')  # fmt: skip
+        self.root = column(
+            row(self._send, self._answers),
+            self._words,
+            stylesheets=[CARD],
+            sizing_mode='stretch_width',
+        )
         self.refresh()
 
     def refresh(self) -> None:

@@ -46,17 +46,24 @@ class WatchServer:
         UserError: the port is in use, or not for us.
     """
 
-    def __init__(self, state: State, finder: Finder, command: list[str], port: int = 0,
-                 tab: OpenTab = Tab) -> None:
+    def __init__(
+        self, state: State, finder: Finder, command: list[str], port: int = 0, tab: OpenTab = Tab
+    ) -> None:
         self._state, self._finder = state, finder
         self.token = secrets.token_urlsafe(TOKEN_BYTES)
-        application = Application(FunctionHandler(
-            lambda document: _open(document, state, finder, command, tab)))  # fmt: skip
+        application = Application(
+            FunctionHandler(lambda document: _open(document, state, finder, command, tab))
+        )
         try:
-            self._server = Server({'/': application}, address=HERE, port=port, prefix=self.token,
-                                  extra_patterns=files.routes(state),
-                                  keep_alive_milliseconds=10000,
-                                  check_unused_sessions_milliseconds=5000)  # fmt: skip
+            self._server = Server(
+                {'/': application},
+                address=HERE,
+                port=port,
+                prefix=self.token,
+                extra_patterns=files.routes(state),
+                keep_alive_milliseconds=10000,
+                check_unused_sessions_milliseconds=5000,
+            )
         except OSError as error:
             raise UserError(
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'

@@ -29,8 +29,9 @@ class StripsView:
         self._state = state
         self._measured = ColumnDataSource({'t': [], 'x': []}, name='live measured')
         self._ahead = ColumnDataSource({'t': [], 'given': [], 'now': []}, name='live predicted')
-        self._inputs = ColumnDataSource({'ts': [], 'us': [], 'colour': [], 'joint': []},
-                                        name='live inputs')  # fmt: skip
+        self._inputs = ColumnDataSource(
+            {'ts': [], 'us': [], 'colour': [], 'joint': []}, name='live inputs'
+        )
         self._upper = self._states()
         self._lower = self._applied()
         names = ('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED)
@@ -48,8 +49,9 @@ class StripsView:
         first = recording.episodes[0].t[0]
         self._ahead.data = {
             't': _with_gaps(film.time + first - end),
-            'given': _with_gaps(film.given[..., i]), 'now': _with_gaps(film.repaired[..., i]),
-        }  # fmt: skip
+            'given': _with_gaps(film.given[..., i]),
+            'now': _with_gaps(film.repaired[..., i]),
+        }
         self._inputs.data = stepped(t - end, inputs, recording.actuators)
         shown = state.states[i]
         self._upper.yaxis.axis_label = f'{shown["name"]} [{shown["unit"]}]'
@@ -57,25 +59,40 @@ class StripsView:
     def _states(self) -> figure:
         plot = canvas('', '', height=HEIGHT, name='live states')
         for name, stroke in (('given', GIVEN), ('now', REPAIRED)):
-            plot.line('t', name, source=self._ahead, line_color=stroke.colour, line_width=2,
-                      line_dash=stroke.dash)  # fmt: skip
+            plot.line(
+                't',
+                name,
+                source=self._ahead,
+                line_color=stroke.colour,
+                line_width=2,
+                line_dash=stroke.dash,
+            )
         plot.line('t', 'x', source=self._measured, line_color=palette.INK, line_width=1.5)
         return plot
 
     def _applied(self) -> figure:
         kind = self._state.scene.recordings[-1].input
-        plot = canvas('before the newest sample [s]', f'applied [{UNITS[kind]}]', height=HEIGHT,
-                      x_range=self._upper.x_range, name='live applied')  # fmt: skip
+        plot = canvas(
+            'before the newest sample [s]',
+            f'applied [{UNITS[kind]}]',
+            height=HEIGHT,
+            x_range=self._upper.x_range,
+            name='live applied',
+        )
         plot.multi_line('ts', 'us', source=self._inputs, line_color='colour', line_width=1.5)
         return plot
 
 
 def joined(recording: Recording) -> tuple[Array, Array, Array]:
     """Times (T,), states (T, 2J) and inputs (T, A) of all episodes; NaN between two."""
-    parts = [(e.t, np.hstack([e.q, e.dq]), np.where(e.enabled, e.inputs, np.nan))
-             for e in recording.episodes]  # fmt: skip
-    gaps = [(t[-1:], np.full_like(x[:1], np.nan), np.full_like(u[:1], np.nan))
-            for t, x, u in parts[:-1]]  # fmt: skip
+    parts = [
+        (e.t, np.hstack([e.q, e.dq]), np.where(e.enabled, e.inputs, np.nan))
+        for e in recording.episodes
+    ]
+    gaps = [
+        (t[-1:], np.full_like(x[:1], np.nan), np.full_like(u[:1], np.nan))
+        for t, x, u in parts[:-1]
+    ]
     rows = [row for pair in zip(parts, [*gaps, parts[-1]], strict=True) for row in pair][:-1]
     t, x, u = (np.concatenate(column) for column in zip(*rows, strict=True))
     return t, x, u
@@ -101,6 +118,8 @@ def stepped(t: Array, inputs: Array, joints: tuple[str, ...]) -> dict[str, list]
     """A stepped line for each actuator."""
     times = np.repeat(t, 2)[1:]
     return {
-        'ts': [times] * len(joints), 'us': [np.repeat(u, 2)[:-1] for u in inputs.T],
-        'colour': [colour(k) for k in range(len(joints))], 'joint': [*joints],
-    }  # fmt: skip
+        'ts': [times] * len(joints),
+        'us': [np.repeat(u, 2)[:-1] for u in inputs.T],
+        'colour': [colour(k) for k in range(len(joints))],
+        'joint': [*joints],
+    }

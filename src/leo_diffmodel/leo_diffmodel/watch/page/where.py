@@ -38,8 +38,9 @@ NOTE = (
 )
 NOISE_ONLY = 'nowhere: the torque it lacks stays within its noise'
 Rows = dict[str, list]
-NO_ROWS: Rows = {name: [] for name in ('y', 'above', 'share', 'place', 'size', 'tip', 'begin',
-                                       'alpha')}  # fmt: skip
+NO_ROWS: Rows = {
+    name: [] for name in ('y', 'above', 'share', 'place', 'size', 'tip', 'begin', 'alpha')
+}
 
 
 class WhereView:
@@ -47,13 +48,17 @@ class WhereView:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._rankings = (_Ranking(state, 'as given', GIVEN, 'given'),
-                          _Ranking(state, 'with the switches', REPAIRED, 'now'))  # fmt: skip
+        self._rankings = (
+            _Ranking(state, 'as given', GIVEN, 'given'),
+            _Ranking(state, 'with the switches', REPAIRED, 'now'),
+        )
         self._words = said(name='where says', sizing_mode='stretch_width')
         self.root = column(
-            self._words, row(*(r.root for r in self._rankings), sizing_mode='stretch_width'),
-            stylesheets=[CARD], sizing_mode='stretch_width',
-        )  # fmt: skip
+            self._words,
+            row(*(r.root for r in self._rankings), sizing_mode='stretch_width'),
+            stylesheets=[CARD],
+            sizing_mode='stretch_width',
+        )
         self.refresh()
 
     def refresh(self) -> None:
@@ -100,16 +105,32 @@ class _Ranking:
             self._state.go(begin[number])
 
     def _plot(self, stroke: Stroke, which: str) -> Any:
-        plot = canvas('share of the error', '', height=HEIGHT, x_range=Range1d(0.0, 1.0),
-                      y_range=Range1d(-ROWS + 0.5, 0.6), name=f'where {which} plot')  # fmt: skip
+        plot = canvas(
+            'share of the error',
+            '',
+            height=HEIGHT,
+            x_range=Range1d(0.0, 1.0),
+            y_range=Range1d(-ROWS + 0.5, 0.6),
+            name=f'where {which} plot',
+        )
         plot.yaxis.visible, plot.ygrid.grid_line_color = False, None
         plot.xaxis.formatter = NumeralTickFormatter(format='0 %')
-        bars = plot.hbar(y='y', right='share', height=BAR, source=self._source, alpha='alpha',
-                         color=stroke.colour)  # fmt: skip
+        bars = plot.hbar(
+            y='y',
+            right='share',
+            height=BAR,
+            source=self._source,
+            alpha='alpha',
+            color=stroke.colour,
+        )
         look: dict[str, Any] = {
-            'source': self._source, 'y': 'above', 'text_baseline': 'middle',
-            'text_font': value(FONT), 'text_font_size': '12.5px', 'text_color': palette.INK,
-        }  # fmt: skip
+            'source': self._source,
+            'y': 'above',
+            'text_baseline': 'middle',
+            'text_font': value(FONT),
+            'text_font_size': '12.5px',
+            'text_color': palette.INK,
+        }
         plot.text(x=0.0, text='place', **look)
         plot.text(x=1.0, text='size', text_align='right', **look)
         hover(plot, bars, [('', '@tip')])
@@ -137,12 +158,15 @@ def _rows(state: State, places: Where) -> Rows:
     words = [in_print(r, bags) for r in shown]
     y = -np.arange(len(shown), dtype=float)
     return {
-        'y': [*y], 'above': [*(y + ABOVE)], 'share': [float(r['share']) for r in shown],
+        'y': [*y],
+        'above': [*(y + ABOVE)],
+        'share': [float(r['share']) for r in shown],
         'place': [_place(w) for w in words],
         'size': [f'{w["share"]}, {w["torque"]}' for w in words],
-        'tip': [_tip(w) for w in words], 'begin': _begins(state, shown),
+        'tip': [_tip(w) for w in words],
+        'begin': _begins(state, shown),
         'alpha': [1.0 if stands_out(r) else FAINT for r in shown],
-    }  # fmt: skip
+    }
 
 
 def _place(words: dict[str, Any]) -> str:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robots that ship with the package: one folder each, named in the group leo.robots."""
+
 from pathlib import Path
 
 PENDULUM = Path(__file__).parent / 'pendulum'

@@ -151,8 +151,15 @@ def registers(family: Family = 'dynamixel') -> dict[str, Register]:
     """The control table of a family, by name."""
     file = read(HERE / f'{family}.yaml', RegistersFile)
     return {
-        name: Register(address, size, name in file.signed, access == 'write', initial, kept,
-                       file.magnitude.get(name))
+        name: Register(
+            address,
+            size,
+            name in file.signed,
+            access == 'write',
+            initial,
+            kept,
+            file.magnitude.get(name),
+        )
         for kept, group in ((True, file.eeprom), (False, file.ram))
         for name, (address, size, access, initial) in group.items()
     }
@@ -173,8 +180,10 @@ def servo_model(name: str, family: Family | None = None) -> ServoModel:
     """
     known = {n: m for n, m in servo_models().items() if family in (None, m.family)}
     if name not in known:
-        raise UserError(f'no servo model is named {name!r}{nearest(name, known)}; a new one is a '
-                        f'file in {HERE / "models"}')
+        raise UserError(
+            f'no servo model is named {name!r}{nearest(name, known)}; a new one is a '
+            f'file in {HERE / "models"}'
+        )
     return known[name]
 
 

@@ -31,21 +31,29 @@ def info(trial: Trial) -> None:
     if not isinstance(found, DriverInfo):
         raise Broken('info is no DriverInfo', 'build it with drivers.base.robot_info(robot)')
     if sorted(found.joints) != sorted(robot.joint_names):
-        raise Broken(f'joints are {list(found.joints)}, the robot has {list(robot.joint_names)}',
-                     'take the names of the URDF, every joint that moves')
+        raise Broken(
+            f'joints are {list(found.joints)}, the robot has {list(robot.joint_names)}',
+            'take the names of the URDF, every joint that moves',
+        )
     actuators = tuple(actuator.joint for actuator in robot.actuators)
     if found.actuators != actuators:
-        raise Broken(f'actuators are {list(found.actuators)}, robot.yaml has {list(actuators)}',
-                     'keep the order of robot.yaml: commands come in it')
+        raise Broken(
+            f'actuators are {list(found.actuators)}, robot.yaml has {list(actuators)}',
+            'keep the order of robot.yaml: commands come in it',
+        )
     limits = np.asarray(found.limits, float)
     if limits.shape != (len(actuators),) or not (np.isfinite(limits) & (limits > 0)).all():
         raise Broken(f'limits are {limits.tolist()}', 'one finite number above 0 per actuator')
     if (found.goals is None) != (robot.input != 'position'):
-        raise Broken(f'goals are {found.goals}, robot.yaml says input: {robot.input}',
-                     'build info with drivers.base.robot_info(robot)')
+        raise Broken(
+            f'goals are {found.goals}, robot.yaml says input: {robot.input}',
+            'build info with drivers.base.robot_info(robot)',
+        )
     if not (found.control_period > 0 and found.state_rate > 0):
-        raise Broken(f'control_period {found.control_period}, state_rate {found.state_rate}',
-                     'both are above 0')
+        raise Broken(
+            f'control_period {found.control_period}, state_rate {found.state_rate}',
+            'both are above 0',
+        )
 
 
 def stop_first(trial: Trial) -> None:
@@ -62,18 +70,23 @@ def shapes(trial: Trial) -> None:
     """`read` gives finite float arrays, one value per joint, in the order of `info.joints`."""
     state = trial.read()
     if not isinstance(state, JointStates):
-        raise Broken(f'read returns {type(state).__name__}',
-                     'return leo_msgs_py.values.JointStates')
+        raise Broken(
+            f'read returns {type(state).__name__}', 'return leo_msgs_py.values.JointStates'
+        )
     if tuple(state.names) != tuple(trial.info.joints):
         raise Broken(f'read names {list(state.names)}', 'use info.joints, in that order')
     for name in ('position', 'velocity'):
         values = np.asarray(getattr(state, name))
         if values.shape != (len(trial.info.joints),):
-            raise Broken(f'{name} has shape {values.shape} for {len(trial.info.joints)} joints',
-                         'one value per joint')
+            raise Broken(
+                f'{name} has shape {values.shape} for {len(trial.info.joints)} joints',
+                'one value per joint',
+            )
         if values.dtype.kind != 'f' or not np.isfinite(values).all():
-            raise Broken(f'{name} is {values.tolist()}', 'give finite floats; where a sensor has '
-                         'no value, raise TransientFault')
+            raise Broken(
+                f'{name} is {values.tolist()}',
+                'give finite floats; where a sensor has no value, raise TransientFault',
+            )
 
 
 def stamps(trial: Trial) -> None:
@@ -85,12 +98,17 @@ def stamps(trial: Trial) -> None:
         raise Broken('a stamp is not above the one before', 'stamp each state when it is measured')
     off = trial.computer.time_ns() - found[-1]
     if not trial.info.own_clock and abs(off) > WALL * 1e9:
-        raise Broken(f'the stamp is {off * 1e-9:.3g} s from the clock on '
-                     'the wall', 'use time.time_ns(); or set own_clock and move time in advance')
+        raise Broken(
+            f'the stamp is {off * 1e-9:.3g} s from the clock on the wall',
+            'use time.time_ns(); or set own_clock and move time in advance',
+        )
     passed, meant = (found[-1] - found[0]) * 1e-9, (PERIODS - 1) * trial.period
     if trial.info.own_clock and abs(passed - meant) > 0.01 * meant:
-        raise Broken(f'{PERIODS - 1} periods are {passed:.3g} s by the stamps, {meant:.3g} s by '
-                     'info.state_rate', 'advance by the seconds that are asked for')
+        raise Broken(
+            f'{PERIODS - 1} periods are {passed:.3g} s by the stamps, {meant:.3g} s by '
+            'info.state_rate',
+            'advance by the seconds that are asked for',
+        )
 
 
 def pace(trial: Trial) -> None:
@@ -103,8 +121,11 @@ def pace(trial: Trial) -> None:
     if not trial.info.own_clock and waits > 0.5 * trial.period:
         raise Broken(f'advance takes {1e3 * waits:.3g} ms', 'return at once: the node waits')
     if busy > trial.period:
-        raise Broken(f'reading and writing take {1e3 * busy:.3g} ms of a period of '
-                     f'{1e3 * trial.period:.3g}', 'lower -p state_rate:=, or read all at once')
+        raise Broken(
+            f'reading and writing take {1e3 * busy:.3g} ms of a period of '
+            f'{1e3 * trial.period:.3g}',
+            'lower -p state_rate:=, or read all at once',
+        )
 
 
 def writing(trial: Trial) -> None:
@@ -114,14 +135,20 @@ def writing(trial: Trial) -> None:
         raise LeftOut('write returns None: it does not know what was applied')
     check_applied(trial, applied)
     if trial.info.goals is not None and np.any(applied.enabled):
-        raise Broken('NaN was written, but what is applied says motors on',
-                     'a goal of NaN frees its motor: torque off')
+        raise Broken(
+            'NaN was written, but what is applied says motors on',
+            'a goal of NaN frees its motor: torque off',
+        )
     if np.any(applied.values):
-        raise Broken(f'0 was written, {applied.values.tolist()} applied',
-                     '0 must stay 0 after every clip and offset')
+        raise Broken(
+            f'0 was written, {applied.values.tolist()} applied',
+            '0 must stay 0 after every clip and offset',
+        )
     if not state.stamp_ns <= applied.stamp_ns:
-        raise Broken('what is applied is stamped before the state that was read just now',
-                     'stamp it when it is sent')
+        raise Broken(
+            'what is applied is stamped before the state that was read just now',
+            'stamp it when it is sent',
+        )
 
 
 def halting(trial: Trial) -> None:
@@ -129,8 +156,11 @@ def halting(trial: Trial) -> None:
     if trial.info.own_clock:
         raise LeftOut('its time stands still while nobody asks')
     if not isinstance(trial.driver, Haltable):
-        raise Broken('it has no halt()', 'give it one that sends 0 at once and takes no lock that '
-                     'read holds: a read that hangs must not delay 0')
+        raise Broken(
+            'it has no halt()',
+            'give it one that sends 0 at once and takes no lock that '
+            'read holds: a read that hangs must not delay 0',
+        )
     thread = Thread(target=trial.driver.halt, daemon=True)
     thread.start()
     trial.read()
@@ -151,8 +181,10 @@ def torque(trial: Trial) -> None:
     _, applied = trial.tick()
     trial.driver.set_torque(True)
     if applied is not None and np.any(applied.enabled):
-        raise Broken('torque is off, but what is applied says motors on',
-                     'give Applied its enabled: a free motor is no braking one')
+        raise Broken(
+            'torque is off, but what is applied says motors on',
+            'give Applied its enabled: a free motor is no braking one',
+        )
     _, applied = trial.tick()
     if applied is None or trial.info.goals is not None:
         return  # without a goal a motor is free
@@ -168,8 +200,10 @@ def resetting(trial: Trial) -> None:
     except NotPossible as why:
         raise LeftOut(str(why)) from why
     if trial.driver.starts != before + 1:
-        raise Broken(f'reset took starts from {before} to {trial.driver.starts}',
-                     'count each new beginning: self.starts += 1')
+        raise Broken(
+            f'reset took starts from {before} to {trial.driver.starts}',
+            'count each new beginning: self.starts += 1',
+        )
 
 
 def stop_twice(trial: Trial) -> None:
@@ -181,18 +215,23 @@ def stop_twice(trial: Trial) -> None:
 def check_applied(trial: Trial, applied: Applied) -> None:
     """What `write` returns has the names, unit, size and limits of `info`."""
     if not isinstance(applied, Applied):
-        raise Broken(f'write returns {type(applied).__name__}',
-                     'return leo_msgs_py.values.Applied, or None')
+        raise Broken(
+            f'write returns {type(applied).__name__}', 'return leo_msgs_py.values.Applied, or None'
+        )
     if tuple(applied.names) != tuple(trial.info.actuators):
         raise Broken(f'applied names {list(applied.names)}', 'use info.actuators, in that order')
     if applied.interface != trial.info.interface:
-        raise Broken(f'applied is in {applied.interface!r}, info says {trial.info.interface!r}',
-                     'publish in the unit of the robot: voltage V, effort N m, position rad')
+        raise Broken(
+            f'applied is in {applied.interface!r}, info says {trial.info.interface!r}',
+            'publish in the unit of the robot: voltage V, effort N m, position rad',
+        )
     if np.shape(applied.values) != (len(trial.info.actuators),):
         raise Broken(f'applied has shape {np.shape(applied.values)}', 'one value per actuator')
     low, high = trial.info.bounds
     slack = 1e-3 * np.asarray(trial.info.limits)
     values = applied.nan_where_free
     if np.any(values < low - slack) or np.any(values > high + slack):
-        raise Broken(f'applied {values.tolist()} is beyond the limits, {low.tolist()} to '
-                     f'{high.tolist()}', 'clip to info.limits in write, goals to info.goals')
+        raise Broken(
+            f'applied {values.tolist()} is beyond the limits, {low.tolist()} to {high.tolist()}',
+            'clip to info.limits in write, goals to info.goals',
+        )

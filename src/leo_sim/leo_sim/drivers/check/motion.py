@@ -65,17 +65,23 @@ def signs_and_units(trial: Trial) -> None:
         expected = _expected(trial, push, name)
         if push.moved(joint) * expected < 0.0:
             way = 'up' if push.command[k] > trial.hold[k] else 'down'
-            raise Broken(f'{name} moved {push.moved(joint):.3g} when it was commanded {way}, the '
-                         f'model {expected:.3g}',
-                         'change the sign of its encoder, or that of its motor')
+            raise Broken(
+                f'{name} moved {push.moved(joint):.3g} when it was commanded {way}, the '
+                f'model {expected:.3g}',
+                'change the sign of its encoder, or that of its motor',
+            )
         ratio = push.summed(joint) / push.moved(joint)
         if not 1.0 / UNIT < ratio < UNIT:
-            raise Broken(f'{name} moved {push.moved(joint):.3g}, its velocities add up to '
-                         f'{push.summed(joint):.3g}',
-                         'give the velocity in rad/s (m/s), with the sign of the position')
+            raise Broken(
+                f'{name} moved {push.moved(joint):.3g}, its velocities add up to '
+                f'{push.summed(joint):.3g}',
+                'give the velocity in rad/s (m/s), with the sign of the position',
+            )
         if not 1.0 / UNIT < push.moved(joint) / expected < UNIT:
-            raise Broken(f'{name} moved {push.moved(joint):.3g}, the model {expected:.3g}',
-                         'look at units: rad, not deg (57) nor counts; volts, not PWM; the gear')
+            raise Broken(
+                f'{name} moved {push.moved(joint):.3g}, the model {expected:.3g}',
+                'look at units: rad, not deg (57) nor counts; volts, not PWM; the gear',
+            )
 
 
 def limits(trial: Trial) -> None:
@@ -107,8 +113,10 @@ def by_hand(trial: Trial) -> None:
         way = 'along' if joint.kind == 'prismatic' else 'by the right hand about'
         trial.ask(f'move {joint.name} {way} the axis {axis} of its frame in the URDF')
         if trial.tick()[0].position[j] <= before:
-            raise Broken(f'{joint.name} was moved up and is read as going down',
-                         'change the sign of its encoder (direction)')
+            raise Broken(
+                f'{joint.name} was moved up and is read as going down',
+                'change the sign of its encoder (direction)',
+            )
     trial.driver.set_torque(True)
 
 
@@ -122,8 +130,10 @@ def unplugged(trial: Trial) -> None:
             trial.tick()
     except OSError:
         return
-    raise Broken('it goes on for 5 s though its cable is out',
-                 'raise TransientFault in read for every answer that does not come')
+    raise Broken(
+        'it goes on for 5 s though its cable is out',
+        'raise TransientFault in read for every answer that does not come',
+    )
 
 
 def _allowed(trial: Trial) -> Moving:
@@ -152,8 +162,10 @@ def _push(trial: Trial, k: int, moving: Moving) -> Push:
         trial.tick(trial.hold)
         if abs(push.moved(joint)) > STILL * moving.range:
             return push
-    raise Broken(f'{name} does not move with {moving.share:.0%} of its limit',
-                 'look at its cable and its id; or allow more: --share 0.5')
+    raise Broken(
+        f'{name} does not move with {moving.share:.0%} of its limit',
+        'look at its cable and its id; or allow more: --share 0.5',
+    )
 
 
 def _strongest(trial: Trial, k: int, moving: Moving) -> float:

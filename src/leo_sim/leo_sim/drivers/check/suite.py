@@ -14,22 +14,43 @@ from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 PASSED, FAILED, LEFT_OUT = 'pass', 'FAIL', 'left out'
 
 CHECKS: tuple[Callable[[Trial], None], ...] = (
-    contract.info, contract.stop_first, contract.connect, contract.shapes, contract.stamps,
-    contract.pace, contract.writing, contract.halting, contract.torque, motion.signs_and_units,
-    motion.limits, motion.by_hand, contract.resetting, motion.unplugged, contract.stop_twice,
-)  # fmt: skip
+    contract.info,
+    contract.stop_first,
+    contract.connect,
+    contract.shapes,
+    contract.stamps,
+    contract.pace,
+    contract.writing,
+    contract.halting,
+    contract.torque,
+    motion.signs_and_units,
+    motion.limits,
+    motion.by_hand,
+    contract.resetting,
+    motion.unplugged,
+    contract.stop_twice,
+)
 
 NEEDED = (contract.info, contract.connect, contract.shapes)
 """Without these the rest says nothing."""
 
 CARELESS = (
-    ArithmeticError, AttributeError, AssertionError, ImportError, LookupError, NameError,
-    RuntimeError, TypeError, ValueError,
-)  # fmt: skip
+    ArithmeticError,
+    AttributeError,
+    AssertionError,
+    ImportError,
+    LookupError,
+    NameError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+)
 """What code raises that was not meant to raise."""
 
-TYPED = ('raise TransientFault for a lost packet, DriverFault for the end, UserError in connect; '
-         'the node would end here')
+TYPED = (
+    'raise TransientFault for a lost packet, DriverFault for the end, UserError in connect; '
+    'the node would end here'
+)
 
 
 @dataclass(frozen=True)
@@ -75,8 +96,12 @@ def _result(check: Callable[[Trial], None], trial: Trial) -> Result:
     except DriverBug as bug:
         return Result(name, FAILED, str(bug), TYPED)
     except (DriverFault, OSError) as fault:
-        return Result(name, FAILED, f'{type(fault).__name__}: {one_line(fault)}',
-                      'look at the device; the node would end here')
+        return Result(
+            name,
+            FAILED,
+            f'{type(fault).__name__}: {one_line(fault)}',
+            'look at the device; the node would end here',
+        )
     except CARELESS as error:
         return Result(name, FAILED, f'{type(error).__name__}: {one_line(error)}', TYPED)
     return Result(name, PASSED, (check.__doc__ or '').splitlines()[0])

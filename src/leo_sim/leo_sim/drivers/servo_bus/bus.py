@@ -51,8 +51,10 @@ class Bus:
             servo.watch(now)
             servo.hear(now)
         several = {
-            SYNC_READ: self._sync_read, FAST_SYNC_READ: self._fast_sync_read,
-            SYNC_WRITE: self._sync_write, BULK_READ: self._bulk_read,
+            SYNC_READ: self._sync_read,
+            FAST_SYNC_READ: self._fast_sync_read,
+            SYNC_WRITE: self._sync_write,
+            BULK_READ: self._bulk_read,
             BULK_WRITE: self._bulk_write,
         }
         if packet.instruction in several:
@@ -98,8 +100,10 @@ class Bus:
         return servo.error(INSTRUCTION_ERROR)
 
     def _sync_read(self, data: bytes) -> list[bytes]:
-        return [encoded(status(number, *servo.read(_word(data), _word(data[2:]))))
-                for number, servo in self._in_turn(data[4:])]
+        return [
+            encoded(status(number, *servo.read(_word(data), _word(data[2:]))))
+            for number, servo in self._in_turn(data[4:])
+        ]
 
     def _fast_sync_read(self, data: bytes) -> list[bytes]:
         """One status of all: error, id, data and CRC of each; it is not stuffed."""
@@ -126,8 +130,11 @@ class Bus:
     def _bulk_read(self, data: bytes) -> list[bytes]:
         wanted = [data[i : i + 5] for i in range(0, len(data) - 4, 5)]
         found = dict(self._in_turn(bytes(w[0] for w in wanted)))
-        return [encoded(status(w[0], *found[w[0]].read(_word(w[1:]), _word(w[3:]))))
-                for w in wanted if w[0] in found]
+        return [
+            encoded(status(w[0], *found[w[0]].read(_word(w[1:]), _word(w[3:]))))
+            for w in wanted
+            if w[0] in found
+        ]
 
     def _bulk_write(self, data: bytes) -> list[bytes]:
         while len(data) > 5:

@@ -80,8 +80,10 @@ class FeetechBus(Bus):
         """The status packets that follow an instruction, in order."""
         data = packet.parameters
         if packet.instruction == SYNC_READ:
-            return [encoded(n, servo.error(), servo.read(data[0], data[1])[1])
-                    for n, servo in self._in_turn(data[2:])]
+            return [
+                encoded(n, servo.error(), servo.read(data[0], data[1])[1])
+                for n, servo in self._in_turn(data[2:])
+            ]
         if packet.instruction == SYNC_WRITE:
             for start in range(2, len(data) - data[1], 1 + data[1]):
                 self._write(data[start], data[0], data[start + 1 : start + 1 + data[1]])

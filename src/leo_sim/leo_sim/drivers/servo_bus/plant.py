@@ -46,8 +46,10 @@ class Plant(SimulatedDriver):
         assert bus is not None
         kind = FeetechServo if self.family == 'feetech' else Servo
         self._files: Mapping[str, ServoFile] = bus.servos
-        self.servos = {joint: kind(file.id, servo_model(file.model, self.family))
-                       for joint, file in bus.servos.items()}
+        self.servos = {
+            joint: kind(file.id, servo_model(file.model, self.family))
+            for joint, file in bus.servos.items()
+        }
         self.open_circuit = self.supply = supply
         self.supply_resistance = supply_resistance
         self.seconds = 0.0
@@ -55,8 +57,12 @@ class Plant(SimulatedDriver):
         self.volts = np.zeros(len(self.info.actuators))
         self._duty = np.zeros(len(self.info.actuators))
         self._loops = self._model.laws.servos
-        self._share = 0.0 if self._loops is None else self._loops.loop.supply / np.array(
-            [actuator.supply for actuator in self.robot.actuators])
+        self._share = (
+            0.0
+            if self._loops is None
+            else self._loops.loop.supply
+            / np.array([actuator.supply for actuator in self.robot.actuators])
+        )
         for servo in self.servos.values():
             servo.set('max_voltage_limit', round(13.0 * supply))
             servo.set('min_voltage_limit', round(7.0 * supply))
@@ -80,9 +86,7 @@ class Plant(SimulatedDriver):
                 break
             self._held = False
             step = min(SLICE, seconds - self.seconds)
-            self._state = self._model.step(
-                self._state, self._input, step, enabled=self._enabled
-            )
+            self._state = self._model.step(self._state, self._input, step, enabled=self._enabled)
             self.seconds += step
             self._sag()
         self.measure()
@@ -125,8 +129,10 @@ class Plant(SimulatedDriver):
                 servo.set('realtime_tick', int(1e3 * self.seconds + begun) % 32768)
             servo.set('present_pwm', self._pwm(joint, servo))
             if servo.model.current_unit and joint in currents:
-                servo.set('present_current', round(
-                    file.direction * currents[joint] / servo.model.current_unit))
+                servo.set(
+                    'present_current',
+                    round(file.direction * currents[joint] / servo.model.current_unit),
+                )
 
     def _value(self, joint: str, servo: Servo) -> float | None:
         """What a servo puts on its motor: V, N m or a goal [rad]; None leaves it free."""

@@ -84,8 +84,11 @@ class Servo:
 
     def write(self, address: int, data: bytes) -> int:
         """The error for a write instruction; all of it is stored or nothing."""
-        touched = [r for r in self._registers.items()
-                   if address <= r[1].address and r[1].end <= address + len(data)]
+        touched = [
+            r
+            for r in self._registers.items()
+            if address <= r[1].address and r[1].end <= address + len(data)
+        ]
         if not touched:
             return self.error(ACCESS)
         values = {name: r.decode(data[r.address - address :]) for name, r in touched}

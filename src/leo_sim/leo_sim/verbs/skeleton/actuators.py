@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An actuator for every joint that moves: figures of the URDF, guesses where it has none."""
+
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
 import math
@@ -31,8 +32,9 @@ class Guess:
     open: bool
 
 
-def actuators(description: Description, loads: Mapping[str, float], kind: str,
-              slides: Set[str] = frozenset()) -> dict[str, dict[str, Guess]]:
+def actuators(
+    description: Description, loads: Mapping[str, float], kind: str, slides: Set[str] = frozenset()
+) -> dict[str, dict[str, Guess]]:
     """Figures of the actuators by joint, of joints that have one.
 
     Args:
@@ -41,11 +43,15 @@ def actuators(description: Description, loads: Mapping[str, float], kind: str,
         kind: 'torque', 'voltage' or 'position'.
         slides: Joints that slide.
     """
-    found = {joint: _figures(description, joint, load, kind, joint in slides)
-             for joint, load in loads.items()
-             if description.motors is None or joint in description.motors}
-    return {joint: {key: _along(guess) if joint in slides else guess
-                    for key, guess in figures.items()} for joint, figures in found.items()}
+    found = {
+        joint: _figures(description, joint, load, kind, joint in slides)
+        for joint, load in loads.items()
+        if description.motors is None or joint in description.motors
+    }
+    return {
+        joint: {key: _along(guess) if joint in slides else guess for key, guess in figures.items()}
+        for joint, figures in found.items()
+    }
 
 
 def _along(guess: Guess) -> Guess:
@@ -53,8 +59,9 @@ def _along(guess: Guess) -> Guess:
     return replace(guess, unit=sliding(guess.unit), source=sliding(guess.source))
 
 
-def _figures(description: Description, joint: str, load: float, kind: str, slides: bool
-             ) -> dict[str, Guess]:
+def _figures(
+    description: Description, joint: str, load: float, kind: str, slides: bool
+) -> dict[str, Guess]:
     torque = _torque(description.efforts.get(joint), load, slides)
     why = 'rotor x (its angle per m)^2' if slides else 'rotor x gear ratio^2'
     rotor = Guess(0.0, 'kg m2', why, True)

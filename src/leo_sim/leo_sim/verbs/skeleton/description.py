@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Anyone's URDF brought to what a robot folder needs, with a note on all that was left out."""
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -49,8 +50,9 @@ def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
         UserError: It is xacro, or a limit is no number.
     """
     if _is_xacro(root):
-        raise UserError(f'{path} is xacro, not yet a URDF; expand it first: '
-                        f'xacro {path} > robot.urdf')
+        raise UserError(
+            f'{path} is xacro, not yet a URDF; expand it first: xacro {path} > robot.urdf'
+        )
     efforts = _limits(root, 'effort', ('limit', 'N m'))
     speeds = _limits(root, 'velocity', ('goal_rate', 'rad/s'))
     frictions = _without_friction(root)
@@ -62,9 +64,10 @@ def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
 
 def _is_xacro(root: ElementTree.Element) -> bool:
     """Whether some tag or attribute still waits for xacro."""
-    return any('xacro' in element.tag or any('${' in v or '$(' in v
-                                             for v in element.attrib.values())
-               for element in root.iter())
+    return any(
+        'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
+        for element in root.iter()
+    )
 
 
 def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dict[str, float]:

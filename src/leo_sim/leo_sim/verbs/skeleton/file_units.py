@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a robot file may be in mm, g or degrees: one question, with the evidence."""
+
 from collections.abc import Iterator, Sequence
 import math
 
@@ -38,8 +39,10 @@ def doubt(links: Sequence[Link], joints: Sequence[Joint], loads: dict[str, float
         return ''
     *most, last = found
     units = f'{", ".join(most)} and {last}' if most else last
-    return (f'is this file in {units}? {"; ".join(dict.fromkeys(found.values()))}; a robot file '
-            'is in m, kg, kg m2 and rad')
+    return (
+        f'is this file in {units}? {"; ".join(dict.fromkeys(found.values()))}; a robot file '
+        'is in m, kg, kg m2 and rad'
+    )
 
 
 def _angles(joints: Sequence[Joint]) -> Iterator[tuple[str, str]]:
@@ -62,11 +65,12 @@ def _lengths(links: Sequence[Link], joints: Sequence[Joint]) -> Iterator[tuple[s
             yield 'mm', f'the centre of mass of {link.name} is {far:g} m from its joint'
 
 
-def _masses(links: Sequence[Link], joints: Sequence[Joint], loads: dict[str, float]
-            ) -> Iterator[tuple[str, str]]:
+def _masses(
+    links: Sequence[Link], joints: Sequence[Joint], loads: dict[str, float]
+) -> Iterator[tuple[str, str]]:
     for link in links:
         mass = float(link.body.mass)
-        if mass > LEAST and mass > DENSE * _size(link)**3:
+        if mass > LEAST and mass > DENSE * _size(link) ** 3:
             yield 'g', f'{link.name} weighs {mass:g} kg and is about {_size(link):.2g} m large'
     hinges = {j.name for j in joints if j.kind != 'prismatic'}
     pulled = {name: load for name, load in loads.items() if name in hinges and load > PULL}

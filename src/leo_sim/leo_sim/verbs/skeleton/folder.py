@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A URDF or MJCF becomes a robot folder that loads at once."""
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,8 +63,9 @@ def read_description(path: Path) -> Description:
     return read_urdf(path, text, root)
 
 
-def make_folder(source: Path, folder: Path, kind: str, servos: bool = False,
-                left_out: Sequence[str] = ()) -> Skeleton:
+def make_folder(
+    source: Path, folder: Path, kind: str, servos: bool = False, left_out: Sequence[str] = ()
+) -> Skeleton:
     """Write robot.urdf and robot.yaml; nothing where something is wrong.
 
     Args:
@@ -89,8 +91,10 @@ def make_folder(source: Path, folder: Path, kind: str, servos: bool = False,
         if servos:
             with (draft / 'robot.yaml').open('a', encoding='utf-8') as file:
                 file.write(robot_yaml.driver_lines(joints, kind))
-            left.append('driver: port, baud and every servo are guesses; leo check-driver '
-                        'dynamixel --by-hand tries them')
+            left.append(
+                'driver: port, baud and every servo are guesses; leo check-driver '
+                'dynamixel --by-hand tries them'
+            )
         _put(draft, folder)
     robot = load_robot(folder)
     notes = (*description.notes, *_effects(folder, description, joints))
@@ -106,13 +110,19 @@ def _doubts(robot: Robot) -> list[str]:
 
 def _effects(folder: Path, description: Description, joints: Sequence[Joint]) -> list[str]:
     """What is an effect here, and how to add it."""
-    found = {f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
-             for joint, friction in _frictions(description, joints).items()}
-    found |= {f'the spring of {joint}': [f'joint_spring:{joint}', f'k={stiffness:g}',
-                                         f'rest={rest:g}']
-              for joint, (stiffness, rest) in description.springs.items()}
-    return [f'{what} left out of robot.urdf: it is an effect here; '
-            f'{leo("add", folder, *words, "-o", "model.yaml")}' for what, words in found.items()]
+    found = {
+        f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
+        for joint, friction in _frictions(description, joints).items()
+    }
+    found |= {
+        f'the spring of {joint}': [f'joint_spring:{joint}', f'k={stiffness:g}', f'rest={rest:g}']
+        for joint, (stiffness, rest) in description.springs.items()
+    }
+    return [
+        f'{what} left out of robot.urdf: it is an effect here; '
+        f'{leo("add", folder, *words, "-o", "model.yaml")}'
+        for what, words in found.items()
+    ]
 
 
 def _frictions(description: Description, joints: Sequence[Joint]) -> dict[str, str]:
@@ -132,8 +142,14 @@ def _check_free(folder: Path) -> None:
         raise UserError(f'{folder} is a file; -o takes a new folder')
 
 
-def _drafted(draft: Path, source: Path, kind: str, description: Description,
-             links: Sequence[Link], joints: tuple[Joint, ...]) -> tuple[Robot, list[str]]:
+def _drafted(
+    draft: Path,
+    source: Path,
+    kind: str,
+    description: Description,
+    links: Sequence[Link],
+    joints: tuple[Joint, ...],
+) -> tuple[Robot, list[str]]:
     """Write the folder twice: to learn what gravity and the step need, and with that."""
     draft.mkdir()
     (draft / 'robot.urdf').write_text(description.text, encoding='utf-8')
@@ -163,35 +179,46 @@ def _mass(links: Sequence[Link], joint: Joint) -> float:
     return next(link.body.mass for link in links if link.name == joint.child)
 
 
-def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: str
-          ) -> list[str]:
+def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
     """What the file does not say, and the guesses that stand in for it."""
     told = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
     if description.motors is None:
         told.append('actuators: every joint that moves has one; take out those without a motor')
     if kind != 'torque':
-        told.append('actuators: supply, limit, torque_constant and resistance of each are '
-                    'guesses; at the joint side of the gear; uncertain: [low, high] what you '
-                    'know roughly')
+        told.append(
+            'actuators: supply, limit, torque_constant and resistance of each are '
+            'guesses; at the joint side of the gear; uncertain: [low, high] what you '
+            'know roughly'
+        )
     if kind == 'position':
-        told.append('actuators: position_gain of each is a guess: docs/your_robot.md has that of '
-                    'some servos; resolution is left out: a count of the encoder, rad')
+        told.append(
+            'actuators: position_gain of each is a guess: docs/your_robot.md has that of '
+            'some servos; resolution is left out: a count of the encoder, rad'
+        )
     guessed = [j for j, f in motors.items() if kind == 'torque' and f['limit'].open]
     if guessed:
-        told.append(f'actuators: the limit of {", ".join(guessed)} is a guess: the file has no '
-                    'effort')
+        told.append(
+            f'actuators: the limit of {", ".join(guessed)} is a guess: the file has no effort'
+        )
     if any(f['rotor_inertia'].open for f in motors.values()):
-        told.append('actuators: rotor_inertia of each is 0; it is the rotor times the gear ratio '
-                    'squared; then leo robot step measures integration_step again')
-    return [*told, 'start_poses: nominal is a guess',
-            'sensors, uncertain masses, and a task for leo learn: optional, see the examples']
+        told.append(
+            'actuators: rotor_inertia of each is 0; it is the rotor times the gear ratio '
+            'squared; then leo robot step measures integration_step again'
+        )
+    return [
+        *told,
+        'start_poses: nominal is a guess',
+        'sensors, uncertain masses, and a task for leo learn: optional, see the examples',
+    ]
 
 
 def _coarse(error: float) -> list[str]:
     if error < EXACT:
         return []
-    return ['integration_step: a stiff robot, even the shortest step tried is not exact; are '
-            'masses and limits right?']
+    return [
+        'integration_step: a stiff robot, even the shortest step tried is not exact; are '
+        'masses and limits right?'
+    ]
 
 
 def _unphysical(robot: Robot) -> list[str]:

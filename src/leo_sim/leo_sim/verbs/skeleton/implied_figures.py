@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers of a robot that a URDF does not say but implies."""
+
 from dataclasses import replace
 import math
 from pathlib import Path
@@ -43,14 +44,19 @@ def pose_range(joint: Joint) -> tuple[float, float]:
 def check_masses(robot: Robot, source: str) -> None:
     """Raise UserError where a joint moves nothing that has mass: it would have no motion."""
     mass, _ = Model(robot, engine='rigid').rigid.mass_and_bias(
-        poses(robot.joints), np.zeros((STATES, len(robot.joint_names))))
+        poses(robot.joints), np.zeros((STATES, len(robot.joint_names)))
+    )
     for i, name in enumerate(robot.joint_names):
         if mass[..., i, i].min() <= 0:
-            raise UserError(f'{source}: nothing that joint {name!r} moves has a mass; give its '
-                            'links an <inertial>, or make the joint fixed')
+            raise UserError(
+                f'{source}: nothing that joint {name!r} moves has a mass; give its '
+                'links an <inertial>, or make the joint fixed'
+            )
     if np.linalg.eigvalsh(mass).min() <= 0:
-        raise UserError(f'{source}: the links between {", ".join(robot.joint_names)} have too '
-                        'little inertia to move by; give each an <inertial>')
+        raise UserError(
+            f'{source}: the links between {", ".join(robot.joint_names)} have too '
+            'little inertia to move by; give each an <inertial>'
+        )
 
 
 def gravity_torque(robot: Robot) -> np.ndarray:
@@ -67,8 +73,9 @@ def integration_step(robot: Robot) -> tuple[float, float]:
     The error is against steps four times finer, as a share of the change of rates, over states
     and inputs of the whole range: stiff robots get short steps.
     """
-    free = replace(robot, joints=tuple(
-        replace(joint, limits=(-math.inf, math.inf)) for joint in robot.joints))
+    free = replace(
+        robot, joints=tuple(replace(joint, limits=(-math.inf, math.inf)) for joint in robot.joints)
+    )
     costs = {step: math.ceil(STEPS[0] / step) for step in STEPS}
     with progress('measuring the integration step', sum(costs.values())) as told:
         for step, cost in costs.items():
@@ -81,13 +88,13 @@ def integration_step(robot: Robot) -> tuple[float, float]:
 
 def _error(robot: Robot, step: float) -> float:
     rng = np.random.default_rng(1)
-    q = poses(robot.joints)[:max(FEWEST, MOST_ANGLES // len(robot.joint_names))]
+    q = poses(robot.joints)[: max(FEWEST, MOST_ANGLES // len(robot.joint_names))]
     dq = rng.uniform(-3, 3, q.shape)
     inputs = rng.uniform(-1, 1, (len(q), 1, len(robot.actuators))) * robot.limits
-    _, coarse = rollout(Model(robot, integration_step=step), q, dq, inputs,
-                        robot.control_period)
-    _, fine = rollout(Model(robot, integration_step=step / FINER), q, dq, inputs,
-                      robot.control_period)
+    _, coarse = rollout(Model(robot, integration_step=step), q, dq, inputs, robot.control_period)
+    _, fine = rollout(
+        Model(robot, integration_step=step / FINER), q, dq, inputs, robot.control_period
+    )
     change = _rms(fine[:, -1] - dq)
     return float(np.max(_rms(coarse[:, -1] - fine[:, -1]) / np.maximum(change, 1e-9)))
 
@@ -109,11 +116,15 @@ def measure_step(folder: Path) -> tuple[float, float, float]:
         raise UserError(f'{folder} is no robot folder; leo robot step takes one of yours')
     robot = load_robot(folder)
     if robot.contacts:
-        raise UserError(f'{folder}: the step of a robot on the ground is that of its contacts; '
-                        'docs/leo_physics.md says how it is chosen')
+        raise UserError(
+            f'{folder}: the step of a robot on the ground is that of its contacts; '
+            'docs/leo_physics.md says how it is chosen'
+        )
     step, error = integration_step(robot)
-    line = (f'integration_step: {step:g}  # s; one control period is off by {100 * error:.1g} % '
-            'of its change of speed')
+    line = (
+        f'integration_step: {step:g}  # s; one control period is off by {100 * error:.1g} % '
+        'of its change of speed'
+    )
     text = read_text(folder / 'robot.yaml')
     write_whole(folder / 'robot.yaml', LINE.sub(line, text))
     return robot.integration_step, step, error

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An MJCF of a robot with a fixed or a planar base, as MuJoCo compiles it, turned to a URDF."""
+
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -30,8 +31,10 @@ def read_mjcf(path: Path, name: str) -> Description:
     model = mujoco('an MJCF').compiled(path)
     for i in np.flatnonzero(model.jnt_type < SLIDE).tolist():
         kind = {FREE: 'free', BALL: 'a ball'}[int(model.jnt_type[i])]
-        raise UserError(f'{path}: joint {_joint(model, i)!r} is {kind}; a robot here has a '
-                        'fixed base, or a planar one of two slides and a hinge')
+        raise UserError(
+            f'{path}: joint {_joint(model, i)!r} is {kind}; a robot here has a '
+            'fixed base, or a planar one of two slides and a hinge'
+        )
     root = ElementTree.Element('robot', name=name)
     zeros = {0: np.zeros(3)}
     ElementTree.SubElement(root, 'link', name=_link(model, 0))
@@ -41,20 +44,33 @@ def read_mjcf(path: Path, name: str) -> Description:
     ElementTree.indent(root)
     joints = range(model.njnt)
     return Description(
-        name=name, text=ElementTree.tostring(root, encoding='unicode') + '\n',
+        name=name,
+        text=ElementTree.tostring(root, encoding='unicode') + '\n',
         efforts={_joint(model, j): most for j, i in motors.items() if (most := _effort(model, i))},
         speeds={},
-        frictions={_joint(model, j): f'{friction:g}' for j in joints
-                   if (friction := float(model.dof_frictionloss[model.jnt_dofadr[j]]))},
+        frictions={
+            _joint(model, j): f'{friction:g}'
+            for j in joints
+            if (friction := float(model.dof_frictionloss[model.jnt_dofadr[j]]))
+        },
         notes=tuple(_notes(model, motors)),
-        rotors={_joint(model, j): rotor for j in motors
-                if (rotor := float(model.dof_armature[model.jnt_dofadr[j]]))},
-        springs={_joint(model, j): (float(model.jnt_stiffness[j]), float(
-            model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j))
-            for j in joints if model.jnt_stiffness[j]},
+        rotors={
+            _joint(model, j): rotor
+            for j in motors
+            if (rotor := float(model.dof_armature[model.jnt_dofadr[j]]))
+        },
+        springs={
+            _joint(model, j): (
+                float(model.jnt_stiffness[j]),
+                float(model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j),
+            )
+            for j in joints
+            if model.jnt_stiffness[j]
+        },
         motors=frozenset(_joint(model, j) for j in motors) or None,
         base='planar' if _planar(model, motors) else 'fixed',
-        gravity=float(np.linalg.norm(model.opt.gravity)))
+        gravity=float(np.linalg.norm(model.opt.gravity)),
+    )
 
 
 def _add_body(root: ElementTree.Element, model: Any, body: int, above: Any) -> Any:
@@ -75,17 +91,28 @@ def _add_body(root: ElementTree.Element, model: Any, body: int, above: Any) -> A
         _add_joint(root, model, joint, (parent, child), place, turned)
         parent, at, turned, place = child, there, Rotation.identity(), np.zeros(3)
         if not last:
-            _add_link(root, child, LIGHT, at * 0, np.full(3, LIGHT ** 2), Rotation.identity())
+            _add_link(root, child, LIGHT, at * 0, np.full(3, LIGHT**2), Rotation.identity())
     if not count:
         _add_joint(root, model, None, (parent, _link(model, body)), place, turned)
-    _add_link(root, _link(model, body), model.body_mass[body], model.body_ipos[body] - at,
-              model.body_inertia[body],
-              Rotation.from_quat(model.body_iquat[body], scalar_first=True))
+    _add_link(
+        root,
+        _link(model, body),
+        model.body_mass[body],
+        model.body_ipos[body] - at,
+        model.body_inertia[body],
+        Rotation.from_quat(model.body_iquat[body], scalar_first=True),
+    )
     return at
 
 
-def _add_joint(root: ElementTree.Element, model: Any, joint: int | None, ends: tuple[str, str],
-               place: Any, turned: Rotation) -> None:
+def _add_joint(
+    root: ElementTree.Element,
+    model: Any,
+    joint: int | None,
+    ends: tuple[str, str],
+    place: Any,
+    turned: Rotation,
+) -> None:
     if joint is None:
         element = ElementTree.SubElement(root, 'joint', name=f'{ends[1]}_fixed', type='fixed')
     else:
@@ -97,15 +124,17 @@ def _add_joint(root: ElementTree.Element, model: Any, joint: int | None, ends: t
         ElementTree.SubElement(element, 'dynamics', damping=repr(damping))
         if limited:
             low, high = model.jnt_range[joint] - _zero(model, joint)
-            ElementTree.SubElement(element, 'limit', lower=repr(float(low)),
-                                   upper=repr(float(high)))
+            ElementTree.SubElement(
+                element, 'limit', lower=repr(float(low)), upper=repr(float(high))
+            )
     for tag, link in zip(('parent', 'child'), ends, strict=True):
         ElementTree.SubElement(element, tag, link=link)
     ElementTree.SubElement(element, 'origin', xyz=_text(place), rpy=_text(rpy(turned.as_matrix())))
 
 
-def _add_link(root: ElementTree.Element, name: str, mass: float, com: Any, moments: Any,
-              turned: Rotation) -> None:
+def _add_link(
+    root: ElementTree.Element, name: str, mass: float, com: Any, moments: Any, turned: Rotation
+) -> None:
     element = ElementTree.SubElement(root, 'link', name=name)
     if not mass:
         return
@@ -128,8 +157,11 @@ def _motors(model: Any) -> dict[int, int]:
 def _effort(model: Any, i: int) -> float:
     """Largest torque of an actuator, N m (N); 0 where the file does not say."""
     gear = abs(float(model.actuator_gear[i, 0]))
-    most = [float(np.max(np.abs(model.actuator_forcerange[i]))) * gear] \
-        if model.actuator_forcelimited[i] else []
+    most = (
+        [float(np.max(np.abs(model.actuator_forcerange[i]))) * gear]
+        if model.actuator_forcelimited[i]
+        else []
+    )
     if model.actuator_ctrllimited[i] and not model.actuator_biastype[i]:
         range_of = float(np.max(np.abs(model.actuator_ctrlrange[i])))
         most.append(abs(float(model.actuator_gainprm[i, 0])) * range_of * gear)
@@ -149,9 +181,13 @@ def _planar(model: Any, motors: dict[int, int]) -> bool:
 def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
     """What of the file is not in the robot folder."""
     counts = {
-        'geoms': model.ngeom, 'equality constraints': model.neq, 'tendons': model.ntendon,
-        'sensors': model.nsensor, 'key frames': model.nkey,
-        'actuators that are not of a joint of their own': model.nu - len(motors)}
+        'geoms': model.ngeom,
+        'equality constraints': model.neq,
+        'tendons': model.ntendon,
+        'sensors': model.nsensor,
+        'key frames': model.nkey,
+        'actuators that are not of a joint of their own': model.nu - len(motors),
+    }
     gone = [f'{count} {what}' for what, count in counts.items() if count]
     servos = [_joint(model, j) for j, i in motors.items() if model.actuator_biastype[i]]
     if servos:
@@ -160,8 +196,10 @@ def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
         yield f'not taken over from the MJCF: {", ".join(gone)}'
     for joint in range(model.njnt):
         if zero := _zero(model, joint):
-            yield (f'{_joint(model, joint)} has its angle 0 where the MJCF has its ref, {zero:g}; '
-                   f'an encoder that reads that has it as sensors.{_joint(model, joint)}.offset')
+            yield (
+                f'{_joint(model, joint)} has its angle 0 where the MJCF has its ref, {zero:g}; '
+                f'an encoder that reads that has it as sensors.{_joint(model, joint)}.offset'
+            )
     x, y, z = model.opt.gravity
     if x or y or z > 0:
         yield 'gravity points elsewhere than down in the MJCF; here it is down'

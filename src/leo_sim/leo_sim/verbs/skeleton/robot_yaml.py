@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text of a robot.yaml whose comments say what is left to fill in."""
+
 from collections.abc import Mapping, Sequence
 import json
 import math
@@ -57,13 +58,20 @@ driver:
 """
 
 
-def head(source: Path, kind: str, description: Description, timing: Mapping[str, float],
-         reason: str) -> str:
+def head(
+    source: Path, kind: str, description: Description, timing: Mapping[str, float], reason: str
+) -> str:
     """Everything before the actuators; `timing` has period and step s, and rate Hz."""
     values = {key: f'{value:g}' for key, value in timing.items()}
-    return HEAD.format(source=quoted(source.name), name=quoted(description.name or source.stem),
-                       kind=kind, base=description.base, gravity=description.gravity,
-                       reason=reason, **values)
+    return HEAD.format(
+        source=quoted(source.name),
+        name=quoted(description.name or source.stem),
+        kind=kind,
+        base=description.base,
+        gravity=description.gravity,
+        reason=reason,
+        **values,
+    )
 
 
 def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
@@ -83,9 +91,11 @@ def pose_lines(joints: tuple[Joint, ...]) -> str:
     ranges = {j.name: pose_range(j) for j in joints if j.independent}
     middle = ', '.join(f'{quoted(n)}: {start(r):.6g}' for n, r in ranges.items())
     drawn = ', '.join(f'{quoted(n)}: [{low:.6g}, {high:.6g}]' for n, (low, high) in ranges.items())
-    return ('\nstart_poses:\n'
-            f'  nominal:  # {MARK}: where an episode starts\n    angles: {{{middle}}}\n'
-            f'  random:\n    angles: {{{drawn}}}\n')
+    return (
+        '\nstart_poses:\n'
+        f'  nominal:  # {MARK}: where an episode starts\n    angles: {{{middle}}}\n'
+        f'  random:\n    angles: {{{drawn}}}\n'
+    )
 
 
 def driver_lines(joints: Sequence[Joint], kind: str) -> str:
@@ -93,11 +103,15 @@ def driver_lines(joints: Sequence[Joint], kind: str) -> str:
     constant = ', torque_constant: {value: 1.3, unit: N m/A}' if kind == 'torque' else ''
     lines = []
     for number, joint in enumerate((j for j in joints if j.independent), 1):
-        low, high = (f'{limit:.6g}' if math.isfinite(limit) else f'{"-" * (limit < 0)}.inf'
-                     for limit in joint.limits)
+        low, high = (
+            f'{limit:.6g}' if math.isfinite(limit) else f'{"-" * (limit < 0)}.inf'
+            for limit in joint.limits
+        )
         gear = f', gear: {1 / PINION:.3g}' if joint.kind == 'prismatic' else ''
-        lines.append(f'      {quoted(joint.name)}: {{id: {number}, model: XM430-W210, '
-                     f'direction: 1, zero: 2048, low: {low}, high: {high}{gear}{constant}}}\n')
+        lines.append(
+            f'      {quoted(joint.name)}: {{id: {number}, model: XM430-W210, '
+            f'direction: 1, zero: 2048, low: {low}, high: {high}{gear}{constant}}}\n'
+        )
     slides = any(joint.kind == 'prismatic' for joint in joints if joint.independent)
     also = '      # gear of slides: rad of the servo per m\n' if slides else ''
     return DRIVER.format(mark=MARK) + also + ''.join(lines)
@@ -113,9 +127,16 @@ def tail(joint: Joint, mass: float) -> str:
     """Examples of what is optional."""
     slides = joint.kind == 'prismatic'
     damping, angle = (sliding(u) if slides else u for u in (DAMPING, 'rad'))
-    return TAIL.format(link=quoted(joint.child), joint=quoted(joint.name), mass=mass,
-                       low=0.8 * mass, high=1.2 * mass, damping=damping, angle=angle,
-                       count=1e-5 if slides else 0.00153)
+    return TAIL.format(
+        link=quoted(joint.child),
+        joint=quoted(joint.name),
+        mass=mass,
+        low=0.8 * mass,
+        high=1.2 * mass,
+        damping=damping,
+        angle=angle,
+        count=1e-5 if slides else 0.00153,
+    )
 
 
 def quoted(text: str) -> str:

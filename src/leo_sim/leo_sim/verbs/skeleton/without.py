@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot without some of its links, as without its gripper."""
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
@@ -31,16 +32,23 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
         if (element.tag == 'link' and name in gone) or (element.tag == 'joint' and name in lost):
             root.remove(element)
     motors = description.motors
-    note = (f'{", ".join(n for n in known if n in gone)} left out with '
-            f'{", ".join(j.get("name", "") for j in joints if j.get("name") in lost)}')
+    note = (
+        f'{", ".join(n for n in known if n in gone)} left out with '
+        f'{", ".join(j.get("name", "") for j in joints if j.get("name") in lost)}'
+    )
     return replace(
-        description, text=ElementTree.tostring(root, encoding='unicode') + '\n',
-        frictions=_kept(description.frictions, lost), springs=_kept(description.springs, lost),
-        motors=None if motors is None else motors - lost, notes=(*description.notes, note))
+        description,
+        text=ElementTree.tostring(root, encoding='unicode') + '\n',
+        frictions=_kept(description.frictions, lost),
+        springs=_kept(description.springs, lost),
+        motors=None if motors is None else motors - lost,
+        notes=(*description.notes, note),
+    )
 
 
-def _check(link: str, known: Sequence[str], joints: Sequence[ElementTree.Element], source: str
-           ) -> None:
+def _check(
+    link: str, known: Sequence[str], joints: Sequence[ElementTree.Element], source: str
+) -> None:
     if link not in known:
         child = next((_end(j, 'child') for j in joints if j.get('name') == link), '')
         hint = f'; it is a joint, whose link is {child!r}' if child else nearest(link, known)
@@ -53,9 +61,11 @@ def _check_copies(joints: Sequence[ElementTree.Element], lost: set[str], source:
     for joint in joints:
         copied = joint.find('mimic')
         if copied is not None and copied.get('joint') in lost and joint.get('name') not in lost:
-            raise UserError(f'{source}: joint {joint.get("name")!r} mimics '
-                            f'{copied.get("joint")!r}, which --without takes out; take it out '
-                            f'too: --without {_end(joint, "child")}')
+            raise UserError(
+                f'{source}: joint {joint.get("name")!r} mimics '
+                f'{copied.get("joint")!r}, which --without takes out; take it out '
+                f'too: --without {_end(joint, "child")}'
+            )
 
 
 def _beyond(gone: set[str], joints: Sequence[ElementTree.Element]) -> set[str]:

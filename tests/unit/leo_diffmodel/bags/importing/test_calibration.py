@@ -22,8 +22,16 @@ COUNT = 2 * np.pi / 4095
 
 
 def calibration(drive_mode: int = 0) -> dict:
-    return {name: {'id': 1, 'drive_mode': drive_mode, 'homing_offset': -1365, 'range_min': low,
-                   'range_max': high} for name, (low, high) in RANGE.items()}  # fmt: skip
+    return {
+        name: {
+            'id': 1,
+            'drive_mode': drive_mode,
+            'homing_offset': -1365,
+            'range_min': low,
+            'range_max': high,
+        }
+        for name, (low, high) in RANGE.items()
+    }
 
 
 def logged(name: str, drive_mode: int = 0) -> np.ndarray:
@@ -47,10 +55,15 @@ def guessed(folder: Path) -> dict:
     return yaml.safe_load(file.read_text())
 
 
-@pytest.mark.parametrize(('robot_type', 'drive_mode', 'place'), [
-    ('so101_follower', 0, 'my_arm.json'), ('so101', 1, 'data/meta/arm.json'),
-    ('so100_follower', 1, 'data/calibration/a/x.json'), ('so_follower', 0, 'calibration/a.json'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('robot_type', 'drive_mode', 'place'),
+    [
+        ('so101_follower', 0, 'my_arm.json'),
+        ('so101', 1, 'data/meta/arm.json'),
+        ('so100_follower', 1, 'data/calibration/a/x.json'),
+        ('so_follower', 0, 'calibration/a.json'),
+    ],
+)
 def test_per_cent_becomes_the_angles_that_the_counts_were(tmp_path, robot_type, drive_mode, place):
     values = np.column_stack([logged(name, drive_mode) for name in JOINTS])
     folder = data_set(tmp_path, values, robot_type)

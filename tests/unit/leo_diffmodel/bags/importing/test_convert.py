@@ -94,7 +94,8 @@ def test_matlab_cells_are_episodes(tmp_path):
     cells[0, 0], cells[1, 0] = np.array([[1.0, 2, 3], [4, 5, 6]]), np.array([[7.0, 8], [9, 10]])
     scipy.io.savemat(tmp_path / 'log.mat', {'Y': cells})
     column_map = write(
-        tmp_path, 'map.yaml',
+        tmp_path,
+        'map.yaml',
         "fields: {a: 'Y[*][0]', r: 'Y[*][1]'}\ntime: {period: 0.5}\n"
         'joints: {pivot: {position: a, velocity: r}}\n',
     )
@@ -120,42 +121,76 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
 @pytest.mark.parametrize(
     ('log', 'column_map', 'message'),
     [
-        ('t,q\n0,1\n0.2,1\n0.1,1\n', SIMPLE,
-         'time goes backwards at sample 3, from 0.2 s to 0.1 s; sort or cut the log'),
+        (
+            't,q\n0,1\n0.2,1\n0.1,1\n',
+            SIMPLE,
+            'time goes backwards at sample 3, from 0.2 s to 0.1 s; sort or cut the log',
+        ),
         ('t,x\n0,1\n1,1\n', SIMPLE, "has no column 'q' for position; it has t, x"),
         ('t,q\n0,1\n1,one\n', SIMPLE, "line 3, q: 'one' is not a number"),
         ('t,q\n0,1\n1,1,1\n', SIMPLE, 'line 3: 3 values, 2 columns'),
         ('t,q\n', SIMPLE, 'is empty'),
         ('t,q\n0,1\n1e300,1\n', SIMPLE, 'time runs from 0 to 1e+300 s; which unit is it in?'),
         ('t,q\n0,1\n' + '1' * 10**6 + ',1\n', SIMPLE, 'line 3: field larger than field limit'),
-        ('t,q\n0,1\n1,1\n', SIMPLE + "delimiter: ';;'\n",
-         'delimiter: String should have at most 1'),
-        ('t,q\n0,1\n1,1\n', SIMPLE + 'columns: {x: where(q)}\n',
-         'where takes 3 arguments, found 1'),
-        ('t,q\n0,1\n1,1\n', SIMPLE + 'columns: {x: ' + '+'.join(['q'] * 20_000) + '}\n',
-         'is too long; build it up in several columns'),
+        (
+            't,q\n0,1\n1,1\n',
+            SIMPLE + "delimiter: ';;'\n",
+            'delimiter: String should have at most 1',
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            SIMPLE + 'columns: {x: where(q)}\n',
+            'where takes 3 arguments, found 1',
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            SIMPLE + 'columns: {x: ' + '+'.join(['q'] * 20_000) + '}\n',
+            'is too long; build it up in several columns',
+        ),
         ('', SIMPLE, 'is empty'),
         ('t,q\n0,1\n', SIMPLE, '1 samples with a time; at least 2 are needed'),
-        ('t,q\n0,1\n1,1\n', 'time: t\njoints: {pivot: {position: {column: q, unit: V}}}\n',
-         "'V' is no unit of position; give it in rad or m"),
-        ('t,q\n0,1\n1,1\n', 'time: t\njoints: {pivot: {position: {column: q, unit: dg}}}\n',
-         "position: unit 'dg': 'dg' is not known; did you mean 'deg'?"),
-        ('t,q\n0,1\n1,1\n', 'time: t\njoints: {pivot: {positon: q}}\n',
-         "unknown key 'joints.pivot.positon'; did you mean position?"),
-        ('t,q\n0,1\n1,1\n', SIMPLE + 'inputs: {pivt: {voltage: q}}\n',
-         "inputs name 'pivt'; did you mean pivot?"),
-        ('t,q\n0,1\n1,1\n', SIMPLE + 'inputs: {pivot: {enabled: q}}\n',
-         "the input of 'pivot' needs voltage, effort or position"),
-        ('t,q\n0,1\n1,1\n', SIMPLE + 'columns: {x: q * tt}\n',
-         "column x: expression 'q * tt': no column 'tt'"),
-        ('t,q\n0,1\n1,1\n', 'time: {}\njoints: {pivot: {position: q}}\n',
-         'give either column or period'),
+        (
+            't,q\n0,1\n1,1\n',
+            'time: t\njoints: {pivot: {position: {column: q, unit: V}}}\n',
+            "'V' is no unit of position; give it in rad or m",
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            'time: t\njoints: {pivot: {position: {column: q, unit: dg}}}\n',
+            "position: unit 'dg': 'dg' is not known; did you mean 'deg'?",
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            'time: t\njoints: {pivot: {positon: q}}\n',
+            "unknown key 'joints.pivot.positon'; did you mean position?",
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            SIMPLE + 'inputs: {pivt: {voltage: q}}\n',
+            "inputs name 'pivt'; did you mean pivot?",
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            SIMPLE + 'inputs: {pivot: {enabled: q}}\n',
+            "the input of 'pivot' needs voltage, effort or position",
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            SIMPLE + 'columns: {x: q * tt}\n',
+            "column x: expression 'q * tt': no column 'tt'",
+        ),
+        (
+            't,q\n0,1\n1,1\n',
+            'time: {}\njoints: {pivot: {position: q}}\n',
+            'give either column or period',
+        ),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line_and_no_bag_is_made(tmp_path, log, column_map, message):
     with pytest.raises(UserError) as refusal:
         import_logs(
-            [write(tmp_path, 'log.csv', log)], write(tmp_path, 'map.yaml', column_map),
+            [write(tmp_path, 'log.csv', log)],
+            write(tmp_path, 'map.yaml', column_map),
             tmp_path / 'bag',
         )
     assert message in str(refusal.value) and '\n' not in str(refusal.value)
@@ -196,8 +231,19 @@ def test_expressions_leave_columns_as_they_are_and_divide_by_zero():
 @pytest.mark.parametrize(
     'text',
     [
-        '__import__("os")', 'a.real', 'a[0]', '(lambda: 1)()', '[x for x in a]', '"text"',
-        'a if b', 'abs(a, out=b)', 'exec("1")', 'a and b', '1 < a < 2', '', 'min(a)',
+        '__import__("os")',
+        'a.real',
+        'a[0]',
+        '(lambda: 1)()',
+        '[x for x in a]',
+        '"text"',
+        'a if b',
+        'abs(a, out=b)',
+        'exec("1")',
+        'a and b',
+        '1 < a < 2',
+        '',
+        'min(a)',
     ],
 )
 def test_anything_but_arithmetic_is_refused(text):
@@ -221,9 +267,11 @@ def test_the_verb_writes_one_bag_or_one_each(tmp_path, capsys):
 def robot(joints: tuple[str, ...], drive: str) -> SimpleNamespace:
     """As much of a robot as reading needs."""
     return SimpleNamespace(
-        joint_names=joints, joints=[SimpleNamespace(name=j, kind='revolute') for j in joints],
+        joint_names=joints,
+        joints=[SimpleNamespace(name=j, kind='revolute') for j in joints],
         actuators=[Actuator(j, None, None, 10.0, None, 0.0) for j in joints],
-        input=drive, control_period=0.01,
+        input=drive,
+        control_period=0.01,
     )
 
 

@@ -20,29 +20,38 @@ from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
 
 
-@pytest.mark.parametrize(('column', 'quantity', 'is_goal', 'joint', 'unit'), [
-    ('observation.state.shoulder_pan.pos', 'position', False, 'shoulder_pan', ''),
-    ('action.shoulder_pan.pos', 'position', True, 'shoulder_pan', ''),
-    ('action.0', 'position', True, 'joint0', ''), ('pos1', 'position', False, 'joint1', ''),
-    ('dq1', 'velocity', False, 'joint1', ''),
-    ('Elbow angle [deg]', 'position', False, 'elbow', 'deg'),
-    ('elbow_speed (rad/s)', 'velocity', False, 'elbow', 'rad/s'),
-    ('tau_cmd', 'effort', True, '', ''),
-    ('time_ms', 'time', False, '', 'ms'), ('goal_velocity', 'velocity', True, '', ''),
-    ('frame_index', '', False, 'frame_index', ''), ('', '', False, '', ''),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('column', 'quantity', 'is_goal', 'joint', 'unit'),
+    [
+        ('observation.state.shoulder_pan.pos', 'position', False, 'shoulder_pan', ''),
+        ('action.shoulder_pan.pos', 'position', True, 'shoulder_pan', ''),
+        ('action.0', 'position', True, 'joint0', ''),
+        ('pos1', 'position', False, 'joint1', ''),
+        ('dq1', 'velocity', False, 'joint1', ''),
+        ('Elbow angle [deg]', 'position', False, 'elbow', 'deg'),
+        ('elbow_speed (rad/s)', 'velocity', False, 'elbow', 'rad/s'),
+        ('tau_cmd', 'effort', True, '', ''),
+        ('time_ms', 'time', False, '', 'ms'),
+        ('goal_velocity', 'velocity', True, '', ''),
+        ('frame_index', '', False, 'frame_index', ''),
+        ('', '', False, '', ''),
+    ],
+)
 def test_names_say_what_columns_are(column, quantity, is_goal, joint, unit):
     assert role_of(column) == (quantity, is_goal, joint, unit)
 
 
-@pytest.mark.parametrize(('peak', 'unit'), [(3.1, 'rad'), (95, '?'), (100, '?'), (120, 'deg'),
-                                            (4095, '?')])  # fmt: skip
+@pytest.mark.parametrize(
+    ('peak', 'unit'), [(3.1, 'rad'), (95, '?'), (100, '?'), (120, 'deg'), (4095, '?')]
+)
 def test_numbers_say_the_unit_of_angles_or_leave_it_open(peak, unit):
     assert of_angles([np.array([0.1, -peak, np.nan])]).name == unit
 
 
-@pytest.mark.parametrize(('step', 'unit'), [(0.002, 's'), (0.2, 's'), (5, 'ms'), (33.3, 'ms'),
-                                            (5000, 'us'), (1e7, 'ns'), (0, '?')])  # fmt: skip
+@pytest.mark.parametrize(
+    ('step', 'unit'),
+    [(0.002, 's'), (0.2, 's'), (5, 'ms'), (33.3, 'ms'), (5000, 'us'), (1e7, 'ns'), (0, '?')],
+)
 def test_numbers_say_the_unit_of_time(step, unit):
     assert of_time(step * np.arange(9.0)).name == unit
 
@@ -105,10 +114,15 @@ def test_what_may_be_degrees_or_per_cent_is_left_open_and_refused(tmp_path):
         import_logs([data], file, tmp_path / 'bag')
 
 
-@pytest.mark.parametrize(('text', 'message'), [
-    ('a,b\n1,2\n', "no column is named as a position is; there are 'a', 'b'"), ('', 'is empty'),
-    ('q\n1\nx\n', 'is not a number'), ('q,q\n1,x\n', 'is the name of columns 1 and 2'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('a,b\n1,2\n', "no column is named as a position is; there are 'a', 'b'"),
+        ('', 'is empty'),
+        ('q\n1\nx\n', 'is not a number'),
+        ('q,q\n1,x\n', 'is the name of columns 1 and 2'),
+    ],
+)
 def test_what_cannot_be_guessed(tmp_path, text, message):
     (tmp_path / 'log.csv').write_text(text)
     with pytest.raises(UserError, match=re.escape(message)):
@@ -136,45 +150,66 @@ def test_the_verb_says_what_it_wrote_and_overwrites_nothing(tmp_path, monkeypatc
     assert main(['my log.csv', '--map', 'my log_map.yaml', '-o', 'bag']) == 0
 
 
-@pytest.mark.parametrize(('column', 'quantity', 'is_goal', 'joint', 'unit'), [
-    ('Winkel [°]', 'position', False, '', 'deg'),
-    ('Drehzahl [U/min]', 'velocity', False, '', 'rpm'),
-    ('Zeit [s]', 'time', False, '', 's'), ('Spannung [V]', 'voltage', False, '', 'V'),
-    ('Sollwinkel [Grad]', 'position', True, '', 'deg'), ('Istwinkel', 'position', False, '', ''),
-    ('Motordrehzahl [1/min]', 'velocity', False, 'motor', 'rpm'),
-    ('Drehmoment (N·m)', 'effort', False, '', 'N m'), ('Strom [A]', 'current', False, '', 'A'),
-    ('Versorgungsspannung [V]', 'supply_voltage', False, '', 'V'),
-    ('vitesse', 'velocity', False, '', ''), ('couple', 'effort', False, '', ''),
-    ('angle (deg)', 'position', False, '', 'deg'), ('Temps (s)', 'time', False, '', 's'),
-    ('vitesse [tr/min]', 'velocity', False, '', 'rpm'),
-    ('Couple mesuré [N.m]', 'effort', False, '', 'N m'),
-    ('Consigne position (°)', 'position', True, '', 'deg'),
-    ('x_m', 'position', False, '', 'm'), ('x_m_s', 'velocity', False, '', 'm/s'),
-    ('F_N', 'effort', False, '', 'N'), ('slide_m', 'position', False, 'slide', 'm'),
-    ('tau_Nm', 'effort', False, '', 'N m'), ('elbow_rad_s', 'velocity', False, 'elbow', 'rad/s'),
-    ('shoulder_deg', 'position', False, 'shoulder', 'deg'),
-    ('wheel_rpm', 'velocity', False, 'wheel', 'rpm'), ('U [V]', 'voltage', False, '', 'V'),
-    ('tau_m', 'effort', False, 'm', ''), ('theta_m', 'position', False, 'm', ''),
-    ('q_s', 'position', False, 's', ''), ('angle (raw)', 'position', False, 'raw', ''),
-    ('actions.0', 'position', True, 'joint0', ''), ('state.0', 'position', False, 'joint0', ''),
-    ('jointPos1', 'position', False, 'joint1', ''),
-    ('theta1_dot', 'velocity', False, 'joint1', ''),
-    ('ddq1', 'acceleration', False, 'joint1', ''),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('column', 'quantity', 'is_goal', 'joint', 'unit'),
+    [
+        ('Winkel [°]', 'position', False, '', 'deg'),
+        ('Drehzahl [U/min]', 'velocity', False, '', 'rpm'),
+        ('Zeit [s]', 'time', False, '', 's'),
+        ('Spannung [V]', 'voltage', False, '', 'V'),
+        ('Sollwinkel [Grad]', 'position', True, '', 'deg'),
+        ('Istwinkel', 'position', False, '', ''),
+        ('Motordrehzahl [1/min]', 'velocity', False, 'motor', 'rpm'),
+        ('Drehmoment (N·m)', 'effort', False, '', 'N m'),
+        ('Strom [A]', 'current', False, '', 'A'),
+        ('Versorgungsspannung [V]', 'supply_voltage', False, '', 'V'),
+        ('vitesse', 'velocity', False, '', ''),
+        ('couple', 'effort', False, '', ''),
+        ('angle (deg)', 'position', False, '', 'deg'),
+        ('Temps (s)', 'time', False, '', 's'),
+        ('vitesse [tr/min]', 'velocity', False, '', 'rpm'),
+        ('Couple mesuré [N.m]', 'effort', False, '', 'N m'),
+        ('Consigne position (°)', 'position', True, '', 'deg'),
+        ('x_m', 'position', False, '', 'm'),
+        ('x_m_s', 'velocity', False, '', 'm/s'),
+        ('F_N', 'effort', False, '', 'N'),
+        ('slide_m', 'position', False, 'slide', 'm'),
+        ('tau_Nm', 'effort', False, '', 'N m'),
+        ('elbow_rad_s', 'velocity', False, 'elbow', 'rad/s'),
+        ('shoulder_deg', 'position', False, 'shoulder', 'deg'),
+        ('wheel_rpm', 'velocity', False, 'wheel', 'rpm'),
+        ('U [V]', 'voltage', False, '', 'V'),
+        ('tau_m', 'effort', False, 'm', ''),
+        ('theta_m', 'position', False, 'm', ''),
+        ('q_s', 'position', False, 's', ''),
+        ('angle (raw)', 'position', False, 'raw', ''),
+        ('actions.0', 'position', True, 'joint0', ''),
+        ('state.0', 'position', False, 'joint0', ''),
+        ('jointPos1', 'position', False, 'joint1', ''),
+        ('theta1_dot', 'velocity', False, 'joint1', ''),
+        ('ddq1', 'acceleration', False, 'joint1', ''),
+    ],
+)
 def test_words_and_units_in_three_languages_and_as_endings(column, quantity, is_goal, joint, unit):
     assert role_of(column) == (quantity, is_goal, joint, unit)
 
 
-@pytest.mark.parametrize(('head', 'per_second'), [
-    ('t,q,dq', 'rad/s'), ('t,q,dq', 'deg/s'), ('t,q,dq', 'rpm'), ('t,x_m,vel', 'm/s'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('head', 'per_second'),
+    [('t,q,dq', 'rad/s'), ('t,q,dq', 'deg/s'), ('t,q,dq', 'rpm'), ('t,x_m,vel', 'm/s')],
+)
 def test_a_speed_is_in_the_unit_in_which_it_is_the_change_of_its_position(
-    tmp_path, head, per_second,
+    tmp_path, head, per_second
 ):
     t = np.arange(300) / 100
     speed = np.cos(t) / units.parse(per_second).factor
-    np.savetxt(tmp_path / 'log.csv', np.column_stack([t, np.sin(t), speed]), delimiter=',',
-               header=head, comments='')  # fmt: skip
+    np.savetxt(
+        tmp_path / 'log.csv',
+        np.column_stack([t, np.sin(t), speed]),
+        delimiter=',',
+        header=head,
+        comments='',
+    )
     assert guessed(tmp_path / 'log.csv')['joints']['joint']['velocity']['unit'] == per_second
 
 

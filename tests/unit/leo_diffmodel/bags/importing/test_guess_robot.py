@@ -31,7 +31,7 @@ def bench(folder: Path, kind: str = 'continuous', takes: str = 'torque') -> Path
 
 
 def log_of(
-    file: Path, head: str, *columns: np.ndarray, sep: str = ',', code: str = 'utf-8',
+    file: Path, head: str, *columns: np.ndarray, sep: str = ',', code: str = 'utf-8'
 ) -> Path:
     rows = [sep.join(f'{v:.6f}' for v in row) for row in zip(*columns, strict=True)]
     text = '\n'.join([head, *rows])
@@ -48,8 +48,16 @@ def said(log: Path, robot: str) -> dict:
 def test_a_bench_log_in_any_encoding_becomes_the_same_bag(tmp_path, code, capsys):
     robot = bench(tmp_path)
     head = 'Zeit [s];Spannung [V];Winkel [°];Drehzahl [U/min]'
-    log = log_of(tmp_path / 'log.csv', head, T, VOLTS, np.degrees(ANGLE),
-                 40 * np.cos(T) * 30 / np.pi, sep=';', code=code)  # fmt: skip
+    log = log_of(
+        tmp_path / 'log.csv',
+        head,
+        T,
+        VOLTS,
+        np.degrees(ANGLE),
+        40 * np.cos(T) * 30 / np.pi,
+        sep=';',
+        code=code,
+    )
     column_map, bag = tmp_path / 'map.yaml', tmp_path / 'bag'
     assert main([str(log), '--guess', '--model', str(robot), '-o', str(column_map)]) == 0
     assert main([str(log), '--map', str(column_map), '-o', str(bag)]) == 0
@@ -66,10 +74,15 @@ def _another_folder(tmp_path):
     (tmp_path / 'v').mkdir()
 
 
-@pytest.mark.parametrize(('head', 'scale', 'unit'), [
-    ('t,q,rate [rpm]', 1.0, 'rad'), ('t,q,rate [rpm]', 180 / np.pi, 'deg'),
-    ('t,q,other', 1.0, '?'), ('t,q,other', 180 / np.pi, '?'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('head', 'scale', 'unit'),
+    [
+        ('t,q,rate [rpm]', 1.0, 'rad'),
+        ('t,q,rate [rpm]', 180 / np.pi, 'deg'),
+        ('t,q,other', 1.0, '?'),
+        ('t,q,other', 180 / np.pi, '?'),
+    ],
+)
 def test_a_joint_that_turns_round_is_in_the_unit_of_its_speed(tmp_path, head, scale, unit):
     log = log_of(tmp_path / 'log.csv', head, T, scale * ANGLE, 40 * np.cos(T) * 30 / np.pi)
     joints = said(log, str(bench(tmp_path)))['joints']
@@ -80,7 +93,10 @@ def test_a_slide_is_in_metres_and_newtons_even_where_nothing_says_so(tmp_path):
     log = log_of(tmp_path / 'log.csv', 't,pos,vel,force', T, np.sin(T), np.cos(T), T)
     joint = said(log, str(bench(tmp_path, 'prismatic')))['joints']['shaft']
     assert {name: spec['unit'] for name, spec in joint.items()} == {
-        'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
+        'position': 'm',
+        'velocity': 'm/s',
+        'effort': 'N',
+    }
 
 
 @pytest.mark.parametrize(('reach', 'unit'), [(1, 'rad'), (60, 'deg'), (95, 'deg'), (4000, '?')])
@@ -90,9 +106,9 @@ def test_the_stops_say_the_unit_of_an_angle(tmp_path, reach, unit):
     assert said(log, 'so101')['joints']['elbow_flex']['position']['unit'] == unit
 
 
-@pytest.mark.parametrize(('takes', 'column'), [
-    ('voltage', 'voltage'), ('torque', 'tau'), ('position', 'q_goal'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('takes', 'column'), [('voltage', 'voltage'), ('torque', 'tau'), ('position', 'q_goal')]
+)
 def test_the_input_that_the_robot_takes_comes_first(tmp_path, takes, column):
     log = log_of(tmp_path / 'log.csv', 't,q,tau,voltage,q_goal', T, np.sin(T), T, T, np.sin(T))
     (spec,) = said(log, str(bench(tmp_path, takes=takes)))['inputs']['shaft'].values()
@@ -103,13 +119,20 @@ ARM = KnownRobot('arm', ('shoulder_pan', 'shoulder_lift', 'elbow'), frozenset(),
 LEGS = KnownRobot('legs', ('left_hip', 'right_hip'), frozenset(), {}, 'voltage')
 
 
-@pytest.mark.parametrize(('names', 'robot', 'found'), [
-    (['ShoulderLift', 'elbow_joint', 'shoulder pan'], ARM,
-     ['shoulder_lift', 'elbow', 'shoulder_pan']),
-    (['joint3', 'joint1', 'joint2'], ARM, ['elbow', 'shoulder_pan', 'shoulder_lift']),
-    (['shoulder_pan', 'shoulder_lift', 'j5'], ARM, ['shoulder_pan', 'shoulder_lift', 'elbow']),
-    (['hip_right'], LEGS, ['right_hip']), (['elbow'], ARM, ['elbow']),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('names', 'robot', 'found'),
+    [
+        (
+            ['ShoulderLift', 'elbow_joint', 'shoulder pan'],
+            ARM,
+            ['shoulder_lift', 'elbow', 'shoulder_pan'],
+        ),
+        (['joint3', 'joint1', 'joint2'], ARM, ['elbow', 'shoulder_pan', 'shoulder_lift']),
+        (['shoulder_pan', 'shoulder_lift', 'j5'], ARM, ['shoulder_pan', 'shoulder_lift', 'elbow']),
+        (['hip_right'], LEGS, ['right_hip']),
+        (['elbow'], ARM, ['elbow']),
+    ],
+)
 def test_joints_by_their_names_or_their_order(names, robot, found):
     assert [matched(names, robot)[name][0] for name in names] == found
 

@@ -26,15 +26,23 @@ def write(file: Path, head: str, *columns: np.ndarray) -> Path:
 
 
 def parts(folder: Path, later: float = 0.0) -> list[Path]:
-    return [write(folder / 'run_q.csv', 't,pivot', T, Q),
-            write(folder / 'run_dq.csv', 't,pivot', T, DQ),
-            write(folder / 'run_tau.csv', 't,pivot', T + later, TAU + 0.3 * later)]  # fmt: skip
+    return [
+        write(folder / 'run_q.csv', 't,pivot', T, Q),
+        write(folder / 'run_dq.csv', 't,pivot', T, DQ),
+        write(folder / 'run_tau.csv', 't,pivot', T + later, TAU + 0.3 * later),
+    ]
 
 
-@pytest.mark.parametrize(('later', 'told'), [
-    (0.0, 'joined run_q.csv, run_dq.csv, run_tau.csv by the times of run_q.csv'),
-    (0.005, 'by the times of run_q.csv; run_tau.csv interpolated; 1 rows left out that not all'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('later', 'told'),
+    [
+        (0.0, 'joined run_q.csv, run_dq.csv, run_tau.csv by the times of run_q.csv'),
+        (
+            0.005,
+            'by the times of run_q.csv; run_tau.csv interpolated; 1 rows left out that not all',
+        ),
+    ],
+)
 def test_files_with_times(tmp_path, capsys, later, told):
     logs = parts(tmp_path, later)
     file = guess_map(logs, tmp_path / 'map.yaml')
@@ -83,15 +91,22 @@ def test_other_names_are_joined_when_that_is_said(tmp_path):
     write(tmp_path / 'left.csv', 't,q', T, Q)
     write(tmp_path / 'right.csv', 't,dq', T, DQ)
     (tmp_path / 'map.yaml').write_text(
-        'time: t\njoints: {pivot: {position: left.q, velocity: right.dq}}\n')
+        'time: t\njoints: {pivot: {position: left.q, velocity: right.dq}}\n'
+    )
     logs = [tmp_path / 'left.csv', tmp_path / 'right.csv']
     bag = import_logs(logs, tmp_path / 'map.yaml', tmp_path / 'bag', join=True)
     np.testing.assert_allclose(read_bag(bag, load_robot('pendulum')).episodes[0].dq[:, 0], DQ)
 
 
-@pytest.mark.parametrize(('names', 'short'), [
-    (['run3_q', 'run3_dq'], ['q', 'dq']), (['q_run3', 'dq_run3'], ['q', 'dq']),
-    (['q', 'dq'], ['q', 'dq']), (['a_q', 'b_q_x'], ['a_q', 'b_q_x']), (['only_q'], ['only_q']),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('names', 'short'),
+    [
+        (['run3_q', 'run3_dq'], ['q', 'dq']),
+        (['q_run3', 'dq_run3'], ['q', 'dq']),
+        (['q', 'dq'], ['q', 'dq']),
+        (['a_q', 'b_q_x'], ['a_q', 'b_q_x']),
+        (['only_q'], ['only_q']),
+    ],
+)
 def test_names_of_files_without_what_they_share(names, short):
     assert short_names([Path(f'{name}.csv') for name in names]) == short

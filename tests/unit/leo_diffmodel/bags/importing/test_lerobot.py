@@ -29,10 +29,13 @@ from leo_sim.description.robot import load_robot
 PENDULUM = load_robot('pendulum')
 GOAL = {'column': 'action.shoulder_pan.pos', 'unit': 'deg'}
 ANGLE = {'column': 'observation.state.shoulder_pan.pos', 'unit': 'deg'}
-MAP = ColumnMap.model_validate({
-    'time': 'timestamp', 'joints': {'pivot': {'position': ANGLE}},
-    'inputs': {'pivot': {'position': GOAL}},
-})  # fmt: skip
+MAP = ColumnMap.model_validate(
+    {
+        'time': 'timestamp',
+        'joints': {'pivot': {'position': ANGLE}},
+        'inputs': {'pivot': {'position': GOAL}},
+    }
+)
 
 
 def moves(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -60,8 +63,9 @@ def test_episodes_of_several_files_become_a_bag_with_goals(data, tmp_path):
 
 def test_a_free_motor_has_no_goal(data, tmp_path):
     free = {'position': GOAL, 'enabled': {'expression': 'frame_index >= 3'}}
-    mapping = ColumnMap.model_validate({'time': 'timestamp', 'inputs': {'pivot': free},
-                                        'joints': {'pivot': {'position': ANGLE}}})  # fmt: skip
+    mapping = ColumnMap.model_validate(
+        {'time': 'timestamp', 'inputs': {'pivot': free}, 'joints': {'pivot': {'position': ANGLE}}}
+    )
     topic = load(import_logs([data], mapping, tmp_path / 'bag')).topics['/robot/applied_position']
     goals = np.array([m.position[0] for _, m in deserialize(topic, topic.type)])
     assert np.flatnonzero(np.isnan(goals)).tolist() == [0, 1, 2, 40, 41, 42, 70, 71, 72]
@@ -73,10 +77,16 @@ def test_a_robot_that_takes_volts_is_not_driven_by_goals(data, tmp_path):
         read_bag(bag, PENDULUM)
 
 
-@pytest.mark.parametrize(('unit', 'message'), [
-    ({}, 'say the unit of observation.state.shoulder_pan.pos: a LeRobot data set may hold degr'),
-    ({'unit': '%'}, 'per cent of a range is no position; give scale'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('unit', 'message'),
+    [
+        (
+            {},
+            'say the unit of observation.state.shoulder_pan.pos: a LeRobot data set may hold degr',
+        ),
+        ({'unit': '%'}, 'per cent of a range is no position; give scale'),
+    ],
+)
 def test_units_are_said_and_not_guessed(data, tmp_path, unit, message):
     joints = {'pivot': {'position': {'column': ANGLE['column'], **unit}}}
     with pytest.raises(UserError, match=message):
@@ -89,8 +99,10 @@ def parsed(joints: dict) -> dict:
 
 
 def test_per_cent_and_arithmetic_over_named_columns(data, tmp_path):
-    for position in ({'column': ANGLE['column'], 'scale': 0.02},
-                     {'expression': f'0.02 * {ANGLE["column"]}'}):  # fmt: skip
+    for position in (
+        {'column': ANGLE['column'], 'scale': 0.02},
+        {'expression': f'0.02 * {ANGLE["column"]}'},
+    ):
         joints = {'pivot': {'position': position}}
         bag = import_logs([data], MAP.model_copy(update=parsed(joints)), tmp_path / str(position))
         q = read_bag(bag, PENDULUM).episodes[0].q[:, 0]
@@ -102,16 +114,29 @@ def change(data: Path, **changes: object) -> None:
     file.write_text(json.dumps(json.loads(file.read_text()) | changes))
 
 
-@pytest.mark.parametrize(('changes', 'message'), [
-    ({'codebase_version': 'v4.0'}, "codebase_version 'v4.0' is not read here"),
-    ({'codebase_version': 3}, 'codebase_version: Input should be a valid string'),
-    ({'features': {}}, 'lacks episode_index'),
-    ({'features': []}, 'features: Input should be a valid dictionary'),
-    ({'fps': 0}, 'fps: Input should be greater than 0'),
-    ({'features': {'speed': {'dtype': 'float32', 'shape': [2], 'names': None}}}, 'lacks speed'),
-    ({'features': {n: {'dtype': 'float32', 'shape': [5], 'names': None}
-                   for n in ('action', 'episode_index')}}, 'action has not 5 numbers'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'codebase_version': 'v4.0'}, "codebase_version 'v4.0' is not read here"),
+        ({'codebase_version': 3}, 'codebase_version: Input should be a valid string'),
+        ({'features': {}}, 'lacks episode_index'),
+        ({'features': []}, 'features: Input should be a valid dictionary'),
+        ({'fps': 0}, 'fps: Input should be greater than 0'),
+        (
+            {'features': {'speed': {'dtype': 'float32', 'shape': [2], 'names': None}}},
+            'lacks speed',
+        ),
+        (
+            {
+                'features': {
+                    n: {'dtype': 'float32', 'shape': [5], 'names': None}
+                    for n in ('action', 'episode_index')
+                }
+            },
+            'action has not 5 numbers',
+        ),
+    ],
+)
 def test_what_info_says_and_is_not_so(data, changes, message):
     change(data, **changes)
     with pytest.raises(UserError, match=message) as refusal:
@@ -144,16 +169,31 @@ def test_a_data_set_that_is_not_whole(data, tmp_path):
         import_logs([data], MAP, tmp_path / 'bag')
 
 
-@pytest.mark.parametrize('values', [
-    [None, [1.0, 2.0]], [[1.0], [1.0, 2.0]], [[1.0, None], [1.0, 2.0]], ['a', 'b'], [{'a': 1}] * 2,
-    [[1e300, 1.0], [np.inf, 1.0]], [[[1.0], [2.0]]] * 2, [True, False],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'values',
+    [
+        [None, [1.0, 2.0]],
+        [[1.0], [1.0, 2.0]],
+        [[1.0, None], [1.0, 2.0]],
+        ['a', 'b'],
+        [{'a': 1}] * 2,
+        [[1e300, 1.0], [np.inf, 1.0]],
+        [[[1.0], [2.0]]] * 2,
+        [True, False],
+    ],
+)
 def test_columns_of_anything(data, values, tmp_path):
     for file in (data / 'data/chunk-000').iterdir():
         file.unlink()
-    frames = {'action': values, 'observation.state': [[1.0, 2.0]] * 2, 'episode_index': [0, 0],
-              'timestamp': [0.0, 0.1], 'frame_index': [0, 1], 'index': [0, 1],
-              'task_index': [0, 0]}  # fmt: skip
+    frames = {
+        'action': values,
+        'observation.state': [[1.0, 2.0]] * 2,
+        'episode_index': [0, 0],
+        'timestamp': [0.0, 0.1],
+        'frame_index': [0, 1],
+        'index': [0, 1],
+        'task_index': [0, 0],
+    }
     pq.write_table(pa.table(frames), data / 'data/chunk-000/file-000.parquet')
     assert '\n' not in told(lambda: import_logs([data], MAP, tmp_path / 'bag'))
 
@@ -200,10 +240,16 @@ def test_an_episode_twice_in_one_file_is_refused(tmp_path):
         import_logs([data], MAP, tmp_path / 'bag')
 
 
-@pytest.mark.parametrize('names', [
-    [['a', 'b']], {'motors': [['a', 'b']]}, {'arm': ['a'], 'hand': ['b']}, {'b': 1, 'a': 0},
-    [{'motors': ['a', 'b']}],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'names',
+    [
+        [['a', 'b']],
+        {'motors': [['a', 'b']]},
+        {'arm': ['a'], 'hand': ['b']},
+        {'b': 1, 'a': 0},
+        [{'motors': ['a', 'b']}],
+    ],
+)
 def test_names_nested_in_lists_and_features_called_actions_and_state(data, names):
     info = json.loads((data / 'meta/info.json').read_text())
     features = info['features']
@@ -214,7 +260,8 @@ def test_names_nested_in_lists_and_features_called_actions_and_state(data, names
         table = pq.read_table(file)
         pq.write_table(table.rename_columns(['actions', 'state', *table.column_names[2:]]), file)
     assert {'actions.a', 'actions.b', 'state.a', 'state.b'} <= set(
-        read_lerobot(data, LogFormat())[0])
+        read_lerobot(data, LogFormat())[0]
+    )
     said = yaml.safe_load(guess_map(data, data / 'map.yaml').read_text())
     assert said['joints']['a']['position']['column'] == 'state.a'
     assert said['inputs']['b']['position']['column'] == 'actions.b'

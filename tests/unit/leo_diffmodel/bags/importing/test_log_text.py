@@ -11,12 +11,18 @@ from leo_msgs_py.errors import UserError
 TEXT = 'Zeit [s];Winkel [°]\n0,00;1,5\n0,01;1,6\n'
 
 
-@pytest.mark.parametrize(('raw', 'encoding'), [
-    (TEXT.encode('utf-8'), 'utf-8'), (TEXT.encode('utf-8-sig'), 'utf-8-sig'),
-    (TEXT.encode('cp1252'), 'cp1252'), (TEXT.encode('utf-16'), 'utf-16'),
-    (codecs.BOM_UTF16_BE + TEXT.encode('utf-16-be'), 'utf-16'),
-    (TEXT.encode('utf-16-le'), 'utf-16-le'), (TEXT.encode('utf-16-be'), 'utf-16-be'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('raw', 'encoding'),
+    [
+        (TEXT.encode('utf-8'), 'utf-8'),
+        (TEXT.encode('utf-8-sig'), 'utf-8-sig'),
+        (TEXT.encode('cp1252'), 'cp1252'),
+        (TEXT.encode('utf-16'), 'utf-16'),
+        (codecs.BOM_UTF16_BE + TEXT.encode('utf-16-be'), 'utf-16'),
+        (TEXT.encode('utf-16-le'), 'utf-16-le'),
+        (TEXT.encode('utf-16-be'), 'utf-16-be'),
+    ],
+)
 def test_the_bytes_say_the_encoding(tmp_path, raw, encoding):
     (tmp_path / 'log.csv').write_bytes(raw)
     assert encoding_of(tmp_path / 'log.csv') == encoding
@@ -28,11 +34,14 @@ def test_the_map_may_say_another(tmp_path):
     assert read_log_text(tmp_path / 'log.csv', 'cp850') == TEXT
 
 
-@pytest.mark.parametrize(('raw', 'encoding', 'message'), [
-    (b'\x81\x8d', None, 'not a text file in cp1252; say the encoding'),
-    (b'\xff\x00\x01\x80abc', None, 'not a text file'),
-    (b'a', 'latin 17', "no encoding is named 'latin 17'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('raw', 'encoding', 'message'),
+    [
+        (b'\x81\x8d', None, 'not a text file in cp1252; say the encoding'),
+        (b'\xff\x00\x01\x80abc', None, 'not a text file'),
+        (b'a', 'latin 17', "no encoding is named 'latin 17'"),
+    ],
+)
 def test_what_is_no_text(tmp_path, raw, encoding, message):
     (tmp_path / 'log.csv').write_bytes(raw)
     with pytest.raises(UserError, match=message):

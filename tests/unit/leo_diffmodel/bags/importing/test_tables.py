@@ -17,8 +17,13 @@ from leo_sim.description.robot import load_robot
 
 T = np.arange(5) / 100
 ROWS = np.column_stack([T, 6 * T, 0.1 + T, 0.2 - T])
-FRC = {'sysid': True, 'test': 'Arm', 'units': 'Radians', 'slow-forward': ROWS.tolist(),
-       'slow-backward': (-ROWS[:4] + [[2 * t, 0, 0, 0] for t in T[:4]]).tolist()}  # fmt: skip
+FRC = {
+    'sysid': True,
+    'test': 'Arm',
+    'units': 'Radians',
+    'slow-forward': ROWS.tolist(),
+    'slow-backward': (-ROWS[:4] + [[2 * t, 0, 0, 0] for t in T[:4]]).tolist(),
+}
 
 
 def imported(tmp_path, log, mapping, robot='pendulum'):
@@ -30,10 +35,15 @@ def imported(tmp_path, log, mapping, robot='pendulum'):
 def test_one_matrix_of_a_matlab_file(tmp_path, matrix, column):
     scipy.io.savemat(tmp_path / 'log.mat', {'data': matrix, 'mass': 0.5, 'note': 'a text'})
     time, volts, angle, speed = map(column.format, range(4))
-    (episode,) = imported(tmp_path, tmp_path / 'log.mat', {
-        'time': time, 'joints': {'pivot': {'position': angle, 'velocity': speed}},
-        'inputs': {'pivot': {'voltage': {'expression': f'0.5 * {volts}'}}},
-    })  # fmt: skip
+    (episode,) = imported(
+        tmp_path,
+        tmp_path / 'log.mat',
+        {
+            'time': time,
+            'joints': {'pivot': {'position': angle, 'velocity': speed}},
+            'inputs': {'pivot': {'voltage': {'expression': f'0.5 * {volts}'}}},
+        },
+    )
     np.testing.assert_allclose(episode.q[:, 0], ROWS[:, 2])
     np.testing.assert_allclose(episode.dq[:, 0], ROWS[:, 3])
     np.testing.assert_allclose(episode.inputs[:, 0], 0.5 * ROWS[:, 1])
@@ -52,24 +62,34 @@ def test_a_column_that_a_matrix_has_not(tmp_path):
         imported(tmp_path, tmp_path / 'log.mat', mapping)
 
 
-@pytest.mark.parametrize('names', [
-    {'time': 0, 'joints': {'pivot': {'position': 2, 'velocity': {'column': 3}}}},
-    {'header': ['t', 'u', 'q', 'dq'], 'time': 't',
-     'joints': {'pivot': {'position': 'q', 'velocity': 'dq'}}},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    'names',
+    [
+        {'time': 0, 'joints': {'pivot': {'position': 2, 'velocity': {'column': 3}}}},
+        {
+            'header': ['t', 'u', 'q', 'dq'],
+            'time': 't',
+            'joints': {'pivot': {'position': 'q', 'velocity': 'dq'}},
+        },
+    ],
+)
 def test_json_rows_that_are_lists_of_several_runs(tmp_path, names):
     (tmp_path / 'frc.json').write_text(json.dumps(FRC))
-    first, second = imported(tmp_path, tmp_path / 'frc.json', names | {
-        'records': ['slow-forward', 'slow-backward']})  # fmt: skip
+    first, second = imported(
+        tmp_path, tmp_path / 'frc.json', names | {'records': ['slow-forward', 'slow-backward']}
+    )
     np.testing.assert_allclose(first.q[:, 0], ROWS[:, 2])
     np.testing.assert_allclose(second.q[:, 0], -ROWS[:4, 2])
 
 
-@pytest.mark.parametrize(('content', 'message'), [
-    ('{"t": [0, 1], "q": [1, 2], "q": [3, 4]}', "'q' stands twice in one object"),
-    ('[[0, 1], [1]]', "row 2 at 'the top' has 1 values, not 2"),
-    ('[[0, 1], {"t": 1}]', "no list of records at 'the top'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('content', 'message'),
+    [
+        ('{"t": [0, 1], "q": [1, 2], "q": [3, 4]}', "'q' stands twice in one object"),
+        ('[[0, 1], [1]]', "row 2 at 'the top' has 1 values, not 2"),
+        ('[[0, 1], {"t": 1}]', "no list of records at 'the top'"),
+    ],
+)
 def test_json_that_is_not_clear(tmp_path, content, message):
     (tmp_path / 'log.json').write_text(content)
     with pytest.raises(UserError, match=message):
@@ -81,7 +101,10 @@ def test_texts_beside_arrays_are_left_out(tmp_path):
     (tmp_path / 'log.json').write_text(json.dumps(content))
     (table,) = read_tables(tmp_path / 'log.json', LogFormat())
     assert {name: values.tolist() for name, values in table.items()} == {
-        'kp': [3, 3], 't': [0, 1], 'q': [1, 2]}
+        'kp': [3, 3],
+        't': [0, 1],
+        'q': [1, 2],
+    }
 
 
 FORMAT = """
@@ -121,5 +144,6 @@ def test_an_unknown_format_names_those_that_are_known(tmp_path):
     for said in ('xls', 'lerobot'):
         with pytest.raises(UserError) as refusal:
             read_tables(tmp_path / 'a.csv', LogFormat(format=said))
-        assert str(refusal.value) == (f"{tmp_path}/a.csv: unknown format '{said}'; name one "
-                                      '(format: csv, json or mat)')
+        assert str(refusal.value) == (
+            f"{tmp_path}/a.csv: unknown format '{said}'; name one (format: csv, json or mat)"
+        )

@@ -26,9 +26,12 @@ from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
 PENDULUM = load_robot('pendulum')
-LIMITED = replace(PENDULUM, joints=tuple(
-    replace(j, limits=(-1.9, 1.9)) if j.name == 'pivot' else j for j in PENDULUM.joints
-))  # fmt: skip
+LIMITED = replace(
+    PENDULUM,
+    joints=tuple(
+        replace(j, limits=(-1.9, 1.9)) if j.name == 'pivot' else j for j in PENDULUM.joints
+    ),
+)
 IMPORTED = {'imported_from': 'log'}
 TICK = 2 * np.pi / 4096
 FINE = 0.001
@@ -41,14 +44,25 @@ def recorded(
     dq, on = np.gradient(q, t)[:, None], np.ones((len(t), 1), dtype=bool)
     episode = Episode(t, q[:, None], dq, goal[:, None], on)
     return Recording(
-        Path('log'), '0' * 64, ('pivot',), ('pivot',), 'position', float(np.median(np.diff(t))),
-        (episode,), IMPORTED | metadata, rates=rates,
-    )  # fmt: skip
+        Path('log'),
+        '0' * 64,
+        ('pivot',),
+        ('pivot',),
+        'position',
+        float(np.median(np.diff(t))),
+        (episode,),
+        IMPORTED | metadata,
+        rates=rates,
+    )
 
 
 def teleoperated(
-    seconds: float = 40.0, rate: float = 30.0, late: float = 0.0, stop: float = np.inf,
-    seed: int = 0, tremor: float = 0.003,
+    seconds: float = 40.0,
+    rate: float = 30.0,
+    late: float = 0.0,
+    stop: float = np.inf,
+    seed: int = 0,
+    tremor: float = 0.003,
 ) -> Recording:
     """A servo that follows a hand: positions read, then the goal sent `late` after [s].
 
@@ -94,20 +108,32 @@ FRAMES = np.arange(900)
 JITTER = np.random.default_rng(0).normal(0, 4e-4, 900)
 
 
-@pytest.mark.parametrize('t', [
-    FRAMES / 30, (FRAMES / 30).astype(np.float32).astype(float), (FRAMES / 30).round(3),
-    (FRAMES / 50).round(2), np.delete(FRAMES, [40, 41, 300]) / 30,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    't',
+    [
+        FRAMES / 30,
+        (FRAMES / 30).astype(np.float32).astype(float),
+        (FRAMES / 30).round(3),
+        (FRAMES / 50).round(2),
+        np.delete(FRAMES, [40, 41, 300]) / 30,
+    ],
+)
 def test_computed_stamps_are_even(t):
     found = only(even_stamps(stamped(t)))
     assert found.severity == 'warning' and 'stamps are frame / ' in found.what
     assert even_stamps(replace(stamped(t), metadata={})) == []
 
 
-@pytest.mark.parametrize('t', [
-    FRAMES / 30 + JITTER, (FRAMES / 30 + JITTER).round(3), np.cumsum(1 / 30 + np.abs(JITTER)),
-    FRAMES / 30 + JITTER / 10, (FRAMES / 20 + 20 * JITTER).round(2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    't',
+    [
+        FRAMES / 30 + JITTER,
+        (FRAMES / 30 + JITTER).round(3),
+        np.cumsum(1 / 30 + np.abs(JITTER)),
+        FRAMES / 30 + JITTER / 10,
+        (FRAMES / 20 + 20 * JITTER).round(2),
+    ],
+)
 def test_stamps_of_a_clock_are_not(t):
     assert not is_even(t - t[0]) and even_stamps(stamped(t)) == []
 
@@ -240,11 +266,13 @@ def test_a_lerobot_data_set_has_them_all(tmp_path):
     degrees = [np.degrees(np.repeat(x, 2, axis=1)) for x in (log.q, log.inputs)]
     data = write_lerobot(tmp_path / 'data', [tuple(degrees)])
     names = 'observation.state.shoulder_pan.pos', 'action.shoulder_pan.pos'
-    mapping = ColumnMap.model_validate({
-        'time': 'timestamp',
-        'joints': {'pivot': {'position': {'column': names[0], 'unit': 'deg'}}},
-        'inputs': {'pivot': {'position': {'column': names[1], 'unit': 'deg'}}},
-    })  # fmt: skip
+    mapping = ColumnMap.model_validate(
+        {
+            'time': 'timestamp',
+            'joints': {'pivot': {'position': {'column': names[0], 'unit': 'deg'}}},
+            'inputs': {'pivot': {'position': {'column': names[1], 'unit': 'deg'}}},
+        }
+    )
     bag = import_logs([data], mapping, tmp_path / 'bag')
     recording = read_bag(bag, PENDULUM, TopicMap(input='none'))
     found = {f.code for f in traps(recording, LIMITED)}

@@ -31,10 +31,18 @@ def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
     fit = Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), none, none, none, none)
     parts = tuple(Part(c, fit, (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
     choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'beside': ()}
-    return SimpleNamespace(gates=SETTINGS.gates, numerics=SETTINGS.numerics, final=fit,
-                           effects=parts, floors=floors, own=own,
-                           choices=Choices(**choices | of_choices), other='', refuted='',
-                           search=SimpleNamespace(untried=()))  # fmt: skip
+    return SimpleNamespace(
+        gates=SETTINGS.gates,
+        numerics=SETTINGS.numerics,
+        final=fit,
+        effects=parts,
+        floors=floors,
+        own=own,
+        choices=Choices(**choices | of_choices),
+        other='',
+        refuted='',
+        search=SimpleNamespace(untried=()),
+    )
 
 
 def test_what_all_turns_hold_is_sure():
@@ -85,8 +93,10 @@ def test_what_there_was_no_time_for_is_told():
     assert doubts(made) == ['the time was over; not tried: a:pivot, b:pivot, c:pivot and 2 more']
 
 
-@pytest.mark.parametrize(('starts', 'said'), [
-    (1, 'the fit has not come to its end'), (4, '4 starts of the fit end at different values')])
+@pytest.mark.parametrize(
+    ('starts', 'said'),
+    [(1, 'the fit has not come to its end'), (4, '4 starts of the fit end at different values')],
+)
 def test_what_has_not_converged_is_never_sure(starts, said):
     made = findings()
     made.final = replace(made.final, certificate=Certificate(3.0, starts, 1, False))

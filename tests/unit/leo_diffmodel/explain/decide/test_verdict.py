@@ -78,17 +78,20 @@ def test_a_weak_spring_with_a_far_rest_leaves_a_constant_torque_its_name():
     assert all(r['separable_nats'] > SETTINGS.gates.margin_nats for r in spring)
 
 
-@pytest.mark.parametrize(('named', 'ratio', 'share', 'verdict'), [
-    ([], 1.0, 0.0, 'fine'),
-    ([], 3.0, 1.0, 'unknown'),
-    ([ONE], 1.1, 0.01, 'named'),
-    ([ONE], 3.0, 0.01, 'named'),
-    ([ONE], 3.0, 0.6, 'partly'),
-    ([OPEN], 1.1, 0.01, 'ambiguous'),
-    ([WEAK], 1.1, 0.01, 'ambiguous'),
-    ([ONE, WEAK], 3.0, 0.6, 'ambiguous'),
-    ([OPEN], 3.0, 0.6, 'unknown'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('named', 'ratio', 'share', 'verdict'),
+    [
+        ([], 1.0, 0.0, 'fine'),
+        ([], 3.0, 1.0, 'unknown'),
+        ([ONE], 1.1, 0.01, 'named'),
+        ([ONE], 3.0, 0.01, 'named'),
+        ([ONE], 3.0, 0.6, 'partly'),
+        ([OPEN], 1.1, 0.01, 'ambiguous'),
+        ([WEAK], 1.1, 0.01, 'ambiguous'),
+        ([ONE, WEAK], 3.0, 0.6, 'ambiguous'),
+        ([OPEN], 3.0, 0.6, 'unknown'),
+    ],
+)
 def test_how_a_verdict_is_reached(named, ratio, share, verdict):
     assert decide(named, Rest(SETTINGS.gates, ratio, share), unknown=False) == verdict
     words = sentence(verdict, named, 'error 2 -> 1 rad', rest='60 % is something else')
@@ -117,9 +120,10 @@ def test_what_is_far_above_the_noise_matters_however_much_was_explained():
     assert not Rest(SETTINGS.gates, 2.0, 0.07).matters
 
 
-@pytest.mark.parametrize(('on_ground', 'acting', 'matters'), [
-    (True, 20, True), (True, 10, False), (False, 20, False), (False, 60, True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('on_ground', 'acting', 'matters'),
+    [(True, 20, True), (True, 10, False), (False, 20, False), (False, 60, True)],
+)
 def test_on_the_ground_what_acts_in_some_windows_matters(on_ground, acting, matters):
     residual = np.random.default_rng(0).standard_normal((100, 198))
     residual[:acting] *= 3.0

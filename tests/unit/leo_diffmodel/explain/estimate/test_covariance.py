@@ -31,13 +31,17 @@ def interval(seed: int, by: float, size: float) -> tuple[np.ndarray, np.ndarray]
     residual = noise - columns @ wrong
     block = np.repeat(np.arange(BLOCKS), PER_BLOCK)
     spread = shooting.dispersion(residual, CHANNELS)
-    found = covariance(-columns, residual, block, np.ones(2, dtype=bool), spread, CHANNELS,
-                       SETTINGS.numerics)
+    found = covariance(
+        -columns, residual, block, np.ones(2, dtype=bool), spread, CHANNELS, SETTINGS.numerics
+    )
     return wrong, 1.96 * np.sqrt(np.diagonal(found))
 
 
-@pytest.mark.parametrize(('by', 'size'), [(0.0, 1.0), (0.6, 1.0), (0.8, 3.0)],
-                         ids=['white', 'correlated', 'wrong model'])  # fmt: skip
+@pytest.mark.parametrize(
+    ('by', 'size'),
+    [(0.0, 1.0), (0.6, 1.0), (0.8, 3.0)],
+    ids=['white', 'correlated', 'wrong model'],
+)
 def test_19_of_20_intervals_hold_the_truth(by, size):
     runs = [interval(seed, by, size) for seed in range(RUNS)]
     inside = [abs(wrong) < half for wrong, half in runs]
@@ -60,8 +64,17 @@ def test_few_blocks_make_wider_intervals():
     free, half = np.ones(1, dtype=bool), []
     for blocks in (48, 3):
         block = np.arange(48) * blocks // 48
-        drawn = [covariance(columns, rng.permutation(residual.ravel()).reshape(48, 30), block,
-                            free, 1.0, CHANNELS, SETTINGS.numerics)[0, 0]
-                 for _ in range(40)]  # fmt: skip
+        drawn = [
+            covariance(
+                columns,
+                rng.permutation(residual.ravel()).reshape(48, 30),
+                block,
+                free,
+                1.0,
+                CHANNELS,
+                SETTINGS.numerics,
+            )[0, 0]
+            for _ in range(40)
+        ]
         half.append(np.sqrt(np.mean(drawn)))
     assert half[1] > 1.5 * half[0]

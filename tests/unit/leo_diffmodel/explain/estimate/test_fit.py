@@ -67,7 +67,7 @@ def test_rounding_and_the_order_of_windows_move_no_fit(posed: tuple[Problem, Hyp
 
 
 def test_a_fit_without_time_has_not_ended_and_is_not_converged(
-    posed: tuple[Problem, Hypothesis]
+    posed: tuple[Problem, Hypothesis],
 ) -> None:
     problem, hypothesis = posed
     late = replace(problem, until=0.0)

@@ -24,8 +24,15 @@ def scan(name: str, row: np.ndarray, residual: np.ndarray, size: float = 10.0) -
     signatures = np.array([s * unit for s in signs])
     gain = 0.5 * max(0.0, *(signatures @ residual)) ** 2
     nats = np.full(len(signs), 0.5 * size**2)
-    return Scan(candidate, np.zeros(1), gain, signatures, float(nats[0]),
-                np.array([[s] for s in signs]), nats)  # fmt: skip
+    return Scan(
+        candidate,
+        np.zeros(1),
+        gain,
+        signatures,
+        float(nats[0]),
+        np.array([[s] for s in signs]),
+        nats,
+    )
 
 
 def named(pair) -> set:
@@ -46,16 +53,20 @@ def test_two_that_hide_each_other_are_seen_together():
     """Alone neither saves much: they do nearly the opposite."""
     other = -ROWS[0] + 0.4 * ROWS[1]
     residual = 20.0 * ROWS[0] + 20.0 * other / np.linalg.norm(other)
-    scans = [scan('coulomb_friction', ROWS[0], residual), scan('armature', other, residual),
-             scan('bias_torque', ROWS[3], residual)]  # fmt: skip
+    scans = [
+        scan('coulomb_friction', ROWS[0], residual),
+        scan('armature', other, residual),
+        scan('bias_torque', ROWS[3], residual),
+    ]
     assert max(s.gain for s in scans) < 5.0
     (best,) = best_pairs(scans, residual, 2, 8.0, SETTINGS)
     assert named(best) == {'coulomb_friction', 'armature'}
     np.testing.assert_allclose(best[1], 2.0, rtol=1e-6)
 
 
-@pytest.mark.parametrize('residual', [20.0 * ROWS[0] + 1.0 * ROWS[1], 0.1 * ROWS[3]],
-                         ids=['one is enough', 'nothing'])  # fmt: skip
+@pytest.mark.parametrize(
+    'residual', [20.0 * ROWS[0] + 1.0 * ROWS[1], 0.1 * ROWS[3]], ids=['one is enough', 'nothing']
+)
 def test_no_pair_where_the_second_saves_less_than_it_must(residual):
     scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
     assert best_pairs(scans, residual, 3, 8.0, SETTINGS) == []

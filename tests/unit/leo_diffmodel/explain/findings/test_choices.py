@@ -20,8 +20,9 @@ def chosen(names, *turns):
     """What is made of a search that chose some effects, and of so many turns of each set."""
     sets = [frozenset(names) for names, count in turns for _ in range(count)]
     final = SimpleNamespace(hypothesis=SimpleNamespace(candidates=tuple(names)))
-    found = SimpleNamespace(chosen=SimpleNamespace(names=frozenset(names)), turns=tuple(sets),
-                            final=final)  # fmt: skip
+    found = SimpleNamespace(
+        chosen=SimpleNamespace(names=frozenset(names)), turns=tuple(sets), final=final
+    )
     return choices(found, Facts(PENDULUM, False))
 
 
@@ -55,8 +56,10 @@ def test_turns_with_more_effects_keep_the_chosen_ones_and_are_told():
 def test_turns_without_one_of_them_do_not_keep_the_set():
     made = chosen([COULOMB, BIAS], ([COULOMB, BIAS], 40), ([COULOMB, OFFSET], 20))
     assert made.kept == pytest.approx(2 / 3)
-    assert made.sets[1] == (('coulomb_friction:pivot', 'encoder_offset:pivot'),
-                            pytest.approx(1 / 3))  # fmt: skip
+    assert made.sets[1] == (
+        ('coulomb_friction:pivot', 'encoder_offset:pivot'),
+        pytest.approx(1 / 3),
+    )
 
 
 def test_nothing_chosen_is_a_set_too():

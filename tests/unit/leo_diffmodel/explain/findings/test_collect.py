@@ -22,8 +22,10 @@ from leo_sim.model import Model
 MODEL, STEP = Model(TORQUE), 0.01
 
 
-EFFECTS = (place(TORQUE, 'viscous_friction', 'pivot', b=0.05),
-           place(TORQUE, 'bias_torque', 'pivot', t=0.2))  # fmt: skip
+EFFECTS = (
+    place(TORQUE, 'viscous_friction', 'pivot', b=0.05),
+    place(TORQUE, 'bias_torque', 'pivot', t=0.2),
+)
 
 
 @pytest.fixture(scope='module')
@@ -52,9 +54,7 @@ def test_each_effect_is_judged_beside_the_other(findings):
     assert last < 0.5 * first
 
 
-def test_what_only_one_of_many_effects_can_do_is_asked_where_there_are_many(
-    data, found, findings
-):
+def test_what_only_one_of_many_effects_can_do_is_asked_where_there_are_many(data, found, findings):
     gates = replace(found.weight.gates, many=2)
     many = replace(found, weight=replace(found.weight, gates=gates))
     floors = collect(data, MODEL, many, Facts(TORQUE, False), STEP).floors
@@ -77,8 +77,13 @@ def test_a_choice_that_compare_would_refute_is_not_sure(data, monkeypatch):
     assert right.refuted == '' and decision(right).verdict == 'named'
     other = next(c for c in candidates(MODEL) if c.label == 'coulomb_friction:pivot')
     less = score(Estimate(found.posed, fit(found.problem, Hypothesis((other,)), np.array([0.1]))))
-    wrong = collect([*data, *held], MODEL, replace(found, chosen=less, final=less.fit),
-                    Facts(TORQUE, False), STEP)  # fmt: skip
+    wrong = collect(
+        [*data, *held],
+        MODEL,
+        replace(found, chosen=less, final=less.fit),
+        Facts(TORQUE, False),
+        STEP,
+    )
     assert wrong.refuted == 'bias_torque:pivot + viscous_friction:pivot'
     assert decision(replace(wrong, unknown=None)).verdict != 'named'
 

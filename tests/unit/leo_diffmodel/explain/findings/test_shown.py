@@ -26,7 +26,11 @@ def test_the_ranges_are_those_of_all_recordings():
     (each,) = shown(TORQUE, data, 'coulomb_friction:pivot')
     (first,) = shown(TORQUE, data[:1], 'coulomb_friction:pivot')
     assert (each.joint, each.angle.unit, each.speed.unit, each.load.unit) == (
-        'pivot', 'rad', 'rad/s', 'N m')  # fmt: skip
+        'pivot',
+        'rad',
+        'rad/s',
+        'N m',
+    )
     assert each.angle[:2] == pytest.approx(np.percentile(q, (1, 99)), rel=0.1)
     assert each.speed[:2] == pytest.approx(np.percentile(dq, (1, 99)), rel=0.1)
     assert np.ptp(each.speed[:2]) > np.ptp(first.speed[:2])
@@ -43,9 +47,13 @@ def test_the_load_is_what_the_gear_carries():
 def test_only_joints_where_the_effects_act_are_told():
     robot = load_robot('double_pendulum')
     windows = cut([record(TORQUE, seconds=3)], 0.3)
-    both = windows.__class__(**vars(windows) | {
-        name: np.repeat(getattr(windows, name), 2, axis=-1)
-        for name in ('q', 'dq', 'inputs', 'enabled')})  # fmt: skip
+    both = windows.__class__(
+        **vars(windows)
+        | {
+            name: np.repeat(getattr(windows, name), 2, axis=-1)
+            for name in ('q', 'dq', 'inputs', 'enabled')
+        }
+    )
     pool, facts = candidates(Model(robot)), Facts(robot, False)
 
     def joints(label):

@@ -46,8 +46,9 @@ def test_an_entry_point_is_enough(tmp_path, monkeypatch):
 @pytest.mark.parametrize('rates', ['absent', 'made', 'measured'])
 def test_a_speed_that_nobody_measured_has_no_lag(rates):
     log = replace(record(PENDULUM, seconds=2), rates=rates)
-    tried, left = ({c.effect.name for c in which(Model(PENDULUM), [log])}
-                   for which in (seen, unseen))  # fmt: skip
+    tried, left = (
+        {c.effect.name for c in which(Model(PENDULUM), [log])} for which in (seen, unseen)
+    )
     assert ('velocity_lag' in tried) == (rates == 'measured') == (left == set())
     everything = {c.effect.name for c in candidates(Model(PENDULUM))}
     assert 'command_delay' in tried and tried | left == everything

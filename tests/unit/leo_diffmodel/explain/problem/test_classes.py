@@ -37,16 +37,28 @@ PROOFS = [
     (('armature', 'link_inertia'), ARM, ('link_inertia', 'upper', {'I': 0.02})),
     (('torque_scale', 'voltage_scale'), TORQUE, ('torque_scale', 'pivot', {'k': 0.8})),
     (('torque_scale', 'voltage_scale'), ARM, ('torque_scale', 'elbow', {'k': 0.8})),
-    (('back_emf_scale', 'torque_scale', 'voltage_scale'), UNSURE,
-     ('torque_scale', 'pivot', {'k': 0.8})),
-    (('back_emf_scale', 'torque_scale', 'viscous_friction', 'voltage_scale'), UNSURE,
-     ('viscous_friction', 'pivot', {'b': 1e-4})),
-    (('encoder_offset', 'external_force', 'link_com', 'torque_ripple'), PENDULUM,
-     ('encoder_offset', 'pivot', {'o': 0.05})),
-    (('encoder_offset', 'external_force', 'link_com', 'torque_ripple'), TORQUE,
-     ('encoder_offset', 'pivot', {'o': -0.08})),
+    (
+        ('back_emf_scale', 'torque_scale', 'voltage_scale'),
+        UNSURE,
+        ('torque_scale', 'pivot', {'k': 0.8}),
+    ),
+    (
+        ('back_emf_scale', 'torque_scale', 'viscous_friction', 'voltage_scale'),
+        UNSURE,
+        ('viscous_friction', 'pivot', {'b': 1e-4}),
+    ),
+    (
+        ('encoder_offset', 'external_force', 'link_com', 'torque_ripple'),
+        PENDULUM,
+        ('encoder_offset', 'pivot', {'o': 0.05}),
+    ),
+    (
+        ('encoder_offset', 'external_force', 'link_com', 'torque_ripple'),
+        TORQUE,
+        ('encoder_offset', 'pivot', {'o': -0.08}),
+    ),
     (('external_force', 'torque_ripple'), ARM, ('external_force', 'upper', {'x': 0.5, 'z': 0.2})),
-]  # fmt: skip
+]
 
 
 def thing(robot: Robot, name: str, near: str) -> tuple[str, str]:
@@ -107,12 +119,15 @@ def test_every_class_is_proved():
         assert len(known) < 2 or known in proved, entry
 
 
-@pytest.mark.parametrize(('robot', 'truth', 'other'), [
-    (ARM, ('armature', 'elbow', {'J': 0.01}), ('link_inertia', 'lower')),
-    (ARM, ('external_force', 'lower', {'x': 0.5}), ('torque_ripple', 'elbow')),
-    (ARM, ('command_delay', 'elbow', {'delay': 0.013}), ('measurement_delay', 'all')),
-    (PENDULUM, ('torque_scale', 'pivot', {'k': 0.8}), ('voltage_scale', 'pivot')),
-])
+@pytest.mark.parametrize(
+    ('robot', 'truth', 'other'),
+    [
+        (ARM, ('armature', 'elbow', {'J': 0.01}), ('link_inertia', 'lower')),
+        (ARM, ('external_force', 'lower', {'x': 0.5}), ('torque_ripple', 'elbow')),
+        (ARM, ('command_delay', 'elbow', {'delay': 0.013}), ('measurement_delay', 'all')),
+        (PENDULUM, ('torque_scale', 'pivot', {'k': 0.8}), ('voltage_scale', 'pivot')),
+    ],
+)
 def test_elsewhere_they_are_not_the_same(robot, truth, other):
     name, where, values = truth
     data = driven(robot, place(robot, name, where, **values))

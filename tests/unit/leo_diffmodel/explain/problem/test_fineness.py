@@ -23,13 +23,17 @@ FINE = Model(TORQUE, integration_step=2e-4)
 @pytest.fixture(scope='module')
 def problem():
     friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
-    return pose([record(TORQUE, friction, seconds=12, noise=EXACT, integration_step=2e-4)], (),
-                FINE).problem  # fmt: skip
+    return pose(
+        [record(TORQUE, friction, seconds=12, noise=EXACT, integration_step=2e-4)], (), FINE
+    ).problem
 
 
 def drag() -> Hypothesis:
-    (one,) = [c for c in candidates(FINE) if c.effect is EFFECTS['viscous_friction']
-              and c.where == 'pivot']  # fmt: skip
+    (one,) = [
+        c
+        for c in candidates(FINE)
+        if c.effect is EFFECTS['viscous_friction'] and c.where == 'pivot'
+    ]
     return Hypothesis((limited(one, FINE, SETTINGS.grids),))
 
 

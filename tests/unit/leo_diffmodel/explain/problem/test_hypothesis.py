@@ -29,10 +29,19 @@ def test_static_friction_is_kept_at_or_above_the_sliding_one():
 
 
 def test_friction_that_rises_with_speed_is_no_stribeck_friction(monkeypatch):
-    among(monkeypatch, BASE, 'stribeck_friction', 'coulomb_friction', 'viscous_friction',
-          'asymmetric_friction', 'quadratic_drag')
-    effects = [place(TORQUE, 'coulomb_friction', 'pivot', c=0.15),
-               place(TORQUE, 'quadratic_drag', 'pivot', d=0.02)]
+    among(
+        monkeypatch,
+        BASE,
+        'stribeck_friction',
+        'coulomb_friction',
+        'viscous_friction',
+        'asymmetric_friction',
+        'quadratic_drag',
+    )
+    effects = [
+        place(TORQUE, 'coulomb_friction', 'pivot', c=0.15),
+        place(TORQUE, 'quadratic_drag', 'pivot', d=0.02),
+    ]
     answer = explain([record(TORQUE, *effects, seconds=15)], BASE)
     assert {e['name'] for e in answer.effects} == {'coulomb_friction', 'quadratic_drag'}
     alone = next(h for h in answer.hypotheses if h['name'] == 'stribeck_friction')
@@ -52,8 +61,16 @@ def test_a_step_is_straight_in_the_torque_of_a_spring():
 
 
 def test_a_spring_that_rests_far_beyond_the_data_is_no_ripple(monkeypatch):
-    among(monkeypatch, BASE, 'torque_ripple', 'bias_torque', 'external_force', 'link_com',
-          'encoder_offset', 'joint_spring')
+    among(
+        monkeypatch,
+        BASE,
+        'torque_ripple',
+        'bias_torque',
+        'external_force',
+        'link_com',
+        'encoder_offset',
+        'joint_spring',
+    )
     spring = place(TORQUE, 'joint_spring', 'pivot', k=0.25, rest=4.0)
     answer = explain([record(TORQUE, spring, seconds=15)], BASE)
     assert [e['name'] for e in answer.effects] == ['joint_spring']

@@ -16,9 +16,11 @@ from leo_sim.model import Model
 @pytest.mark.parametrize('gravity', [9.81, 0.0])
 def test_a_wheel_whose_mass_is_on_its_axis_has_a_size(tmp_path, motor, gravity):
     model = Model(flywheel(tmp_path, motor, gravity))
-    found = {(c.effect.name, p.name): p
-             for c in candidates(model)
-             for p in limited(c, model, SETTINGS.grids).parameters}  # fmt: skip
+    found = {
+        (c.effect.name, p.name): p
+        for c in candidates(model)
+        for p in limited(c, model, SETTINGS.grids).parameters
+    }
     assert all(p.low < p.high for p in found.values())
     radius = np.sqrt(4e-4 / 0.5)
     assert found['link_com', 'x'].high == pytest.approx(radius)

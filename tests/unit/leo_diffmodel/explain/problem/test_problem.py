@@ -34,9 +34,11 @@ SCALE = bounded('torque_scale', 0.2, 5.0)
 def plausible(robot, **options):
     """Parameters of all candidates of a robot by effect, place and name, within their limits."""
     model = Model(robot, **options)
-    return {(c.effect.name, c.where, p.name): p
-            for c in candidates(model)
-            for p in limited(c, model, SETTINGS.grids).parameters}  # fmt: skip
+    return {
+        (c.effect.name, c.where, p.name): p
+        for c in candidates(model)
+        for p in limited(c, model, SETTINGS.grids).parameters
+    }
 
 
 @pytest.mark.parametrize('robot', ROBOTS, ids=lambda r: r.name)
@@ -54,8 +56,9 @@ def test_limits_are_the_robots_and_never_wider_than_the_effects(robot):
     assert found['link_com', link, 'x'].high == pytest.approx(reach(robot))
     scale = found['torque_scale', joint, 'k']
     assert (scale.low, scale.high) == SETTINGS.grids.gain
-    declared = {(c.effect.name, c.where, p.name): p
-                for c in candidates(Model(robot)) for p in c.parameters}  # fmt: skip
+    declared = {
+        (c.effect.name, c.where, p.name): p for c in candidates(Model(robot)) for p in c.parameters
+    }
     for key, p in found.items():
         given = declared[key]
         assert given.low <= p.low < p.high <= given.high, key
@@ -71,8 +74,10 @@ def test_a_stronger_robot_may_have_more_friction():
 def test_a_model_says_otherwise_at_one_place_or_all():
     own = {'coulomb_friction.c': (0.0, 0.01), 'link_mass:bob.m': (-0.02, 0.03)}
     found = plausible(TORQUE, limits=own)
-    assert (found['coulomb_friction', 'pivot', 'c'].high,
-            found['link_mass', 'bob', 'm'].high) == (0.01, 0.03)
+    assert (found['coulomb_friction', 'pivot', 'c'].high, found['link_mass', 'bob', 'm'].high) == (
+        0.01,
+        0.03,
+    )
     assert found['bias_torque', 'pivot', 't'] == plausible(TORQUE)['bias_torque', 'pivot', 't']
 
 
@@ -84,12 +89,22 @@ def test_an_effect_of_the_limits_keeps_its_law_and_place():
         assert limited(kept, model, SETTINGS.grids) == kept
 
 
-@pytest.mark.parametrize(('parameter', 'value', 'half', 'reached'), [
-    (SIGNED, 6.0, 0.0, True), (SIGNED, -6.0, 0.0, True), (SIGNED, 5.9, 0.2, True),
-    (SIGNED, 5.9, 0.05, False), (SIGNED, 0.0, 0.1, False), (POSITIVE, 0.0, 0.1, False),
-    (POSITIVE, 5.95, 0.1, True), (SCALE, 1.0, 0.1, False), (SCALE, 0.21, 0.02, True),
-    (replace(SCALE, high=1.0), 1.0, 0.1, False), (replace(POSITIVE, high=np.inf), 6.0, 9.0, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ('parameter', 'value', 'half', 'reached'),
+    [
+        (SIGNED, 6.0, 0.0, True),
+        (SIGNED, -6.0, 0.0, True),
+        (SIGNED, 5.9, 0.2, True),
+        (SIGNED, 5.9, 0.05, False),
+        (SIGNED, 0.0, 0.1, False),
+        (POSITIVE, 0.0, 0.1, False),
+        (POSITIVE, 5.95, 0.1, True),
+        (SCALE, 1.0, 0.1, False),
+        (SCALE, 0.21, 0.02, True),
+        (replace(SCALE, high=1.0), 1.0, 0.1, False),
+        (replace(POSITIVE, high=np.inf), 6.0, 9.0, False),
+    ],
+)
 def test_a_value_at_a_limit_is_seen_but_no_effect_is_no_limit(parameter, value, half, reached):
     assert at_limit(parameter, value, half) == reached
 

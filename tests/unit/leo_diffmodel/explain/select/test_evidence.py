@@ -50,8 +50,10 @@ def test_a_parameter_that_one_fold_alone_tells_stays_where_it_is_without_it():
 @pytest.fixture(scope='module')
 def misfit():
     """A robot with friction of another kind than the one that is fitted, and a delay."""
-    effects = [place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
-               place(TORQUE, 'command_delay', 'pivot', delay=0.005)]  # fmt: skip
+    effects = [
+        place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
+        place(TORQUE, 'command_delay', 'pivot', delay=0.005),
+    ]
     problem = pose([record(TORQUE, *effects, seconds=12)], [], Model(TORQUE))
     names = ('viscous_friction', 'torque_scale')
     held = tuple(c for n in names for c in candidates(Model(TORQUE)) if c.effect.name == n)
@@ -123,8 +125,9 @@ def test_a_single_window_may_not_decide():
     assert not limited.supports(empty, larger, 8.0)
 
 
-@pytest.mark.parametrize(('times', 'nats'),
-                         [(0.5, 0.0), (1.0, 0.0), (1.2, 0.0), (3.0, np.log(3.0))])
+@pytest.mark.parametrize(
+    ('times', 'nats'), [(0.5, 0.0), (1.0, 0.0), (1.2, 0.0), (3.0, np.log(3.0))]
+)
 def test_nothing_is_unexplained_where_the_residual_is_noise(times, nats):
     """40 samples three times the noise in 40 windows save the logarithm of three each."""
     left = scored([], np.full(40, 20.0 * times**2), FOLD)

@@ -42,8 +42,10 @@ def names(found: Search) -> set[str]:
 def clean() -> list[Search]:
     """Single effects on bags without any."""
     robots = (PENDULUM, TORQUE)
-    return [searched([record(robots[s % 2], seconds=8, seed=s)], Model(robots[s % 2]), FIRST)
-            for s in SEEDS]  # fmt: skip
+    return [
+        searched([record(robots[s % 2], seconds=8, seed=s)], Model(robots[s % 2]), FIRST)
+        for s in SEEDS
+    ]
 
 
 def test_noise_alone_stays_below_the_threshold(clean):
@@ -82,8 +84,10 @@ def test_a_ripple_is_tried_at_several_numbers_of_periods():
 
 
 def test_the_largest_effect_comes_first():
-    effects = (place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
-               place(TORQUE, 'voltage_scale', 'pivot', k=0.7))  # fmt: skip
+    effects = (
+        place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
+        place(TORQUE, 'voltage_scale', 'pivot', k=0.7),
+    )
     found = searched([record(TORQUE, *effects, seconds=10)], Model(TORQUE))
     first, second = found.final.hypothesis.candidates
     assert first.effect.name in ('voltage_scale', 'torque_scale')
@@ -110,8 +114,10 @@ def test_held_out_data_never_move_a_fit():
 @pytest.fixture(scope='module', params=[1, pytest.param(2, marks=pytest.mark.slow)])
 def both(request) -> list:
     """Three bags with two effects."""
-    effects = [place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
-               place(TORQUE, 'command_delay', 'pivot', delay=0.02)]  # fmt: skip
+    effects = [
+        place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
+        place(TORQUE, 'command_delay', 'pivot', delay=0.02),
+    ]
     return [record(TORQUE, *effects, seconds=5, seed=10 * request.param + s) for s in range(3)]
 
 
@@ -120,8 +126,9 @@ def test_neither_the_order_nor_the_rate_of_the_data_changes_the_names(both, monk
     among(monkeypatch, Model(TORQUE), *FEW)
     assert names(searched(both, Model(TORQUE))) == right
     among(monkeypatch, Model(TORQUE), *FEW[::-1])
-    halved = [rounded(replace(r, episodes=tuple(every(e, 2) for e in r.episodes)))
-              for r in both[::-1]]
+    halved = [
+        rounded(replace(r, episodes=tuple(every(e, 2) for e in r.episodes))) for r in both[::-1]
+    ]
     assert len(halved[0].episodes[0].t) == 250
     assert names(searched(halved, Model(TORQUE))) == right
 
@@ -134,12 +141,18 @@ def every(episode, stride):
     return replace(episode, inputs=inputs, **kept)
 
 
-@pytest.mark.parametrize(('truth', 'right'), [
-    ({'stribeck_friction': {'c': 0.1, 'c_static': 0.25, 'v_s': 1.0}}, {'stribeck_friction'}),
-    ({'coulomb_friction': {'c': 0.1}, 'viscous_friction': {'b': 0.05}},
-     {'coulomb_friction', 'viscous_friction'}),
-    ({'coulomb_friction': {'c': 0.2}}, {'coulomb_friction'}),
-], ids=['stribeck', 'two', 'coulomb'])  # fmt: skip
+@pytest.mark.parametrize(
+    ('truth', 'right'),
+    [
+        ({'stribeck_friction': {'c': 0.1, 'c_static': 0.25, 'v_s': 1.0}}, {'stribeck_friction'}),
+        (
+            {'coulomb_friction': {'c': 0.1}, 'viscous_friction': {'b': 0.05}},
+            {'coulomb_friction', 'viscous_friction'},
+        ),
+        ({'coulomb_friction': {'c': 0.2}}, {'coulomb_friction'}),
+    ],
+    ids=['stribeck', 'two', 'coulomb'],
+)
 def test_friction_is_told_by_the_fewest_laws_that_do_it(truth, right, monkeypatch):
     among(monkeypatch, Model(TORQUE), *FEW)
     effects = [place(TORQUE, name, 'pivot', **values) for name, values in truth.items()]
@@ -186,7 +199,7 @@ def test_ripples_of_other_periods_come_near_where_a_joint_moves_little():
     for a, n, phase in found:
         there = a * np.sin(n * held.windows.q + phase)
         asked = 0.5 * np.sin(3 * held.windows.q + 0.8)
-        assert ((there - asked) ** 2).mean() < 0.05 * (asked ** 2).mean()
+        assert ((there - asked) ** 2).mean() < 0.05 * (asked**2).mean()
 
 
 def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_makes_up_for():
@@ -220,11 +233,23 @@ def test_two_effects_are_both_named_with_their_sizes():
 @pytest.mark.parametrize('seed', [*(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4)), 2])
 def test_a_constant_at_its_bound_hides_no_effect(seed, monkeypatch):
     robot = load_robot('servo_pendulum')
-    among(monkeypatch, Model(robot), 'encoder_offset', 'actuator_lag', 'command_delay',
-          'measurement_delay', 'velocity_lag', 'bias_torque', 'link_com', 'viscous_friction')
+    among(
+        monkeypatch,
+        Model(robot),
+        'encoder_offset',
+        'actuator_lag',
+        'command_delay',
+        'measurement_delay',
+        'velocity_lag',
+        'bias_torque',
+        'link_com',
+        'viscous_friction',
+    )
     low = robot.constants['sensors.pivot.offset'].uncertain[0]
-    effects = [place(robot, 'encoder_offset', 'pivot', o=2 * low),
-               place(robot, 'actuator_lag', 'pivot', tau=0.01)]
+    effects = [
+        place(robot, 'encoder_offset', 'pivot', o=2 * low),
+        place(robot, 'actuator_lag', 'pivot', tau=0.01),
+    ]
     answer = explain([record(robot, *effects, seconds=15, seed=seed)], Model(robot))
     assert {e['name'] for e in answer.effects} == {'encoder_offset', 'actuator_lag'}
 

@@ -26,23 +26,32 @@ BETWEEN = {c.label: c for c in candidates(Model('double_pendulum'))}
 def left(**by_names: float) -> list:
     """Sets with what each leaves in all windows together: a_b=3 is that of a and b."""
     long = {'a': 'armature', 'b': 'bias_torque', 'c': 'coulomb_friction', 'none': None}
-    return [scored([long[n] for n in names.split('_') if long[n]],
-                   np.full(len(FOLD), total / len(FOLD)), FOLD)
-            for names, total in by_names.items()]  # fmt: skip
+    return [
+        scored(
+            [long[n] for n in names.split('_') if long[n]],
+            np.full(len(FOLD), total / len(FOLD)),
+            FOLD,
+        )
+        for names, total in by_names.items()
+    ]
 
 
 def names(best) -> set:
     return {c.effect.name for c in best.names}
 
 
-@pytest.mark.parametrize(('sets', 'right'), [
-    (left(none=800, a=790), set()),
-    (left(none=800, a=700), {'armature'}),
-    (left(none=800, a=400, b=500, a_b=395), {'armature'}),
-    (left(none=800, a=400, b=500, a_b=340), {'armature', 'bias_torque'}),
-    (left(none=800, a=799, b=799, a_b=400), {'armature', 'bias_torque'}),
-    (left(none=800, a_b=400), set()),
-], ids=['nothing', 'one', 'a trifle more', 'both', 'only together', 'parts unknown'])  # fmt: skip
+@pytest.mark.parametrize(
+    ('sets', 'right'),
+    [
+        (left(none=800, a=790), set()),
+        (left(none=800, a=700), {'armature'}),
+        (left(none=800, a=400, b=500, a_b=395), {'armature'}),
+        (left(none=800, a=400, b=500, a_b=340), {'armature', 'bias_torque'}),
+        (left(none=800, a=799, b=799, a_b=400), {'armature', 'bias_torque'}),
+        (left(none=800, a_b=400), set()),
+    ],
+    ids=['nothing', 'one', 'a trifle more', 'both', 'only together', 'parts unknown'],
+)
 def test_the_smallest_set_is_chosen_that_no_larger_one_beats(sets, right):
     for order in permutations(sets):
         assert names(chosen(order, PLAIN, LIMIT)) == right
@@ -65,10 +74,16 @@ def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     return names(best), [frozenset(names(s)) for s in choice.turns(sets)]
 
 
-@pytest.mark.parametrize('truth', [
-    {}, {'armature': 0.5}, {'coulomb_friction': 0.3, 'viscous_friction': -0.3},
-    {'armature': 0.4, 'coulomb_friction': 0.3, 'viscous_friction': -0.3},
-], ids=len)  # fmt: skip
+@pytest.mark.parametrize(
+    'truth',
+    [
+        {},
+        {'armature': 0.5},
+        {'coulomb_friction': 0.3, 'viscous_friction': -0.3},
+        {'armature': 0.4, 'coulomb_friction': 0.3, 'viscous_friction': -0.3},
+    ],
+    ids=len,
+)
 @pytest.mark.parametrize('pairs', [True, False])
 def test_what_is_missing_is_found_and_chosen_in_nearly_all_turns(truth, pairs):
     best, turns = found(regression(truth, alike=1.0, pairs=pairs))
@@ -90,8 +105,9 @@ def test_two_that_hide_each_other_are_found_together():
 def test_the_order_of_the_candidates_does_not_matter(seed):
     truth = {'armature': 0.15, 'coulomb_friction': 0.3, 'viscous_friction': -0.2}
     estimator = regression(truth, seed, alike=0.5)
-    answers = [found(estimator, tuple(np.random.default_rng(s).permutation(NAMES)))
-               for s in range(3)]  # fmt: skip
+    answers = [
+        found(estimator, tuple(np.random.default_rng(s).permutation(NAMES))) for s in range(3)
+    ]
     assert all(best == answers[0][0] for best, _ in answers)
     assert {frozenset(t) for _, t in answers[1:]} == {frozenset(answers[0][1])}
 
@@ -99,8 +115,9 @@ def test_the_order_of_the_candidates_does_not_matter(seed):
 def test_the_order_of_the_recordings_does_not_matter():
     truth = {'armature': 0.4, 'coulomb_friction': 0.3}
     forward = regression(truth, 5, alike=0.5)
-    back = Regression(forward.data[::-1], {n: c[::-1] for n, c in forward.columns.items()},
-                      posed(FOLD), LIMIT)  # fmt: skip
+    back = Regression(
+        forward.data[::-1], {n: c[::-1] for n, c in forward.columns.items()}, posed(FOLD), LIMIT
+    )
     assert found(forward)[0] == found(back)[0] == set(truth)
 
 
@@ -116,8 +133,15 @@ def test_an_effect_stands_beside_no_other_that_holds_it_at_its_place():
 
 def test_an_effect_stands_beside_no_other_with_a_term_of_its_own():
     load, stribeck, *others = (
-        next(c for n, c in BETWEEN.items() if n == f'{name}_friction:all') for name in
-        ('load_dependent', 'stribeck', 'stribeck_load', 'quadratic_load', 'directional_load'))
+        next(c for n, c in BETWEEN.items() if n == f'{name}_friction:all')
+        for name in (
+            'load_dependent',
+            'stribeck',
+            'stribeck_load',
+            'quadratic_load',
+            'directional_load',
+        )
+    )
     assert all(widens(c, load) and compatible([stribeck], c) for c in others)
     assert not any(compatible([c], d) for c in others for d in (load, *others))
 
@@ -151,19 +175,29 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     assert len(choice.turns(sets)) == SETTINGS.gates.turns
 
 
-@pytest.mark.parametrize(('whole', 'beyond', 'off', 'right'), [
-    (10.0, 0.5, 0.0, {'coulomb_friction'}),
-    (10.0, 1.5, 0.0, {'armature', 'bias_torque'}),
-    (1000.0, 3.0, 0.0, {'armature', 'bias_torque'}),
-    (1000.0, 3.0, 2.0, {'coulomb_friction'}),
-], ids=['alike far ahead', 'a seventh of it all', 'little of it all, but seen',
-        'less than what is left'])  # fmt: skip
+@pytest.mark.parametrize(
+    ('whole', 'beyond', 'off', 'right'),
+    [
+        (10.0, 0.5, 0.0, {'coulomb_friction'}),
+        (10.0, 1.5, 0.0, {'armature', 'bias_torque'}),
+        (1000.0, 3.0, 0.0, {'armature', 'bias_torque'}),
+        (1000.0, 3.0, 2.0, {'coulomb_friction'}),
+    ],
+    ids=[
+        'alike far ahead',
+        'a seventh of it all',
+        'little of it all, but seen',
+        'less than what is left',
+    ],
+)
 def test_two_effects_that_predict_what_one_does_are_no_better_answer(whole, beyond, off, right):
     """Errors far ahead in noise floors; the two save more than the one, no part of them."""
     sets = left(none=8000, a=3000, b=3000, c=500, a_b=350)
     errors = {'': off - whole, 'coulomb_friction': off - beyond, 'armature_bias_torque': off}
-    told = [replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
-            for s in sets]  # fmt: skip
+    told = [
+        replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
+        for s in sets
+    ]
     assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right
 
 
@@ -173,8 +207,12 @@ def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
     larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
     for cut, best in (((), {'armature'}), (('armature',), {'coulomb_friction'}), (NAMES, set())):
         sets = Sets(estimator, [], SETTINGS, lambda _: None, until=0.0)
-        sets.add([first, *(at._replace(fit=replace(at.fit, ended=not names(at) & {*cut}))
-                           for at in larger)])  # fmt: skip
+        sets.add(
+            [
+                first,
+                *(at._replace(fit=replace(at.fit, ended=not names(at) & {*cut})) for at in larger),
+            ]
+        )
         assert names(choice.best_ended(sets)) == best
         assert names(choice.best_of(sets)) == {'armature'}
 

@@ -21,8 +21,10 @@ STRIBECK, WIDEST = ARM['stribeck_friction:elbow'], ARM['stribeck_friction:all']
 SPRING, SCALE = ARM['joint_spring:elbow'], ARM['torque_scale:elbow']
 
 
-@pytest.mark.parametrize(('part', 'whole'), [
-    (ELBOW, BOTH), (ELBOW, STRIBECK), (ELBOW, WIDEST), (BOTH, WIDEST), (STRIBECK, WIDEST)])
+@pytest.mark.parametrize(
+    ('part', 'whole'),
+    [(ELBOW, BOTH), (ELBOW, STRIBECK), (ELBOW, WIDEST), (BOTH, WIDEST), (STRIBECK, WIDEST)],
+)
 def test_a_narrower_law_and_one_joint_are_part_of_a_wider_law_and_of_all(part, whole):
     assert part_of(part, whole) and not part_of(whole, part)
 
@@ -53,12 +55,20 @@ class Straight:
 
     def refitted(self, at, hypothesis, theta=None):
         found = solved(self.at, hypothesis, self.data, self.columns)
-        values = [v for c, v in zip(hypothesis.candidates, found.fit.theta, strict=True)
-                  for v in (v, *[0.0] * (len(c.parameters) - 1))]  # fmt: skip
+        values = [
+            v
+            for c, v in zip(hypothesis.candidates, found.fit.theta, strict=True)
+            for v in (v, *[0.0] * (len(c.parameters) - 1))
+        ]
         wide = np.zeros((*self.data.shape, len(values)))
-        fit = found.fit.__class__(**{
-            **vars(found.fit), 'theta': np.array(values), 'columns': wide,
-            'covariance': np.eye(len(values))})  # fmt: skip
+        fit = found.fit.__class__(
+            **{
+                **vars(found.fit),
+                'theta': np.array(values),
+                'columns': wide,
+                'covariance': np.eye(len(values)),
+            }
+        )
         return found._replace(fit=fit)
 
     def ends(self, at):

@@ -39,8 +39,10 @@ def test_where_nothing_is_named_nothing_is_shown():
 def test_an_answer_that_was_cut_short_says_so_and_asks_for_more_time():
     named, notes = [Named('armature:pivot', 'J = 1 kg m2')], ['the time was over; not tried: x']
     said = sentence('ambiguous', named, 'held-out error 1 -> 0', notes, cut_short=True)
-    assert said == ('Cut short, so nothing is sure: armature:pivot (J = 1 kg m2); '
-                    'held-out error 1 -> 0 (the time was over; not tried: x).')  # fmt: skip
+    assert said == (
+        'Cut short, so nothing is sure: armature:pivot (J = 1 kg m2); '
+        'held-out error 1 -> 0 (the time was over; not tried: x).'
+    )
     none = sentence('ambiguous', [], 'held-out error 1 -> 1', cut_short=True)
     assert none == 'Cut short, so nothing is sure: held-out error 1 -> 1.'
     cut = SimpleNamespace(search=SimpleNamespace(complete=False))

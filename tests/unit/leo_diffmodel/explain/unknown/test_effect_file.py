@@ -17,10 +17,15 @@ from leo_sim.effects import Effect, get_effect
 JOINT = 'elbow\'\'\'"""\n__import__("pathlib").Path("ran").touch()\n"""'
 VALUES = np.linspace(-3.0, 4.0, 60)
 KINDS = [
-    ('angle', 'torque', None), ('angle', 'friction', 2 * np.pi), ('rate', 'drive', None),
-    ('input', 'torque', None), ('input', 'friction', None), ('load', 'friction', None),
-    ('time', 'torque', None), ('path', 'torque', None),
-]  # fmt: skip
+    ('angle', 'torque', None),
+    ('angle', 'friction', 2 * np.pi),
+    ('rate', 'drive', None),
+    ('input', 'torque', None),
+    ('input', 'friction', None),
+    ('load', 'friction', None),
+    ('time', 'torque', None),
+    ('path', 'torque', None),
+]
 
 
 def laws(name: str, carrier: str, period: float | None, hertz: float = 0.0) -> list[Law]:
@@ -61,8 +66,18 @@ def test_the_file_gives_what_the_effect_gives(name, carrier, period, tmp_path, m
         file = tmp_path / f'found_{number}.py'
         file.write_text(text_of(found))
         read = get_effect(str(file))
-        told = ('name', 'hook', 'parameters', 'equation', 'looks_like', 'dry', 'motor_side',
-                'uses_load', 'remembers', 'timed')  # fmt: skip
+        told = (
+            'name',
+            'hook',
+            'parameters',
+            'equation',
+            'looks_like',
+            'dry',
+            'motor_side',
+            'uses_load',
+            'remembers',
+            'timed',
+        )
         assert [getattr(read, a) for a in told] == [getattr(found, a) for a in told]
         for one, other in zip(answers(found, law), answers(read, law), strict=True):
             np.testing.assert_array_equal(one, other)

@@ -109,26 +109,40 @@ def test_a_sine_in_time_is_never_read_at_knots():
     assert answer.parameters['f']['value'] == pytest.approx(1.3, rel=0.02)
 
 
-@pytest.mark.parametrize(('variable', 'named', 'known'), [
-    ('rate', {'c0': 0.1, 'c1': -0.2}, True),
-    ('rate', {'c0': 0.1, 'c1': 0.2}, False),
-    ('angle', {'c0': 0.1, 'c1': -0.2}, True),
-    ('angle', {'c0': 0.1, 'c1': -0.2, 'c2': 0.3}, False),
-    ('angle', {'c': 0.1, 'a': 0.2, 'n': 3.02, 'phase': 0.1}, True),
-    ('angle', {'c': 0.1, 'a': 0.2, 'n': 2.5, 'phase': 0.1}, False),
-    ('time', {'c0': 0.1, 'c1': -0.2}, False),
-])
+@pytest.mark.parametrize(
+    ('variable', 'named', 'known'),
+    [
+        ('rate', {'c0': 0.1, 'c1': -0.2}, True),
+        ('rate', {'c0': 0.1, 'c1': 0.2}, False),
+        ('angle', {'c0': 0.1, 'c1': -0.2}, True),
+        ('angle', {'c0': 0.1, 'c1': -0.2, 'c2': 0.3}, False),
+        ('angle', {'c': 0.1, 'a': 0.2, 'n': 3.02, 'phase': 0.1}, True),
+        ('angle', {'c': 0.1, 'a': 0.2, 'n': 2.5, 'phase': 0.1}, False),
+        ('time', {'c0': 0.1, 'c1': -0.2}, False),
+    ],
+)
 def test_a_law_of_the_catalogue_is_known(variable, named, known):
     """A negative viscous friction or spring is none of its laws, nor half a period a turn."""
     curve = SimpleNamespace(carrier='torque', variable=SimpleNamespace(name=variable))
-    law = Law(curve, SimpleNamespace(polar='phase' in named),
-              tuple(Parameter(n, '') for n in named), np.array(list(named.values())))
+    law = Law(
+        curve,
+        SimpleNamespace(polar='phase' in named),
+        tuple(Parameter(n, '') for n in named),
+        np.array(list(named.values())),
+    )
     assert law.known(SETTINGS.gates.law_periods) is known
 
 
 def test_what_the_catalogue_has_is_not_unknown(monkeypatch):
-    among(monkeypatch, Model(TORQUE), 'viscous_friction', 'coulomb_friction', 'quadratic_drag',
-          'bias_torque', 'joint_spring')
+    among(
+        monkeypatch,
+        Model(TORQUE),
+        'viscous_friction',
+        'coulomb_friction',
+        'quadratic_drag',
+        'bias_torque',
+        'joint_spring',
+    )
     friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
     assert unknown(TORQUE, friction, place(TORQUE, 'bias_torque', 'pivot', t=0.05)) is None
 
@@ -149,9 +163,10 @@ def _beat(t: np.ndarray) -> np.ndarray:
     return 0.3 * np.sin(2 * np.pi * 0.7 * t) ** 3
 
 
-@pytest.mark.parametrize('law', [
-    pytest.param(_square, id='_square'), pytest.param(_beat, id='_beat', marks=pytest.mark.slow)
-])
+@pytest.mark.parametrize(
+    'law',
+    [pytest.param(_square, id='_square'), pytest.param(_beat, id='_beat', marks=pytest.mark.slow)],
+)
 def test_a_rhythm_of_another_shape_is_a_matter_of_time(law: Callable):
     push = law(0.01 * np.arange(100 * SECONDS))[:, None]
     answer = unknown(TORQUE, push=push)
@@ -186,7 +201,10 @@ def test_a_law_of_another_joint_is_judged_by_the_linear_answer():
     weight, best = weigh([scored]), curves(left, {})[0]
     tried = attempt([bag], posed, null, left, weight, best)
     assert (best.variable.name, best.variable.of, tried.candidate.where) == (
-        'angle', 'shoulder', 'elbow')  # fmt: skip
+        'angle',
+        'shoulder',
+        'elbow',
+    )
     assert tried.effect is None
     assert weight.supports(scored, tried.scored, SETTINGS.gates.least_nats)
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The moving stick figures of a report."""
 
-
 import numpy as np
 import pytest
 
@@ -20,9 +19,9 @@ def stretch(robot, models: int) -> Stretch:
     return Stretch(0, 0, time, q[:, 0], motion[1:, :, 0], np.zeros(21), motion)
 
 
-@pytest.mark.parametrize('models, names', [
-    (1, ['measured', 'the model']), (2, ['measured', 'as given', 'repaired'])
-])
+@pytest.mark.parametrize(
+    'models, names', [(1, ['measured', 'the model']), (2, ['measured', 'as given', 'repaired'])]
+)
 @pytest.mark.parametrize('name', ['double_pendulum', 'leo'])
 def test_every_model_is_a_figure_that_moves(name, models, names):
     found = moving.section(stretch(load_robot(name), models), load_robot(name), 'bag 3 s')

@@ -20,8 +20,10 @@ FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
 @pytest.fixture(scope='module')
 def contents(tmp_path_factory):
     folder = tmp_path_factory.mktemp('live')
-    return [load(bag(folder / f'{seed}', record(TORQUE, FRICTION, seconds=12, seed=seed)))
-            for seed in (1, 2)]  # fmt: skip
+    return [
+        load(bag(folder / f'{seed}', record(TORQUE, FRICTION, seconds=12, seed=seed)))
+        for seed in (1, 2)
+    ]
 
 
 @pytest.fixture

@@ -59,8 +59,10 @@ def test_it_is_stopped_while_it_starts(sending):
 
 
 def test_a_robot_that_is_stopped_or_silent_gets_no_run(sending):
-    robot = SimpleNamespace(condition=SimpleNamespace(e_stopped=True, trouble=''),
-                            tape=SimpleNamespace(heard=time.monotonic(), messages=0))
+    robot = SimpleNamespace(
+        condition=SimpleNamespace(e_stopped=True, trouble=''),
+        tape=SimpleNamespace(heard=time.monotonic(), messages=0),
+    )
     renewing = SimpleNamespace(look=lambda _: None, news=SimpleNamespace(trouble=''))
     beside = Beside(robot, None, renewing, sending)
     with pytest.raises(UserError, match=STOPPED):

@@ -14,8 +14,9 @@ from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 
 JOINTS = tuple(TORQUE.joint_names)
-TOPICS = {t.name: RecordedTopic(t.name, t.type, t.qos)
-          for t in (STATES, APPLIED['effort'], EPISODE)}  # fmt: skip
+TOPICS = {
+    t.name: RecordedTopic(t.name, t.type, t.qos) for t in (STATES, APPLIED['effort'], EPISODE)
+}
 
 
 def say(tape, k, q=None, publisher=b'robot', base=0):

@@ -39,14 +39,27 @@ def page(scene, tmp_path):
     finder = SimpleNamespace(busy=False, news=News(), started=0)
     finder.start = lambda: vars(finder).update(busy=True, news=News('scanning', 7))
     document, state = Document(), State(scene, tmp_path / 'out')
-    run = SimpleNamespace(busy=False, news=News(), plan=None, hindrance='first <search>', said='',
-                          file=None, words=[], recorded=[])  # fmt: skip
+    run = SimpleNamespace(
+        busy=False,
+        news=News(),
+        plan=None,
+        hindrance='first <search>',
+        said='',
+        file=None,
+        words=[],
+        recorded=[],
+    )
     run.start = lambda: vars(run).update(busy=True, news=News('running the menu', 3))
     tab = Tab(document, state, finder, ['leo', 'add', 'torque_pendulum'], run)
     return SimpleNamespace(
-        document=document, state=state, finder=finder, run=run, folder=tmp_path / 'out',
-        model=document.get_model_by_name, show=lambda: (tab._draw(), tab._follow()),
-    )  # fmt: skip
+        document=document,
+        state=state,
+        finder=finder,
+        run=run,
+        folder=tmp_path / 'out',
+        model=document.get_model_by_name,
+        show=lambda: (tab._draw(), tab._follow()),
+    )
 
 
 def click(page, name):
@@ -136,8 +149,9 @@ def test_the_search_is_told_while_it_goes_on_and_why_it_ended(page):
     vars(page.finder).update(busy=False, news=News(error='a <bag> is gone'))
     page.show()
     assert 'a &lt;bag&gt; is gone' in page.model('said').text
-    page.state.found({'verdict': 'fine', 'sentence': 'Nothing is missing.', 'effects': [],
-                      'constants': {}})
+    page.state.found(
+        {'verdict': 'fine', 'sentence': 'Nothing is missing.', 'effects': [], 'constants': {}}
+    )
     vars(page.finder).update(news=News())
     page.show()
     assert 'Nothing is missing.' in page.model('said').text and page.state.setting.on == {}
@@ -170,9 +184,13 @@ def test_the_run_to_record_next_is_shown_with_its_motion_and_where_it_is(page):
     run = Run('steps', 'random steps', np.ones((5, 1)), np.array([True, True, False, True, True]))
     (track,) = simulate([run], Model('torque_pendulum'), 0.01)
     file = page.folder / 'next_run.csv'
-    vars(page.run).update(busy=False, plan=Plan(('"steps" tells <a> from b',), TORQUE, run, track),
-                          file=file, words=['play', str(file)],
-                          recorded=['play', str(file), '--bag', 'new'])  # fmt: skip
+    vars(page.run).update(
+        busy=False,
+        plan=Plan(('"steps" tells <a> from b',), TORQUE, run, track),
+        file=file,
+        words=['play', str(file)],
+        recorded=['play', str(file), '--bag', 'new'],
+    )
     page.show()
     assert '&lt;a&gt; from b' in says.text and f'leo play {file} --bag new' in says.text
     (inputs,) = page.model('next run inputs').data['us']
@@ -188,7 +206,16 @@ def test_effects_at_another_place_are_hidden_unless_they_are_on(page):
     page.show()
     lines = {n: page.model(f'effect {n}') for n in (LABEL, 'viscous_friction:pivot')}
     roots = page.document.roots[0].references()
-    parent = {n: next(r for r in roots if any(c is line for row in getattr(r, 'children', ())
-                                              for c in getattr(row, 'children', ())))
-              for n, line in lines.items()}  # fmt: skip
+    parent = {
+        n: next(
+            r
+            for r in roots
+            if any(
+                c is line
+                for row in getattr(r, 'children', ())
+                for c in getattr(row, 'children', ())
+            )
+        )
+        for n, line in lines.items()
+    }
     assert [parent[n].visible for n in lines] == [True, False]

@@ -41,8 +41,16 @@ def state(tmp_path_factory):
 def words_of(state: State, finder: SimpleNamespace) -> Document:
     """The page, and what is said on it, checked."""
     document = Document()
-    run = SimpleNamespace(busy=False, news=News(), plan=None, hindrance=HTML, said='', file=None,
-                          words=[], recorded=[])  # fmt: skip
+    run = SimpleNamespace(
+        busy=False,
+        news=News(),
+        plan=None,
+        hindrance=HTML,
+        said='',
+        file=None,
+        words=[],
+        recorded=[],
+    )
     tab = Tab(document, state, finder, ['leo', 'add', HTML], run)
     tab._draw()
     tab._follow()

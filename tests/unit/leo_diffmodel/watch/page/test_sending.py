@@ -25,13 +25,15 @@ def page():
     beside = SimpleNamespace(
         robot=SimpleNamespace(condition=SimpleNamespace(e_stopped=False)),
         recording=SimpleNamespace(on=False, bag='out/run'),
-        sending=Sending(now=lambda: clock[0]), said='',
-    )  # fmt: skip
+        sending=Sending(now=lambda: clock[0]),
+        said='',
+    )
     beside.send = lambda: sent.append(beside.sending.question)
     document, view = Document(), SendView(run, beside)
     document.add_root(view.root)
-    return SimpleNamespace(document=document, view=view, beside=beside, run=run, clock=clock,
-                           sent=sent)  # fmt: skip
+    return SimpleNamespace(
+        document=document, view=view, beside=beside, run=run, clock=clock, sent=sent
+    )
 
 
 def widget(page, name):

@@ -179,8 +179,12 @@ def test_a_bag_that_is_being_recorded_is_shown_up_to_now_and_goes_on(run, tmp_pa
     whole, recorder = load(run), Recorder(tmp_path / 'growing')
     for topic in whole.topics.values():
         for message in topic.messages:
-            recorder.record(RecordedTopic(topic.name, topic.type, topic.qos), message.data,
-                            message.published_ns, message.log_ns)  # fmt: skip
+            recorder.record(
+                RecordedTopic(topic.name, topic.type, topic.qos),
+                message.data,
+                message.published_ns,
+                message.log_ns,
+            )
     recorder.flush()
     words = [LEO, 'watch', tmp_path / 'growing', *MODEL]
     pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}

@@ -105,10 +105,14 @@ class Unbounded(SimulatedDriver):
         return replace(super().write(values), values=np.array(values))
 
 
-@pytest.mark.parametrize(('kind', 'check', 'said'), [
-    (NeverLetsGo, 'writing', 'a goal of NaN frees'),
-    (GoalsInDegrees, 'signs and units', 'rad, not deg'),
-    (Unbounded, 'limits', 'goals to info.goals')])
+@pytest.mark.parametrize(
+    ('kind', 'check', 'said'),
+    [
+        (NeverLetsGo, 'writing', 'a goal of NaN frees'),
+        (GoalsInDegrees, 'signs and units', 'rad, not deg'),
+        (Unbounded, 'limits', 'goals to info.goals'),
+    ],
+)
 def test_each_way_to_be_wrong_with_goals(kind, check, said):
     robot = load_robot('xl330_pendulum')
     found = failures(kind(DriverOptions(robot, engine='rigid')), robot, FULL)
@@ -164,8 +168,11 @@ class Slow(SimulatedDriver):
 @pytest.mark.parametrize(
     ('kind', 'check', 'said'),
     [
-        (changed(position=lambda q: np.rad2deg(q), velocity=lambda w: np.rad2deg(w)),
-         'signs and units', 'rad, not deg'),
+        (
+            changed(position=lambda q: np.rad2deg(q), velocity=lambda w: np.rad2deg(w)),
+            'signs and units',
+            'rad, not deg',
+        ),
         (changed(position=lambda q: -q, velocity=lambda w: -w), 'signs and units', 'sign'),
         (changed(velocity=lambda w: w * 9.55), 'signs and units', 'velocity in rad/s'),
         (changed(velocity=lambda w: -w), 'signs and units', 'velocity in rad/s'),
@@ -185,7 +192,7 @@ class Slow(SimulatedDriver):
         (Careless, 'shapes', 'KeyError'),
         (Slow, 'pace', 'read all at once'),
     ],
-)  # fmt: skip
+)
 def test_each_way_to_be_wrong_fails_its_own_check(kind, check, said):
     found = failures(simulated(kind), moving=FULL)
     assert said in found.get(check, ''), found
@@ -317,8 +324,9 @@ def test_the_dynamixel_driver_passes_on_the_emulated_bus(tmp_path):
     assert on_bus('dynamixel', robot) == {}
 
 
-@pytest.mark.parametrize(('family', 'model'), [('dynamixel', 'XL330-M288'),
-                                               ('feetech', 'STS3215')])
+@pytest.mark.parametrize(
+    ('family', 'model'), [('dynamixel', 'XL330-M288'), ('feetech', 'STS3215')]
+)
 def test_drivers_that_send_goals_pass_on_the_emulated_bus(tmp_path, family, model):
     robot = robot_with_servo(tmp_path, 'xl330_pendulum', model, family, direction=-1)
     assert on_bus(family, robot) == {}
@@ -348,8 +356,7 @@ class _Reversed:
 
 def test_the_verb(rig, capsys, monkeypatch):
     monkeypatch.setattr(computer, 'time', CLOCK)
-    words = ['check-driver', str(RIG), '--robot',
-             'servo_pendulum']  # fmt: skip
+    words = ['check-driver', str(RIG), '--robot', 'servo_pendulum']
     assert main(words) == 0
     assert '0 of 15 checks failed' in capsys.readouterr().out
     assert main([*words, '--json']) == 0

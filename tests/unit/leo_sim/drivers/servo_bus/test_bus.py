@@ -21,13 +21,7 @@ from tests.drivers.bus import running
 from tests.drivers.clock import Clock
 
 from leo_sim.description.robot import load_robot
-from leo_sim.description.servos import (
-    CURRENT_MODE,
-    PWM_MODE,
-    registers,
-    servo_model,
-    servo_models,
-)
+from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_model, servo_models
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.servo_bus.bus import PING, SYNC_READ
 from leo_sim.drivers.servo_bus.feetech import FeetechServo

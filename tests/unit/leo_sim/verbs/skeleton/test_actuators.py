@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actuators of slides are written and told in m and N, those of hinges in rad and N m."""
+
 import pytest
 from tests.gripper import CLAW, SLIDES
 
@@ -8,15 +9,19 @@ from leo_sim.description.robot import load_robot
 from leo_sim.verbs.skeleton.actuators import actuators
 from leo_sim.verbs.skeleton.folder import read_description
 
-UNITS = {'torque': {'limit': 'N', 'rotor_inertia': 'kg'},
-         'voltage': {'limit': 'V', 'torque_constant': 'N/A', 'rotor_inertia': 'kg'},
-         'position': {'limit': 'm', 'torque_constant': 'N/A', 'position_gain': '1/m'}}
+UNITS = {
+    'torque': {'limit': 'N', 'rotor_inertia': 'kg'},
+    'voltage': {'limit': 'V', 'torque_constant': 'N/A', 'rotor_inertia': 'kg'},
+    'position': {'limit': 'm', 'torque_constant': 'N/A', 'position_gain': '1/m'},
+}
 
 
 def initiated(folder, text, kind):
     (folder / 'g.urdf').write_text(text)
-    assert main(['robot', 'init', str(folder / 'g.urdf'), '-o', str(folder / 'g'), '--input',
-                 kind]) == 0
+    assert (
+        main(['robot', 'init', str(folder / 'g.urdf'), '-o', str(folder / 'g'), '--input', kind])
+        == 0
+    )
     return load_robot(folder / 'g')
 
 

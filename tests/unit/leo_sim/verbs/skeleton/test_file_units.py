@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A file in mm, g or degrees is asked about, with what speaks for it; no robot of ours is."""
+
 import json
 
 import pytest
@@ -21,14 +22,21 @@ PLAIN = {'com': -0.1, 'mass': 0.5, 'moment': 5e-4, 'low': -1.5, 'high': 1.5}
 ALL = {'com': -100, 'mass': 500, 'moment': 5e5, 'low': -90, 'high': 90}
 
 
-@pytest.mark.parametrize(('changed', 'units', 'why'), [
-    (ALL, 'mm, g and degrees', 'gravity pulls at j1 with 4.9e+05 N m'),
-    ({'com': -100, 'moment': 500.0}, 'mm', 'the centre of mass of l1 is 100 m from its joint'),
-    ({'mass': 500, 'moment': 0.5}, 'g', 'l1 weighs 500 kg and is about 0.2 m large'),
-    ({'low': -90, 'high': 90}, 'degrees', 'j1 turns from -90 to 90 rad'),
-    ({'low': 0, 'high': 180}, 'degrees', 'j1 turns from 0 to 180 rad'),
-    ({'com': -5, 'mass': 2000, 'moment': 5e4}, 'g', 'l1 weighs 2000 kg and gravity pulls at j1'),
-])
+@pytest.mark.parametrize(
+    ('changed', 'units', 'why'),
+    [
+        (ALL, 'mm, g and degrees', 'gravity pulls at j1 with 4.9e+05 N m'),
+        ({'com': -100, 'moment': 500.0}, 'mm', 'the centre of mass of l1 is 100 m from its joint'),
+        ({'mass': 500, 'moment': 0.5}, 'g', 'l1 weighs 500 kg and is about 0.2 m large'),
+        ({'low': -90, 'high': 90}, 'degrees', 'j1 turns from -90 to 90 rad'),
+        ({'low': 0, 'high': 180}, 'degrees', 'j1 turns from 0 to 180 rad'),
+        (
+            {'com': -5, 'mass': 2000, 'moment': 5e4},
+            'g',
+            'l1 weighs 2000 kg and gravity pulls at j1',
+        ),
+    ],
+)
 def test_a_unit_is_asked_for_with_the_evidence(tmp_path, capsys, changed, units, why):
     path = tmp_path / 'r.urdf'
     path.write_text(LINK.format(**PLAIN | changed))

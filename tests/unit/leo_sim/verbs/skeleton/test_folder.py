@@ -87,11 +87,14 @@ def test_a_long_chain_is_measured_in_fewer_states_and_said(tmp_path, capsys, mon
 
 def chain(count: int) -> str:
     """A URDF of so many heavy links that swing behind each other."""
-    links = ''.join(f"""
+    links = ''.join(
+        f"""
 <link name="l{i}"><inertial><origin xyz="0 0 -0.05"/><mass value="1"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="j{i}" type="continuous"><origin xyz="0 0 -0.1"/><parent link="l{i - 1}"/>
-<child link="l{i}"/><axis xyz="0 1 0"/></joint>""" for i in range(1, count + 1))
+<child link="l{i}"/><axis xyz="0 1 0"/></joint>"""
+        for i in range(1, count + 1)
+    )
     return f'<robot name="chain"><link name="l0"/>{links}</robot>'
 
 
@@ -125,22 +128,30 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
     assert 'coulomb_friction:joint2 c=0.02' in '\n'.join(made.notes)
 
 
-@pytest.mark.parametrize(('changes', 'said'), [
-    ([('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint9"/>')],
-     "joint2.*mimics 'joint9', which is no joint"),
-    ([('type="revolute"', 'type="floating"')], "joint1.*'floating'.*supported"),
-    ([('type="revolute"', 'type="planar"')], "joint1.*'planar'.*supported"),
-    ([('type="revolute"', 'type="fixed"')], 'no joint moves'),
-    ([('<parent link="world"/>', '<parent link="floor"/>')], 'joint .*bolts.* names no link'),
-    ([('<link name="world"/>', '<link name="world"/><link name="spare"/>')], '2 root links'),
-    ([('<robot name="arm3">', '<robot name="${prefix}arm">')], 'xacro'),
-    ([('<inertial>', '<i>'), ('</inertial>', '</i>')], "which joint 'joint1' moves, has no mass"),
-    ([('<mass value="0.0984"/>', '<mass value="heavy"/>')], "link2.*'heavy'"),
-    ([('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>')], 'joint1.*direction'),
-    ([('link name="link3"', 'link name="link2"')], "two links are named 'link2'"),
-    ([('<?xml version="1.0"?>', 'not xml')], 'not an XML file'),
-    ([('robot', 'sdf')], 'not <robot>'),
-])
+@pytest.mark.parametrize(
+    ('changes', 'said'),
+    [
+        (
+            [('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint9"/>')],
+            "joint2.*mimics 'joint9', which is no joint",
+        ),
+        ([('type="revolute"', 'type="floating"')], "joint1.*'floating'.*supported"),
+        ([('type="revolute"', 'type="planar"')], "joint1.*'planar'.*supported"),
+        ([('type="revolute"', 'type="fixed"')], 'no joint moves'),
+        ([('<parent link="world"/>', '<parent link="floor"/>')], 'joint .*bolts.* names no link'),
+        ([('<link name="world"/>', '<link name="world"/><link name="spare"/>')], '2 root links'),
+        ([('<robot name="arm3">', '<robot name="${prefix}arm">')], 'xacro'),
+        (
+            [('<inertial>', '<i>'), ('</inertial>', '</i>')],
+            "which joint 'joint1' moves, has no mass",
+        ),
+        ([('<mass value="0.0984"/>', '<mass value="heavy"/>')], "link2.*'heavy'"),
+        ([('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>')], 'joint1.*direction'),
+        ([('link name="link3"', 'link name="link2"')], "two links are named 'link2'"),
+        ([('<?xml version="1.0"?>', 'not xml')], 'not an XML file'),
+        ([('robot', 'sdf')], 'not <robot>'),
+    ],
+)
 def test_what_is_no_robot_of_ours_is_one_line_and_nothing_written(tmp_path, changes, said):
     urdf = changed(tmp_path, *changes)
     with pytest.raises(UserError, match=said) as refusal:
@@ -215,9 +226,13 @@ def test_dry_friction_of_a_joint_that_mimics_is_added_at_its_leader(tmp_path):
 
     left, right = SLIDES.split('<joint name="right"')
     plain = 'effort="10" velocity="1"/>'
-    text = (left.replace(plain, rubbing(10, 0.2)) + '<joint name="right"'
-            + right.replace(plain, rubbing(10, 0.3)).replace(
-                '<mimic joint="left"/>', '<mimic joint="left" multiplier="-2"/>'))
+    text = (
+        left.replace(plain, rubbing(10, 0.2))
+        + '<joint name="right"'
+        + right.replace(plain, rubbing(10, 0.3)).replace(
+            '<mimic joint="left"/>', '<mimic joint="left" multiplier="-2"/>'
+        )
+    )
     (tmp_path / 'g.urdf').write_text(text)
     (note,) = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'torque').notes
     assert 'coulomb_friction:left c=0.8 ' in note

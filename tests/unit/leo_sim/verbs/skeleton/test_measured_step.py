@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo robot step: once the rotor inertia is filled in, longer steps may do."""
+
 import json
 
 import pytest

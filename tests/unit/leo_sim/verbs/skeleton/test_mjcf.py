@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo robot init takes an MJCF: the robot moves as MuJoCo moves it, or one line says why not."""
+
 import sys
 
 import numpy as np
@@ -87,8 +88,9 @@ def test_motors_limits_and_friction(tmp_path):
     limits = {j.name: j.limits for j in robot.joints}
     assert limits['shoulder'] == pytest.approx(tuple(np.radians([-170, 170])))
     said = '\n'.join(made.notes)
-    assert 'not taken over from the MJCF: 1 geoms, the gain and bias of the actuators of turn' \
-        in said
+    assert (
+        'not taken over from the MJCF: 1 geoms, the gain and bias of the actuators of turn' in said
+    )
     assert f'leo add {tmp_path}/robot coulomb_friction:elbow c=0.02' in said
     assert f'joint_spring:turn k=0.3 rest={np.radians(20):g}' in said
     assert 'elbow has its angle 0 where the MJCF has its ref' in said
@@ -104,18 +106,22 @@ def test_a_planar_base(tmp_path):
 def test_an_exported_model_comes_back(tmp_path):
     model = Model('double_pendulum', engine='rigid')
     model = model.changed(effects=[place(model.robot, 'link_mass', 'all', m=0.1)])
-    back = Model(folder_of(written(mjcf(held(model, 'MJCF').model)), tmp_path).robot,
-                 engine='rigid')
+    back = Model(
+        folder_of(written(mjcf(held(model, 'MJCF').model)), tmp_path).robot, engine='rigid'
+    )
     q, dq = np.array([0.4, -0.9]), np.array([1.0, 2.0])
     for ours, theirs in zip(full_mass(back, q, dq), full_mass(model, q, dq), strict=True):
         assert ours == pytest.approx(theirs, rel=1e-9)
 
 
-@pytest.mark.parametrize(('joint', 'said'), [('freejoint', 'is free'),
-                                             ('joint type="ball"', 'is a ball')])
+@pytest.mark.parametrize(
+    ('joint', 'said'), [('freejoint', 'is free'), ('joint type="ball"', 'is a ball')]
+)
 def test_joints_that_no_robot_here_has(tmp_path, joint, said):
-    text = f'<mujoco><worldbody><body><{joint} name="j"/><geom size="0.1"/></body></worldbody>' \
+    text = (
+        f'<mujoco><worldbody><body><{joint} name="j"/><geom size="0.1"/></body></worldbody>'
         '</mujoco>'
+    )
     with pytest.raises(UserError, match=f"joint 'j' {said}"):
         folder_of(text, tmp_path)
     assert not (tmp_path / 'robot').exists()

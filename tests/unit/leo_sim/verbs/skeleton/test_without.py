@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot without its gripper: the link, its joint and all beyond, robot.urdf included."""
+
 from xml.etree import ElementTree
 
 import pytest
@@ -15,8 +16,9 @@ ARM = DATA / 'arm3.urdf'
 
 
 def test_everything_beyond_the_link_goes(tmp_path, capsys):
-    assert main(['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--without',
-                 'link3']) == 0
+    assert (
+        main(['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--without', 'link3']) == 0
+    )
     out = capsys.readouterr().out
     robot = load_robot(tmp_path / 'arm')
     whole = make_folder(ARM, tmp_path / 'whole', 'torque').robot
@@ -40,20 +42,27 @@ def test_what_is_no_robot_of_ours_may_be_what_goes(tmp_path):
 
 def test_dry_friction_of_what_goes_is_not_named(tmp_path):
     path = tmp_path / 'claw.urdf'
-    path.write_text(CLAW.replace('<limit effort="0.05" velocity="20"/>',
-                                 '<limit effort="0.05" velocity="20"/><dynamics friction="1"/>'))
+    path.write_text(
+        CLAW.replace(
+            '<limit effort="0.05" velocity="20"/>',
+            '<limit effort="0.05" velocity="20"/><dynamics friction="1"/>',
+        )
+    )
     made = make_folder(path, tmp_path / 'claw', 'torque', left_out=['tip'])
     assert not any('friction' in note for note in made.notes)
     assert made.notes[-1] == 'tip, wheel left out with bend, spin'
 
 
-@pytest.mark.parametrize(('links', 'said'), [
-    (['thumbs'], "no link 'thumbs'; nearest: 'thumb'|no link 'thumbs'"),
-    (['spin'], "'spin'; it is a joint, whose link is 'wheel'"),
-    (['base'], "'base' is the root"),
-    (['thumb'], "'right' mimics 'left', which --without takes out.*--without finger"),
-    (['thumb', 'finger'], 'no joint moves'),
-])
+@pytest.mark.parametrize(
+    ('links', 'said'),
+    [
+        (['thumbs'], "no link 'thumbs'; nearest: 'thumb'|no link 'thumbs'"),
+        (['spin'], "'spin'; it is a joint, whose link is 'wheel'"),
+        (['base'], "'base' is the root"),
+        (['thumb'], "'right' mimics 'left', which --without takes out.*--without finger"),
+        (['thumb', 'finger'], 'no joint moves'),
+    ],
+)
 def test_what_cannot_go_is_one_line_and_nothing_written(tmp_path, links, said):
     path = tmp_path / 'claw.urdf'
     path.write_text(CLAW)
