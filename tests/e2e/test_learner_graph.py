@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from leo_diffmodel.bags.recorder import recorded
+from leo_diffmodel.bags.finish import recorded
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.policy import Policy
 from leo_sim.model.model_file import load_model

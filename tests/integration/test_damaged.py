@@ -27,8 +27,7 @@ from tests.damage_shop import fill, PENDULUM, training
 from leo_diffmodel.add.patch import from_explanation
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing.convert import import_logs
-from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.info_text import show
+from leo_diffmodel.bags.info import bag_info, show
 from leo_diffmodel.bags.recording import read_bag
 from leo_learner.checkpoint import load_checkpoint, start_from
 from leo_learner.policy import Policy

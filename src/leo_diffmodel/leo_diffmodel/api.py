@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import warnings
 
 from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_diffmodel.bags.span import distinct
+from leo_diffmodel.bags.episode import distinct
 
 if TYPE_CHECKING:
     from leo_diffmodel.results import Comparison, Explanation

@@ -9,15 +9,13 @@ from pathlib import Path
 import shutil
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 
-from .types import APPLIED, CURRENT, EPISODE, STATES, SUPPLY, TEMPERATURE, Topic
+from .types import APPLIED, CURRENT, EPISODE, Floats, STATES, SUPPLY, TEMPERATURE, Topic
 from .writer import BagWriter
 
-Floats = NDArray[np.float64]
 EPISODE_PAUSE_NS = 1_000_000_000
 LONGEST = 2.0**31
 """What the seconds of a stamp can say [s]."""

@@ -92,8 +92,8 @@ def _load_database(file: Db3File, topics: dict[str, TopicLog]) -> int:
     for row in file.records():
         if isinstance(row, StoredTopic):
             if row.encoding == 'cdr':
-                log = topics.setdefault(row.name, TopicLog(row.name, row.type, row.qos))
-                channels[row.number] = log.messages
+                log = TopicLog(row.name, row.type, row.qos)
+                channels[row.number] = topics.setdefault(row.name, log).messages
         elif row.log_ns < 0:
             file.damaged += 1
         elif row.topic in channels:
@@ -115,8 +115,9 @@ def _load_file(
         elif isinstance(record, Schema):
             schemas[record.id] = record.name
         elif isinstance(record, Channel):
-            log = topics.setdefault(record.topic, _topic(record, schemas))
-            channels[record.id] = log.messages
+            kind = schemas.get(record.schema_id, '')
+            log = TopicLog(record.topic, kind, record.metadata.get('offered_qos_profiles', ''))
+            channels[record.id] = topics.setdefault(record.topic, log).messages
         elif isinstance(record, Metadata):
             metadata[record.name] = record.metadata
     return file
@@ -126,8 +127,3 @@ def logged(message: Message) -> Logged:
     """Take what counts of a record; its log time where it does not say when it was published."""
     published = message.publish_time if 0 < message.publish_time <= _LATEST else message.log_time
     return Logged(message.log_time, message.data, published)
-
-
-def _topic(channel: Channel, schemas: Mapping[int, str]) -> TopicLog:
-    qos = channel.metadata.get('offered_qos_profiles', '')
-    return TopicLog(channel.topic, schemas.get(channel.schema_id, ''), qos)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, load, Logged, TopicLog
+from .episode import check
 from .finish import is_recording
-from .span import check
 from .topic_map import find_topic, list_topics, TopicMap
 from .types import UINT32
 from .writer import BagWriter

@@ -1,23 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Finishing bags that a killed recorder left without an index."""
+"""What makes a bag whole: an index, also where a recorder was killed, and metadata.yaml."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from enum import Enum
 import fcntl
 import os
 from pathlib import Path
-from typing import IO
+from typing import Any, IO
 
-from mcap.records import Channel, McapRecord, Message, Metadata, Schema
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from mcap.records import Channel, McapRecord, Message, Metadata, Schema, Statistics
+from mcap.summary import Summary
 from mcap.writer import CompressionType, MCAP0_MAGIC, Writer
+import yaml
 
-from leo_msgs_py.mcap_file import DAMAGE, find_files, McapFile
+from leo_msgs_py.mcap_file import DAMAGE, find_files, McapFile, refuse_many
+from leo_msgs_py.whole_file import write_whole
 
 from .db3 import find_databases
-from .metadata import write_metadata
+from .types import profiles
 
 _FOOTER_SIZE = 9 + 20 + 8
 
@@ -51,17 +56,31 @@ def finish_bag(path: Path) -> BagState:
             return state
     repaired = BagState.REPAIRED in states
     if path.is_dir() and (repaired or not (path / 'metadata.yaml').exists()):
-        return BagState.REPAIRED if _described(path) else BagState.DAMAGED
+        try:
+            write_metadata(path)
+        except DAMAGE:  # the summary of a file does not read
+            return BagState.DAMAGED
+        return BagState.REPAIRED
     return BagState.REPAIRED if repaired else BagState.FINISHED
 
 
-def _described(folder: Path) -> bool:
-    """Write metadata.yaml; say whether the summaries of the files could be read for it."""
-    try:
-        write_metadata(folder)
-    except DAMAGE:
-        return False
-    return True
+def finish_left_over(base: Path) -> list[Path]:
+    """Finish the bags of killed recorders with this base name and return their folders.
+
+    Those for which there is no room stay as they are.
+    """
+    found = []
+    for bag in recorded(base):
+        with suppress(OSError):
+            if finish_bag(bag) is BagState.REPAIRED:
+                found.append(bag)
+    return found
+
+
+def recorded(base: Path) -> list[Path]:
+    """Return the bags with this base name, the one being written too."""
+    folders = [base, *sorted(base.parent.glob(f'{base.name}_*'))]
+    return [folder for folder in folders if folder.is_dir() and any(folder.glob('*.mcap'))]
 
 
 def is_finished(file: Path) -> bool:
@@ -117,41 +136,102 @@ def _copy(source: Path, target: Path) -> bool:
     with target.open('wb') as stream:
         writer = Writer(stream, compression=CompressionType.NONE)
         writer.start(profile='ros2', library='leo_diffmodel')
-        _Copier(writer).copy(file.records())
+        _copy_records(file.records(), writer)
         writer.finish()
         stream.flush()
         os.fsync(stream.fileno())
     return not file.damaged
 
 
-class _Copier:
-    """Copies records between files, renumbering schemas and channels."""
+def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
+    """Copy records to another file, which numbers its schemas and channels anew."""
+    schemas, channels = {0: 0}, dict[int, int]()
+    for r in records:
+        if isinstance(r, Message) and r.channel_id in channels:
+            channel = channels[r.channel_id]
+            writer.add_message(channel, r.log_time, r.data, r.publish_time, r.sequence)
+        elif isinstance(r, Channel) and r.id not in channels:
+            schema = schemas.get(r.schema_id, 0)
+            channels[r.id] = writer.register_channel(
+                r.topic, r.message_encoding, schema, r.metadata
+            )
+        elif isinstance(r, Schema) and r.id not in schemas:
+            schemas[r.id] = writer.register_schema(r.name, r.encoding, r.data)
+        elif isinstance(r, Metadata):
+            writer.add_metadata(r.name, r.metadata)
 
-    def __init__(self, writer: Writer) -> None:
-        self._writer = writer
-        self._schemas = {0: 0}
-        self._channels: dict[int, int] = {}
 
-    def copy(self, records: Iterator[McapRecord]) -> None:
-        for record in records:
-            if isinstance(record, Message) and record.channel_id in self._channels:
-                self._writer.add_message(
-                    self._channels[record.channel_id],
-                    record.log_time,
-                    record.data,
-                    record.publish_time,
-                    record.sequence,
-                )
-            elif isinstance(record, Channel) and record.id not in self._channels:
-                self._channels[record.id] = self._writer.register_channel(
-                    record.topic,
-                    record.message_encoding,
-                    self._schemas.get(record.schema_id, 0),
-                    record.metadata,
-                )
-            elif isinstance(record, Schema) and record.id not in self._schemas:
-                self._schemas[record.id] = self._writer.register_schema(
-                    record.name, record.encoding, record.data
-                )
-            elif isinstance(record, Metadata):
-                self._writer.add_metadata(record.name, record.metadata)
+def write_metadata(folder: Path) -> Path:
+    """Write metadata.yaml of a bag in one step and return its path.
+
+    Raises:
+        McapError, ...: a summary does not read (`mcap_file.DAMAGE`).
+        UserError: one has too many topics.
+    """
+    files = find_files(folder)
+    summaries = [_summary(file) for file in files]
+    content = {'rosbag2_bagfile_information': _information(files, summaries)}
+    return write_whole(folder / 'metadata.yaml', yaml.safe_dump(content, sort_keys=False))
+
+
+def _summary(file: Path) -> tuple[Summary, Statistics]:
+    with file.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    if summary is None or summary.statistics is None:
+        raise McapError(f'{file} has no summary')
+    refuse_many(file, summary.channels)
+    return summary, summary.statistics
+
+
+def _information(
+    files: tuple[Path, ...], summaries: list[tuple[Summary, Statistics]]
+) -> dict[str, Any]:
+    statistics = [s for _, s in summaries]
+    filled = [s for s in statistics if s.message_count]
+    start = min((s.message_start_time for s in filled), default=0)
+    end = max((s.message_end_time for s in filled), default=0)
+    return {
+        'version': 9,
+        'storage_identifier': 'mcap',
+        'duration': {'nanoseconds': end - start},
+        'starting_time': {'nanoseconds_since_epoch': start},
+        'message_count': sum(s.message_count for s in statistics),
+        'topics_with_message_count': _topics(summaries),
+        'compression_format': '',
+        'compression_mode': '',
+        'relative_file_paths': [file.name for file in files],
+        'files': [_file_entry(file, s) for file, s in zip(files, statistics, strict=True)],
+        'custom_data': None,
+        'ros_distro': 'jazzy',
+    }
+
+
+def _file_entry(file: Path, statistics: Statistics) -> dict[str, Any]:
+    start, end = statistics.message_start_time, statistics.message_end_time
+    return {
+        'path': file.name,
+        'starting_time': {'nanoseconds_since_epoch': start},
+        'duration': {'nanoseconds': end - start},
+        'message_count': statistics.message_count,
+    }
+
+
+def _topics(summaries: list[tuple[Summary, Statistics]]) -> list[dict[str, Any]]:
+    """Return the topics with their message counts over all files."""
+    topics: dict[str, dict[str, Any]] = {}
+    for summary, statistics in summaries:
+        for channel in summary.channels.values():
+            if channel.topic not in topics:
+                metadata = {
+                    'name': channel.topic,
+                    'type': summary.schemas[channel.schema_id].name,
+                    'serialization_format': channel.message_encoding,
+                    'offered_qos_profiles': profiles(
+                        channel.metadata.get('offered_qos_profiles', '')
+                    ),
+                    'type_description_hash': channel.metadata.get('topic_type_hash', ''),
+                }
+                topics[channel.topic] = {'topic_metadata': metadata, 'message_count': 0}
+            count = statistics.channel_message_counts.get(channel.id, 0)
+            topics[channel.topic]['message_count'] += count
+    return list(topics.values())

@@ -1,36 +1,165 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Goals of all motors of a robot, from trajectories or from what their controllers follow."""
+"""Position goals as others send them: trajectories, and what their controllers say they follow.
+
+As ros2_controllers' joint_trajectory_controller goes: a trajectory starts at its stamp, or when
+it comes if that is 0; it leads from where the goal was (at first: where the joint was) to its
+first point, straight from point to point, and holds the last one. A new one replaces what is left
+of the former. Points whose time is over when it comes are passed over. Where points have
+velocities the controller draws a spline; straight lines are off from it by less than a point
+from its neighbours.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import pairwise, zip_longest
+import struct
+from typing import Any, NamedTuple
 
 import numpy as np
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from rosbags.typesys.store import Typestore
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import nanoseconds
 
-from .contents import BagContents, TopicLog
-from .goal_path import Leg, sampled
-from .goal_topics import Asked, asked, goal_topics
-from .states import Floats, Stamps, StateLog
-from .topic_map import Role, TopicMap
+from .contents import BagContents, Logged, TopicLog
+from .states import deserialize, stamp_of, StateLog
+from .topic_map import find_topic, Role, TopicMap, TYPES
+from .types import Floats, Stamps, TRAJECTORY
+
+_FOLLOWS = 'leo_msgs/msg/Followed'
+_FOLLOWED = (
+    'std_msgs/Header header\nstring[] joint_names\n'
+    'trajectory_msgs/JointTrajectoryPoint reference\n'
+)
+"""How control_msgs/JointTrajectoryControllerState begins, in every version: its third field
+is the set point, `desired` up to Galactic and `reference` from Humble on; what follows differs."""
 
 
-class Goals(NamedTuple):
-    """Goals at the times of the states and where they turn, each held to the next.
+class Asked(NamedTuple):
+    """What one message asks.
 
     Attributes:
-        source: topics they come from.
-        log, stamp: [ns], shape (N,), in log order.
-        values: in their joints' signs and zeros [rad, m], shape (N, A).
+        log_ns: when it was recorded.
+        stamp_ns: from when on it counts by its header; 0 for as soon as it comes.
+        names: of the joints, n of them.
+        after_ns: when after that they are to be there, shape (K,), increasing.
+        goals: rad (m), shape (K, n).
     """
 
-    source: str
-    log: Stamps
-    stamp: Stamps
-    values: Floats
+    log_ns: int
+    stamp_ns: int
+    names: tuple[str, ...]
+    after_ns: Stamps
+    goals: Floats
+
+
+def goal_topics(contents: BagContents, role: Role, topic_map: TopicMap) -> list[TopicLog]:
+    """The topics of a role, the one that the map names or all of its type, by name."""
+    if role in topic_map.topics:
+        named = find_topic(contents, role, topic_map)
+        return [] if named is None else [named]
+    found = (topic for topic in contents.of_type(TYPES[role]) if topic.messages)
+    return sorted(found, key=lambda topic: topic.name)
+
+
+def names_joints(topic: TopicLog, names: Sequence[str]) -> bool:
+    """Say whether a topic of trajectories or controller states has goals of any of the joints."""
+    return any(set(a.names) & set(names) for a in _asked(topic))
+
+
+def _asked(topic: TopicLog) -> list[Asked]:
+    read = _trajectories if topic.type == TRAJECTORY else _set_points
+    return list(read(topic))
+
+
+def _trajectories(topic: TopicLog) -> Iterator[Asked]:
+    for logged, message in deserialize(topic, topic.type):
+        names = tuple(message.joint_names)
+        points = [p for p in message.points if names and len(p.positions) == len(names)]
+        after = np.array([nanoseconds(p.time_from_start) for p in points], dtype=np.int64)
+        goals = np.array([p.positions for p in points], dtype=float)
+        if points and np.isfinite(goals).all() and (np.diff(after) > 0).all():
+            yield Asked(logged.log_ns, stamp_of(message), names, after, goals)
+
+
+def _set_points(topic: TopicLog) -> Iterator[Asked]:
+    topic.broken = 0
+    for logged in topic.messages:
+        message = _begin_of(logged)
+        if message is None:
+            topic.broken += 1
+            continue
+        names, goal = tuple(message.joint_names), message.reference.positions
+        if names and len(goal) == len(names) and np.isfinite(goal).all():
+            now = np.zeros(1, dtype=np.int64)
+            yield Asked(logged.log_ns, stamp_of(message), names, now, np.array([goal]))
+
+
+@cache
+def _store() -> Typestore:
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(_FOLLOWED, _FOLLOWS))
+    return store
+
+
+def _begin_of(logged: Logged) -> Any | None:
+    """The begin of a controller's state, up to its set point; None where it does not decode."""
+    data, kind = logged.data, _store().get_msgdef(_FOLLOWS)
+    if len(data) < 4 or data[:2] not in (b'\x00\x00', b'\x00\x01'):
+        return None
+    read = kind.deserialize_cdr_le if data[1] else kind.deserialize_cdr_be
+    try:
+        return read(memoryview(data)[4:], 0, kind.cls, _store())[0]
+    except (struct.error, UnicodeDecodeError, ValueError):
+        return None
+
+
+class Leg(NamedTuple):
+    """What one message asks of a joint.
+
+    Attributes:
+        begin: from when on it counts [ns].
+        times: when the joint is to be there [ns], shape (K,), increasing.
+        goals: where [rad, m], shape (K,), K at least 1.
+    """
+
+    begin: int
+    times: Stamps
+    goals: Floats
+
+
+def _sampled(legs: Sequence[Leg], stamps: Stamps, first: float) -> Floats:
+    """The goal at times [ns] (N,), increasing; NaN before the first leg, which leads from `first`.
+
+    Args:
+        legs: in the order of their begin.
+        stamps: when it is wanted.
+        first: where the joint is as the first leg begins.
+    """
+    out = np.full(len(stamps), np.nan)
+    was = first
+    for leg, after in zip_longest(legs, legs[1:]):
+        inside = stamps >= leg.begin
+        if after is not None:
+            inside &= stamps < after.begin
+        out[inside] = _along(leg, was, stamps[inside])
+        if after is not None:
+            was = float(_along(leg, was, np.array([after.begin]))[0])
+    return out
+
+
+def _along(leg: Leg, was: float, stamps: Stamps) -> Floats:
+    """The goal of one leg that leads away from `was`."""
+    ahead = leg.times > leg.begin
+    at_once = was
+    if not ahead.any() or (leg.times == leg.begin).any():  # a point of now, or the last of all
+        at_once = leg.goals[~ahead][-1]
+    times = np.concatenate([[leg.begin], leg.times[ahead]])
+    goals = np.concatenate([[at_once], leg.goals[ahead]])
+    return np.asarray(np.interp(stamps - leg.begin, times - leg.begin, goals))
 
 
 def read_goals(
@@ -40,7 +169,7 @@ def read_goals(
     names: Sequence[str],
     measured: Floats,
     topic_map: TopicMap,
-) -> Goals | None:
+) -> tuple[str, Stamps, Stamps, Floats] | None:
     """Read the goals of joints, each from the topic that names it; None where none does.
 
     Args:
@@ -51,10 +180,15 @@ def read_goals(
         measured: their angles, in their signs and zeros, shape (T, A).
         topic_map: may name the topic.
 
+    Returns:
+        The topics they come from; when they were logged and their stamps [ns], shape (N,), in
+        log order; goals at the times of the states and where they turn, each held to the next,
+        in their joints' signs and zeros [rad, m], shape (N, A).
+
     Raises:
         UserError: a joint has no goal, or two topics' trajectories.
     """
-    found = {t.name: said for t in goal_topics(contents, role, topic_map) if (said := asked(t))}
+    found = {t.name: said for t in goal_topics(contents, role, topic_map) if (said := _asked(t))}
     if not any(name in a.names for said in found.values() for a in said for name in names):
         return None
     sources = [_source(contents, found, name, role) for name in names]
@@ -65,11 +199,10 @@ def read_goals(
     log, stamp, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
     if not len(log):
         return None
-    return Goals(', '.join(dict.fromkeys(sources)), log, stamp, values)
+    return ', '.join(dict.fromkeys(sources)), log, stamp, values
 
 
 def _source(contents: BagContents, found: dict[str, list[Asked]], name: str, role: Role) -> str:
-    """The topic with the goals of a joint."""
     topics = [topic for topic, said in found.items() if any(name in a.names for a in said)]
     if not topics:
         raise UserError(
@@ -121,7 +254,7 @@ def _run(
         float(np.interp(of[0].begin - t[0], t - t[0], measured[run, a]))
         for a, of in enumerate(legs)
     )
-    values = [sampled(of, stamps, start) for of, start in zip(legs, starts, strict=True)]
+    values = [_sampled(of, stamps, start) for of, start in zip(legs, starts, strict=True)]
     return stamps + delay, stamps, np.column_stack(values)
 
 
@@ -142,15 +275,10 @@ def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -
         begin = start if role == 'controller_state' else max(start, came)
         legs.append(Leg(begin, start + a.after_ns, a.goals[:, a.names.index(name)]))
     legs.sort(key=lambda leg: leg.begin)
-    return [_followed(legs)] if role == 'controller_state' and legs else legs
+    return [_path(legs)] if role == 'controller_state' and legs else legs
 
 
-def _followed(legs: list[Leg]) -> Leg:
+def _path(legs: list[Leg]) -> Leg:
     """Set points that a controller says it follows, as one path: straight from one to the next."""
     times, index = np.unique([leg.begin for leg in legs], return_index=True)
     return Leg(int(times[0]), times, np.array([legs[k].goals[0] for k in index]))
-
-
-def names_joints(topic: TopicLog, names: Sequence[str]) -> bool:
-    """Say whether a topic of trajectories or controller states has goals of any of the joints."""
-    return any(set(a.names) & set(names) for a in asked(topic))

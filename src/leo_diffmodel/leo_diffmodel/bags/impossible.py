@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
-from .states import Floats, StateLog
+from .states import at_rows, StateLog
+from .types import Floats
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Actuator, Robot
@@ -49,39 +50,35 @@ def without_impossible(states: StateLog, robot: Robot) -> tuple[StateLog, list[s
     """
     seconds = float(np.ptp(states.stamp_ns)) * 1e-9
     positions, velocities, efforts = _channels(robot, seconds)
-    out, told = impossible(states.q, positions)
+    out, notes = impossible(states.q, positions)
     if states.dq is not None:
-        fast, said = impossible(states.dq, velocities)
-        out, told = out | fast, told + said
+        fast, more = impossible(states.dq, velocities)
+        out, notes = out | fast, notes + more
     if states.effort is not None:
-        strong, said = impossible(states.effort, efforts)
-        states, told = replace(states, effort=np.where(strong, np.nan, states.effort)), told + said
-    keep = ~out.any(axis=1)
+        strong, more = impossible(states.effort, efforts)
+        states = replace(states, effort=np.where(strong, np.nan, states.effort))
+        notes = notes + more
+    keep = np.asarray(~out.any(axis=1))
     if not keep.any():
-        raise UserError(f'no joint state is left: {told[0]}; which unit is it in?')
-    rows = ('log_ns', 'published_ns', 'stamp_ns', 'q', 'dq', 'effort')
-    kept = {name: getattr(states, name) for name in rows}
-    return replace(states, **{k: v[keep] for k, v in kept.items() if v is not None}), told
+        raise UserError(f'no joint state is left: {notes[0]}; which unit is it in?')
+    return at_rows(states, keep), notes
 
 
 def input_channels(robot: Robot, kind: str) -> list[Channel]:
     """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
     unit = {'voltage': 'V', 'torque': 'N m', 'position': 'rad'}[kind]
-    most = {
-        'voltage': [a.strongest for a in robot.actuators],
-        'torque': [_stall(a) for a in robot.actuators],
-        'position': [ABSURD] * len(robot.actuators),
-    }[kind]
-    return [
-        Channel(f'inputs of {a.joint}', unit, m)
-        for a, m in zip(robot.actuators, most, strict=True)
-    ]
+
+    def most(motor: Actuator) -> float:
+        if kind == 'position':
+            return ABSURD
+        return motor.strongest if kind == 'voltage' else _stall(motor)
+
+    return [Channel(f'inputs of {a.joint}', unit, most(a)) for a in robot.actuators]
 
 
 def lengths(robot: Robot) -> dict[str, str]:
     """Unit of each joint's position, in the robot's order: rad, of a slide m."""
-    kinds = {joint.name: joint.kind for joint in robot.joints}
-    return {name: 'm' if kinds[name] == 'prismatic' else 'rad' for name in robot.joint_names}
+    return {name: 'm' if name in robot.slides else 'rad' for name in robot.joint_names}
 
 
 def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.bool_], list[str]]:
@@ -99,16 +96,13 @@ def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.
 
 def _channels(robot: Robot, seconds: float) -> tuple[list[Channel], list[Channel], list[Channel]]:
     """Positions, velocities and efforts of a robot's joints, of so long a recording [s]."""
-    motors = {a.joint: a for a in robot.actuators}
-    length = lengths(robot)
-    force = {'m': 'N', 'rad': 'N m'}
-    names = robot.joint_names
-    speed = {n: _free_speed(motors[n]) if n in motors else FAST for n in names}
-    torque = {name: _stall(motor) for name, motor in motors.items()}
+    unit, force = lengths(robot), {'m': 'N', 'rad': 'N m'}
+    speed = dict.fromkeys(unit, FAST) | {a.joint: _free_speed(a) for a in robot.actuators}
+    torque = dict.fromkeys(unit, ABSURD) | {a.joint: _stall(a) for a in robot.actuators}
     return (
-        [Channel(f'positions of {n}', length[n], max(seconds, 1.0) * speed[n]) for n in names],
-        [Channel(f'velocities of {n}', f'{length[n]}/s', speed[n]) for n in names],
-        [Channel(f'efforts of {n}', force[length[n]], torque.get(n, ABSURD)) for n in names],
+        [Channel(f'positions of {n}', u, max(seconds, 1.0) * speed[n]) for n, u in unit.items()],
+        [Channel(f'velocities of {n}', f'{u}/s', speed[n]) for n, u in unit.items()],
+        [Channel(f'efforts of {n}', force[u], torque[n]) for n, u in unit.items()],
     )
 
 

@@ -6,11 +6,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
 
 from leo_msgs_py.cdr import joints_text
+from leo_msgs_py.console import Table
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, load, TopicLog
@@ -20,6 +23,16 @@ from .split import split
 from .states import deserialize, read_states, StateLog
 from .topic_map import DEFAULT_NAMES, TopicMap
 from .types import JOINT_STATE
+
+_MANY = 12
+_MOST_FACTS = 50
+_STATES = {
+    'finished': 'finished',
+    'repaired': 'was not finished (the recorder was killed?); finished now, nothing lost',
+    'recording': 'being recorded now',
+    'unfinished': 'not finished, and the folder is read-only or the disk full; read up to the cut',
+    'damaged': 'damaged; left as it is, and read without what is damaged',
+}
 
 
 @dataclass(frozen=True)
@@ -83,12 +96,14 @@ def bag_info(path: Path) -> BagInfo:
     Raises:
         UserError: there is no MCAP bag at `path`.
     """
-    state = _finish(path)
+    try:
+        state = finish_bag(path).value
+    except OSError:
+        state = 'unfinished'
     contents = load(path)
     logged = [m.log_ns for topic in contents.topics.values() for m in topic.messages]
-    states = _states(contents)
-    joints, stamps = ((), None) if isinstance(states, str) else states
-    segments = split(stamps, contents.topics.get(DEFAULT_NAMES['episode'])) if stamps else None
+    joints, states, notes = _states(contents)
+    segments = split(states, contents.topics.get(DEFAULT_NAMES['episode'])) if states else None
     return BagInfo(
         path=path,
         state=state if contents.finished or state != 'finished' else 'unfinished',
@@ -97,20 +112,13 @@ def bag_info(path: Path) -> BagInfo:
         messages=contents.message_count,
         topics=tuple(_topic(topic) for _, topic in sorted(contents.topics.items())),
         joints=joints,
-        state_rate=_rate(stamps),
-        episodes=_episodes(stamps, segments.slices) if stamps and segments else (),
+        state_rate=_rate(states),
+        episodes=_episodes(states, segments.slices) if states and segments else (),
         breaks={k: n for k, n in segments.breaks.items() if n} if segments else {},
         metadata=contents.metadata.get('leo', {}),
         damaged=contents.damaged,
-        told=_told(states),
+        told=notes,
     )
-
-
-def _finish(path: Path) -> str:
-    try:
-        return finish_bag(path).value
-    except OSError:
-        return 'unfinished'
 
 
 def _topic(topic: TopicLog) -> TopicInfo:
@@ -120,8 +128,8 @@ def _topic(topic: TopicLog) -> TopicInfo:
     return TopicInfo(topic.name, topic.type, len(times), rate)
 
 
-def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog] | str:
-    """Return joints and states of the joint state topic; why not where none has two states."""
+def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog | None, tuple[str, ...]]:
+    """Return joints and states of the joint state topic, with notes; None if none has two."""
     topics = [topic for topic in contents.of_type(JOINT_STATE) if len(topic.messages) > 1]
     topics.sort(key=lambda topic: topic.name != DEFAULT_NAMES['joint_states'])
     why = ''
@@ -133,20 +141,14 @@ def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog] | str:
             why = why or str(error)
             continue
         if states is not None and len(states.q) > 1:
-            return joints, states
-    return why
-
-
-def _told(states: tuple[tuple[str, ...], StateLog] | str) -> tuple[str, ...]:
-    if isinstance(states, str):
-        return (states,) if states else ()
-    return states[1].told
+            return joints, states, states.notes
+    return (), None, (why,) if why else ()
 
 
 def _joints(topic: TopicLog) -> tuple[str, ...]:
     """Names of the joints of all publishers on a topic, in the order in which they come."""
     texts = [joints_text(m.data) for m in topic.messages]
-    often = Counter(texts)  # in the order in which they come
+    often = Counter(texts)  # which keeps their order
     kinds = [
         topic.messages[texts.index(text)]
         for text, number in often.items()
@@ -170,3 +172,52 @@ def _episodes(states: StateLog, slices: tuple[slice, ...]) -> tuple[EpisodeInfo,
         EpisodeInfo(float(t[part.start]), float(t[part.stop - 1]), part.stop - part.start)
         for part in slices
     )
+
+
+def show(info: BagInfo, console: Console) -> None:
+    """Print a summary, the topics and the episodes of a bag."""
+    write = partial(console.print, highlight=False)
+    write(f'{info.path}: {_STATES[info.state]}')
+    write(f'{info.duration:.2f} s, {info.messages} messages, {info.size / 1e6:.2f} MB')
+    if info.damaged:
+        write(f'{info.damaged} damaged places left out')
+    for key, value in list(info.metadata.items())[:_MOST_FACTS]:
+        write(f'{key}: {value}')
+    if len(info.metadata) > _MOST_FACTS:
+        write(f'and {len(info.metadata) - _MOST_FACTS} more facts')
+    console.print(_topic_table(info))
+    if info.episodes:
+        write(
+            f'joints {", ".join(info.joints)} at {info.state_rate:.0f} Hz; '
+            f'{len(info.episodes)} episode(s){_breaks(info)}'
+        )
+        console.print(_episode_table(info.episodes))
+    for text in info.told:
+        write(text)
+
+
+def _breaks(info: BagInfo) -> str:
+    found = [f'{count} x {kind}' for kind, count in info.breaks.items() if kind != 'new episode']
+    return f', also split at {", ".join(found)}' if found else ', no gaps'
+
+
+def _topic_table(info: BagInfo) -> Table:
+    table = Table('topic', 'type')
+    table.add_column('messages', justify='right')
+    table.add_column('Hz', justify='right')
+    for topic in info.topics:
+        rate = f'{topic.rate:.1f}' if topic.rate else ''
+        table.add_row(topic.name, topic.type, str(topic.count), rate)
+    return table
+
+
+def _episode_table(episodes: tuple[EpisodeInfo, ...]) -> Table:
+    table = Table()
+    for name in ('episode', 'from s', 'to s', 'samples'):
+        table.add_column(name, justify='right')
+    for number, episode in enumerate(episodes[:_MANY], start=1):
+        start, end = f'{episode.start:.3f}', f'{episode.end:.3f}'
+        table.add_row(str(number), start, end, str(episode.samples))
+    if len(episodes) > _MANY:
+        table.add_row(f'and {len(episodes) - _MANY} more', '', '', '')
+    return table

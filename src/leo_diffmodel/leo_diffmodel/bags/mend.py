@@ -10,9 +10,9 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 
-from .episode import Episode, Recording
-from .states import Floats
+from .episode import Episode, part, Recording
 from .topic_map import JointMap, TopicMap
+from .types import Floats
 from .zoh import average
 
 
@@ -110,6 +110,5 @@ def _on_time(
             at = e.t + joint.speed_late
             dq[:, j] = np.interp(at, e.t, e.dq[:, j])
             known &= (at >= e.t[0]) & (at <= last)
-    rows = {name: getattr(e, name)[known] for name in ('q', 'inputs', 'enabled')}
-    effort = None if e.effort is None else e.effort[known]
-    return replace(e, t=e.t[known] * time_scale, dq=dq[known], effort=effort, **rows)
+    kept = part(replace(e, dq=dq), np.flatnonzero(known))
+    return replace(kept, t=kept.t * time_scale)

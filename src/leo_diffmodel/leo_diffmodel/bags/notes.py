@@ -53,7 +53,7 @@ def reading_notes(
         (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
         (broken, f'{broken} messages could not be decoded; left out'),
         (states.dropped, f'{states.dropped} samples with NaN left out'),
-        *((True, text) for text in (*states.told, *impossible)),
+        *((True, text) for text in (*states.notes, *impossible)),
         (not states.stamped, 'joint states carry no stamps; log times taken instead'),
         (made, f'the velocities are {made} differences of the positions; differentiated anew'),
         (states.dq is None and not made and not said, f'no velocities; {DIFFERENTIATED}'),
@@ -88,7 +88,7 @@ def input_notes(
     if inputs is not None and inputs.dropped:
         notes.append(f'{inputs.dropped} inputs with NaN or of a wrong length left out')
     if inputs is not None:
-        notes += inputs.told
+        notes += inputs.notes
     if topic_map.input == 'auto':
         notes += _passed_over(contents, robot, topic_map, inputs)
         notes += _unread(contents, robot, topic_map, inputs)

@@ -13,8 +13,7 @@ from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, TopicLog
-from .goal_topics import goal_topics
-from .goals import names_joints
+from .goals import goal_topics, names_joints
 from .states import deserialize
 from .topic_map import Role, TopicMap
 from .types import APPLIED, FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY

@@ -17,7 +17,7 @@ from leo_msgs_py.node import graph, join, running, spin_once, spin_until
 from leo_msgs_py.terminal import visible
 
 from .contents import load, TopicLog
-from .qos_text import from_yaml
+from .types import from_yaml
 
 DISCOVERY_SECONDS = 1.0
 ACKNOWLEDGE_SECONDS = 4.0

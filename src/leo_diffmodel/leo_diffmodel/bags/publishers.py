@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several publishers on one topic of joint states, told apart by frame_id and names of joints.
+"""Several publishers on one topic of joint states, which frame_id and names of joints tell apart.
 
 Two halves of a robot, each with its own joints, are joined by time. Of two that publish the same
-joints one is read. Two that no message tells apart are refused.
+joints one is read. Two that no message tells apart are refused, as their states alternate.
 """
 
 from __future__ import annotations
@@ -10,17 +10,58 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .rows import Floats, Publisher, Row, Stamps, Table, table
-from .taking_turns import refuse_turns
+from leo_msgs_py.errors import UserError
+
+from .contents import Logged
+from .types import Floats, Stamps
 
 FEWEST = 3
 """Messages of a publisher; fewer are damaged ones, or latched."""
 NEAR = 1.5
 """Periods of a half from one of its states to the next: across more nothing is made up."""
+SWITCHES = 0.2
+"""Share of the states: two publishers take turns in so many; a gap, a reset or a jump is one."""
+APART = 0.02
+"""rad (m): the least that two are apart, above any encoder's resolution."""
+NEARER = 10.0
+"""Times: so much nearer than the last state is one before it where two take turns."""
+FASTER = 3.0
+"""Times the larger speed at both ends: a joint goes no farther than that between two states."""
+FEWEST_TURNS = 20
+"""States that tell turns from jumps."""
+
+
+class Publisher(NamedTuple):
+    """Who sent a state, as far as the message says: its frame_id, its names of joints."""
+
+    frame: str
+    names: tuple[str, ...]
+
+
+class Row(NamedTuple):
+    """One message: its sender, the columns it fills, its fields in our order (NaN elsewhere)."""
+
+    publisher: Publisher
+    ours: tuple[int, ...]
+    logged: Logged
+    stamp_ns: int
+    position: Floats | None
+    velocity: Floats | None
+    effort: Floats | None
+
+
+class Table(NamedTuple):
+    """Rows as columns: times [ns] (T,), fields (T, J) or None where no message has one."""
+
+    log: Stamps
+    published: Stamps
+    stamp: Stamps
+    fields: tuple[Floats | None, ...]
 
 
 def together(
@@ -40,9 +81,7 @@ def together(
             parts[row.publisher].append(row)
     found = sorted(parts.values(), key=len, reverse=True)
     whole = [part for part in found if len(part[0].ours) == len(joints)]
-    if whole:
-        return _one(whole, joints, topic)
-    return _joined(found, joints, topic)
+    return _one(whole, joints, topic) if whole else _joined(found, joints, topic)
 
 
 def _one(
@@ -50,13 +89,12 @@ def _one(
 ) -> tuple[Table, tuple[str, ...]]:
     """The publisher with the most messages, with those that spoke before or after it."""
     first = parts[0]
-    beside = [part for part in parts[1:] if _overlap(first, part)]
+    rivals = [part for part in parts[1:] if _overlap(first, part)]
     others = [part for part in parts[1:] if not _overlap(first, part)]
     kept = sorted(chain(first, *others), key=lambda row: row.logged.log_ns)
-    made = table(kept, len(joints))
-    refuse_turns(made, joints, topic)
-    told = (_second([first, *beside], joints, topic),) if beside else ()
-    return made, told
+    made = _table(kept, len(joints))
+    _refuse_turns(made, joints, topic)
+    return made, (_second([first, *rivals], joints, topic),) if rivals else ()
 
 
 def _joined(
@@ -67,30 +105,40 @@ def _joined(
     if len(source) < len(joints):
         return None
     used = [part for part in parts if any(part is s for s in source.values())]
-    told = [_second(twice, joints, topic) for twice in _doubled(parts)]
-    tables = [table(part, len(joints)) for part in used]
-    columns = [[j for j, s in source.items() if s is part] for part in used]
-    for half, mine in zip(tables, columns, strict=True):
-        refuse_turns(_only(half, mine), [joints[j] for j in mine], topic)
-    words = '; '.join(
-        f'{", ".join(joints[j] for j in sorted(mine))} at {_rate(part):.3g} Hz'
-        for part, mine in zip(used, columns, strict=True)
-    )
-    return at_the_fastest(tables, columns), (
-        *told,
-        f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
-        'joined by time, the slower ones interpolated',
-    )
-
-
-def _doubled(parts: list[list[Row]]) -> list[list[list[Row]]]:
-    """Pairs of publishers that have a joint in common and speak at the same time."""
-    return [
+    doubled = [
         [a, b]
         for k, a in enumerate(parts)
         for b in parts[k + 1 :]
         if set(a[0].ours) & set(b[0].ours) and _overlap(a, b)
     ]
+    tables = [_table(part, len(joints)) for part in used]
+    columns = [[j for j, s in source.items() if s is part] for part in used]
+    for half, mine in zip(tables, columns, strict=True):
+        only = half._replace(fields=tuple(f if f is None else f[:, mine] for f in half.fields))
+        _refuse_turns(only, [joints[j] for j in mine], topic)
+    words = '; '.join(
+        f'{", ".join(joints[j] for j in sorted(mine))} at {_rate(part):.3g} Hz'
+        for part, mine in zip(used, columns, strict=True)
+    )
+    return _at_the_fastest(tables, columns), (
+        *(_second(pair, joints, topic) for pair in doubled),
+        f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
+        'joined by time, the slower ones interpolated',
+    )
+
+
+def _table(rows: Sequence[Row], width: int) -> Table:
+    missing = np.full(width, np.nan)
+    fields = (
+        None
+        if all(row[k] is None for row in rows)
+        else np.array([missing if row[k] is None else row[k] for row in rows], dtype=float)
+        for k in (4, 5, 6)
+    )
+    log = np.array([row.logged.log_ns for row in rows], dtype=np.int64)
+    published = np.array([row.logged.published_ns for row in rows], dtype=np.int64)
+    stamp = np.array([row.stamp_ns for row in rows], dtype=np.int64)
+    return Table(log, published, stamp, tuple(fields))
 
 
 def _overlap(a: list[Row], b: list[Row]) -> bool:
@@ -120,11 +168,7 @@ def _rate(part: list[Row]) -> float:
     return (len(part) - 1) / seconds if seconds > 0 else 0.0
 
 
-def _only(half: Table, columns: list[int]) -> Table:
-    return half._replace(fields=tuple(f if f is None else f[:, columns] for f in half.fields))
-
-
-def at_the_fastest(tables: list[Table], columns: list[list[int]]) -> Table:
+def _at_the_fastest(tables: list[Table], columns: list[list[int]]) -> Table:
     """The columns of all halves at the times of the first, where each says something near."""
     clock, base, width = _clock(tables), tables[0], sum(map(len, columns))
     fields: list[Floats | None] = [
@@ -162,9 +206,53 @@ def _at(t: Stamps, own: Stamps, values: Floats) -> Floats:
 
 def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
     """Say which times [ns] (T,) lie between two states of a half (N,) that follow each other."""
+    if len(own) < 2:
+        return np.isin(t, own)
     after = np.searchsorted(own, t)
-    inside = (after > 0) & (after < len(own))
-    last = np.clip(after, 1, max(len(own) - 1, 1))
-    apart = own[last] - own[last - 1] if len(own) > 1 else np.full(len(t), np.inf)
-    period = float(np.median(np.diff(own))) if len(own) > 1 else 0.0
-    return np.asarray((inside & (apart <= NEAR * period)) | np.isin(t, own))
+    last = np.clip(after, 1, len(own) - 1)
+    steps = np.diff(own)
+    follow = steps[last - 1] <= NEAR * float(np.median(steps))
+    return np.asarray(((after > 0) & (after < len(own)) & follow) | np.isin(t, own))
+
+
+def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
+    """Refuse states of two publishers that take turns, by their values or their stamps.
+
+    Raises:
+        UserError: they do.
+    """
+    q = made.fields[0]
+    if q is None or len(q) < FEWEST_TURNS:
+        return
+    back = float(np.mean(np.diff(made.stamp) < 0))
+    apart = _apart(q) & ~_moved(made, q)
+    if max(back, float(apart.mean(axis=0).max())) <= SWITCHES:
+        return
+    j = int(apart.sum(axis=0).argmax())
+    step = np.abs(np.diff(q[:, j], axis=0))[3:][apart[:, j]]
+    what = (
+        f'values of {joints[j]} {np.median(step):.2g} apart in {apart[:, j].mean():.0%}'
+        if step.size
+        else f'stamps that go back in {back:.0%}'
+    )
+    raise UserError(
+        f'two publishers take turns on {topic} ({what} of the steps), and neither frame_id nor '
+        'names tell them apart; record again with one of them, or each on its own topic'
+    )
+
+
+def _moved(made: Table, q: Floats) -> NDArray[np.bool_]:
+    """Say which of these steps the joint made by its own speed, as one that chatters does."""
+    dq = made.fields[1]
+    if dq is None:
+        return np.zeros(q[4:].shape, dtype=bool)
+    seconds = np.abs(np.diff(made.stamp))[3:, None] * 1e-9
+    speed = np.fmax(np.abs(dq[4:]), np.abs(dq[3:-1]))
+    return np.asarray(np.abs(q[4:] - q[3:-1]) < FASTER * speed * seconds)
+
+
+def _apart(q: Floats) -> NDArray[np.bool_]:
+    """Say which steps, from the fifth state on (T - 4, J), go to where the states before were."""
+    last = np.abs(q[4:] - q[3:-1])
+    before = np.min([np.abs(q[4:] - q[4 - k : -k]) for k in (2, 3, 4)], axis=0)
+    return np.asarray((last > APART) & (last > NEARER * before))

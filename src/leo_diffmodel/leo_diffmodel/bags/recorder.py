@@ -15,11 +15,12 @@ import time
 from leo_msgs_py.cdr import joints_text
 from leo_msgs_py.errors import UserError
 
-from .finish import BagState, finish_bag
-from .sources import BACK_NS, Origin, Sources
+from .arrival import Origin, Sources
 from .types import DYNAMIC_JOINT_STATE, JOINT_STATE
 from .writer import BagWriter
 
+BACK_NS = 100_000_000
+"""Stamps this much older than the last one mean a restarted robot."""
 LATE = 1.0
 """Messages from before a restart may arrive so long after it [s]."""
 RECENT = 5.0
@@ -122,10 +123,7 @@ class Recorder:
                 self._write_facts(self._writer)
 
     def flush(self) -> None:
-        """Hand everything to the operating system; go on where there is room again.
-
-        Call this every 0.1 s.
-        """
+        """Hand everything to the operating system every 0.1 s; go on where there is room."""
         if self._writer is not None and not self._writer.is_there:
             self._leave(self._writer)
         if self._writer is not None:
@@ -165,7 +163,7 @@ class Recorder:
         self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int
     ) -> bool:
         """Say whether to record a message; begin a bag for the robot that is recorded again."""
-        if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
+        if not _has_stamp(topic, data):
             return True
         sources = self._sources.setdefault((topic.name, joints_text(data)), Sources())
         present = partial(self.publishers, topic.name)
@@ -190,7 +188,6 @@ class Recorder:
         self._open(logged_ns)
 
     def _open(self, logged_ns: int) -> None:
-        """Make the folder of a bag and write what each bag begins with."""
         is_first, self.folder = self.folder is None, free_folder(self._base)
         self._channels.clear()
         try:
@@ -226,14 +223,11 @@ class Recorder:
 
     @contextmanager
     def _disk(self) -> Iterator[None]:
-        """Keep in mind that the disk takes nothing now."""
+        """Note where the disk takes nothing now."""
         try:
             yield
         except OSError as error:
-            self._fill(error)
-
-    def _fill(self, error: OSError) -> None:
-        self.full = f'{self.folder}: {error.strerror or error}'
+            self.full = f'{self.folder}: {error.strerror or error}'
 
     def _write_facts(self, writer: BagWriter) -> None:
         lost = self.lost - self._lost_before
@@ -257,10 +251,8 @@ class Recorder:
     ) -> None:
         if topic.name not in self._channels:
             self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)
-        try:
+        with self._disk():
             writer.write(self._channels[topic.name], data, logged_ns, published_ns, number)
-        except OSError as error:
-            self._fill(error)
 
     def _is_left_over(self, topic: RecordedTopic, data: bytes) -> bool:
         """Whether a topic still goes on where it was when another one jumped back."""
@@ -274,7 +266,7 @@ class Recorder:
 
     def _jumps_back(self, topic: RecordedTopic, data: bytes, logged_ns: int) -> bool:
         """Whether the stamps of a topic do; of several groups of joints those of the first."""
-        if topic.type not in _STAMPED or len(data) < _STAMP_ENDS:
+        if not _has_stamp(topic, data):
             return False
         lead = self._leads.setdefault(topic.name, Sources())
         if lead.origin(joints_text(data), logged_ns * 1e-9, tuple) is Origin.OTHER:
@@ -283,6 +275,10 @@ class Recorder:
         back = stamp < self._last_stamp.get(topic.name, stamp) - BACK_NS
         self._last_stamp[topic.name] = stamp
         return back
+
+
+def _has_stamp(topic: RecordedTopic, data: bytes) -> bool:
+    return topic.type in _STAMPED and len(data) >= _STAMP_ENDS
 
 
 def header_stamp(data: bytes) -> int:
@@ -297,24 +293,3 @@ def free_folder(base: Path) -> Path:
         return base
     numbered = (base.with_name(f'{base.name}_{number}') for number in count(1))
     return next(folder for folder in numbered if not folder.exists())
-
-
-def finish_left_over(base: Path) -> list[Path]:
-    """Finish the bags of killed recorders with this base name and return their folders.
-
-    Those for which there is no room stay as they are.
-    """
-    return [bag for bag in recorded(base) if _finished(bag)]
-
-
-def _finished(bag: Path) -> bool:
-    try:
-        return finish_bag(bag) is BagState.REPAIRED
-    except OSError:
-        return False
-
-
-def recorded(base: Path) -> list[Path]:
-    """Return the bags with this base name, the one being written too."""
-    folders = [base, *sorted(base.parent.glob(f'{base.name}_*'))]
-    return [folder for folder in folders if folder.is_dir() and any(folder.glob('*.mcap'))]

@@ -9,27 +9,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import sha256
 
-from .contents import BagContents, load
+from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
 from .impossible import lengths, without_impossible
 from .inputs import InputLog, read_inputs
-from .made_rates import without_made_rates
 from .mend import on_time
 from .notes import input_notes, reading_notes
-from .period import command_period, median_step
-from .runs import Held, split_runs
 from .spikes import without_spikes
-from .split import Segments, split, unwrapped, velocity
-from .states import Floats, read_states, Stamps, StateLog
-from .topic_map import find_topic, list_topics, read_topic_map, TopicMap
-from .unmeasured import without_unmeasured
-from .zoh import average
+from .split import split, unwrapped, velocity
+from .states import median_step, read_states, StateLog
+from .topic_map import COMMANDS, find_topic, list_topics, read_topic_map, TopicMap
+from .types import Floats, Stamps
+from .unmeasured import without_made_rates, without_unmeasured
+from .zoh import average, Held, split_runs
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -74,11 +71,7 @@ def read_both_ways(
 
 
 def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recording:
-    """The episodes of what a bag holds, or of messages that are not in one yet.
-
-    Raises:
-        UserError: as `read_bag`.
-    """
+    """The episodes of what a bag holds, or of messages that are not in one yet, as `read_bag`."""
     return next(held_each_way(contents, robot, mapping, (mapping.hold,)))
 
 
@@ -100,9 +93,9 @@ def held_each_way(
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
     try:
-        states, told = without_impossible(read_states(topic, robot.joint_names, mapping), robot)
+        states, beyond = without_impossible(read_states(topic, robot.joint_names, mapping), robot)
         motors = () if mapping.input == 'effort' else [a.joint for a in robot.actuators]
-        states, said = without_unmeasured(states, lengths(robot), motors)
+        states, unmeasured = without_unmeasured(states, lengths(robot), motors)
         states, made = without_made_rates(states)
         states, spikes = without_spikes(states, lengths(robot))
         states, turns = unwrapped(states)
@@ -115,9 +108,11 @@ def held_each_way(
         )
     segments = split(states, find_topic(contents, 'episode', mapping))
     inputs = read_inputs(contents, states, robot, mapping)
-    digest, notes = sha256(contents.files), [*told, *said, *spikes]
+    digest, notes = sha256(contents.files), [*beyond, *unmeasured, *spikes]
     for hold in holds:
-        episodes = _episodes(states, segments, _held(states, inputs, hold), len(robot.actuators))
+        held = split_runs(states, inputs, hold == 'previous') if inputs else None
+        found = (_episode(states, part, held, len(robot.actuators)) for part in segments.slices)
+        episodes = tuple(episode for episode in found if episode is not None)
         if not episodes:
             raise UserError(f'{path}: no joint states while inputs were recorded; record both')
         used = sum(len(episode.t) for episode in episodes)
@@ -128,12 +123,12 @@ def held_each_way(
                 joints=tuple(robot.joint_names),
                 actuators=tuple(a.joint for a in robot.actuators),
                 input=inputs.kind if inputs else 'none',
-                command_period=command_period(contents, robot, mapping, states, inputs),
+                command_period=_command_period(contents, robot, mapping, states, inputs),
                 episodes=episodes,
                 metadata=_metadata(contents, mapping),
                 warnings=(
                     *reading_notes(contents, states, segments, turns, used, made, notes),
-                    *input_notes(contents, robot, mapping, inputs, said),
+                    *input_notes(contents, robot, mapping, inputs, unmeasured),
                 ),
                 rates='made' if made else 'measured' if states.dq is not None else 'absent',
             ),
@@ -143,8 +138,8 @@ def held_each_way(
 
 def _metadata(contents: BagContents, mapping: TopicMap) -> Mapping[str, str]:
     """Return the `leo` record; whether the base was held is what the topic map says."""
-    told = contents.metadata.get('leo', {})
-    return told if mapping.held is None else {**told, 'held': str(mapping.held).lower()}
+    facts = contents.metadata.get('leo', {})
+    return facts if mapping.held is None else {**facts, 'held': str(mapping.held).lower()}
 
 
 def _why_nothing(contents: BagContents) -> str:
@@ -161,17 +156,6 @@ def _robot(robot: Robot | str | Path) -> Robot:
     return robot
 
 
-def _held(states: StateLog, inputs: InputLog | None, hold: str) -> Held | None:
-    return split_runs(states, inputs, hold == 'previous') if inputs else None
-
-
-def _episodes(
-    states: StateLog, segments: Segments, held: Held | None, actuators: int
-) -> tuple[Episode, ...]:
-    found = (_episode(states, part, held, actuators) for part in segments.slices)
-    return tuple(episode for episode in found if episode is not None)
-
-
 def _episode(states: StateLog, part: slice, held: Held | None, actuators: int) -> Episode | None:
     """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
@@ -180,9 +164,10 @@ def _episode(states: StateLog, part: slice, held: Held | None, actuators: int) -
     if part.stop - part.start < 2:
         return None
     t, q = states.stamp_ns[part], states.q[part]
-    inputs, enabled = (
-        _passive(len(t), actuators) if held is None else _averaged(t, *held.near(part))
-    )
+    inputs, enabled = np.zeros((len(t), actuators)), np.zeros((len(t), actuators), dtype=bool)
+    if held is not None:
+        stamps, values, on = held.near(part)
+        inputs, enabled = average(t, stamps, values), average(t, stamps, on) > 0.5
     return Episode(
         t=(t - states.stamp_ns[0]) * 1e-9,
         q=q,
@@ -201,11 +186,33 @@ def _rates(t: Stamps, q: Floats, dq: Floats | None) -> Floats:
     return np.where(missing, velocity(t, q), dq) if missing.any() else dq
 
 
-def _passive(count: int, actuators: int) -> tuple[Floats, NDArray[np.bool_]]:
-    return np.zeros((count, actuators)), np.zeros((count, actuators), dtype=bool)
+def _command_period(
+    contents: BagContents,
+    robot: Robot,
+    topic_map: TopicMap,
+    states: StateLog,
+    inputs: InputLog | None,
+) -> float:
+    """Return the control period [s].
+
+    That of the robot for bags its recorder made. For foreign bags the median distance of the
+    commands in robot time (whole state periods), else of the inputs, else of the states.
+    """
+    metadata = contents.metadata.get('leo', {})
+    if 'robot' in metadata and 'imported_from' not in metadata:
+        return float(robot.control_period)
+    topic = find_topic(contents, 'commands', topic_map, COMMANDS[robot.input])
+    state_period = median_step(states.stamp_ns)
+    if topic is not None and len(topic.messages) > 2:
+        return max(round(_commanded(topic, states) / state_period), 1) * state_period
+    return state_period if inputs is None else median_step(inputs.stamp_ns) or state_period
 
 
-def _averaged(
-    t: Stamps, stamps: Stamps, values: Floats, enabled: Floats
-) -> tuple[Floats, NDArray[np.bool_]]:
-    return average(t, stamps, values), average(t, stamps, enabled) > 0.5
+def _commanded(topic: TopicLog, states: StateLog) -> float:
+    """Return the median distance of commands [s] in the time of the states around them."""
+    logged = np.array([message.log_ns for message in topic.messages], dtype=np.int64)
+    start = states.log_ns[0]
+    stamps = states.stamp_ns - states.stamp_ns[0]
+    t = np.interp(logged - start, states.log_ns - start, stamps)
+    inside = t[(logged >= start) & (logged <= states.log_ns[-1])]
+    return float(np.median(np.diff(inside))) * 1e-9 if len(inside) > 1 else 0.0

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from .states import Floats, StateLog
+from .states import StateLog
+from .types import Floats
 
 SIGMAS = 10.0
 """Robust standard deviations of the rate from the rates around: no noise reaches so far."""
@@ -40,7 +41,7 @@ def without_spikes(states: StateLog, lengths: Mapping[str, str]) -> tuple[StateL
     """
     if states.dq is None or len(states.q) < FEWEST:
         return states, []
-    dq, told = states.dq.copy(), []
+    dq, notes = states.dq.copy(), list[str]()
     t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
     for j, (name, unit) in enumerate(lengths.items()):
         q, rate = states.q[:, j], states.dq[:, j]
@@ -48,8 +49,9 @@ def without_spikes(states: StateLog, lengths: Mapping[str, str]) -> tuple[StateL
             slope, wide = _slopes(t, q, rate)
             at = _spikes(rate, slope, wide)
             dq[at, j] = slope[at]
-            told += _told(name, f'{unit}/s', rate, q, dq[:, j], at, t)
-    return (replace(states, dq=dq), told) if told else (states, [])
+            if at.size:
+                notes.append(_note(name, f'{unit}/s', rate, q, dq[:, j], at, t))
+    return (replace(states, dq=dq), notes) if notes else (states, [])
 
 
 def _slopes(t: Floats, q: Floats, rate: Floats) -> tuple[Floats, NDArray[np.bool_]]:
@@ -92,18 +94,16 @@ def _sigma(values: Floats) -> float:
     return 1.4826 * float(np.median(np.abs(values - np.median(values)))) if len(values) else 0.0
 
 
-def _told(
+def _note(
     name: str, unit: str, rate: Floats, q: Floats, mended: Floats, at: NDArray[np.intp], t: Floats
-) -> list[str]:
-    if not at.size:
-        return []
+) -> str:
     worst = at[np.abs(rate[at]).argmax()]
-    return [
+    return (
         f'{len(at)} spike{"s" * (len(at) > 1)} in the rate of {name} that its positions do not '
         f'support, up to {rate[worst]:.3g} where they change by {mended[worst]:.3g} {unit} '
         f'({t[worst]:.3f} s)'
         f'{_where(q, mended, at, t)}; their slope taken instead'
-    ]
+    )
 
 
 def _where(q: Floats, rate: Floats, at: NDArray[np.intp], t: Floats) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Joint states of a bag as arrays, in the robot's joint order and signs."""
+"""Joint states of a bag as arrays in a robot's joint order."""
 
 from __future__ import annotations
 
@@ -13,17 +13,12 @@ from rosbags.serde import SerdeError
 
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import nanoseconds
 
 from .contents import Logged, TopicLog
-from .publishers import together
-from .rows import Publisher, Row
+from .publishers import Publisher, Row, together
 from .topic_map import JointMap, TopicMap
-from .types import JOINT_STATE
-
-Floats = NDArray[np.float64]
-Stamps = NDArray[np.int64]
-Order = tuple[tuple[int, ...], list[int]]
-"""Columns of ours that a message fills, and where in the message they are."""
+from .types import Floats, JOINT_STATE, Stamps
 
 
 class OtherJoints(UserError):
@@ -42,7 +37,7 @@ class StateLog:
             A column of NaN is a joint whose rate or effort nobody measures.
         dropped: samples left out for a NaN.
         stamped: whether the headers had stamps (else stamp_ns is log_ns).
-        told: what was done about several publishers, one line each.
+        notes: what was done about several publishers, one line each.
     """
 
     log_ns: Stamps
@@ -53,7 +48,7 @@ class StateLog:
     effort: Floats | None
     dropped: int
     stamped: bool
-    told: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> StateLog:
@@ -69,23 +64,17 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     found = together(rows, joints, topic.name)
     if found is None:
         raise _other_joints(topic, joints, topic_map, rows)
-    (log, published, stamp, columns), told = found
+    (log, published, stamp, columns), notes = found
     if columns[0] is None:
         raise UserError(f'the messages on {topic.name} have no positions')
     q, dq, effort = _ours(columns, [topic_map.joint(name) for name in joints])
     stamped = bool(stamp.any())
-    stamp = stamp if stamped else log
-    found_states = _clean(topic, log, published, stamp, q, dq, effort, stamped)
-    return replace(found_states, told=told)
+    states = StateLog(log, published, stamp if stamped else log, q, dq, effort, 0, stamped, notes)
+    return _clean(states, topic.name)
 
 
 def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]:
-    """Yield (logged, message) of a topic; what cannot be decoded is counted and left out.
-
-    Args:
-        topic: with the messages; its `broken` is set.
-        type_name: their type.
-    """
+    """Yield (logged, message) of a topic; what cannot be decoded is counted in its `broken`."""
     topic.broken = 0
     for message in topic.messages:
         try:
@@ -98,19 +87,32 @@ def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]
 
 def stamp_of(message: Any) -> int:
     """Return the header stamp of a message in ns."""
-    stamp = message.header.stamp
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+    return nanoseconds(message.header.stamp)
+
+
+def at_rows(states: StateLog, rows: NDArray[np.bool_]) -> StateLog:
+    """The states of some rows (T,)."""
+    names = ('log_ns', 'published_ns', 'stamp_ns', 'q', 'dq', 'effort')
+    found: dict[str, Any] = {name: getattr(states, name) for name in names}
+    return replace(states, **{n: v if v is None else v[rows] for n, v in found.items()})
+
+
+def median_step(stamps: Stamps) -> float:
+    """Return the median of the forward steps [s], 0 without any."""
+    steps = np.diff(stamps)
+    forward = steps[steps > 0]
+    return float(np.median(forward)) * 1e-9 if forward.size else 0.0
 
 
 def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterator[Row]:
     """Yield the messages, those that have none of the joints without fields."""
     wanted = [topic_map.joint(name).name for name in joints]
-    orders: dict[tuple[str, ...], Order] = {}
+    orders: dict[tuple[str, ...], tuple[tuple[int, ...], list[int]]] = {}
     for logged, message in deserialize(topic, JOINT_STATE):
         names, frame = tuple(message.name), message.header.frame_id
         if topic_map.frame_id not in (None, frame):
             continue
-        if names not in orders:
+        if names not in orders:  # which of ours a message fills, and where in it they are
             ours = tuple(k for k, name in enumerate(wanted) if name in names)
             orders[names] = ours, [names.index(str(wanted[k])) for k in ours]
         ours, order = orders[names]
@@ -159,28 +161,17 @@ def _other_joints(
     )
 
 
-def _clean(
-    topic: TopicLog,
-    log: Stamps,
-    published: Stamps,
-    stamp: Stamps,
-    q: Floats,
-    dq: Floats | None,
-    effort: Floats | None,
-    stamped: bool,
-) -> StateLog:
+def _clean(states: StateLog, topic: str) -> StateLog:
     """Drop repeats of a state (stamp and values) and samples with NaN."""
-    dq = None if dq is None or np.isnan(dq).all() else dq
+    q, dq = states.q, states.dq
     moved = (q[1:] != q[:-1]).any(axis=1)
-    fresh = np.concatenate([[True], (np.diff(stamp) != 0) | moved])
+    fresh = np.concatenate([[True], (np.diff(states.stamp_ns) != 0) | moved])
     whole = np.isfinite(q).all(axis=1)
     if dq is not None:
         some = ~np.isnan(dq).all(axis=0)  # of a joint whose rate nobody measures no sample has one
         whole &= np.isfinite(dq[:, some]).all(axis=1)
+        dq = dq if some.any() else None
     keep = fresh & whole
     if not keep.any():
-        raise UserError(f'every sample on {topic.name} has a NaN; nothing usable is left')
-    dq = None if dq is None else dq[keep]
-    effort = None if effort is None else effort[keep]
-    dropped = int(np.sum(fresh & ~whole))
-    return StateLog(log[keep], published[keep], stamp[keep], q[keep], dq, effort, dropped, stamped)
+        raise UserError(f'every sample on {topic} has a NaN; nothing usable is left')
+    return at_rows(replace(states, dq=dq, dropped=int(np.sum(fresh & ~whole))), keep)

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rates and efforts that are in the messages and that nobody measured, joint by joint.
+"""Rates and efforts that are in the messages and that nobody measured.
 
 A driver that measures no rate or effort often leaves zeros, or what was in the memory. They
 become NaN, not measured: the rate is then differentiated, the effort is no input of a motor.
+
+Other rates are made from the positions. What a joint does is smooth; what differs from sample to
+sample is noise of the sensor, or its steps. A speed that repeats the noise of the differences of
+the angle, and not only the motion, is those differences.
 """
 
 from __future__ import annotations
@@ -15,7 +19,8 @@ from warnings import catch_warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from .states import Floats, StateLog
+from .states import StateLog
+from .types import Floats, Stamps
 
 GARBAGE = 1e-300
 """N m, rad/s (N, m/s): what is smaller and not 0 is memory that nobody wrote, no sensor's."""
@@ -25,6 +30,12 @@ FEWEST = 3
 """Values of an angle from which on it moves; two are a reset."""
 JUMP = 20.0
 """Times the usual step: a reset, no motion."""
+ALIKE = 0.02
+"""Of the roughness of a difference: what a speed that is made of it may be off by."""
+ROUGH = 1e-4
+"""Of the speed: what is smoother has no noise to know it by, and its differences are good."""
+MOST = 0.9
+FEWEST_ROUGH = 20
 NO_INPUT = 'no measurement; taken as not measured, never as an input'
 DIFFERENTIATED = 'differentiated from the positions'
 
@@ -42,50 +53,48 @@ def without_unmeasured(
     moved = [
         f'{way:.2g} {unit}' for unit, way in zip(lengths.values(), _moved(states), strict=True)
     ]
-    rates, told = _rates(states, list(lengths), moved)
-    efforts, said = _efforts(states, list(lengths), moved, driven)
-    told += said
-    return (replace(states, dq=rates, effort=efforts), told) if told else (states, told)
+    rates, of_rates = _rates(states, list(lengths), moved)
+    efforts, of_efforts = _efforts(states, list(lengths), moved, driven)
+    notes = of_rates + of_efforts
+    return (replace(states, dq=rates, effort=efforts), notes) if notes else (states, notes)
 
 
 def _rates(
     states: StateLog, joints: Sequence[str], moved: Sequence[str]
 ) -> tuple[Floats | None, list[str]]:
-    """The rates that are measured; also which are not."""
     rates = states.dq
     if rates is None:
         return None, []
     missing = [name for j, name in enumerate(joints) if np.isnan(rates[:, j]).all()]
-    told = [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
+    notes = [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
     still = _still_rates(states)
-    told += [
+    notes += [
         f'rates of {joints[j]} are {_constant(rates[0, j])} throughout while it moves by '
         f'{moved[j]}: no measurement; {DIFFERENTIATED}'
         for j in np.flatnonzero(still).tolist()
     ]
-    return _emptied(rates, np.broadcast_to(still, rates.shape)), told
+    return _emptied(rates, np.broadcast_to(still, rates.shape)), notes
 
 
 def _efforts(
     states: StateLog, joints: Sequence[str], moved: Sequence[str], driven: Collection[str]
 ) -> tuple[Floats | None, list[str]]:
-    """The efforts that are measured; also which are not."""
     efforts = states.effort
     if efforts is None:
         return None, []
     garbage = _garbage(efforts)
-    idle = _idle_efforts(states, joints, driven)
-    told = [
-        f'{n} efforts of {joints[j]} as {_example(efforts[:, j]):.2g}: memory that nobody wrote, '
-        f'{NO_INPUT}'
-        for j, n in enumerate(garbage.sum(axis=0))
-        if n
+    zero = (efforts == 0).all(axis=0) & (_moved(states) > MOVES)
+    idle = zero & np.array([name in driven for name in joints])
+    notes = [
+        f'{garbage[:, j].sum()} efforts of {joints[j]} as {_example(efforts[:, j]):.2g}: memory '
+        f'that nobody wrote, {NO_INPUT}'
+        for j in np.flatnonzero(garbage.any(axis=0)).tolist()
     ]
-    told += [
+    notes += [
         f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: {NO_INPUT}'
         for j in np.flatnonzero(idle).tolist()
     ]
-    return _emptied(efforts, garbage | idle), told
+    return _emptied(efforts, garbage | idle), notes
 
 
 def _emptied(values: Floats, out: NDArray[np.bool_]) -> Floats | None:
@@ -107,22 +116,13 @@ def _still_rates(states: StateLog) -> NDArray[np.bool_]:
     rate = np.where(np.abs(dq) < GARBAGE, 0.0, dq)
     constant = (rate == rate[0]).all(axis=0)
     moves = _moved(states, np.where(constant, rate[0], 0.0)) > MOVES
-    if not rate.any():  # of all joints: any change of any angle tells
+    if not rate.any():  # of all joints: any change of any angle shows it
         moves |= len(np.unique(states.q, axis=0)) >= FEWEST
     return np.asarray(constant & moves)
 
 
-def _idle_efforts(
-    states: StateLog, joints: Sequence[str], driven: Collection[str]
-) -> NDArray[np.bool_]:
-    """Say of which joints (J,) the motor says 0 throughout although they move."""
-    effort = np.asarray(states.effort)
-    zero = (effort == 0).all(axis=0) & (_moved(states) > MOVES)
-    return np.asarray(zero & np.array([name in driven for name in joints]))
-
-
 def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
-    """How far each joint moves [rad, m] beside what constant rates make, without jumps (J,)."""
+    """How far each joint moves [rad, m] besides what constant rates make, without jumps (J,)."""
     q = states.q
     step = np.diff(q, axis=0) - rates * np.diff(states.stamp_ns)[:, None] * 1e-9
     step -= math.tau * np.round(step / math.tau)
@@ -142,3 +142,57 @@ def _constant(rate: float) -> str:
 def _example(efforts: Floats) -> float:
     """The first value of a channel (T,) that is too small for any."""
     return float(efforts[(efforts != 0) & (np.abs(efforts) < GARBAGE)][0])
+
+
+def without_made_rates(states: StateLog) -> tuple[StateLog, str]:
+    """Leave out velocities that are differences of the positions; also return which ones ('')."""
+    if states.dq is None:
+        return states, ''
+    there = np.isfinite(states.dq).all(axis=0)
+    with np.errstate(all='ignore'):  # whatever numbers a bag holds
+        found = made_from(states.stamp_ns, states.q[:, there], states.dq[:, there])
+    return (replace(states, dq=None), found) if found else (states, '')
+
+
+def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:
+    """Return which difference of the positions (T, J) the velocities (T, J) are; '' for none.
+
+    All joints that say something must agree: those whose differences are rough in 20 samples.
+    """
+    if len(q) < FEWEST_ROUGH or not (np.diff(stamp_ns) > 0).all():
+        return ''
+    t = (stamp_ns - stamp_ns[0]) * 1e-9
+    step, middle = np.diff(q, axis=0) / np.diff(t)[:, None], (t[1:] + t[:-1]) / 2
+    central = np.gradient(q, t, axis=0)
+    ways = {
+        'backward': (middle[:-1], step[:-1]),
+        'forward': (middle[1:], step[1:]),
+        'central': (t[1:-1], central[1:-1]),
+    }
+    found = (way for way, (at, difference) in ways.items() if _repeats(at, difference, dq[1:-1]))
+    return next(found, '')
+
+
+def _repeats(at: Floats, difference: Floats, dq: Floats) -> bool:
+    """Say whether velocities are a difference to a small part of its roughness.
+
+    Args:
+        at: times that the differences are of [s], shape (N,).
+        difference: of the positions [rad/s], shape (N, J).
+        dq: the velocities, shape (N, J).
+    """
+    slope = np.diff(difference, axis=0) / np.diff(at)[:, None]
+    rough = np.abs(np.diff(slope, axis=0)) * (at[2:] - at[:-2])[:, None] / 2
+    off = np.abs(dq - difference)[1:-1]
+    speed = np.sqrt(np.mean(np.square(dq), axis=0))
+    found = (_share(off[:, j], rough[:, j], float(speed[j])) for j in range(dq.shape[1]))
+    shares = [share for share in found if share is not None]
+    return bool(shares) and min(shares) >= MOST
+
+
+def _share(off: Floats, rough: Floats, speed: float) -> float | None:
+    """Return the share of rough samples (N,) that are alike; None where there are too few."""
+    moved = rough > ROUGH * speed
+    if moved.sum() < FEWEST_ROUGH:
+        return None
+    return float((off[moved] <= ALIKE * np.median(rough[moved])).mean())

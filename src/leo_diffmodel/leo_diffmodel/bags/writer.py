@@ -1,24 +1,143 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writing a rosbag2 MCAP bag that a killed process leaves readable."""
+"""A file that is written whole: what a full disk does not take waits in memory."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 import fcntl
 import os
 from pathlib import Path
+import struct
 import time
 from typing import cast, IO
 
-from mcap.writer import CompressionType, Writer
+from mcap.opcode import Opcode
+from mcap.records import ChunkIndex
+from mcap.writer import CompressionType, MCAP0_MAGIC, Writer
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import visible
 
-from .chunk_index import ChunksOfFile
-from .metadata import write_metadata
-from .spool import Spool
+from .finish import write_metadata
 from .types import definition
+
+
+class Spool:
+    """A new file for a writer of records, without holes whenever there was no room for it.
+
+    Whatever could not be written is kept and written first by the next `flush`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file = path.open('x+b', buffering=0)
+        self._waiting = bytearray()
+        self._taken = 0
+
+    def write(self, data: bytes) -> int:
+        """Keep bytes in memory until `flush`; return how many."""
+        self._waiting += data
+        self._taken += len(data)
+        return len(data)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system.
+
+        Raises:
+            OSError: it does not take everything now; what is left waits.
+        """
+        while self._waiting:
+            del self._waiting[: os.write(self._file.fileno(), self._waiting)]
+
+    def read(self, offset: int, size: int) -> bytes:
+        """Bytes at an offset of the file, fewer at its end."""
+        return os.pread(self._file.fileno(), size, offset)
+
+    def tell(self) -> int:
+        """Bytes taken so far."""
+        return self._taken
+
+    def fileno(self) -> int:
+        """File descriptor."""
+        return self._file.fileno()
+
+    def close(self) -> None:
+        """Close the file; what still waits is lost."""
+        self._file.close()
+
+    @property
+    def written(self) -> int:
+        """Bytes in the file."""
+        return self._taken - len(self._waiting)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the file is still where it was made."""
+        try:
+            return os.path.samestat(self._path.stat(), os.fstat(self.fileno()))
+        except OSError:
+            return False
+
+
+_FRAME = struct.Struct('<BQ')
+_CHUNK = struct.Struct('<QQQIIQ')
+"""Of a chunk without compression: first and last time, size, CRC, length of '', length."""
+_CHANNEL = struct.Struct('<H')
+_MOST = _FRAME.size + _CHUNK.size
+
+
+class ChunksOfFile:
+    """What stands in for the list of chunk indices of mcap's Writer.
+
+    That list grows by some hundred bytes with each chunk, ten times a second for as long as is
+    recorded; what is in it can be read from the chunks' heads. `read` takes an offset in the file
+    and how many bytes at most.
+    """
+
+    def __init__(self, read: Callable[[int, int], bytes]) -> None:
+        self._read = read
+
+    def append(self, index: ChunkIndex) -> None:
+        """Keep nothing: the chunk is in the file."""
+
+    def __iter__(self) -> Iterator[ChunkIndex]:
+        """Yield the index of each chunk that the file holds, which has no compression."""
+        index: ChunkIndex | None = None
+        for at, opcode, size, head in self._records():
+            if index is not None and opcode == Opcode.MESSAGE_INDEX:
+                index.message_index_offsets[_CHANNEL.unpack_from(head)[0]] = at
+                index.message_index_length += size
+                continue
+            if index is not None:
+                yield index
+            index = _index(at, size, head) if opcode == Opcode.CHUNK else None
+        if index is not None:
+            yield index
+
+    def _records(self) -> Iterator[tuple[int, int, int, bytes]]:
+        """Yield the offset, opcode, size with its frame, and first bytes of each record."""
+        at = len(MCAP0_MAGIC)
+        while len(head := self._read(at, _MOST)) >= _FRAME.size:
+            opcode, length = _FRAME.unpack_from(head)
+            size = _FRAME.size + length
+            yield at, opcode, size, head[_FRAME.size :]
+            at += size
+
+
+def _index(at: int, size: int, head: bytes) -> ChunkIndex:
+    first, last, uncompressed, _, _, compressed = _CHUNK.unpack_from(head)
+    return ChunkIndex(
+        message_start_time=first,
+        message_end_time=last,
+        chunk_start_offset=at,
+        chunk_length=size,
+        message_index_offsets={},
+        message_index_length=0,
+        compression='',
+        compressed_size=compressed,
+        uncompressed_size=uncompressed,
+    )
+
 
 FLUSH_SECONDS = 0.1
 """Longest time a message waits in this process; what `kill -9` can cost."""

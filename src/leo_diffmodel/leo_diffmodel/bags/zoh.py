@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs that hold from stamp to stamp, averaged over the steps of the states."""
+"""Inputs that hold from stamp to stamp: paired with states, averaged over the states' steps."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.typing import NDArray
+
+from .inputs import InputLog
+from .states import StateLog
+from .types import Floats, Stamps
 
 
-def average(
-    t: NDArray[np.int64], stamps: NDArray[np.int64], values: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def average(t: Stamps, stamps: Stamps, values: Floats) -> Floats:
     """Return the mean of a held signal over each step.
 
     Args:
@@ -27,19 +30,63 @@ def average(
     last = np.searchsorted(stamps, t[1:], side='left') - 1
     mixed = np.flatnonzero(last > first[:-1])
     if mixed.size:
-        area = _area(t, stamps, values, first)
-        width = (t[mixed + 1] - t[mixed])[:, None]
-        held[mixed] = (area[mixed + 1] - area[mixed]) / width
+        steps = np.diff(stamps)[:, None] * values[:-1]
+        before = np.vstack([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
+        area = before[first] + (t - stamps[first])[:, None] * held  # since stamps[0], unit x ns
+        held[mixed] = (area[mixed + 1] - area[mixed]) / (t[mixed + 1] - t[mixed])[:, None]
     return held
 
 
-def _area(
-    t: NDArray[np.int64],
-    stamps: NDArray[np.int64],
-    values: NDArray[np.float64],
-    first: NDArray[np.intp],
-) -> NDArray[np.float64]:
-    """Integrate the held signal from stamps[0] to each t; shape (T, A), unit x ns."""
-    steps = np.diff(stamps)[:, None] * values[:-1]
-    before = np.vstack([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
-    return before[first] + (t - stamps[first])[:, None] * values[first]
+@dataclass(frozen=True)
+class Held:
+    """Held inputs by run; a run lasts until stamps jump back.
+
+    Attributes:
+        run: number of the run of each state, shape (T,).
+        inputs: per run (stamps [ns] (N,), values (N, A), enabled (N, A)), stamps increasing.
+    """
+
+    run: Stamps
+    inputs: tuple[tuple[Stamps, Floats, Floats], ...]
+
+    def near(self, part: slice) -> tuple[Stamps, Floats, Floats]:
+        """Return the inputs of the run that a stretch of states belongs to."""
+        return self.inputs[int(self.run[part.start])]
+
+    def unknown(self, part: slice, stamp_ns: Stamps) -> int:
+        """Return how many states at the start of a stretch come before any input."""
+        stamps = self.near(part)[0]
+        if not stamps.size:
+            return part.stop - part.start
+        return int(np.searchsorted(stamp_ns[part], stamps[0]))
+
+
+def split_runs(states: StateLog, inputs: InputLog, previous: bool) -> Held:
+    """Pair inputs with states run by run.
+
+    Args:
+        states: joint states in log order.
+        inputs: inputs in log order.
+        previous: a stamp ends the period in which its input acted, instead of starting it.
+    """
+    run = _runs(states.stamp_ns)
+    input_run = _runs(inputs.stamp_ns)
+    if input_run[-1] != run[-1]:
+        starts = states.log_ns[np.flatnonzero(np.diff(run)) + 1]
+        input_run = np.searchsorted(starts, inputs.log_ns, side='right')
+    parts = (_part(inputs, input_run == k, previous) for k in range(int(run[-1]) + 1))
+    return Held(run, tuple(parts))
+
+
+def _runs(stamps: Stamps) -> Stamps:
+    return np.concatenate([[0], np.cumsum(np.diff(stamps) < 0)]).astype(np.int64)
+
+
+def _part(inputs: InputLog, rows: np.ndarray, previous: bool) -> tuple[Stamps, Floats, Floats]:
+    at = np.flatnonzero(rows)
+    at = at[np.argsort(inputs.stamp_ns[at], kind='stable')]
+    stamps, values, enabled = inputs.stamp_ns[at], inputs.values[at], inputs.enabled[at]
+    if previous:
+        return stamps[:-1], values[1:], enabled[1:]
+    last = np.concatenate([np.diff(stamps) > 0, np.ones(min(len(stamps), 1), dtype=bool)])
+    return stamps[last], values[last], enabled[last]

@@ -15,7 +15,8 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from leo_diffmodel.bags.recorder import finish_left_over, recorded, Recorder
+from leo_diffmodel.bags.finish import finish_left_over, recorded
+from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.difference.service import DifferenceService, Settings
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_msgs_py import topics

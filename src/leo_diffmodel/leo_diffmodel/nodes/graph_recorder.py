@@ -14,9 +14,8 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from rclpy.subscription import Subscription
 
 from leo_diffmodel.bags.arrival import ArrivalTimes
-from leo_diffmodel.bags.qos_text import to_yaml
 from leo_diffmodel.bags.recorder import RecordedTopic, Recorder, TWO
-from leo_diffmodel.bags.types import definition
+from leo_diffmodel.bags.types import definition, to_yaml
 from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.interfaces import load

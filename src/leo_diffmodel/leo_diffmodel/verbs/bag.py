@@ -97,7 +97,7 @@ def _info(argv: list[str]) -> int:
     options = parser.parse_args(argv)
 
     from leo_diffmodel.bags.info import bag_info
-    from leo_diffmodel.bags.info_text import show
+    from leo_diffmodel.bags.info import show
     from leo_msgs_py.console import Terminal
     from leo_sim.description.robot import typed
 

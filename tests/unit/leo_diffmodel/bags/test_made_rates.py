@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.bags.made_rates import made_from
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.unmeasured import made_from
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags.contents import load
-from leo_diffmodel.bags.finish import BagState, finish_bag, is_recording
+from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over, is_recording
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.recorder import finish_left_over, header_stamp, RecordedTopic, Recorder
+from leo_diffmodel.bags.recorder import header_stamp, RecordedTopic, Recorder
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags import recorder as recording
-from leo_diffmodel.bags import spool
+from leo_diffmodel.bags import writer
 from leo_diffmodel.bags.arrival import ArrivalTimes
 from leo_diffmodel.bags.contents import load
-from leo_diffmodel.bags.finish import BagState, finish_bag
+from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.recorder import finish_left_over, RecordedTopic, Recorder, TWO
+from leo_diffmodel.bags.recorder import RecordedTopic, Recorder, TWO
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import decode, joint_state, uint32
@@ -54,7 +54,7 @@ WRITE = os.write
 @pytest.fixture
 def disk(monkeypatch) -> Disk:
     full = Disk(float('inf'))
-    monkeypatch.setattr(spool.os, 'write', full)
+    monkeypatch.setattr(writer.os, 'write', full)
     return full
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from tests.simulate import DT, PENDULUM, record, steps, TORQUE
 
+from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.bags.span import merged
 from leo_diffmodel.check import traces
 from leo_diffmodel.check.amplitudes import needed, reaches
 from leo_diffmodel.check.check import Bag, check, look_at

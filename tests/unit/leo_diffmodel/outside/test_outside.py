@@ -11,8 +11,8 @@ from tests.hand import carried, led, SECONDS, shove, spoilt
 from tests.simulate import bag, DT, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.cut import cut_bag
+from leo_diffmodel.bags.episode import between
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
-from leo_diffmodel.bags.span import between
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.check.finding import ERROR
 from leo_diffmodel.check.forces import forces

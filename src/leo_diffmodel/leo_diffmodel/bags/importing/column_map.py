@@ -37,8 +37,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 
 from .expression import Column, evaluate
-from .log_format import LogFormat
-from .names import canonical_index
+from .log_format import canonical_index, LogFormat
 from .unit_names import canonical
 
 QUANTITIES: dict[str, tuple[str, ...]] = {

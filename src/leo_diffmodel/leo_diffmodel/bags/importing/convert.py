@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Foreign logs to a bag: tables and a column map to runs."""
+"""What logs say of the robot they were made with: its payload, a length, a gain."""
 
 from __future__ import annotations
 
@@ -14,13 +14,64 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import read
+from leo_sim.description.robot import load_robot
 
 from ..arrays import LONGEST, Run, write_runs
 from ..types import APPLIED
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
-from .constants import known_constants
 from .expression import Column, Table
-from .log_tables import episodes_of, tables_of
+from .tables import episodes_of, tables_of
+
+SAME = 1e-9
+
+
+def known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> dict[str, float]:
+    """Return the constants of the robot that the logs know, by path and in its units.
+
+    Raises:
+        UserError: the robot has no such constant, a log no such column, or the value is not one
+            and the same in all rows of all logs.
+    """
+    assert mapping.robot is not None
+    robot, found = load_robot(mapping.robot), {}
+    for path, spec in mapping.constants.items():
+        if path not in robot.constants:
+            raise UserError(
+                f'column map: constants: {robot.name} has no {path!r}'
+                f'{nearest(path, robot.constants)}'
+            )
+        unit = robot.constants[path].unit
+        found[path] = _one(
+            path,
+            [(log, _single(path, log, spec.values(t, path, str(log), unit))) for log, t in tables],
+        )
+    return found
+
+
+def _single(path: str, log: Path, values: Column) -> float:
+    """Return the value in all rows of a log that have one."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        raise UserError(f'{log} has no number for {path}')
+    if np.ptp(known) > SAME * np.abs(known).max():
+        raise UserError(
+            f'{log}: {path} goes from {known.min():.6g} to {known.max():.6g}; '
+            'it must be one value in all rows'
+        )
+    return float(known[0])
+
+
+def _one(path: str, values: Sequence[tuple[Path, float]]) -> float:
+    """Return the value that all logs of one bag have."""
+    first, value = values[0]
+    for log, other in values:
+        if abs(other - value) > SAME * max(abs(other), abs(value)):
+            raise UserError(
+                f'{path} is {value:.6g} in {first} and {other:.6g} in {log}; '
+                'give each log a bag of its own (--bag-per-log)'
+            )
+    return value
+
 
 Rows = NDArray[np.int64]
 

@@ -12,12 +12,19 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .csv_head import are_units, constants, in_brackets, is_numbers, without_comments
-from .csv_style import decimal_of, delimiter_of, spaced
+from .csv_style import (
+    are_units,
+    constants,
+    decimal_of,
+    delimiter_of,
+    in_brackets,
+    is_numbers,
+    spaced,
+    without_comments,
+)
 from .expression import Column, Table
-from .log_format import LogFormat, Reader
+from .log_format import each_once, LogFormat, numbered, Reader
 from .log_text import encoding_of, read_log_text, WINDOWS
-from .names import each_once, numbered
 
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 Row = tuple[int, list[str]]

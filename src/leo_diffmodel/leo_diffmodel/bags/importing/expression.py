@@ -15,7 +15,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import shown
 
-from .names import canonical_index
+from .log_format import canonical_index
 
 Column = NDArray[np.float64]
 Table = dict[str, Column]

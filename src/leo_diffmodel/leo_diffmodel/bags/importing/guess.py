@@ -22,9 +22,8 @@ from leo_sim.description.robot import Robot
 
 from .calibration import ARM, Calibration, calibration_beside
 from .expression import Table
-from .guess_columns import choose, Columns, Roles
+from .guess_columns import choose, Columns, known_robot, KnownRobot, Roles
 from .guess_each import Units
-from .guess_robot import known_robot, KnownRobot
 from .guess_roles import roles_of
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info

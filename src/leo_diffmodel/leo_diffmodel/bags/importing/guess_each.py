@@ -11,11 +11,9 @@ import numpy as np
 
 from leo_msgs_py import units
 
-from .calibration import Calibration, GRIPPER
+from .calibration import Calibrated, Calibration, GRIPPER
 from .expression import Column, Table
-from .guess_calibrated import Calibrated
-from .guess_columns import Chosen, Roles
-from .guess_robot import KnownRobot, of_joint, of_per_cent
+from .guess_columns import Chosen, KnownRobot, of_joint, of_per_cent, Roles
 from .guess_units import (
     is_clipped,
     is_per_cent,

@@ -11,11 +11,21 @@ from typing import Any
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .arrays_log import columns, filled, from_fields, from_rows, is_number, number, same_length
+from .arrays_log import (
+    columns,
+    filled,
+    follow,
+    from_fields,
+    from_rows,
+    into,
+    is_number,
+    number,
+    same_length,
+    steps,
+)
 from .expression import Table
 from .log_format import LogFormat, Reader
 from .log_text import read_log_text
-from .places import follow, into, steps
 
 DEEPEST = 5
 Named = list[tuple[str, Any]]

@@ -9,7 +9,7 @@ import yaml
 
 from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.guess import guess_map
-from leo_diffmodel.bags.importing.guess_robot import KnownRobot, matched
+from leo_diffmodel.bags.importing.guess_columns import KnownRobot, matched
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py.errors import UserError
