@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 import warnings
 
-from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.bags.recording import read_bag, Recording
 
 if TYPE_CHECKING:
     from leo_diffmodel.results import Comparison, Explanation

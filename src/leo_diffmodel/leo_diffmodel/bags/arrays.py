@@ -81,7 +81,6 @@ def _write(writer: BagWriter, runs: Sequence[Run]) -> None:
 
 
 def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic, int, bytes]]:
-    """Yield (topic, stamp [ns], CDR bytes) in time order."""
     yield EPISODE, stamps[0], cdr.uint32(number)
     columns = list(_columns(run))
     for k, stamp in enumerate(stamps):
@@ -102,7 +101,6 @@ def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic,
 
 
 def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:
-    """Yield (topic, joints, the values of each message)."""
     for interface, topic in {**APPLIED, 'current': CURRENT}.items():
         driven = {j: columns for j, columns in run.inputs.items() if interface in columns}
         if driven:

@@ -67,11 +67,7 @@ class BagContents:
 
 
 def load(path: Path) -> BagContents:
-    """Read a bag into memory, up to the cut where it is not finished.
-
-    Raises:
-        UserError: there is no bag at `path`.
-    """
+    """Read a bag into memory, up to the cut where it is not finished; refuse what is none."""
     topics: dict[str, TopicLog] = {}
     metadata: dict[str, Mapping[str, str]] = {}
     files = find_databases(path)

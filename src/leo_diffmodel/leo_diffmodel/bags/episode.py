@@ -76,11 +76,7 @@ class Recording:
 
     @property
     def constants(self) -> Mapping[str, float]:
-        """Constants of the robot that were known of this recording (a payload), by path.
-
-        Raises:
-            UserError: the bag's metadata holds something else.
-        """
+        """Constants of the robot that were known of this recording (a payload), by path."""
         text = self.metadata.get('constants', '{}')
         try:
             return {str(path): float(value) for path, value in json.loads(text).items()}
@@ -97,11 +93,7 @@ class Recording:
 
 
 def distinct(recordings: Iterable[Recording]) -> None:
-    """See that no bag is there twice.
-
-    Raises:
-        UserError: one is.
-    """
+    """Refuse recordings of which two are the same bag."""
     seen: dict[str, Recording] = {}
     for recording in recordings:
         if first := seen.get(recording.sha256):
@@ -115,12 +107,9 @@ def distinct(recordings: Iterable[Recording]) -> None:
 def between(
     recording: Recording, begin: float | None = None, end: float | None = None
 ) -> Recording:
-    """The part of a recording from `begin` to `end`, both included.
+    """The part of a recording from `begin` to `end` [s], both included; None for an open end.
 
-    Args:
-        recording: what to cut; its times stay as they are.
-        begin: since the recording's first state [s]; None from there on.
-        end: the same [s]; None for all that follows.
+    Times count from the first state, and stay as they are.
 
     Raises:
         UserError: the end is not after the begin, or fewer than two samples lie between.
@@ -141,11 +130,7 @@ def between(
 
 
 def check(begin: float | None, end: float | None) -> tuple[float, float]:
-    """The two as numbers [s], 0 and infinity where open.
-
-    Raises:
-        UserError: they enclose nothing.
-    """
+    """The two as numbers [s], 0 and infinity where open; refuse what encloses nothing."""
     low, high = 0.0 if begin is None else begin, np.inf if end is None else end
     if not (low >= 0 and high > low):
         raise UserError(f'from {low:g} to {high:g} s is no time; give --from before --to, from 0')
@@ -155,15 +140,9 @@ def check(begin: float | None, end: float | None) -> tuple[float, float]:
 def kept(
     recording: Recording, out: Sequence[tuple[float, float]], least: float
 ) -> Recording | None:
-    """A recording less some stretches of time.
+    """A recording less stretches of time [s], in order and apart; None if nothing is left.
 
-    Args:
-        recording: what to cut.
-        out: begin and end of each stretch [s], in order and apart.
-        least: shorter pieces are dropped [s].
-
-    Returns:
-        None where nothing remains.
+    Pieces shorter than `least` [s] are dropped.
     """
     pieces = [p for e in recording.episodes for p in _pieces(e, out, least)]
     return replace(recording, episodes=tuple(pieces)) if pieces else None

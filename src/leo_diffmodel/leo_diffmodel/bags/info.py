@@ -91,11 +91,7 @@ class BagInfo:
 
 
 def bag_info(path: Path) -> BagInfo:
-    """Finish a bag if nobody is writing it and return what is in it.
-
-    Raises:
-        UserError: there is no MCAP bag at `path`.
-    """
+    """Finish a bag if nobody is writing it and return what is in it."""
     try:
         state = finish_bag(path).value
     except OSError:

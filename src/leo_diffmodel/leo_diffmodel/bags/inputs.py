@@ -170,10 +170,8 @@ class _Bag:
         values = states.effort[:, list(robot.actuated)]
         if not np.isfinite(values).any():
             return None
-        unknown = [
-            a.joint for a, v in zip(robot.actuators, values.T, strict=True) if np.isnan(v).all()
-        ]
-        if unknown:
+        motors = zip(robot.actuators, values.T, strict=True)
+        if unknown := [a.joint for a, v in motors if np.isnan(v).all()]:
             raise UserError(
                 f'{self.contents.path} has efforts of some motors and none of '
                 f'{", ".join(unknown)}; give a model without that motor, or say in a topic map '

@@ -20,9 +20,6 @@ def mended(recording: Recording, mapping: TopicMap) -> Recording:
     """A recording that was read without this map, as it would have been read with it.
 
     Topics, names and what an input is are not looked at.
-
-    Raises:
-        UserError: nothing is left.
     """
     joints = [mapping.joint(name) for name in recording.joints]
     motors = [mapping.joint(name) for name in recording.actuators]

@@ -127,7 +127,6 @@ def _unread(
 
 
 def _telling(contents: BagContents, topic_map: TopicMap) -> list[TopicLog]:
-    """Return the topics that say what was applied."""
     names = (*(topic.name for topic in APPLIED.values()), DEFAULT_NAMES['dynamic_joint_states'])
     mapped = [topic_map.topics.get('applied'), topic_map.topics.get('dynamic_joint_states')]
     return [

@@ -64,7 +64,6 @@ def refuse_driven(contents: BagContents, robot: Robot, topic_map: TopicMap) -> N
 
 
 def _goals(contents: BagContents, robot: Robot, topic_map: TopicMap) -> TopicLog | None:
-    """The first topic with position goals of this robot."""
     stated = contents.topics.get(APPLIED['position'].name)
     if stated is not None and stated.messages:
         return stated

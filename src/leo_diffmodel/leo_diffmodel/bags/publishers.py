@@ -216,11 +216,7 @@ def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
 
 
 def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
-    """Refuse states of two publishers that take turns, by their values or their stamps.
-
-    Raises:
-        UserError: they do.
-    """
+    """Refuse states of two publishers that take turns, by their values or their stamps."""
     q = made.fields[0]
     if q is None or len(q) < FEWEST_TURNS:
         return

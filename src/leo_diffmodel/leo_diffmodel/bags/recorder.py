@@ -210,7 +210,6 @@ class Recorder:
             self._write_latched(writer, time.time_ns())
 
     def _leave(self, writer: BagWriter) -> None:
-        """Close a bag that was moved or removed."""
         trouble = f'{self.folder} was moved or removed while it was recorded'
         self._troubles[trouble] = time.monotonic()
         if writer.is_removed:

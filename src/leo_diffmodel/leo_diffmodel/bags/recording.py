@@ -55,13 +55,7 @@ def read_bag(
 def read_both_ways(
     path: str | Path, robot: Robot, topic_map: TopicMap
 ) -> tuple[Recording, Recording | None]:
-    """A bag as `read_bag` reads it, and with its inputs held the other way.
-
-    The second is None where nothing is left that way.
-
-    Raises:
-        UserError: as `read_bag`.
-    """
+    """A bag as `read_bag` reads it, and with its inputs held the other way (or None)."""
     other = 'next' if topic_map.hold == 'previous' else 'previous'
     ways = held_each_way(load(Path(path)), robot, topic_map, (topic_map.hold, other))
     recording = next(ways)
@@ -78,11 +72,7 @@ def assembled(contents: BagContents, robot: Robot, mapping: TopicMap) -> Recordi
 def held_each_way(
     contents: BagContents, robot: Robot, mapping: TopicMap, holds: Sequence[str]
 ) -> Iterator[Recording]:
-    """Decode once; yield the recording with its inputs held in each of these ways.
-
-    Raises:
-        UserError: as `read_bag`; for a way in which nothing is left as that is asked for.
-    """
+    """Decode once; yield the recording, as `read_bag`, with its inputs held in each way."""
     path = contents.path
     if not contents.message_count:
         raise UserError(f'{path} {_why_nothing(contents)}')

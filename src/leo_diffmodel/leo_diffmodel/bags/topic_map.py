@@ -52,7 +52,6 @@ MOST_LATE = 10.0
 
 
 def _no_zero(value: float) -> float:
-    """Refuse a factor that leaves nothing."""
     if value == 0 or not isfinite(value):
         raise ValueError('a scale is a number other than 0')
     return value
@@ -145,11 +144,7 @@ class TopicMap(BaseModel):
 
 
 def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
-    """Return a topic map from a YAML file; the empty one for None.
-
-    Raises:
-        UserError: no such file, or wrong in it.
-    """
+    """Return a topic map from a YAML file; the empty one for None."""
     if isinstance(source, TopicMap):
         return source
     return TopicMap() if source is None else read(Path(source), TopicMap)

@@ -140,7 +140,6 @@ def _constant(rate: float) -> str:
 
 
 def _example(efforts: Floats) -> float:
-    """The first value of a channel (T,) that is too small for any."""
     return float(efforts[(efforts != 0) & (np.abs(efforts) < GARBAGE)][0])
 
 

@@ -41,11 +41,7 @@ class Spool:
         return len(data)
 
     def flush(self) -> None:
-        """Hand everything to the operating system.
-
-        Raises:
-            OSError: it does not take everything now; what is left waits.
-        """
+        """Hand everything to the operating system; what it does not take now (OSError) waits."""
         while self._waiting:
             del self._waiting[: os.write(self._file.fileno(), self._waiting)]
 
@@ -244,11 +240,7 @@ class BagWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Hand everything written so far to the operating system.
-
-        Raises:
-            OSError: it does not take it now; what is left waits for the next call.
-        """
+        """Hand everything to the operating system; what it does not take now (OSError) waits."""
         self._writer.flush()
         self._flushed = time.monotonic()
         self.unsaved = 0

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.arrays import Run
+from leo_diffmodel.bags.episode import kept, merged
 from leo_diffmodel.bags.mend import mended as by_map
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.bags.episode import kept, merged
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
 from leo_msgs_py.errors import UserError

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.bags.episode import merged
+from leo_diffmodel.bags.recording import Episode, Recording
 
 Array = np.ndarray
 LEAST_SECONDS = 0.08

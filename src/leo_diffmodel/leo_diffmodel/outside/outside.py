@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.episode import kept, merged
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.blocked import blocked
 from leo_diffmodel.outside.bursts import Burst, bursts
 from leo_diffmodel.outside.flow import Flow, flow, PER_BELL, still_rates

@@ -96,8 +96,7 @@ def _info(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_diffmodel.bags.info import bag_info
-    from leo_diffmodel.bags.info import show
+    from leo_diffmodel.bags.info import bag_info, show
     from leo_msgs_py.console import Terminal
     from leo_sim.description.robot import typed
 

@@ -9,8 +9,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.check_text import show

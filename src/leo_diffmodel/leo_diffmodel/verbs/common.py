@@ -14,8 +14,8 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.bags.episode import between, distinct
+from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.progress import progress as progress
 from leo_msgs_py.shell_words import leo

@@ -13,8 +13,8 @@ import sys
 
 from rich.text import Text
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown import effect_file

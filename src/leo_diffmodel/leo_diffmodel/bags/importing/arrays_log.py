@@ -14,8 +14,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 
-from .expression import Column, Table
-from .log_format import each_once, LogFormat, numbered
+from .log_format import Column, each_once, LogFormat, numbered, Table
 
 _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,\s*:\s*\]')
 
@@ -26,11 +25,7 @@ def steps(place: str) -> list[str]:
 
 
 def follow(content: Any, place: str, log: Path) -> Any:
-    """Return what is at a place without `[*]`.
-
-    Raises:
-        UserError: nothing is there; it says what there is.
-    """
+    """Return what is at a place without `[*]`; an error says what there is instead."""
     value = content
     for step in steps(place):
         try:
@@ -53,11 +48,7 @@ def into(value: Any, step: str) -> Any:
 
 
 def expand(content: Any, place: str, log: Path) -> list[Any]:
-    """Return what a place with at most one `[*]` leads to, one item per episode.
-
-    Raises:
-        UserError: nothing is there, or no list where `[*]` stands.
-    """
+    """Return what a place with at most one `[*]` leads to, one item per episode."""
     before, star, after = place.partition('[*]')
     value = follow(content, before, log)
     if star and not isinstance(value, list | np.ndarray):
@@ -88,11 +79,7 @@ def filled(numbers: Mapping[str, float], count: int) -> Table:
 
 
 def column(log: Path, name: str, value: Any) -> Column:
-    """Return an array as one column.
-
-    Raises:
-        UserError: it is none of numbers.
-    """
+    """Return an array of numbers as one column; refuse others."""
     try:
         return np.asarray(value, dtype=float).ravel()
     except (TypeError, ValueError, OverflowError):
@@ -102,10 +89,7 @@ def column(log: Path, name: str, value: Any) -> Column:
 def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Table:
     """Return the arrays of a log as columns: a matrix `data` gives `data[:, 0]`, `data[:, 1]`, ...
 
-    Numbers beside them are columns of one value; texts and lists of texts are left out.
-
-    Raises:
-        UserError: an array that is none of numbers.
+    Numbers next to them are columns of one value; texts and lists of texts are left out.
     """
     found: Table = {}
     for name, value in content.items():
@@ -142,11 +126,7 @@ def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
 
 
 def from_rows(log: Path, rows: Sequence[Any], place: str, log_format: LogFormat) -> Table:
-    """Return records, or rows that are lists, as a table; lists without a header are counted.
-
-    Raises:
-        UserError: they are neither, or lists that differ in length.
-    """
+    """Return records, or rows that are lists of one length; without a header they are counted."""
     if rows and all(isinstance(row, dict) for row in rows):
         names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
         return {name: np.array([number(row.get(name)) for row in rows]) for name in names}
@@ -163,11 +143,7 @@ def from_rows(log: Path, rows: Sequence[Any], place: str, log_format: LogFormat)
 
 
 def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
-    """Return one table per match of `[*]`, with the columns that `fields` names.
-
-    Raises:
-        UserError: nothing is at a place, or episodes or columns differ in number or length.
-    """
+    """Return one table per match of `[*]`, with the columns that `fields` names."""
     found = {
         name: list(chain.from_iterable(expand(content, place, log) for place in _listed(places)))
         for name, places in log_format.fields.items()
@@ -197,11 +173,7 @@ def _episode(log: Path, content: Mapping[str, Any]) -> Table:
 
 
 def same_length(log: Path, table: Table) -> Table:
-    """Return a table whose columns are of one length.
-
-    Raises:
-        UserError: they are not.
-    """
+    """Return a table, refusing columns that differ in length."""
     lengths = {name: len(values) for name, values in table.items()}
     if len(set(lengths.values())) > 1:
         raise UserError(f'{log}: columns differ in length: {lengths}')

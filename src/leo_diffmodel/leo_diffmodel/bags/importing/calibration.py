@@ -24,9 +24,9 @@ from pydantic import BaseModel, ValidationError
 
 from leo_msgs_py.errors import UserError
 
-from .expression import Column
 from .guess_roles import Role
 from .guess_units import is_clipped, peak_of, Unit
+from .log_format import Column
 from .log_text import read_log_text
 
 COUNT = 2 * math.pi / 4095
@@ -34,7 +34,6 @@ COUNT = 2 * math.pi / 4095
 GRIPPER = 'gripper'
 ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')
 """What `robot_type` of these arms is."""
-
 
 _PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}
 """What a map need not say."""
@@ -81,7 +80,7 @@ class Calibration(dict[str, Motor]):
 
 
 def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | None:
-    """Return the calibration of these joints in the folder of a data set or beside it.
+    """Return the calibration of these joints in or next to the folder of a data set.
 
     Raises:
         UserError: there are several that differ.

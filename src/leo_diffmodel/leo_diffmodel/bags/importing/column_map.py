@@ -36,8 +36,8 @@ from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 
-from .expression import Column, evaluate
-from .log_format import canonical_index, LogFormat
+from .expression import evaluate
+from .log_format import canonical_index, Column, LogFormat
 from .unit_names import canonical
 
 QUANTITIES: dict[str, tuple[str, ...]] = {
@@ -133,7 +133,6 @@ class TimeSpec(BaseModel):
 
 
 def _short(value: object) -> object:
-    """Return a column in short; a number is the name of a column without one."""
     return {'column': _name(value)} if isinstance(_name(value), str) else value
 
 
@@ -181,11 +180,7 @@ class ColumnMap(LogFormat):
 
 
 def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[str]) -> float:
-    """Return what brings a column in `unit` to the first fitting target, 1 where none is given.
-
-    Raises:
-        UserError: the unit is not known, one of something else, or per cent of an unknown range.
-    """
+    """Return what brings a column in `unit` to the first fitting target, 1 where none is given."""
     if unit is None or unit in targets:
         return 1.0
     if unit == '?':

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What logs say of the robot they were made with: its payload, a length, a gain."""
+"""Logs to bags by a column map, with the constants of the robot that they know."""
 
 from __future__ import annotations
 
@@ -17,63 +17,13 @@ from leo_sim.common.yaml_file import read
 from leo_sim.description.robot import load_robot
 
 from ..arrays import LONGEST, Run, write_runs
-from ..types import APPLIED
+from ..types import APPLIED, Floats
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
-from .expression import Column, Table
-from .tables import episodes_of, tables_of
+from .log_format import Column, Table
+from .tables import episodes_of
 
 SAME = 1e-9
-
-
-def known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> dict[str, float]:
-    """Return the constants of the robot that the logs know, by path and in its units.
-
-    Raises:
-        UserError: the robot has no such constant, a log no such column, or the value is not one
-            and the same in all rows of all logs.
-    """
-    assert mapping.robot is not None
-    robot, found = load_robot(mapping.robot), {}
-    for path, spec in mapping.constants.items():
-        if path not in robot.constants:
-            raise UserError(
-                f'column map: constants: {robot.name} has no {path!r}'
-                f'{nearest(path, robot.constants)}'
-            )
-        unit = robot.constants[path].unit
-        found[path] = _one(
-            path,
-            [(log, _single(path, log, spec.values(t, path, str(log), unit))) for log, t in tables],
-        )
-    return found
-
-
-def _single(path: str, log: Path, values: Column) -> float:
-    """Return the value in all rows of a log that have one."""
-    known = values[np.isfinite(values)]
-    if not known.size:
-        raise UserError(f'{log} has no number for {path}')
-    if np.ptp(known) > SAME * np.abs(known).max():
-        raise UserError(
-            f'{log}: {path} goes from {known.min():.6g} to {known.max():.6g}; '
-            'it must be one value in all rows'
-        )
-    return float(known[0])
-
-
-def _one(path: str, values: Sequence[tuple[Path, float]]) -> float:
-    """Return the value that all logs of one bag have."""
-    first, value = values[0]
-    for log, other in values:
-        if abs(other - value) > SAME * max(abs(other), abs(value)):
-            raise UserError(
-                f'{path} is {value:.6g} in {first} and {other:.6g} in {log}; '
-                'give each log a bag of its own (--bag-per-log)'
-            )
-    return value
-
-
-Rows = NDArray[np.int64]
+"""Of a constant: what is less is no difference between two rows or logs."""
 
 
 def import_logs(
@@ -98,7 +48,7 @@ def import_logs(
     where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
     mapping = load_map(column_map)
     paths = [Path(log) for log in logs]
-    tables, told = episodes_of(paths, mapping, join)
+    tables, how_joined = episodes_of(paths, mapping, join)
     runs = [_run(log, table, mapping) for log, table in tables]
     if not runs:
         raise UserError('no logs to import; name at least one file')
@@ -108,19 +58,18 @@ def import_logs(
         'column_map': where,
         'angle_units_said': ', '.join(said),
     }
-    if told:
-        metadata['joined'] = told
+    if how_joined:
+        metadata['joined'] = how_joined
     if mapping.inputs:
         metadata['inputs_from'] = ', '.join(_sources(mapping))
     if mapping.robot:
         metadata['robot'] = mapping.robot
     if mapping.constants:
-        metadata['constants'] = json.dumps(known_constants(tables, mapping))
+        metadata['constants'] = json.dumps(_known_constants(tables, mapping))
     return write_runs(Path(bag), runs, metadata)
 
 
 def _sources(mapping: ColumnMap) -> list[str]:
-    """Return the columns and expressions that drive the joints, as the map names them."""
     return [
         str(spec.column or spec.expression)
         for interfaces in mapping.inputs.values()
@@ -130,11 +79,7 @@ def _sources(mapping: ColumnMap) -> list[str]:
 
 
 def load_map(source: str | Path | ColumnMap) -> ColumnMap:
-    """Return a column map from a file or, by its name, one that is shipped.
-
-    Raises:
-        UserError: no such map (naming the nearest shipped one) or wrong in it.
-    """
+    """Return a column map from a file or, by its name, one that is shipped."""
     if isinstance(source, ColumnMap):
         return source
     if Path(source).is_file():
@@ -152,60 +97,29 @@ def shipped_maps() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob('*.yaml'))}
 
 
-def read_runs(log: Path, mapping: ColumnMap) -> list[Run]:
-    """Return the runs of one log.
-
-    Raises:
-        UserError: columns missing (listing those there are), units wrong, time going backwards.
-    """
-    return [_run(log, table, mapping) for table in tables_of(log, mapping)]
-
-
 def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:
     t, rows = _time(log, table, mapping)
-    joints = list(mapping.joints)
 
-    def columns(quantity: str) -> list[ColumnSpec | None]:
-        return [getattr(mapping.joints[joint], quantity) for joint in joints]
+    def values(spec: ColumnSpec | None, quantity: str) -> Column:
+        missing = np.full(len(rows), np.nan)
+        return missing if spec is None else spec.values(table, quantity, str(log))[rows]
 
-    q = _matrix(log, table, rows, columns('position'), 'position')
+    def matrix(quantity: str) -> Floats | None:
+        """Stack one quantity of all joints, NaN for joints without; None where none has it."""
+        specs = [getattr(columns, quantity) for columns in mapping.joints.values()]
+        return np.column_stack([values(s, quantity) for s in specs]) if any(specs) else None
+
+    q = matrix('position')
     assert q is not None
-    return Run(
-        t=t,
-        joints=joints,
-        q=q,
-        dq=_matrix(log, table, rows, columns('velocity'), 'velocity'),
-        effort=_matrix(log, table, rows, columns('effort'), 'effort'),
-        inputs={
-            joint: {
-                name: spec.values(table, name, str(log))[rows] for name, spec in interfaces.items()
-            }
-            for joint, interfaces in mapping.inputs.items()
-        },
-    )
+    inputs = {
+        joint: {name: values(spec, name) for name, spec in interfaces.items()}
+        for joint, interfaces in mapping.inputs.items()
+    }
+    return Run(t, list(mapping.joints), q, matrix('velocity'), matrix('effort'), inputs)
 
 
-def _matrix(
-    log: Path, table: Table, rows: Rows, specs: Sequence[ColumnSpec | None], quantity: str
-) -> NDArray[np.float64] | None:
-    """Stack one quantity of all joints, NaN for joints without; None where no joint has it."""
-    if not any(specs):
-        return None
-    missing = np.full(len(rows), np.nan)
-    return np.column_stack(
-        [
-            missing if spec is None else spec.values(table, quantity, str(log))[rows]
-            for spec in specs
-        ]
-    )
-
-
-def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
-    """Return times [s] that increase and the rows they belong to; repeats and NaN are left out.
-
-    Raises:
-        UserError: time goes backwards, or fewer than two samples.
-    """
+def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, NDArray[np.int64]]:
+    """Return times [s] that increase and the rows they belong to; repeats and NaN are left out."""
     length = len(next(iter(table.values())))
     if mapping.time.period is not None:
         t: Column = np.arange(length, dtype=float) * mapping.time.period
@@ -213,7 +127,7 @@ def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
         spec = ColumnSpec(column=mapping.time.column)
         factor = unit_factor(mapping.time.unit, 'time', str(log), QUANTITIES['time'])
         t = spec.values(table, 'time', str(log)) * factor
-    rows: Rows = np.flatnonzero(np.isfinite(t))
+    rows = np.flatnonzero(np.isfinite(t))
     if rows.size and not np.ptp(t[rows]) <= LONGEST:
         raise UserError(
             f'{log}: time runs from {t[rows].min():.6g} to {t[rows].max():.6g} s; '
@@ -231,3 +145,43 @@ def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, Rows]:
     if rows.size < 2:
         raise UserError(f'{log}: {rows.size} samples with a time; at least 2 are needed')
     return t[rows], rows
+
+
+def _known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> dict[str, float]:
+    """Return the constants of the robot that the logs know, by path and in its units."""
+    assert mapping.robot is not None
+    robot, found = load_robot(mapping.robot), {}
+    for path, spec in mapping.constants.items():
+        if path not in robot.constants:
+            raise UserError(
+                f'column map: constants: {robot.name} has no {path!r}'
+                f'{nearest(path, robot.constants)}'
+            )
+        unit = robot.constants[path].unit
+        values = [(log, spec.values(table, path, str(log), unit)) for log, table in tables]
+        found[path] = _one(path, [(log, _single(path, log, v)) for log, v in values])
+    return found
+
+
+def _single(path: str, log: Path, values: Column) -> float:
+    """Return the value in all rows of a log that have one."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        raise UserError(f'{log} has no number for {path}')
+    if np.ptp(known) > SAME * np.abs(known).max():
+        raise UserError(
+            f'{log}: {path} goes from {known.min():.6g} to {known.max():.6g}; '
+            'it must be one value in all rows'
+        )
+    return float(known[0])
+
+
+def _one(path: str, values: Sequence[tuple[Path, float]]) -> float:
+    first, value = values[0]
+    for log, other in values:
+        if abs(other - value) > SAME * max(abs(other), abs(value)):
+            raise UserError(
+                f'{path} is {value:.6g} in {first} and {other:.6g} in {log}; '
+                'give each log a bag of its own (--bag-per-log)'
+            )
+    return value

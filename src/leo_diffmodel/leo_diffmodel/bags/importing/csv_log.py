@@ -13,20 +13,19 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
 from .csv_style import (
-    are_units,
     constants,
     decimal_of,
     delimiter_of,
-    in_brackets,
     is_numbers,
     spaced,
+    units_in,
     without_comments,
 )
-from .expression import Column, Table
-from .log_format import each_once, LogFormat, numbered, Reader
+from .log_format import Column, each_once, LogFormat, numbered, Reader, Table
 from .log_text import encoding_of, read_log_text, WINDOWS
 
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
+_COMMA_FOR_POINT = str.maketrans(',.', '.,')
 Row = tuple[int, list[str]]
 """Number of a line, and its cells."""
 
@@ -46,8 +45,8 @@ def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
     numbers = _numbers(log, rows, header, log_format)
     if numbers.shape[1] != len(header):
         raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
-    beside = {name: np.full(len(rows), c.value) for name, c in constants(lines).items()}
-    return [beside | dict(zip(header, numbers.T, strict=True))]
+    fixed = {name: np.full(len(rows), value) for name, (value, _) in constants(lines).items()}
+    return [fixed | dict(zip(header, numbers.T, strict=True))]
 
 
 def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequence[Row]]:
@@ -55,22 +54,19 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
     if not rows:
         return [], rows
     cells = [cell.strip() for cell in rows[0][1]]
-    counted = numbered(len(cells))
-    without = is_numbers(' '.join(cells)) and cells != counted
     if log_format.header is not None:
         named = any(map(str.isalpha, ''.join(cells))) and not any(map(is_numbers, cells))
         return log_format.header, rows[1:] if named else rows
-    if without:
-        return counted, rows
-    units = [cell.strip() for cell in rows[1][1]] if len(rows) > 1 else []
-    if are_units(units) and len(units) == len(cells):
-        names = [f'{name} {in_brackets(u)}' for name, u in zip(cells, units, strict=True)]
+    if is_numbers(' '.join(cells)) and cells != numbered(len(cells)):
+        return numbered(len(cells)), rows
+    units = units_in(rows[1][1]) if len(rows) > 1 else []
+    if units and len(units) == len(cells):
+        names = (f'{n} [{u}]' if u else n for n, u in zip(cells, units, strict=True))
         return [name.strip() for name in names], rows[2:]
     return cells, rows[1:]
 
 
 def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
-    """Return the lines that are neither blank nor comments."""
     lines = without_comments(lines, log_format.delimiter)
     delimiter = log_format.delimiter
     if delimiter is None and spaced(lines):
@@ -86,7 +82,6 @@ def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
 def _numbers(
     log: Path, rows: Sequence[Row], header: Sequence[str], log_format: LogFormat
 ) -> Column:
-    """Return the cells as numbers, shape (lines, columns)."""
     if log_format.decimal != ',':
         try:
             return np.array([cells for _, cells in rows], dtype=float)
@@ -118,9 +113,6 @@ def _number(cell: str, where: str, decimal: str) -> float:
         raise UserError(f'{where}: {shown(cell.strip())} is not a number') from None
 
 
-_COMMA_FOR_POINT = str.maketrans(',.', '.,')
-
-
 def _notes(log: Path) -> list[str]:
     """Return what is to be known of an encoding that was guessed, and constants of comments."""
     code = encoding_of(log)
@@ -128,8 +120,8 @@ def _notes(log: Path) -> list[str]:
     found = constants(read_log_text(log).splitlines())
     if found:
         listed = ', '.join(
-            f'{shown(name)[1:-1]} = {constant.value:.6g} {constant.unit}'.rstrip()
-            for name, constant in found.items()
+            f'{shown(name)[1:-1]} = {value:.6g} {unit}'.rstrip()
+            for name, (value, unit) in found.items()
         )
         notes.append(
             f'its comments say {listed}: columns of one value; where the robot has it: '

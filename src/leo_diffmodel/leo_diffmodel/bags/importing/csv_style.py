@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What stands above the rows of a CSV file: comments, constants in them, and the header."""
+"""How a CSV file is written: comments with constants and a header, delimiter, decimal sign."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 import csv
 import re
-from typing import NamedTuple
 
 from leo_msgs_py.errors import UserError
 
@@ -41,22 +40,18 @@ def without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
     return body
 
 
-class Constant(NamedTuple):
-    """A number in a comment, and the unit that is written after it; '' without one."""
+def constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
+    """Return the numbers that comments above the rows give names to, as `# mass = 0.5 kg`.
 
-    value: float
-    unit: str
-
-
-def constants(lines: Sequence[str]) -> dict[str, Constant]:
-    """Return the numbers that comments above the rows give names to, as `# mass = 0.5`."""
-    found: dict[str, Constant] = {}
+    With each is its unit, '' without one.
+    """
+    found: dict[str, tuple[float, str]] = {}
     for line in lines:
         if line.strip() and not _is_comment(line):
             break
         for name, number, unit in _CONSTANT.findall(line.strip().lstrip('#%/')):
             known = canonical(unit) if is_unit(unit) else ''
-            found.setdefault(name, Constant(float(number.replace(',', '.')), known))
+            found.setdefault(name, (float(number.replace(',', '.')), known))
     return found
 
 
@@ -66,17 +61,11 @@ def is_numbers(line: str) -> bool:
     return any(map(str.isdigit, line)) and words <= _IN_NUMBERS
 
 
-def are_units(cells: Sequence[str]) -> bool:
-    """Say whether a line below the header says the units: one at least, and nothing else."""
-    told = [cell.strip('[]() ') for cell in cells]
-    named = [unit for unit in told if unit not in ('', '-', '1')]
-    return bool(named) and all(is_unit(unit) for unit in named)
-
-
-def in_brackets(unit: str) -> str:
-    """Return a unit as a header has it, [deg]; nothing for none."""
-    told = unit.strip('[]() ')
-    return f'[{told}]' if told not in ('', '-', '1') else ''
+def units_in(cells: Sequence[str]) -> list[str]:
+    """Return the units that a line below the header says, '' for none; [] if it says others."""
+    units = [cell.strip().strip('[]() ') for cell in cells]
+    units = ['' if unit in ('-', '1') else unit for unit in units]
+    return units if any(units) and all(map(is_unit, filter(None, units))) else []
 
 
 def _is_comment(line: str) -> bool:

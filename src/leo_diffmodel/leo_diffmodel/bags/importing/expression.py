@@ -9,17 +9,12 @@ import operator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import shown
 
-from .log_format import canonical_index
-
-Column = NDArray[np.float64]
-Table = dict[str, Column]
-"""Columns by name, all of one length."""
+from .log_format import canonical_index, Column
 
 
 class Function(NamedTuple):

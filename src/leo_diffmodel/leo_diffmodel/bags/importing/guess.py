@@ -21,13 +21,12 @@ from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
 from .calibration import ARM, Calibration, calibration_beside
-from .expression import Table
 from .guess_columns import choose, Columns, known_robot, KnownRobot, Roles
 from .guess_each import Units
 from .guess_roles import roles_of
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
-from .log_format import LogFormat
+from .log_format import LogFormat, Table
 from .tables import read_tables, reader_of
 
 MOST_NAMED = 40
@@ -73,8 +72,8 @@ def _read(
     read = [(log, read_tables(log, log_format)) for log in paths]
     notes = reader_of(paths[0], log_format).notes(paths[0])
     if len(paths) > 1 and (join or are_parts(paths, [tables[0] for _, tables in read])):
-        both = joined(read)
-        return both.tables, [both.told, *notes]
+        tables, how = joined(read)
+        return tables, [how, *notes]
     return read[0][1], notes
 
 
@@ -85,11 +84,7 @@ def _lines(
     robot: KnownRobot | None,
     notes: Sequence[str],
 ) -> Iterator[str]:
-    """Yield the lines of the map, from the first episode and all of them in one table.
-
-    Raises:
-        UserError: no column is a position.
-    """
+    """Yield the lines of the map, from the first episode and all of them in one table."""
     table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
     roles = roles_of(name for name in table if np.isfinite(table[name]).any())
     chosen = choose(tables[0], roles, robot)
@@ -113,7 +108,6 @@ def _lines(
 
 
 def _no_position(log: Path, table: Table) -> str:
-    """Return what is wrong where no column is a position."""
     if any(name.isdecimal() or name.endswith(']') for name in table):
         return (
             f'{log}: columns have numbers and no names: {_named(table)}. Write the map by '
@@ -145,7 +139,6 @@ def _time(units: Units) -> str:
 
 
 def _part(name: str, joints: Columns, units: Units) -> Iterator[str]:
-    """Yield `joints:` or `inputs:` with the columns of each joint."""
     if not joints:
         yield f'# no {name}: no column is named as a command is, so the log counts as passive'
         return
@@ -172,7 +165,6 @@ def _other_input(inputs: Columns, robot: KnownRobot | None) -> Iterator[str]:
 
 
 def _note(text: str) -> str:
-    """Return a comment in one line."""
     return f'# {" ".join(text.split())}'
 
 
@@ -182,7 +174,6 @@ def _entry(key: str, value: Any, why: str = '') -> str:
 
 
 def _text(value: Any) -> str:
-    """Return a value as YAML in one line."""
     dumped = yaml.safe_dump(
         value, default_flow_style=True, sort_keys=False, width=10**9, allow_unicode=True
     )
@@ -190,7 +181,6 @@ def _text(value: Any) -> str:
 
 
 def _named(names: Iterable[str]) -> str:
-    """Return names in one line, of many the first."""
     listed = [shown(name) for name in names]
     more = len(listed) - MOST_NAMED
     return ', '.join(listed[:MOST_NAMED]) + (f' and {more} more' if more > 0 else '')

@@ -13,9 +13,9 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 
-from .expression import Column, Table
 from .guess_roles import plain, Role
 from .guess_units import peak_of, RADIANS, Unit
+from .log_format import Column, Table
 
 SIMILAR = 0.6
 """Share of letters in the same order from which two names are one: difflib's own bound."""
@@ -186,11 +186,7 @@ class Chosen:
 
 
 def choose(first: Table, roles: Roles, robot: KnownRobot | None) -> Chosen:
-    """Return the columns that say something, for the joints of a robot where it is known.
-
-    Raises:
-        UserError: a robot is known, and no position is one of its joints'.
-    """
+    """Return the columns that say something, for the joints of a robot where it is known."""
     notes: tuple[str, ...] = ()
     positions = _of(roles, 'position', goal=False)
     if robot and positions:
@@ -232,7 +228,6 @@ def _renamed(roles: Roles, names: Mapping[str, str]) -> Roles:
 
 
 def _joints(roles: Roles) -> Columns:
-    """Return the columns that were measured; joints have a position."""
     found = {quantity: _of(roles, quantity, goal=False) for quantity in MEASURED}
     return {
         joint: {

@@ -12,7 +12,6 @@ import numpy as np
 from leo_msgs_py import units
 
 from .calibration import Calibrated, Calibration, GRIPPER
-from .expression import Column, Table
 from .guess_columns import Chosen, KnownRobot, of_joint, of_per_cent, Roles
 from .guess_units import (
     is_clipped,
@@ -26,6 +25,7 @@ from .guess_units import (
     RADIANS,
     Unit,
 )
+from .log_format import Column, Table
 from .unit_names import fits
 
 SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V', 'supply_voltage': 'V', 'current': 'A'}
@@ -142,7 +142,6 @@ class Units:
         return low if np.isfinite(low) else 0.0
 
     def _by_numbers(self, name: str, values: Column) -> Unit:
-        """Return the unit that the numbers of all angles say."""
         other = self._shared.name == 'deg' or peak_of([values]) > RADIANS
         if GRIPPER in name and other and is_per_cent(values):
             return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Words of column names in English, German and French, without accents and in small letters."""
+"""What a column is by the words of its name, in English, German and French: quantity, unit, joint.
+
+`goal_position_elbow [deg]`, `shoulder_pan.pos`, `Sollwinkel`: words, abbreviations and symbols as
+logs have them.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +13,15 @@ from typing import NamedTuple
 import unicodedata
 
 from .column_map import QUANTITIES
-from .unit_names import canonical, fits, is_unit
+from .unit_names import by_word, canonical, fits, is_unit
+
+
+def _words(text: str) -> set[str]:
+    return set(text.split())
+
 
 WORDS = {
-    what: set(words.split())
+    what: _words(words)
     for what, words in {
         'time': 't time timestamp timestamps stamp clock sec secs seconds zeit '
         'zeitstempel temps instant horodatage',
@@ -28,172 +37,73 @@ WORDS = {
         'current': 'strom courant current amps',
     }.items()
 }
-"""Words of each quantity, the more telling ones first."""
-SYMBOLS = {
-    'x': 'position',
-    's': 'position',
-    'v': 'velocity',
-    'w': 'velocity',
-    'n': 'velocity',
-    'f': 'effort',
-    'm': 'effort',
-    'u': 'voltage',
-    'i': 'current',
-}
+"""Words of each quantity, the surer ones first."""
+SYMBOLS = by_word(
+    {'position': 'x s', 'velocity': 'v w n', 'effort': 'f m', 'voltage': 'u', 'current': 'i'}
+)
 """Letters of formulas: they count where the unit is one of the quantity."""
-ANGLES = {'angle', 'angles', 'theta', 'phi', 'dtheta', 'dphi', 'omega', 'winkel', 'drehzahl'}
-"""Words of what turns: a unit of lengths beside them is another word."""
-GOAL = {
-    'action',
-    'actions',
-    'goal',
-    'goals',
-    'target',
-    'targets',
-    'command',
-    'commands',
-    'commanded',
-    'cmd',
-    'desired',
-    'des',
-    'ref',
-    'reference',
-    'setpoint',
-    'soll',
-    'sollwert',
-    'ziel',
-    'vorgabe',
-    'consigne',
-    'cible',
-    'commande',
-}
-BESIDE = {
-    'observation',
-    'measured',
-    'meas',
-    'present',
-    'actual',
-    'joint',
-    'state',
-    'ist',
-    'istwert',
-    'gemessen',
-    'mesure',
-    'mesuree',
-    'gelenk',
-    'articulaire',
-    'angulaire',
-    'angular',
-    'dreh',
-    'reel',
-    'reelle',
-    'de',
-    'des',
-    'du',
-    'le',
-    'la',
-    'der',
-    'die',
-    'das',
-    'am',
-}
+ANGLES = _words('angle angles theta phi dtheta dphi omega winkel drehzahl')
+"""Words of what turns: next to them a unit of lengths is another word."""
+GOAL = _words(
+    'action actions goal goals target targets command commands commanded cmd desired des ref '
+    'reference setpoint soll sollwert ziel vorgabe consigne cible commande'
+)
+BESIDES = _words(
+    'observation measured meas present actual joint state ist istwert gemessen mesure mesuree '
+    'gelenk articulaire angulaire angular dreh reel reelle de des du le la der die das am'
+)
+"""Words that are no name of a joint."""
 _PARTS = sorted(
-    {
-        'soll',
-        'ist',
-        'ziel',
-        'dreh',
-        'gelenk',
-        'motor',
-        'winkel',
-        'drehzahl',
-        'geschwindigkeit',
-        'moment',
-        'kraft',
-        'spannung',
-        'strom',
-        'lage',
-        'stellung',
-        'position',
-        'wert',
-        'versorgungs',
-        'akku',
-    },
+    _words(
+        'soll ist ziel dreh gelenk motor winkel drehzahl geschwindigkeit moment kraft spannung '
+        'strom lage stellung position wert versorgungs akku'
+    ),
     key=len,
     reverse=True,
 )
-_COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
-_PART = re.compile('|'.join(_PARTS))
-_WORD = re.compile(r'[^\W\d_]+|\d+')
-_CAMEL = re.compile(r'(?<=[a-z])(?=[A-Z][a-z])')
-
-
-def words_of(name: str) -> list[str]:
-    """Return the words of a name: jointPos and Sollwinkel have two each."""
-    whole = _WORD.findall(_CAMEL.sub('_', name))
-    return [part for word in whole for part in _parts(plain(word))]
-
-
-def plain(word: str) -> str:
-    """Return a word in small letters without accents."""
-    text = unicodedata.normalize('NFKD', word.lower())
-    return ''.join(sign for sign in text if not unicodedata.combining(sign))
-
-
-def _parts(word: str) -> list[str]:
-    """Return the parts of a German compound, and of any other word itself."""
-    return _PART.findall(word) if _COMPOUND.fullmatch(word) else [word]
-
-
-ANYWHERE = {
-    'deg': 'deg',
-    'degree': 'deg',
-    'degrees': 'deg',
-    'rad': 'rad',
-    'radians': 'rad',
-    'ms': 'ms',
-    'us': 'us',
-    'ns': 'ns',
-    'rpm': 'rpm',
-    'nm': 'N m',
-    'mv': 'mV',
-}
+"""Of German compounds."""
+ANYWHERE = by_word(
+    {
+        'deg': 'deg degree degrees',
+        'rad': 'rad radians',
+        'ms': 'ms',
+        'us': 'us',
+        'ns': 'ns',
+        'rpm': 'rpm',
+        'N m': 'nm',
+        'mV': 'mv',
+    }
+)
 """Words that are units wherever they stand in a name."""
-LAST = {
-    'rad_s': 'rad/s',
-    'deg_s': 'deg/s',
-    'm_s': 'm/s',
-    'mm_s': 'mm/s',
-    'rev_s': 'rev/s',
-    'rev_min': 'rpm',
-    'u_min': 'rpm',
-    'tr_min': 'rpm',
-    'rad_per_s': 'rad/s',
-    'deg_per_s': 'deg/s',
-    'm_per_s': 'm/s',
-    'rad_per_sec': 'rad/s',
-    'deg_per_sec': 'deg/s',
-    'rads': 'rad/s',
-    'radps': 'rad/s',
-    'degs': 'deg/s',
-    'dps': 'deg/s',
-    'mps': 'm/s',
-    'n_m': 'N m',
-    'mnm': 'mN m',
-    'rad_s_2': 'rad/s2',
-    'm_s_2': 'm/s2',
-    'ncm': 'N cm',
-    'mm': 'mm',
-    'cm': 'cm',
-    'ma': 'mA',
-    'sec': 's',
-}
+LAST = by_word(
+    {
+        'rad/s': 'rad_s rad_per_s rad_per_sec rads radps',
+        'deg/s': 'deg_s deg_per_s deg_per_sec degs dps',
+        'm/s': 'm_s m_per_s mps',
+        'mm/s': 'mm_s',
+        'rev/s': 'rev_s',
+        'rpm': 'rev_min u_min tr_min',
+        'N m': 'n_m',
+        'mN m': 'mnm',
+        'N cm': 'ncm',
+        'rad/s2': 'rad_s_2',
+        'm/s2': 'm_s_2',
+        'mm': 'mm',
+        'cm': 'cm',
+        'mA': 'ma',
+        's': 'sec',
+    }
+)
 """Words that are a unit where a name ends in them."""
 LETTERS = {'m': 'm', 's': 's', 'N': 'N', 'V': 'V', 'A': 'A'}
 """Single letters that are a unit at the end, where what they would be the unit of has it."""
 BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')
-"""Quantities that a unit alone tells."""
+"""Quantities that a unit alone shows."""
 _IN_BRACKETS = re.compile(r'[\[(]\s*([^\])]*?)\s*[\])]\s*$')
+_COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
+_PART = re.compile('|'.join(_PARTS))
+_WORD = re.compile(r'[^\W\d_]+|\d+')
+_CAMEL = re.compile(r'(?<=[a-z])(?=[A-Z][a-z])')
 
 
 class Role(NamedTuple):
@@ -214,15 +124,15 @@ class Role(NamedTuple):
 
 def role_of(column: str) -> Role:
     """Return what the words of a column's name say; a goal of nothing is one of a position."""
-    name, unit, letters = _unit(column)
-    words = words_of(name)
+    name, unit, letter = _unit(column)
+    words = _words_of(name)
     is_goal = bool(GOAL & set(words))
-    quantity = _quantity(words, unit, letters)
-    if letters and not _has(quantity, words, letters):
-        words, letters = words + [letters.lower()], ''
+    quantity = _quantity(words, unit, letter)
+    if letter and not _has(quantity, words, letter):
+        words, letter = words + [letter.lower()], ''
     if is_goal and not quantity:
         quantity = 'position'
-    return Role(quantity, is_goal, _joint(words, unit or letters), unit or letters)
+    return Role(quantity, is_goal, _joint(words, unit or letter), unit or letter)
 
 
 def roles_of(columns: Iterable[str]) -> dict[str, Role]:
@@ -231,6 +141,23 @@ def roles_of(columns: Iterable[str]) -> dict[str, Role]:
     first = names[0].split('.')[0] + '.' if names else ''
     common = first if len(names) > 1 and all(name.startswith(first) for name in names) else ''
     return {name: role_of(name.removeprefix(common)) for name in names}
+
+
+def plain(word: str) -> str:
+    """Return a word in small letters without accents."""
+    text = unicodedata.normalize('NFKD', word.lower())
+    return ''.join(sign for sign in text if not unicodedata.combining(sign))
+
+
+def fits_quantity(unit: str, quantity: str) -> bool:
+    """Say whether a unit is one of a quantity."""
+    return fits(unit, QUANTITIES.get(quantity, ()))
+
+
+def _words_of(name: str) -> list[str]:
+    """Return the words of a name: jointPos and Sollwinkel have two each."""
+    words = map(plain, _WORD.findall(_CAMEL.sub('_', name)))
+    return [p for w in words for p in (_PART.findall(w) if _COMPOUND.fullmatch(w) else [w])]
 
 
 def _unit(column: str) -> tuple[str, str, str]:
@@ -242,12 +169,12 @@ def _unit(column: str) -> tuple[str, str, str]:
         return column.translate(str.maketrans('[]()', '    ')), '', ''
     words = _WORD.findall(column)
     for count in (3, 2, 1):
-        told = LAST.get('_'.join(words[-count:]).lower(), '')
-        if told and len(words) > count:
-            return ' '.join(words[:-count]), told, ''
-    told = next((ANYWHERE[word.lower()] for word in words if word.lower() in ANYWHERE), '')
-    if told:
-        return ' '.join(word for word in words if word.lower() not in ANYWHERE), told, ''
+        said = LAST.get('_'.join(words[-count:]).lower(), '')
+        if said and len(words) > count:
+            return ' '.join(words[:-count]), said, ''
+    said = next((ANYWHERE[word.lower()] for word in words if word.lower() in ANYWHERE), '')
+    if said:
+        return ' '.join(word for word in words if word.lower() not in ANYWHERE), said, ''
     letter = LETTERS.get(words[-1], '') if re.search(r'[^\W_]+[_ .][msNVA]$', column) else ''
     return ' '.join(words[:-1]) if letter else column, '', letter
 
@@ -257,15 +184,13 @@ def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
     said = next((name for name, known in WORDS.items() if known & set(words)), '')
     if said == 'position' and unit and not fits_quantity(unit, said):
         said = ''  # as of 'angle state [rad/s]'
-    told = unit or letter
-    if said or not told or not is_unit(told):
+    unit = unit or letter
+    if said or not unit or not is_unit(unit):
         return said
     symbol = next((SYMBOLS[word] for word in words if word in SYMBOLS), '')
-    if symbol and fits_quantity(told, symbol):
+    if symbol and fits_quantity(unit, symbol):
         return symbol
-    return next(
-        (name for name in BY_UNIT if told not in ('%', '1') and fits_quantity(told, name)), ''
-    )
+    return next((q for q in BY_UNIT if unit not in ('%', '1') and fits_quantity(unit, q)), '')
 
 
 def _has(quantity: str, words: Sequence[str], letter: str) -> bool:
@@ -275,13 +200,8 @@ def _has(quantity: str, words: Sequence[str], letter: str) -> bool:
     return fits_quantity(letter, quantity)
 
 
-def fits_quantity(unit: str, quantity: str) -> bool:
-    """Say whether a unit is one of a quantity."""
-    return fits(unit, QUANTITIES.get(quantity, ()))
-
-
 def _joint(words: Sequence[str], unit: str) -> str:
-    """Return the words that say no quantity, joined; a formula's letter beside a unit is none."""
-    spent = set().union(*WORDS.values(), GOAL, BESIDE, SYMBOLS if unit else ())
+    """Return the words that say no quantity, joined; a formula's letter next to a unit is none."""
+    spent = set().union(*WORDS.values(), GOAL, BESIDES, SYMBOLS if unit else ())
     rest = '_'.join(word for word in words if word not in spent)
     return f'joint{rest}' if rest.isdecimal() else rest

@@ -11,7 +11,7 @@ import numpy as np
 
 from leo_msgs_py import units
 
-from .expression import Column
+from .log_format import Column
 
 RADIANS = 4 * np.pi
 """Angles of joints seldom go beyond two turns."""

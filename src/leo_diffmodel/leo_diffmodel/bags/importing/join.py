@@ -18,19 +18,12 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
-from .expression import Column, Table
 from .guess_columns import MEASURED, rising
 from .guess_roles import role_of
+from .log_format import Column, Table
 
 SAME = 1e-9
 """Times that differ by less are the same [of a file's unit]."""
-
-
-class Joined(NamedTuple):
-    """The table of each episode, and how they were joined."""
-
-    tables: list[Table]
-    told: str
 
 
 class Part(NamedTuple):
@@ -60,12 +53,12 @@ class Part(NamedTuple):
 
 
 def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
-    """Say whether files are parts of one run: their names tell different quantities, q, dq, tau.
+    """Say whether files are parts of one run: their names say different quantities, q, dq, tau.
 
     A file with several quantities is a whole log, whatever its name.
     """
-    told = [role_of(name).quantity for name in short_names(logs)]
-    differ = len(logs) > 1 and all(told) and len(set(told)) == len(told)
+    named = [role_of(name).quantity for name in short_names(logs)]
+    differ = len(logs) > 1 and all(named) and len(set(named)) == len(named)
     return differ and all(len(_quantities(table)) < 2 for table in tables)
 
 
@@ -73,8 +66,10 @@ def _quantities(table: Table) -> set[str]:
     return {role_of(name).quantity for name in table} & {*MEASURED, 'voltage'}
 
 
-def joined(logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None) -> Joined:
-    """Join the tables of files, episode by episode.
+def joined(
+    logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None
+) -> tuple[list[Table], str]:
+    """Return the joined tables of files, one for each episode, and how they were joined.
 
     Args:
         logs: each with its tables.
@@ -83,20 +78,15 @@ def joined(logs: Sequence[tuple[Path, Sequence[Table]]], time: str | None = None
     Raises:
         UserError: they have not as many episodes or rows, or do not overlap in time.
     """
-    counts = {log.name: len(tables) for log, tables in logs}
-    if len(set(counts.values())) > 1:
+    if len({len(tables) for _, tables in logs}) > 1:
+        counts = {log.name: len(tables) for log, tables in logs}
         raise UserError(f'parts of one run differ in their number of episodes: {counts}')
     names = short_names([log for log, _ in logs])
     found = [
-        _one(
-            [
-                Part(log, name, tables[k], _time(tables[k], time))
-                for (log, tables), name in zip(logs, names, strict=True)
-            ]
-        )
-        for k in range(len(logs[0][1]))
+        _one([Part(logs[k][0], names[k], t, _time(t, time)) for k, t in enumerate(tables)])
+        for tables in zip(*(tables for _, tables in logs), strict=True)
     ]
-    return Joined([table for table, _ in found], found[0][1])
+    return [table for table, _ in found], found[0][1]
 
 
 def short_names(logs: Sequence[Path]) -> list[str]:
@@ -110,14 +100,12 @@ def short_names(logs: Sequence[Path]) -> list[str]:
 
 
 def _time(table: Table, said: str | None) -> str:
-    """Return the column of the time; '' without one."""
     if said is not None and said in table:
         return said
     return rising(table, {name: role_of(name) for name in table})
 
 
 def _one(parts: Sequence[Part]) -> tuple[Table, str]:
-    """Return the joined table of one episode and how it was joined."""
     listed = ', '.join(part.log.name for part in parts)
     clock = next((part for part in parts if part.t is not None), None)
     if clock is None or clock.t is None:
@@ -129,7 +117,7 @@ def _one(parts: Sequence[Part]) -> tuple[Table, str]:
     table = {clock.time: clock.t[rows]}
     for part in parts:
         table |= {name: _at(clock.t, part.t, c)[rows] for name, c in part.columns().items()}
-    return table, _told(listed, clock, parts, len(rows))
+    return table, _how(listed, clock, parts, len(rows))
 
 
 def _as_many_rows(parts: Sequence[Part]) -> None:
@@ -155,7 +143,6 @@ def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.
 
 
 def _at(clock: Column, t: Column | None, values: Column) -> Column:
-    """Return the values of a part at the times of the clock."""
     if t is None or _same(t, clock):
         return values
     known = np.isfinite(t)
@@ -166,13 +153,12 @@ def _same(t: Column, clock: Column) -> bool:
     return t.shape == clock.shape and bool(np.allclose(t, clock, rtol=0.0, atol=SAME))
 
 
-def _told(listed: str, clock: Part, parts: Sequence[Part], rows: int) -> str:
-    """Return how parts were joined, in one line."""
+def _how(listed: str, clock: Part, parts: Sequence[Part], rows: int) -> str:
     assert clock.t is not None
     moved = [p.log.name for p in parts if p.t is not None and not _same(p.t, clock.t)]
     plain = [p.log.name for p in parts if p.t is None]
-    told = [f'joined {listed} by the times of {clock.log.name}']
-    told += [f'{", ".join(moved)} interpolated'] if moved else []
-    told += [f'{", ".join(plain)} row by row'] if plain else []
-    told += [f'{clock.rows - rows} rows left out that not all have'] if rows < clock.rows else []
-    return '; '.join(told)
+    notes = [f'joined {listed} by the times of {clock.log.name}']
+    notes += [f'{", ".join(moved)} interpolated'] if moved else []
+    notes += [f'{", ".join(plain)} row by row'] if plain else []
+    notes += [f'{clock.rows - rows} rows left out that not all have'] if rows < clock.rows else []
+    return '; '.join(notes)

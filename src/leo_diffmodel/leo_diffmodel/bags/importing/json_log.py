@@ -23,8 +23,7 @@ from .arrays_log import (
     same_length,
     steps,
 )
-from .expression import Table
-from .log_format import LogFormat, Reader
+from .log_format import LogFormat, Reader, Table
 from .log_text import read_log_text
 
 DEEPEST = 5
@@ -32,11 +31,7 @@ Named = list[tuple[str, Any]]
 
 
 def read_json(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return one table for each place where rows are.
-
-    Raises:
-        UserError: it is not JSON, has a name twice, or nothing is where the map says.
-    """
+    """Return one table for each place where rows are."""
     content = json_content(log, log_format)
     if log_format.fields:
         return from_fields(log, content, log_format)
@@ -48,11 +43,7 @@ def read_json(log: Path, log_format: LogFormat) -> list[Table]:
 
 
 def json_content(log: Path, log_format: LogFormat) -> Any:
-    """Return what a JSON file says.
-
-    Raises:
-        UserError: it is not JSON, or an object in it has one name twice.
-    """
+    """Return what a JSON file says; refuse an object with one name twice."""
     try:
         return json.loads(read_log_text(log, log_format.encoding), object_pairs_hook=_each_once)
     except RecursionError:

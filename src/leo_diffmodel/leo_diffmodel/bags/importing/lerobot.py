@@ -24,8 +24,7 @@ from pydantic import BaseModel, Field
 from leo_msgs_py.errors import one_line, UserError
 from leo_sim.common.yaml_file import check, read_text, shown
 
-from .expression import Column, Table
-from .log_format import LogFormat, Reader
+from .log_format import Column, LogFormat, Reader, Table
 
 EPISODE, FRAME = 'episode_index', 'frame_index'
 WIDEST = 1000
@@ -79,11 +78,7 @@ def is_lerobot(path: Path) -> bool:
 
 
 def read_info(folder: Path) -> Info:
-    """Return what a data set says of itself.
-
-    Raises:
-        UserError: it does not read, or is of another version.
-    """
+    """Return what a data set of a version that is read says of itself."""
     file = folder / 'meta/info.json'
     try:
         content = json.loads(read_text(file))
@@ -99,11 +94,7 @@ def read_info(folder: Path) -> Info:
 
 
 def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
-    """Return one table per episode, in their order.
-
-    Raises:
-        UserError: a part is missing, damaged, or not what info.json says.
-    """
+    """Return one table per episode, in their order."""
     info = read_info(folder)
     files = sorted(folder.glob('data/chunk-*/*.parquet'))
     if not files:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names of columns: each only once, and numbers for those that have none."""
+"""What each format of logs has: a reader of tables, what a column map says, names of columns."""
 
 from __future__ import annotations
 
@@ -14,34 +14,12 @@ from pydantic import BaseModel, ConfigDict, Field
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .expression import Table
+from ..types import Floats
 
+Column = Floats
+Table = dict[str, Column]
+"""Columns by name, all of one length."""
 _INDEX = re.compile(r'\[\s*(:|\d+)\s*,\s*(:|\d+)\s*\]')
-
-
-def each_once(names: Sequence[str], where: str) -> None:
-    """Refuse a name that stands above two columns.
-
-    Raises:
-        UserError: it says which columns.
-    """
-    for name in names:
-        if name and names.count(name) > 1:
-            places = ' and '.join(str(k) for k, n in enumerate(names, start=1) if n == name)
-            raise UserError(
-                f'{where}: {shown(name)} is the name of columns {places}; rename '
-                'them, or name all columns in the column map (header: [...])'
-            )
-
-
-def numbered(width: int) -> list[str]:
-    """Return the names of columns that have none: 0, 1, ..."""
-    return [str(k) for k in range(width)]
-
-
-def canonical_index(name: str) -> str:
-    """Return the name of a matrix's column as tables have it: `data[:, 2]` of `data[:,2]`."""
-    return _INDEX.sub(r'[\1, \2]', name)
 
 
 class LogFormat(BaseModel):
@@ -96,3 +74,24 @@ class Reader:
         if log_format.format:
             return log_format.format == self.name
         return log.suffix.lower().lstrip('.') in self.endings
+
+
+def each_once(names: Sequence[str], where: str) -> None:
+    """Refuse a name that stands above two columns, saying which."""
+    for name in names:
+        if name and names.count(name) > 1:
+            places = ' and '.join(str(k) for k, n in enumerate(names, start=1) if n == name)
+            raise UserError(
+                f'{where}: {shown(name)} is the name of columns {places}; rename '
+                'them, or name all columns in the column map (header: [...])'
+            )
+
+
+def numbered(width: int) -> list[str]:
+    """Return the names of columns that have none: 0, 1, ..."""
+    return [str(k) for k in range(width)]
+
+
+def canonical_index(name: str) -> str:
+    """Return the name of a matrix's column as tables have it: `data[:, 2]` of `data[:,2]`."""
+    return _INDEX.sub(r'[\1, \2]', name)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from leo_msgs_py.errors import UserError
 
-_MARKS = (
-    (codecs.BOM_UTF8, 'utf-8-sig'),
-    (codecs.BOM_UTF16_LE, 'utf-16'),
-    (codecs.BOM_UTF16_BE, 'utf-16'),
-)
+_MARKS = {
+    codecs.BOM_UTF8: 'utf-8-sig',
+    codecs.BOM_UTF16_LE: 'utf-16',
+    codecs.BOM_UTF16_BE: 'utf-16',
+}
 """What a file may begin with, and what that says."""
 WINDOWS = 'cp1252'
 """What spreadsheets and older programs of western Europe write."""
@@ -47,11 +47,7 @@ def read_log_text(path: Path, encoding: str | None = None) -> str:
 
 
 def encoding_of(path: Path) -> str:
-    """Return the encoding that the bytes of a log show.
-
-    Raises:
-        UserError: it cannot be read.
-    """
+    """Return the encoding that the bytes of a log show."""
     return _encoding(_bytes(path))
 
 
@@ -64,7 +60,7 @@ def _bytes(path: Path) -> bytes:
 
 def _encoding(raw: bytes) -> str:
     """Return UTF-8 for what can be read so, else UTF-16 or the Windows one."""
-    for mark, code in _MARKS:
+    for mark, code in _MARKS.items():
         if raw.startswith(mark):
             return code
     for start, code in ((1, 'utf-16-le'), (0, 'utf-16-be')):

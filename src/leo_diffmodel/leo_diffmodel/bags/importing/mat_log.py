@@ -10,16 +10,11 @@ from typing import Any
 from leo_msgs_py.errors import one_line, UserError
 
 from .arrays_log import columns, from_fields
-from .expression import Table
-from .log_format import LogFormat, Reader
+from .log_format import LogFormat, Reader, Table
 
 
 def read_mat(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return the tables of a MATLAB file; of its arrays those as long as the longest.
-
-    Raises:
-        UserError: it is none, is of version 7.3, or nothing is where the map says.
-    """
+    """Return the tables of a MATLAB file; of its arrays those as long as the longest."""
     content = _content(log)
     if log_format.fields:
         return from_fields(log, content, log_format)

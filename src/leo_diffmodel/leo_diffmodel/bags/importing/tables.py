@@ -15,11 +15,11 @@ from leo_sim.common.yaml_file import shown
 
 from .column_map import ColumnMap
 from .csv_log import CSV
-from .expression import evaluate, Table
+from .expression import evaluate
 from .join import are_parts, joined
 from .json_log import JSON
 from .lerobot import is_lerobot, LEROBOT
-from .log_format import LogFormat, Reader
+from .log_format import LogFormat, Reader, Table
 from .mat_log import MAT
 
 READERS = CSV, JSON, MAT, LEROBOT
@@ -28,11 +28,7 @@ GROUP = 'leo.log_formats'
 
 
 def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return the tables of a log, one per episode, each with at least one column.
-
-    Raises:
-        UserError: no such file, an unknown format, or not a log as the map says.
-    """
+    """Return the tables of a log, one per episode, each with at least one column."""
     tables = reader_of(log, log_format).read(log, log_format)
     if not tables or not all(tables):
         raise UserError(f'{log} has no columns of numbers')
@@ -40,11 +36,7 @@ def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
 
 
 def reader_of(log: Path, log_format: LogFormat) -> Reader:
-    """Return what reads a log: what the map says, else what its name ends in.
-
-    Raises:
-        UserError: no such file, an unknown format, or a folder that is no LeRobot data set.
-    """
+    """Return what reads a log: what the map says, else what its name ends in."""
     for reader in READERS:
         if reader.takes(log, log_format):
             return reader
@@ -78,13 +70,8 @@ def episodes_of(
     read = [(log, _read(log, mapping)) for log in logs]
     if not (join or are_parts(logs, [tables[0] for _, tables in read])):
         return [(log, _computed(log, t, mapping)) for log, tables in read for t in tables], ''
-    both = joined(read, mapping.time.column)
-    return [(logs[0], _computed(logs[0], table, mapping)) for table in both.tables], both.told
-
-
-def tables_of(log: Path, mapping: ColumnMap) -> list[Table]:
-    """Return the tables of a log with the computed columns."""
-    return [_computed(log, table, mapping) for table in _read(log, mapping)]
+    tables, how = joined(read, mapping.time.column)
+    return [(logs[0], _computed(logs[0], table, mapping)) for table in tables], how
 
 
 def _read(log: Path, mapping: ColumnMap) -> list[Table]:
@@ -111,7 +98,6 @@ def _say_their_unit(log: Path, mapping: ColumnMap) -> None:
 
 
 def _computed(log: Path, table: Table, mapping: ColumnMap) -> Table:
-    """Return a table with the computed columns added."""
     for name, expression in mapping.columns.items():
         try:
             table = {**table, name: evaluate(expression, table)}

@@ -3,75 +3,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import re
 
 from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
 
-_PARTS = {
-    '°': 'deg',
-    'º': 'deg',
-    'grad': 'deg',
-    'degree': 'deg',
-    'degrees': 'deg',
-    'degré': 'deg',
-    'degrés': 'deg',
-    'radian': 'rad',
-    'radians': 'rad',
-    'radiant': 'rad',
-    'u': 'rev',
-    'umdr': 'rev',
-    'umdrehungen': 'rev',
-    'tr': 'rev',
-    'tour': 'rev',
-    'tours': 'rev',
-    'turn': 'rev',
-    'turns': 'rev',
-    'sec': 's',
-    'sek': 's',
-    'second': 's',
-    'seconds': 's',
-    'sekunden': 's',
-    'secondes': 's',
-    'msec': 'ms',
-    'millis': 'ms',
-    'usec': 'us',
-    'micros': 'us',
-    'volt': 'V',
-    'volts': 'V',
-    'ampere': 'A',
-    'amps': 'A',
-    'v': 'V',
-    'ncm': 'N cm',
-    'mnm': 'mN m',
-    'newton': 'N',
-    'n': 'N',
-    'meter': 'm',
-    'metre': 'm',
-    'a': 'A',
-    'mv': 'mV',
-    'ma': 'mA',
-}
-_WHOLE = {
-    'rev/min': 'rpm',
-    '1/min': 'rpm',
-    'min-1': 'rpm',
-    'min^-1': 'rpm',
-    'rps': 'rev/s',
-    'rads': 'rad/s',
-    'radps': 'rad/s',
-    'degs': 'deg/s',
-    'dps': 'deg/s',
-    'mps': 'm/s',
-    's-1': '1/s',
-    'prozent': '%',
-    'percent': '%',
-    'nm': 'N m',
-    'n*m': 'N m',
-    'n.m': 'N m',
-    'n·m': 'N m',
-}
+
+def by_word(spellings: Mapping[str, str]) -> dict[str, str]:
+    """Return what each word stands for, from the words of each meaning in one text."""
+    return {word: meaning for meaning, words in spellings.items() for word in words.split()}
+
+
+_PARTS = by_word(
+    {
+        'deg': '° º grad degree degrees degré degrés',
+        'rad': 'radian radians radiant',
+        'rev': 'u umdr umdrehungen tr tour tours turn turns',
+        's': 'sec sek second seconds sekunden secondes',
+        'ms': 'msec millis',
+        'us': 'usec micros',
+        'V': 'volt volts v',
+        'mV': 'mv',
+        'A': 'ampere amps a',
+        'mA': 'ma',
+        'N cm': 'ncm',
+        'mN m': 'mnm',
+        'N': 'newton n',
+        'm': 'meter metre',
+    }
+)
+_WHOLE = by_word(
+    {
+        'rpm': 'rev/min 1/min min-1 min^-1',
+        'rev/s': 'rps',
+        'rad/s': 'rads radps',
+        'deg/s': 'degs dps',
+        'm/s': 'mps',
+        '1/s': 's-1',
+        '%': 'prozent percent',
+        'N m': 'nm n*m n.m n·m',
+    }
+)
 """Whole units; a speed in 1/min counts turns, and nm is no length of a robot."""
 _SPELLING = str.maketrans({'µ': 'u', 'μ': 'u', '²': '2', '⁻': '-', '¹': '1', '⋅': '·', '∙': '·'})
 

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.check.finding import Finding, OK, times, WARNING
 
 Array = np.ndarray

@@ -10,9 +10,9 @@ from pathlib import Path
 from threading import Lock
 import time
 
+from leo_diffmodel.bags.arrival import Origin, Sources
 from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
 from leo_diffmodel.bags.recorder import RecordedTopic
-from leo_diffmodel.bags.arrival import Origin, Sources
 from leo_diffmodel.bags.types import JOINT_STATE, STATES
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joints_text

@@ -10,8 +10,9 @@ from tests.lerobot_data import JOINTS, write_lerobot
 import yaml
 
 from leo_diffmodel.bags.importing.calibration import calibration_beside
-from leo_diffmodel.bags.importing.convert import load_map, read_runs
+from leo_diffmodel.bags.importing.convert import load_map
 from leo_diffmodel.bags.importing.guess import guess_map
+from leo_diffmodel.bags.importing.tables import episodes_of
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
@@ -71,12 +72,14 @@ def test_per_cent_becomes_the_angles_that_the_counts_were(tmp_path, robot_type, 
     (tmp_path / place).write_text(json.dumps(calibration(drive_mode)))
     robot = load_robot('so101')
     file = guess_map(folder, tmp_path / 'map.yaml', robot, 'so101')
-    (run,) = read_runs(folder, load_map(file))
-    q = dict(zip(run.joints, run.q.T, strict=True))
+    mapping = load_map(file)
+    ((_, table),), _ = episodes_of([folder], mapping, join=False)
+    q = {name: c.position.values(table, 'position', '') for name, c in mapping.joints.items()}
+    goals = mapping.inputs['shoulder_pan']['position'].values(table, 'position', '')
     low, high = RANGE['shoulder_pan']
     expected = COUNT * (np.clip(COUNTS['shoulder_pan'], low, high) - (low + high) / 2)
     np.testing.assert_allclose(q['shoulder_pan'], expected, atol=1e-4)
-    np.testing.assert_allclose(run.inputs['shoulder_pan']['position'], expected, atol=1e-4)
+    np.testing.assert_allclose(goals, expected, atol=1e-4)
     low, high = RANGE['gripper']
     stop = next(joint.limits[0] for joint in robot.joints if joint.name == 'gripper')
     expected = stop + COUNT * (np.clip(COUNTS['gripper'], low, high) - low)

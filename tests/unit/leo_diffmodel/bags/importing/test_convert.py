@@ -14,7 +14,7 @@ from tests.places import REAL_DATA
 
 from leo_diffmodel.bags import arrays
 from leo_diffmodel.bags.importing import import_logs
-from leo_diffmodel.bags.importing.convert import load_map, read_runs
+from leo_diffmodel.bags.importing.convert import load_map
 from leo_diffmodel.bags.importing.expression import evaluate
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main
@@ -269,6 +269,8 @@ def robot(joints: tuple[str, ...], drive: str) -> SimpleNamespace:
     return SimpleNamespace(
         joint_names=joints,
         joints=[SimpleNamespace(name=j, kind='revolute') for j in joints],
+        slides=frozenset(),
+        actuated=tuple(range(len(joints))),
         actuators=[Actuator(j, None, None, 10.0, None, 0.0) for j in joints],
         input=drive,
         control_period=0.01,
@@ -323,8 +325,8 @@ class TestRealMeasurements:
         assert [len(episode.t) for episode in recording.episodes] == [9167] * 4
         assert recording.input == 'none'
         assert abs(np.concatenate([e.q for e in recording.episodes]).mean()) < 0.05
-        held_out = read_runs(log, load_map('map_single_pendulum_validation'))
-        assert [len(run.t) for run in held_out] == [9167, 9166]
+        held_out = import_logs([log], 'map_single_pendulum_validation', tmp_path / 'held_out')
+        assert [len(e.t) for e in read_bag(held_out, PENDULUM).episodes] == [9167, 9166]
 
 
 def test_an_interrupted_import_leaves_no_half_bag(tmp_path, monkeypatch):
