@@ -47,14 +47,8 @@ class Run:
 def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -> Path:
     """Write runs to a new bag, one episode each, on one continuous clock that starts at 0.
 
-    Args:
-        folder: the bag, which must not exist.
-        runs: at least one.
-        metadata: the `leo` record.
-
     Raises:
-        UserError: the folder exists or cannot be made, or the runs take longer than stamps can
-            say.
+        UserError: the folder exists or cannot be made, or stamps cannot say so long a time.
     """
     writer = BagWriter(folder, metadata)
     try:

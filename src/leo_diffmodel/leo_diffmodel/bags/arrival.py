@@ -82,13 +82,7 @@ class Sources:
         self.refused: dict[bytes, float] = {}
 
     def origin(self, publisher: bytes, now: float, present: Present) -> Origin:
-        """Say whose message one is.
-
-        Args:
-            publisher: its GID.
-            now: when it arrived, by a clock that nobody sets [s].
-            present: asked only where it matters.
-        """
+        """Say whose message one is, by its GID; `now` [s] is of a clock that nobody sets."""
         if publisher == self._former and self._ours is not None:
             self.refused[self._ours] = now
             self._ours, self._former, self._heard = publisher, None, now

@@ -90,10 +90,12 @@ def _load_database(file: Db3File, topics: dict[str, TopicLog]) -> int:
             if row.encoding == 'cdr':
                 log = TopicLog(row.name, row.type, row.qos)
                 channels[row.number] = topics.setdefault(row.name, log).messages
-        elif row.log_ns < 0:
+            continue
+        topic, log_ns, data = row
+        if log_ns < 0:
             file.damaged += 1
-        elif row.topic in channels:
-            channels[row.topic].append(Logged(row.log_ns, row.data, row.log_ns))
+        elif topic in channels:
+            channels[topic].append(Logged(log_ns, data, log_ns))
     return file.damaged
 
 

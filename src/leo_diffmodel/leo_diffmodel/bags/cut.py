@@ -77,10 +77,9 @@ def _chosen(
 
 
 def _write(contents: BagContents, new: Path, chosen: Mapping[str, list[Logged]]) -> int:
-    channels = {}
     writer = BagWriter(new, contents.metadata.get('leo'))
-    for name, topic in contents.topics.items():
-        channels[name] = writer.add_topic(name, topic.type, topic.qos)
+    topics = contents.topics.items()
+    channels = {name: writer.add_topic(name, topic.type, topic.qos) for name, topic in topics}
     rows = [(m.log_ns, name, m) for name, messages in chosen.items() for m in messages]
     for log_ns, name, m in sorted(rows, key=lambda row: row[0]):
         writer.write(channels[name], m.data, log_ns, m.published_ns)

@@ -26,6 +26,10 @@ _TOPICS = 'SELECT id, name, type, serialization_format, offered_qos_profiles FRO
 _MESSAGES = 'SELECT topic_id, timestamp, data FROM messages'
 
 
+StoredMessage = tuple[int, int, bytes]
+"""One row of `messages`: its topic, when it was logged [ns], its CDR bytes."""
+
+
 class StoredTopic(NamedTuple):
     """One row of `topics`."""
 
@@ -34,14 +38,6 @@ class StoredTopic(NamedTuple):
     type: str
     encoding: str
     qos: str
-
-
-class StoredMessage(NamedTuple):
-    """One row of `messages`: its topic, when it was logged [ns], its CDR bytes."""
-
-    topic: int
-    log_ns: int
-    data: bytes
 
 
 def find_databases(path: Path) -> tuple[Path, ...]:
@@ -55,11 +51,10 @@ def find_databases(path: Path) -> tuple[Path, ...]:
 
 
 class Db3File:
-    """The topics and messages of one file.
+    """The topics and messages of one file; reading ends where the file is damaged, or cut.
 
     Attributes:
-        damaged: rows that are no message, and ends of files; reading ends where the file itself
-            is damaged, or cut.
+        damaged: rows that are no message, and ends of files.
     """
 
     def __init__(self, path: Path) -> None:
@@ -108,7 +103,7 @@ class Db3File:
             if row is None:
                 return
             if list(map(type, row)) == [int, int, bytes]:
-                yield StoredMessage(*row)
+                yield row
             else:
                 self.damaged += 1
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .types import Floats
+from .types import at_rows, Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,9 @@ class Recording:
     """A bag, read for one robot.
 
     Attributes:
-        path: the folder or file.
         sha256: of the bytes of its .mcap or .db3 files.
-        joints: joint names, in the robot's order.
-        actuators: joints of the actuators, in actuator order.
+        joints: in the robot's order.
+        actuators: their joints, in actuator order.
         input: `voltage`, `torque`, `position` or `none` (a passive log).
         command_period: [s], one control period.
         episodes: at least one, each of at least two samples.
@@ -116,11 +115,7 @@ def between(
     """
     low, high = check(begin, end)
     found = [(e.t >= low - 1e-9) & (e.t <= high + 1e-9) for e in recording.episodes]
-    parts = [
-        part(e, np.flatnonzero(m))
-        for e, m in zip(recording.episodes, found, strict=True)
-        if m.sum() >= 2
-    ]
+    parts = [at_rows(e, m) for e, m in zip(recording.episodes, found, strict=True) if m.sum() >= 2]
     if not parts:
         last = max(float(e.t[-1]) for e in recording.episodes)
         raise UserError(
@@ -155,7 +150,7 @@ def _pieces(e: Episode, out: Sequence[tuple[float, float]], least: float) -> lis
         number += e.t > end
         stays &= (e.t < begin) | (e.t > end)
     groups = [np.flatnonzero(stays & (number == n)) for n in range(len(out) + 1)]
-    return [part(e, g) for g in groups if len(g) > 1 and e.t[g[-1]] - e.t[g[0]] >= least]
+    return [at_rows(e, g) for g in groups if len(g) > 1 and e.t[g[-1]] - e.t[g[0]] >= least]
 
 
 def merged(
@@ -169,15 +164,3 @@ def merged(
         else:
             out.append((begin, end))
     return tuple(out)
-
-
-def part(e: Episode, index: NDArray[np.int_]) -> Episode:
-    """The samples of an episode at neighbouring indices."""
-    return Episode(
-        t=e.t[index],
-        q=e.q[index],
-        dq=e.dq[index],
-        inputs=e.inputs[index],
-        enabled=e.enabled[index],
-        effort=None if e.effort is None else e.effort[index],
-    )

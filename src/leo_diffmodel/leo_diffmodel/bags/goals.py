@@ -132,13 +132,7 @@ class Leg(NamedTuple):
 
 
 def _sampled(legs: Sequence[Leg], stamps: Stamps, first: float) -> Floats:
-    """The goal at times [ns] (N,), increasing; NaN before the first leg, which leads from `first`.
-
-    Args:
-        legs: in the order of their begin.
-        stamps: when it is wanted.
-        first: where the joint is as the first leg begins.
-    """
+    """The goal at increasing times [ns] (N,), NaN before the first leg; it starts at `first`."""
     out = np.full(len(stamps), np.nan)
     was = first
     for leg, after in zip_longest(legs, legs[1:]):
@@ -181,9 +175,9 @@ def read_goals(
         topic_map: may name the topic.
 
     Returns:
-        The topics they come from; when they were logged and their stamps [ns], shape (N,), in
-        log order; goals at the times of the states and where they turn, each held to the next,
-        in their joints' signs and zeros [rad, m], shape (N, A).
+        The topics; log times and stamps [ns], shape (N,), in log order; goals at the times of the
+        states and where they turn, each held to the next, in their signs and zeros [rad, m],
+        shape (N, A).
 
     Raises:
         UserError: a joint has no goal, or two topics' trajectories.
@@ -261,12 +255,7 @@ def _run(
 def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -> list[Leg]:
     """What the messages ask of one joint, in robot time, in the order in which it counts.
 
-    Args:
-        said: the messages that name it.
-        name: of the joint.
-        delay: from a stamp to when it is recorded [ns].
-        stamped: whether the states have stamps, so that those of the messages count.
-        role: `trajectory` or `controller_state`.
+    `delay` is from a stamp to when it is recorded [ns]; stamps count where the states have some.
     """
     legs = []
     for a in said:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
-from .states import at_rows, StateLog
-from .types import Floats
+from .states import StateLog
+from .types import at_rows, Floats
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Actuator, Robot
@@ -43,10 +43,7 @@ class Channel(NamedTuple):
 def without_impossible(states: StateLog, robot: Robot) -> tuple[StateLog, list[str]]:
     """Leave out states that no robot has; also return how many of which channel, in words.
 
-    An effort alone becomes NaN, not measured.
-
-    Raises:
-        UserError: none is left.
+    An effort alone becomes NaN, not measured. It is an error where none is left.
     """
     seconds = float(np.ptp(states.stamp_ns)) * 1e-9
     positions, velocities, efforts = _channels(robot, seconds)

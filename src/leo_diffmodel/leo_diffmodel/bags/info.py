@@ -59,17 +59,13 @@ class BagInfo:
     """Summary of a bag.
 
     Attributes:
-        path: the folder or file.
         state: finished, repaired (finished just now), recording, unfinished where the folder is
             read-only or the disk full, or damaged where it cannot be finished for that.
         damaged: records and chunks that do not read or whose checksum fails.
         size: bytes.
         duration: log time from the first to the last message [s].
-        messages: number of messages.
-        topics: by name.
         joints: names on the joint state topic.
         state_rate: joint states per second of robot time.
-        episodes: unbroken stretches of joint states.
         breaks: how often each kind of break came (new episode, gap, jump, stamps jump back).
         metadata: the `leo` record.
         told: what was done about several publishers of joint states, or why none were read.

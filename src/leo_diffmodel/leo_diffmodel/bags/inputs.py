@@ -21,7 +21,7 @@ from .passive import joint_names, refuse_driven
 from .split import on_the_angles_turn
 from .states import deserialize, stamp_of, StateLog
 from .topic_map import COMMANDS, find_topic, INTERFACES, Role, TopicMap
-from .types import APPLIED, FLOAT64_ARRAY, Floats, Stamps
+from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -200,18 +200,11 @@ class _Bag:
         """Drop messages with NaN or what no robot has; None where nothing is left."""
         finite = np.isfinite(inputs.values).all(axis=1)
         beyond, notes = impossible(inputs.values, input_channels(self.robot, inputs.kind))
-        keep = finite & ~beyond.any(axis=1)
+        keep = np.asarray(finite & ~beyond.any(axis=1))
         if not keep.any():
             return None
-        return replace(
-            inputs,
-            log_ns=inputs.log_ns[keep],
-            stamp_ns=inputs.stamp_ns[keep],
-            values=inputs.values[keep],
-            enabled=inputs.enabled[keep],
-            dropped=inputs.dropped + int(np.sum(~finite)),
-            notes=tuple(notes),
-        )
+        dropped = inputs.dropped + int(np.sum(~finite))
+        return at_rows(replace(inputs, dropped=dropped, notes=tuple(notes)), keep)
 
 
 def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:

@@ -10,9 +10,9 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 
-from .episode import Episode, part, Recording
+from .episode import Episode, Recording
 from .topic_map import JointMap, TopicMap
-from .types import Floats
+from .types import at_rows, Floats
 from .zoh import average
 
 
@@ -35,9 +35,6 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
 
     What is late is taken from the samples about it, on straight lines; states at the ends for
     which there are none are left out.
-
-    Raises:
-        UserError: nothing is left.
     """
     joints = [mapping.joint(name) for name in recording.joints]
     motors = [mapping.joint(name) for name in recording.actuators]
@@ -107,5 +104,5 @@ def _on_time(
             at = e.t + joint.speed_late
             dq[:, j] = np.interp(at, e.t, e.dq[:, j])
             known &= (at >= e.t[0]) & (at <= last)
-    kept = part(replace(e, dq=dq), np.flatnonzero(known))
+    kept = at_rows(replace(e, dq=dq), known)
     return replace(kept, t=kept.t * time_scale)

@@ -28,8 +28,8 @@ def reading_notes(
     segments: Segments,
     turns: int,
     used: int,
-    made: str = '',
-    impossible: Sequence[str] = (),
+    made: str,
+    impossible: Sequence[str],
 ) -> list[str]:
     """Return what was left out, mended or split.
 
@@ -47,7 +47,7 @@ def reading_notes(
     lost = contents.metadata.get('leo', {}).get('lost')
     said = any(DIFFERENTIATED in text for text in impossible)
     gaps, jumps = segments.breaks.get('gap', 0), segments.breaks.get('jump', 0)
-    told = [
+    found = [
         (not contents.finished, _unfinished(contents)),
         (contents.damaged, f'damaged in {contents.damaged} places; what is there was left out'),
         (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
@@ -65,7 +65,7 @@ def reading_notes(
             f'{unused} samples unused (lone, or before the first input)',
         ),
     ]
-    return [f'{contents.path}: {text}' for holds, text in told if holds]
+    return [f'{contents.path}: {text}' for holds, text in found if holds]
 
 
 def input_notes(
@@ -73,7 +73,7 @@ def input_notes(
     robot: Robot,
     topic_map: TopicMap,
     inputs: InputLog | None,
-    unmeasured: Sequence[str] = (),
+    unmeasured: Sequence[str],
 ) -> list[str]:
     """Return which joints of the map and inputs were unusable, and which were passed over."""
     notes = []
@@ -100,15 +100,15 @@ def _passed_over(
 ) -> list[str]:
     """Return which topics say what was applied, but not what this robot needs."""
     source = inputs.source if inputs else 'none, so the bag counts as passive'
-    telling = _telling(contents, topic_map)
-    if any(topic.name == source and topic.type == JOINT_STATE for topic in telling):
+    applied = _applied_topics(contents, topic_map)
+    if any(topic.name == source and topic.type == JOINT_STATE for topic in applied):
         return []
     wanted = topic_map.interface or INTERFACES[robot.input]
     joints = ', '.join(str(topic_map.joint(a.joint).name) for a in robot.actuators)
     return [
         f'{topic.name} has no usable {wanted} of {joints} (there is {_there(topic)}); inputs '
         f'taken from: {source}'
-        for topic in telling
+        for topic in applied
         if topic.name != source
     ]
 
@@ -117,7 +117,9 @@ def _unread(
     contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None
 ) -> list[str]:
     """Return which topics look like commands, where no topic says what was applied."""
-    if inputs is None or inputs.source in [topic.name for topic in _telling(contents, topic_map)]:
+    if inputs is None or inputs.source in [
+        topic.name for topic in _applied_topics(contents, topic_map)
+    ]:
         return []
     source = contents.topics.get(inputs.source.split(', ')[0])
     if source is not None and source.type == CONTROLLER_STATE:
@@ -126,7 +128,7 @@ def _unread(
     return [f'{named(unread)}; inputs taken from: {inputs.source}'] if unread else []
 
 
-def _telling(contents: BagContents, topic_map: TopicMap) -> list[TopicLog]:
+def _applied_topics(contents: BagContents, topic_map: TopicMap) -> list[TopicLog]:
     names = (*(topic.name for topic in APPLIED.values()), DEFAULT_NAMES['dynamic_joint_states'])
     mapped = [topic_map.topics.get('applied'), topic_map.topics.get('dynamic_joint_states')]
     return [

@@ -36,10 +36,6 @@ def play(
         loop: again and again until SIGINT.
         ros_args: `--ros-args ...`, remaps for instance.
         wait: so long for a reader of every topic before the first message [s].
-
-    Raises:
-        UserError: no bag there, nothing in it that can be published, a rate of 0 or less, or a
-            wait below 0.
     """
     if not rate > 0.0:
         raise UserError(f'--rate {rate:g} is not a speed; give a number above 0')
@@ -48,16 +44,18 @@ def play(
     contents = load(bag)
     with graph(ros_args):
         node = join(Node('player'))
-        publishers = _publishers(node, list(contents.topics.values()))
-        if not publishers:
+        found = _publishers(node, list(contents.topics.values()))
+        if not found:
             raise UserError(f'{bag} has no messages of a type known here')
-        player = _Player(publishers, rate)
-        player.wait_for_readers(wait)
-        player.play_once()
+        publishers = [publisher for publisher, _ in found]
+        messages = [(m.log_ns, m.data, p) for p, topic in found for m in topic.messages]
+        messages.sort(key=lambda message: message[0])
+        spin_until(lambda: all(p.get_subscription_count() for p in publishers), wait)
+        played = _play_once(messages, rate)
         while loop and running():
-            player.play_once()
-        player.acknowledge()
-    print(f'played {bag}: {player.played} messages')
+            played += _play_once(messages, rate)
+        _acknowledge(publishers)
+    print(f'played {bag}: {played} messages')
     return 0
 
 
@@ -92,46 +90,23 @@ def _offered(text: str) -> QoSProfile:
     return qos
 
 
-class _Player:
-    """Publishes the messages of all topics in log order, at their distances in time."""
+def _play_once(messages: list[tuple[int, bytes, Publisher]], rate: float) -> int:
+    """Publish messages at their distances in time until the process shall end; return how many."""
+    first, began = messages[0][0], time.monotonic()
+    for played, (log_ns, data, publisher) in enumerate(messages):
+        due = began + (log_ns - first) * 1e-9 / rate
+        while running() and (left := due - time.monotonic()) > 0.0:
+            spin_once(left)
+        if not running():
+            return played
+        publisher.publish(data)
+    return len(messages)
 
-    def __init__(self, publishers: list[tuple[Publisher, TopicLog]], rate: float) -> None:
-        self._rate = rate
-        self._publishers = [publisher for publisher, _ in publishers]
-        self._messages = sorted(
-            (
-                (message.log_ns, message.data, publisher)
-                for publisher, topic in publishers
-                for message in topic.messages
-            ),
-            key=lambda entry: entry[0],
-        )
-        self.played = 0
 
-    def wait_for_readers(self, seconds: float) -> None:
-        """Wait until every topic has a reader, at most so long."""
-        spin_until(self._all_have_readers, seconds)
-
-    def play_once(self) -> None:
-        """Publish everything once, or until the process shall end."""
-        first = self._messages[0][0]
-        began = time.monotonic()
-        for log_ns, data, publisher in self._messages:
-            due = began + (log_ns - first) * 1e-9 / self._rate
-            while running() and (left := due - time.monotonic()) > 0.0:
-                spin_once(left)
-            if not running():
-                return
-            publisher.publish(data)
-            self.played += 1
-
-    def acknowledge(self) -> None:
-        """Wait until the reliable readers have everything."""
-        end = time.monotonic() + ACKNOWLEDGE_SECONDS
-        for publisher in self._publishers:
-            if running():
-                left = max(0.0, end - time.monotonic())
-                publisher.wait_for_all_acked(Duration(seconds=left))
-
-    def _all_have_readers(self) -> bool:
-        return all(publisher.get_subscription_count() for publisher in self._publishers)
+def _acknowledge(publishers: list[Publisher]) -> None:
+    """Wait until the reliable readers have everything."""
+    end = time.monotonic() + ACKNOWLEDGE_SECONDS
+    for publisher in publishers:
+        if running():
+            left = max(0.0, end - time.monotonic())
+            publisher.wait_for_all_acked(Duration(seconds=left))

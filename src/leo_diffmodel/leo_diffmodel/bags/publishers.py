@@ -69,11 +69,7 @@ def together(
 ) -> tuple[Table, tuple[str, ...]] | None:
     """All joints' states, and what was done about several publishers, one line each.
 
-    Returns:
-        None where some joint is in no message.
-
-    Raises:
-        UserError: two publishers of the same joints that nothing tells apart.
+    None where some joint is in no message; two publishers that nothing tells apart are refused.
     """
     parts: dict[Publisher, list[Row]] = defaultdict(list)
     for row in rows:

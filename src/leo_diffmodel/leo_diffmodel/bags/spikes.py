@@ -35,9 +35,7 @@ FEWEST = 20
 def without_spikes(states: StateLog, lengths: Mapping[str, str]) -> tuple[StateLog, list[str]]:
     """Replace spikes of the rates by the slope of the angle; also count them, in words.
 
-    Args:
-        states: whose angles may still be wrapped.
-        lengths: the columns' joints with the unit of their positions.
+    Angles may still be wrapped; `lengths` are the joints with the units of their positions.
     """
     if states.dq is None or len(states.q) < FEWEST:
         return states, []

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.serde import SerdeError
 
 from leo_msgs_py.cdr import decode
@@ -18,7 +17,7 @@ from leo_msgs_py.values import nanoseconds
 from .contents import Logged, TopicLog
 from .publishers import Publisher, Row, together
 from .topic_map import JointMap, TopicMap
-from .types import Floats, JOINT_STATE, Stamps
+from .types import at_rows, Floats, JOINT_STATE, Stamps
 
 
 class OtherJoints(UserError):
@@ -88,13 +87,6 @@ def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]
 def stamp_of(message: Any) -> int:
     """Return the header stamp of a message in ns."""
     return nanoseconds(message.header.stamp)
-
-
-def at_rows(states: StateLog, rows: NDArray[np.bool_]) -> StateLog:
-    """The states of some rows (T,)."""
-    names = ('log_ns', 'published_ns', 'stamp_ns', 'q', 'dq', 'effort')
-    found: dict[str, Any] = {name: getattr(states, name) for name in names}
-    return replace(states, **{n: v if v is None else v[rows] for n, v in found.items()})
 
 
 def median_step(stamps: Stamps) -> float:

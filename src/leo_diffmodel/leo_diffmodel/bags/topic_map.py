@@ -11,7 +11,7 @@ A topic map, every key optional:
       # speed_scale: 0.1047    rad/s for 1 of theirs; speed_zero: what theirs says at rest
       # speed_late: 0.02       s; a speed that is measured so much later than its angle
       # speed: none            differentiate the angle instead
-      # input_scale: 0.5       beside `scale` below, of this joint; input_late: 0.1 [s]
+      # input_scale: 0.5       besides `scale` below, of this joint; input_late: 0.1 [s]
     input: commands          # or auto, applied, dynamic_joint_states, controller_state,
                              # trajectory, effort, none
     interface: voltage       # its name on the dynamic joint states
@@ -21,7 +21,7 @@ A topic map, every key optional:
     hold: previous           # a stamp means the period before it
     held: true               # the base was held; by default what the bag's recorder noted
     time_scale: 0.8          # s for 1 s of its stamps
-    input_late: 0.1          # s by which all inputs act after their stamps, beside their own
+    input_late: 0.1          # s by which all inputs act after their stamps, besides their own
 """
 
 from __future__ import annotations
@@ -57,15 +57,9 @@ def _no_zero(value: float) -> float:
     return value
 
 
-Role = Literal[
-    'joint_states',
-    'applied',
-    'dynamic_joint_states',
-    'commands',
-    'controller_state',
-    'trajectory',
-    'episode',
-]
+Input = Literal['applied', 'dynamic_joint_states', 'commands', 'controller_state', 'trajectory']
+"""Topics with what drove the robot."""
+Role = Literal['joint_states', Input, 'episode']
 DEFAULT_NAMES = {
     'joint_states': STATES.name,
     'dynamic_joint_states': '/dynamic_joint_states',
@@ -118,16 +112,7 @@ class TopicMap(BaseModel):
 
     topics: dict[Role, str] = {}
     joints: dict[str, JointMap] = {}
-    input: Literal[
-        'auto',
-        'applied',
-        'dynamic_joint_states',
-        'commands',
-        'controller_state',
-        'trajectory',
-        'effort',
-        'none',
-    ] = 'auto'
+    input: Literal['auto', Input, 'effort', 'none'] = 'auto'
     interface: str | None = None
     command_order: list[str] | None = None
     frame_id: str | None = None
@@ -153,13 +138,10 @@ def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
 def find_topic(
     contents: BagContents, role: Role, topic_map: TopicMap, name: str | None = None
 ) -> TopicLog | None:
-    """Return the topic that plays a role, or None.
+    """Return the topic that plays a role, or None; refuse another type, and several that fit.
 
     The name is the map's, else the default one, else that of the only topic of the right type
     that ends in it (a namespace).
-
-    Raises:
-        UserError: the map names a topic that is not there, has another type, or several fit.
     """
     if role in topic_map.topics:
         return _named(contents, topic_map.topics[role], TYPES[role])

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 import difflib
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +89,8 @@ def _policy(policy: str, value: str | int | None) -> str:
 Floats = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
+Log = TypeVar('Log')
+
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DYNAMIC_JOINT_STATE = 'control_msgs/msg/DynamicJointState'
 FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
@@ -121,12 +123,16 @@ SUPPLY = Topic('/robot/supply', 'sensor_msgs/msg/BatteryState', _RELIABLE)
 TEMPERATURE = Topic('/robot/temperature', 'sensor_msgs/msg/Temperature', _RELIABLE)
 
 
+def at_rows(log: Log, rows: NDArray[Any]) -> Log:
+    """Return a dataclass of arrays with some of their rows, by index or mask."""
+    arrays: dict[str, Any] = {f.name: getattr(log, f.name) for f in fields(log)}  # type: ignore[arg-type]
+    kept = {name: a[rows] for name, a in arrays.items() if isinstance(a, np.ndarray)}
+    return replace(log, **kept)  # type: ignore[type-var]
+
+
 @cache
 def definition(type_name: str) -> tuple[str, str]:
     """Return the `ros2msg` text (dependencies appended) and the RIHS01 hash of a type.
-
-    Args:
-        type_name: full name, as `sensor_msgs/msg/JointState`.
 
     Raises:
         UserError: the type is not known, naming the nearest.

@@ -175,10 +175,7 @@ def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:
 def _repeats(at: Floats, difference: Floats, dq: Floats) -> bool:
     """Say whether velocities are a difference to a small part of its roughness.
 
-    Args:
-        at: times that the differences are of [s], shape (N,).
-        difference: of the positions [rad/s], shape (N, J).
-        dq: the velocities, shape (N, J).
+    Times `at` of the differences [s] have shape (N,), the others (N, J) [rad/s].
     """
     slope = np.diff(difference, axis=0) / np.diff(at)[:, None]
     rough = np.abs(np.diff(slope, axis=0)) * (at[2:] - at[:-2])[:, None] / 2

@@ -156,11 +156,7 @@ class BagWriter:
     """
 
     def __init__(self, folder: Path, metadata: Mapping[str, str] | None = None) -> None:
-        """Create the folder.
-
-        Args:
-            folder: must not exist.
-            metadata: the `leo` record (robot, start pose, ...); more may follow later.
+        """Create the folder, which must not exist, with a `leo` record; more may follow later.
 
         Raises:
             UserError: the folder exists or cannot be made.
@@ -193,13 +189,7 @@ class BagWriter:
             self.add_metadata(metadata)
 
     def add_topic(self, name: str, type_name: str, qos: str = '') -> int:
-        """Add a topic and return its channel number.
-
-        Args:
-            name: fully qualified, as `/joint_states`.
-            type_name: as `sensor_msgs/msg/JointState`.
-            qos: `offered_qos_profiles` text.
-        """
+        """Add a topic and return its channel; `qos` is the text of `offered_qos_profiles`."""
         text, digest = definition(type_name)
         if type_name not in self._schemas:
             self._schemas[type_name] = self._writer.register_schema(

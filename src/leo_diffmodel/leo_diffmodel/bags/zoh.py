@@ -62,12 +62,9 @@ class Held:
 
 
 def split_runs(states: StateLog, inputs: InputLog, previous: bool) -> Held:
-    """Pair inputs with states run by run.
+    """Pair inputs with states run by run, both in log order.
 
-    Args:
-        states: joint states in log order.
-        inputs: inputs in log order.
-        previous: a stamp ends the period in which its input acted, instead of starting it.
+    With `previous` a stamp ends the period in which its input acted, instead of starting it.
     """
     run = _runs(states.stamp_ns)
     input_run = _runs(inputs.stamp_ns)

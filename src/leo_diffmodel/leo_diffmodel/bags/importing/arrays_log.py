@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Places inside a JSON or MATLAB log: `run.data[0]`, `Y[*][1]`, `data[:, 2]`."""
+"""What a JSON or MATLAB log holds as tables: arrays, matrices, lists of rows and single numbers.
+
+Places in it are written `run.data[0]`, `Y[*][1]`, `data[:, 2]`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain
 import math
 from pathlib import Path
@@ -16,6 +19,8 @@ from leo_msgs_py.errors import UserError
 
 from .log_format import Column, each_once, LogFormat, numbered, Table
 
+WIDEST = 1000
+"""A matrix of more columns than a robot has sensors is a picture or a table of something else."""
 _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,\s*:\s*\]')
 
 
@@ -54,10 +59,6 @@ def expand(content: Any, place: str, log: Path) -> list[Any]:
     if star and not isinstance(value, list | np.ndarray):
         raise UserError(f'{log}: nothing to go through at {place!r}, which needs a list there')
     return [follow(item, after, log) for item in value] if star else [value]
-
-
-WIDEST = 1000
-"""A matrix of more columns than a robot has sensors is a picture or a table of something else."""
 
 
 def is_number(value: Any) -> bool:
@@ -145,7 +146,7 @@ def from_rows(log: Path, rows: Sequence[Any], place: str, log_format: LogFormat)
 def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     """Return one table per match of `[*]`, with the columns that `fields` names."""
     found = {
-        name: list(chain.from_iterable(expand(content, place, log) for place in _listed(places)))
+        name: list(chain.from_iterable(expand(content, place, log) for place in listed(places)))
         for name, places in log_format.fields.items()
     }
     counts = {name: len(v) for name, v in found.items() if len(v) != 1 or not is_number(v[0])}
@@ -158,8 +159,9 @@ def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     ]
 
 
-def _listed(places: str | Sequence[str]) -> Iterator[str]:
-    yield from [places] if isinstance(places, str) else places
+def listed(places: str | Sequence[str]) -> Sequence[str]:
+    """Return one place or several as several."""
+    return [places] if isinstance(places, str) else places
 
 
 def _episode(log: Path, content: Mapping[str, Any]) -> Table:

@@ -26,8 +26,7 @@ from leo_msgs_py.errors import UserError
 
 from .guess_roles import Role
 from .guess_units import is_clipped, peak_of, Unit
-from .log_format import Column
-from .log_text import read_log_text
+from .log_format import Column, read_log_text
 
 COUNT = 2 * math.pi / 4095
 """Angle of one count as LeRobot has it [rad]: the resolution 4096 less one."""
@@ -35,6 +34,8 @@ GRIPPER = 'gripper'
 ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')
 """What `robot_type` of these arms is."""
 
+BEYOND = 5.0
+"""A calibration that was moved by hand misses a stop by less than this [deg]."""
 _PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}
 """What a map need not say."""
 
@@ -54,18 +55,13 @@ class Motor(BaseModel):
     def per_cent(self, from_end: bool, end: float = 0.0) -> dict[str, float]:
         """Return sign, scale and offset [rad] that make angles of per cent.
 
-        Args:
-            from_end: 0 to 100 from an end, else -100 to 100 from the middle of the range.
-            end: angle of that end [rad].
+        They are from an end of the range, whose angle is `end` [rad], else from its middle.
         """
         reach = COUNT * (self.range_max - self.range_min)
         turned = -1 if self.drive_mode else 1
         zero = end + (reach if self.drive_mode else 0.0) if from_end else 0.0
-        said = {
-            'sign': turned,
-            'scale': _short(reach / (100 if from_end else 200)),
-            'offset': _short(zero),
-        }
+        scale = _short(reach / (100 if from_end else 200))
+        said = {'sign': turned, 'scale': scale, 'offset': _short(zero)}
         return {key: value for key, value in said.items() if value != _PLAIN[key]}
 
 
@@ -122,10 +118,6 @@ def _short(value: float) -> float:
     return float(f'{value:.6g}')
 
 
-BEYOND = 5.0
-"""A calibration that was moved by hand misses a stop by less than this [deg]."""
-
-
 @dataclass(frozen=True)
 class Calibrated:
     """A calibration, and the positions and goals of the log with their roles."""
@@ -136,24 +128,18 @@ class Calibrated:
     def of(self, name: str, end: float) -> Unit | None:
         """Return what makes angles of a joint's numbers; None where it has no calibration.
 
-        Args:
-            name: of the joint in the log.
-            end: angle of the end of its range where a gripper has 0 % [rad].
+        A gripper has 0 % at the angle `end` [rad].
         """
         motor, file = self.calibration.of(name), self.calibration.file.name
         if motor is None:
             return None
         if GRIPPER in name:
-            return Unit(
-                '',
-                f'per cent of the range in {file}, from {end:.4g} rad',
-                motor.per_cent(True, end),
-            )
+            why = f'per cent of the range in {file}, from {end:.4g} rad'
+            return Unit('', why, motor.per_cent(True, end))
         per_cent, why = self._are_per_cent
         if per_cent:
-            return Unit(
-                '', f'{why}: per cent of the range in {file}, 0 its middle', motor.per_cent(False)
-            )
+            why += f': per cent of the range in {file}, 0 its middle'
+            return Unit('', why, motor.per_cent(False))
         if per_cent is None:
             scale = motor.per_cent(False)['scale']
             return Unit('?', f'{why}: unit: deg, or of per cent scale: {scale:.6g} ({file})')
@@ -170,11 +156,8 @@ class Calibrated:
         peak = peak_of(states)
         if peak > 100.0:
             return False, f'up to {peak:.4g}, beyond per cent'
-        return next(self._too_far(measured), (None, f'up to {peak:.4g}, within either'))
-
-    def _too_far(self, measured: Sequence[tuple[str, Column]]) -> Iterator[tuple[bool, str]]:
-        """Yield the joints whose numbers would be degrees beyond their range."""
         for joint, values in measured:
-            motor, peak = self.calibration.of(joint), peak_of([values])
-            if motor and peak > motor.degrees + BEYOND:
-                yield True, f'{joint} goes to {peak:.4g}, beyond its {motor.degrees:.4g} deg'
+            motor, far = self.calibration.of(joint), peak_of([values])
+            if motor and far > motor.degrees + BEYOND:
+                return True, f'{joint} goes to {far:.4g}, beyond its {motor.degrees:.4g} deg'
+        return None, f'up to {peak:.4g}, within either'

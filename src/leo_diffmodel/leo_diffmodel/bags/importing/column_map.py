@@ -91,12 +91,9 @@ class ColumnSpec(BaseModel):
 
         Args:
             columns: of the log, each of shape (T,).
-            quantity: key of `QUANTITIES`, or what else it is.
+            quantity: key of `QUANTITIES`, or another with its `unit` in a bag.
             log: opens the error line.
             unit: that a bag has it in, where it is none of `QUANTITIES`.
-
-        Raises:
-            UserError: no such column, or a unit of something else.
         """
         targets = QUANTITIES[quantity] if unit is None else (unit,)
         where = f'{log}, {self.column or self.expression}'

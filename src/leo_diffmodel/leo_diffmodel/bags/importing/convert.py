@@ -111,7 +111,7 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:
 
     q = matrix('position')
     assert q is not None
-    inputs = {
+    inputs: dict[str, dict[str, Column]] = {
         joint: {name: values(spec, name) for name, spec in interfaces.items()}
         for joint, interfaces in mapping.inputs.items()
     }

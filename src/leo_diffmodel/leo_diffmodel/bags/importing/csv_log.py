@@ -1,28 +1,169 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV logs as a table: whatever parts the columns, with points or commas in the numbers."""
+"""CSV logs as a table: comments, header and units, whatever parts columns and decimals."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import csv
 from pathlib import Path
+import re
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .csv_style import (
-    constants,
-    decimal_of,
-    delimiter_of,
-    is_numbers,
-    spaced,
-    units_in,
-    without_comments,
+from .log_format import (
+    Column,
+    each_once,
+    encoding_of,
+    LogFormat,
+    numbered,
+    read_log_text,
+    Reader,
+    Table,
+    WINDOWS,
 )
-from .log_format import Column, each_once, LogFormat, numbered, Reader, Table
-from .log_text import encoding_of, read_log_text, WINDOWS
+from .unit_names import canonical, is_unit
+
+COMMENT = ('#', '%', '//')
+_NUMBER = r'[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?'
+_CONSTANT = re.compile(
+    rf'([^\W\d][\w.]*(?: [^\W\d][\w.]*)*)\s*[=:]\s*({_NUMBER})(?![\d.,:/-]*\d)\s*([^\s,;=]*)',
+    re.IGNORECASE,
+)
+"""`mass = 0.5 kg`, but no date and no time of day."""
+_LETTERS = re.compile(r'[^\W\d_]+')
+_IN_NUMBERS = {'e', 'nan', 'inf', 'true', 'false'}
+
+
+def without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
+    """Return the lines with comments blanked; a header that is one stays, without its sign.
+
+    Without a delimiter from the column map all are tried.
+    """
+    body = ['' if _is_comment(line) else line for line in lines]
+    first = next((k for k, line in enumerate(body) if line.strip()), len(body))
+    if first < len(body) and is_numbers(body[first]):
+        rows = [line for line in body if line.strip()][:LOOKED_AT]
+        for k in reversed(range(first)):
+            text = lines[k].strip().lstrip('#%/').strip()
+            if text and _is_header(text, rows, delimiter):
+                return [*body[:k], text, *body[k + 1 :]]
+    return body
+
+
+def constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
+    """Return the numbers that comments above the rows give names to, as `# mass = 0.5 kg`.
+
+    With each is its unit, '' without one.
+    """
+    found: dict[str, tuple[float, str]] = {}
+    for line in lines:
+        if line.strip() and not _is_comment(line):
+            break
+        for name, number, unit in _CONSTANT.findall(line.strip().lstrip('#%/')):
+            known = canonical(unit) if is_unit(unit) else ''
+            found.setdefault(name, (float(number.replace(',', '.')), known))
+    return found
+
+
+def is_numbers(line: str) -> bool:
+    """Say whether a line has numbers and no other words."""
+    words = set(_LETTERS.findall(line.lower()))
+    return any(map(str.isdigit, line)) and words <= _IN_NUMBERS
+
+
+def units_in(cells: Sequence[str]) -> list[str]:
+    """Return the units that a line below the header says, '' for none; [] if it says others."""
+    units = [cell.strip().strip('[]() ') for cell in cells]
+    units = ['' if unit in ('-', '1') else unit for unit in units]
+    return units if any(units) and all(map(is_unit, filter(None, units))) else []
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENT)
+
+
+def _is_header(text: str, rows: Sequence[str], delimiter: str | None) -> bool:
+    """Say whether a comment has a name for each column of the rows, and no number."""
+    if is_numbers(text) or _CONSTANT.search(text):
+        return False
+    signs = (delimiter,) if delimiter else DELIMITERS
+    if any(width([text, *rows], sign) > 1 for sign in signs):
+        return True
+    return len({len(line.split()) for line in (text, *rows)}) == 1
+
+
+DELIMITERS = (',', ';', '\t')
+LOOKED_AT = 50
+"""So many lines are tried."""
+_COMMA = re.compile(r'[+-]?\d*,\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
+_POINT = re.compile(r'[+-]?\d*\.\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
+_THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}(,\d{3})+', re.ASCII)
+
+
+def delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -> str:
+    """Return what parts all lines into as many columns; where nothing does, what the first has.
+
+    Raises:
+        UserError: one sign does as well as another.
+    """
+    first = [line for line in lines if line.strip()][:LOOKED_AT]
+    counts = {sign: width(first, sign) for sign in DELIMITERS}
+    fitting = [sign for sign, count in counts.items() if count > 1]
+    named = [sign for sign in fitting if header is not None and counts[sign] == len(header)]
+    if len(named or fitting) > 1:
+        shown = ' and '.join(map(repr, named or fitting))
+        raise UserError(
+            f'{log}: {shown} both part it into columns; say which in the column map '
+            "(delimiter: ';')"
+        )
+    there = [sign for sign in DELIMITERS if first and sign in first[0]]
+    return [*named, *fitting, *there, ','][0]
+
+
+def spaced(lines: Sequence[str]) -> bool:
+    """Say whether spaces alone part all lines into as many columns, two at least."""
+    first = [line for line in lines if line.strip()][:LOOKED_AT]
+    if any(width(first, sign) > 1 for sign in DELIMITERS):
+        return False
+    return len(counts := {len(line.split()) for line in first}) == 1 and counts.pop() > 1
+
+
+def width(lines: Sequence[str], delimiter: str) -> int:
+    """Return how many columns each line has; 0 where they differ."""
+    try:
+        widths = {len(row) for row in csv.reader(lines, delimiter=delimiter)}
+    except csv.Error:
+        return 0
+    return widths.pop() if len(widths) == 1 else 0
+
+
+def decimal_of(cells: Iterable[str], log: str) -> str:
+    """Return the decimal sign of numbers.
+
+    Raises:
+        UserError: there are both, or 1,234 may be a thousand as well as one and a bit.
+    """
+    texts = [cell.strip() for cell in cells]
+    commas = [text for text in texts if _COMMA.fullmatch(text) or _THOUSANDS.fullmatch(text)]
+    if not commas:
+        return '.'
+    point = next((text for text in texts if _POINT.fullmatch(text)), None)
+    if point is not None:
+        raise UserError(
+            f'{log} has numbers like {commas[0][:20]} and like {point[:20]}; which is '
+            "the decimal sign? Say it in the column map (decimal: ',') and mend the "
+            'other ones'
+        )
+    if all(_THOUSANDS.fullmatch(text) for text in commas):
+        raise UserError(
+            f'{log}: is {commas[0][:20]} a thousand, or one and a bit? Say in the '
+            "column map decimal: ',', or take the commas out"
+        )
+    return ','
+
 
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 _COMMA_FOR_POINT = str.maketrans(',.', '.,')
@@ -31,12 +172,7 @@ Row = tuple[int, list[str]]
 
 
 def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return the one table of a CSV log; constants of its comments are columns of one value.
-
-    Raises:
-        UserError: empty, lines that differ in length, what is no number, a name that two columns
-            have, or a delimiter or decimal sign that may be one as well as the other.
-    """
+    """Return the one table of a CSV log; constants of its comments are columns of one value."""
     lines = read_log_text(log, log_format.encoding).splitlines()
     header, rows = _headed(_rows(log, lines, log_format), log_format)
     if not rows:

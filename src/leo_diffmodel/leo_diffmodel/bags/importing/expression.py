@@ -6,7 +6,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Mapping
 import operator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,14 +15,6 @@ from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import shown
 
 from .log_format import canonical_index, Column
-
-
-class Function(NamedTuple):
-    """A function of columns and how many of them it takes."""
-
-    apply: Callable[..., Any]
-    takes: int
-
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
@@ -40,23 +32,24 @@ _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
 }
-FUNCTIONS = {
-    'abs': Function(np.abs, 1),
-    'sign': Function(np.sign, 1),
-    'sqrt': Function(np.sqrt, 1),
-    'exp': Function(np.exp, 1),
-    'log': Function(np.log, 1),
-    'sin': Function(np.sin, 1),
-    'cos': Function(np.cos, 1),
-    'tan': Function(np.tan, 1),
-    'atan2': Function(np.arctan2, 2),
-    'min': Function(np.minimum, 2),
-    'max': Function(np.maximum, 2),
-    'clip': Function(np.clip, 3),
-    'where': Function(np.where, 3),
-    'unwrap': Function(np.unwrap, 1),
-    'radians': Function(np.radians, 1),
+FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
+    'abs': (np.abs, 1),
+    'sign': (np.sign, 1),
+    'sqrt': (np.sqrt, 1),
+    'exp': (np.exp, 1),
+    'log': (np.log, 1),
+    'sin': (np.sin, 1),
+    'cos': (np.cos, 1),
+    'tan': (np.tan, 1),
+    'atan2': (np.arctan2, 2),
+    'min': (np.minimum, 2),
+    'max': (np.maximum, 2),
+    'clip': (np.clip, 3),
+    'where': (np.where, 3),
+    'unwrap': (np.unwrap, 1),
+    'radians': (np.radians, 1),
 }
+"""Functions of columns, and how many of them each takes."""
 CONSTANTS = {'pi': np.array([np.pi]), 'nan': np.array([np.nan])}
 
 
@@ -66,10 +59,6 @@ def evaluate(text: str, columns: Mapping[str, Column]) -> Column:
     Args:
         text: numbers, column names, pi, nan, + - * / % **, comparisons and `FUNCTIONS`.
         columns: each of shape (T,); they stay as they are.
-
-    Raises:
-        UserError: not such an expression, one nested too deeply, or a name that is no column
-            (naming the nearest).
     """
     try:
         tree = ast.parse(text.strip(), mode='eval').body
@@ -135,13 +124,13 @@ class _Evaluator(ast.NodeVisitor):
     def visit_Call(self, node: ast.Call) -> Any:
         if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS or node.keywords:
             return self.generic_visit(node)
-        function = FUNCTIONS[node.func.id]
-        if len(node.args) != function.takes:
+        function, takes = FUNCTIONS[node.func.id]
+        if len(node.args) != takes:
             raise UserError(
-                f'expression {self._text}: {node.func.id} takes {function.takes} arguments, '
+                f'expression {self._text}: {node.func.id} takes {takes} arguments, '
                 f'found {len(node.args)}'
             )
-        return function.apply(*(1.0 * self.visit(argument) for argument in node.args))
+        return function(*(1.0 * self.visit(argument) for argument in node.args))
 
     def _operator(self, node: ast.AST) -> Callable[..., Any]:
         found = _OPERATORS.get(type(node))

@@ -45,14 +45,10 @@ def guess_map(
 
     Args:
         logs: the first is looked at, and the others with it where they are parts.
-        file: to write.
+        file: to write; one that is there already is refused.
         robot: that was logged, where it is known.
         ref: its name or folder, for the map.
         join: the logs are parts of one run; by default where their names say so.
-
-    Raises:
-        UserError: the file is there already, a log does not read, no column is a position, or
-            none of the robot's.
     """
     if file.exists():
         raise UserError(f'{file} is there already; name another one (-o MAP.yaml)')

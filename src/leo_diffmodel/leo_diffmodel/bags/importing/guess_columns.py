@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a robot says of a log: the names of its joints, what they are measured in, its input."""
+"""Which columns of a log are which joints', and what a known robot says of them."""
 
 from __future__ import annotations
 
@@ -17,6 +17,20 @@ from .guess_roles import plain, Role
 from .guess_units import peak_of, RADIANS, Unit
 from .log_format import Column, Table
 
+MEASURED = ('position', 'velocity', 'effort')
+DRIVEN_BY = (
+    ('voltage', True),
+    ('effort', True),
+    ('voltage', False),
+    ('position', True),
+    ('effort', False),
+)
+"""Quantities that drive a joint and whether as a goal: of several the first is taken."""
+WITH_THE_DRIVE = ('supply_voltage', 'current')
+"""Quantities of the motor that an input has besides."""
+Roles = Mapping[str, Role]
+Columns = dict[str, dict[str, str]]
+"""Columns by joint and quantity."""
 SIMILAR = 0.6
 """Share of letters in the same order from which two names are one: difflib's own bound."""
 OVER_A_STOP = 1.1
@@ -30,7 +44,6 @@ class KnownRobot:
     Attributes:
         ref: as the map names it: a name or a folder.
         joints: that move, without those of a planar base.
-        slides: joints in m and N.
         limits: of each joint, lowest and highest [rad, m]; infinite for none.
         takes: key of `column_map.QUANTITIES`, or position, that it is driven by.
     """
@@ -50,7 +63,7 @@ class KnownRobot:
 def known_robot(robot: Robot, ref: str) -> KnownRobot:
     """Return what is needed of a robot."""
     joints = tuple(name for name in robot.joint_names if name not in robot.base_joints)
-    takes = {'torque': 'effort'}.get(robot.input, robot.input)
+    takes = 'effort' if robot.input == 'torque' else robot.input
     limits = {joint.name: joint.limits for joint in robot.joints}
     return KnownRobot(ref, joints, robot.slides, limits, takes)
 
@@ -59,10 +72,7 @@ def matched(names: Sequence[str], robot: KnownRobot) -> dict[str, tuple[str, str
     """Return (joint of the robot, why) for names in a log that are one of its joints.
 
     One joint takes them all; several go by their names, numbers by their order, and the last two
-    that are left over belong together.
-
-    Raises:
-        UserError: no name is one of the robot's.
+    that are left over belong together. None at all is refused.
     """
     if len(robot.joints) == 1:
         return dict.fromkeys(names, (robot.joints[0], 'its only joint'))
@@ -99,10 +109,8 @@ def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[s
     if len(names) != len(joints) or not all(numbers):
         return {}
     order = sorted(names, key=lambda name: int(re.sub(r'\D', '', name)))
-    return {
-        name: (joint, "in the robot's order: look it over")
-        for name, joint in zip(order, joints, strict=True)
-    }
+    why = "in the robot's order: look it over"
+    return {name: (joint, why) for name, joint in zip(order, joints, strict=True)}
 
 
 def _alike(name: str, joint: str) -> float:
@@ -146,31 +154,11 @@ def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
     )
 
 
-MEASURED = ('position', 'velocity', 'effort')
-DRIVEN_BY = (
-    ('voltage', True),
-    ('effort', True),
-    ('voltage', False),
-    ('position', True),
-    ('effort', False),
-)
-"""Quantities that drive a joint and whether as a goal: of several the first is taken."""
-WITH_THE_DRIVE = ('supply_voltage', 'current')
-"""Quantities of the motor that an input has besides."""
-Roles = Mapping[str, Role]
-Columns = dict[str, dict[str, str]]
-"""Columns by joint and quantity."""
-
-
 @dataclass(frozen=True)
 class Chosen:
-    """Columns with a part in the map.
+    """Columns with a part in the map: the time ('' for none that rises), measured ones, inputs.
 
-    Attributes:
-        time: '' where none is named as a time and rises.
-        joints: columns that were measured.
-        inputs: columns that drive the joints.
-        notes: how names became the robot's joints.
+    The notes say how names became the robot's joints.
     """
 
     time: str
@@ -230,9 +218,7 @@ def _renamed(roles: Roles, names: Mapping[str, str]) -> Roles:
 def _joints(roles: Roles) -> Columns:
     found = {quantity: _of(roles, quantity, goal=False) for quantity in MEASURED}
     return {
-        joint: {
-            quantity: found[quantity][joint] for quantity in MEASURED if joint in found[quantity]
-        }
+        joint: {quantity: of[joint] for quantity, of in found.items() if joint in of}
         for joint in found['position']
     }
 
@@ -243,8 +229,8 @@ def _driving(roles: Roles, joint: str, robot: KnownRobot | None) -> dict[str, st
     for quantity, goal in sorted(DRIVEN_BY, key=lambda each: each[0] != takes):
         column = _of(roles, quantity, goal).get(joint)
         if column is not None:
-            beside = {name: _of(roles, name, goal=False).get(joint) for name in WITH_THE_DRIVE}
-            return {quantity: column} | {name: c for name, c in beside.items() if c}
+            others = {name: _of(roles, name, goal=False).get(joint) for name in WITH_THE_DRIVE}
+            return {quantity: column} | {name: c for name, c in others.items() if c}
     return {}
 
 

@@ -45,10 +45,7 @@ class Units:
     Attributes:
         first: the first episode, in which speeds are compared with positions.
         table: all episodes.
-        roles: of the columns that have numbers.
-        chosen: the columns of the map.
-        robot: where it is known.
-        calibration: of a LeRobot data set, where it lies beside it.
+        calibration: of a LeRobot data set, where it lies next to it.
         is_lerobot: whether angles may be per cent.
     """
 
@@ -63,8 +60,8 @@ class Units:
     @property
     def time(self) -> Unit:
         """The unit of the time."""
-        told = self.roles[self.chosen.time].unit
-        return Unit(told, 'its name says so') if told else of_time(self.first[self.chosen.time])
+        said = self.roles[self.chosen.time].unit
+        return Unit(said, 'its name says so') if said else of_time(self.first[self.chosen.time])
 
     @cached_property
     def _t(self) -> Column | None:
@@ -75,9 +72,9 @@ class Units:
 
     def of(self, joint: str, quantity: str, column: str) -> Unit:
         """Return the unit of a column as one quantity of a joint."""
-        told = self.roles[column].unit
-        if told and self._may_be(told, joint, quantity):
-            return Unit(told, 'its name says so')
+        said = self.roles[column].unit
+        if said and self._may_be(said, joint, quantity):
+            return Unit(said, 'its name says so')
         if quantity == 'position':
             return self._position(joint, column)
         if quantity == 'velocity':
@@ -86,19 +83,18 @@ class Units:
             return Unit(OF_SLIDES[quantity], f'{joint} of {self.robot.ref} slides')
         return Unit(SI[quantity], 'nothing says another')
 
-    def _may_be(self, told: str, joint: str, quantity: str) -> bool:
+    def _may_be(self, unit: str, joint: str, quantity: str) -> bool:
         """Say whether a unit in a name is one of the joint's; per cent of a range is none."""
-        if told == '%' and quantity == 'position':
+        if unit == '%' and quantity == 'position':
             return False
         if self.robot and quantity in OF_SLIDES:
             kinds = OF_SLIDES if joint in self.robot.slides else OF_TURNS
-            return fits(told, (kinds[quantity],))
+            return fits(unit, (kinds[quantity],))
         return True
 
     def _position(self, joint: str, column: str) -> Unit:
         name = self.roles[column].joint
-        calibrated = self._calibrated
-        if calibrated and (found := calibrated.of(name, self._end(joint))):
+        if self._calibrated and (found := self._calibrated.of(name, self._end(joint))):
             return found
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
@@ -119,10 +115,10 @@ class Units:
     def _by_speed(self, joint: str, column: str) -> Unit | None:
         """Return the unit in which its change is the speed, where that has a unit in its name."""
         speed = self.chosen.joints.get(joint, {}).get('velocity', '')
-        told = self.roles[speed].unit if speed else ''
-        if not told or not fits(told, ('rad/s',)) or self._t is None:
+        said = self.roles[speed].unit if speed else ''
+        if not said or not fits(said, ('rad/s',)) or self._t is None:
             return None
-        dq = self.first[speed] * units.parse(told).factor
+        dq = self.first[speed] * units.parse(said).factor
         return of_turns(self._t, self.first[column], dq)
 
     def _of_robot(self, joint: str, column: str) -> Unit | None:
@@ -155,19 +151,15 @@ class Units:
     @property
     def _open(self) -> list[str]:
         """Positions and goals whose unit their names leave open."""
-        return [
-            name
-            for name, role in self.roles.items()
-            if role.quantity == 'position' and not role.unit
-        ]
+        roles = self.roles.items()
+        return [name for name, r in roles if r.quantity == 'position' and not r.unit]
 
     @cached_property
     def _calibrated(self) -> Calibrated | None:
         if self.calibration is None:
             return None
-        return Calibrated(
-            self.calibration, [(self.roles[name], self.table[name]) for name in self._open]
-        )
+        positions = [(self.roles[name], self.table[name]) for name in self._open]
+        return Calibrated(self.calibration, positions)
 
     @property
     def _bodies(self) -> list[Column]:

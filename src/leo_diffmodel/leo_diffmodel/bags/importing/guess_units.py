@@ -63,29 +63,27 @@ def of_angles(columns: Sequence[Column]) -> Unit:
 
 
 def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | None:
-    """Return the unit in which a speed is the change of its angle; None where none is.
+    """Return the unit, of some, in which a speed is the change of its angle; None where none is.
 
-    Args:
-        t: times [s], shape (T,).
-        q: angles in SI, shape (T,).
-        dq: speeds in the unit that is looked for, shape (T,).
-        names: units that it may be.
+    Times [s], angles in SI and speeds have shape (T,).
     """
-    ratio = change_over_speed(t, q, dq)
-    found = (n for n in names if ratio and 1 / AGREES < ratio / units.parse(n).factor < AGREES)
-    name = next(found, '')
-    return Unit(name, f'in {name} it is the change of the position') if name else None
+    ratio = _change_over_speed(t, q, dq)
+    for name in names:
+        if ratio and 1 / AGREES < ratio / units.parse(name).factor < AGREES:
+            return Unit(name, f'in {name} it is the change of the position')
+    return None
 
 
 def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
     """Return the unit of angles whose change a speed in SI is; None where none is."""
-    ratio = change_over_speed(t, q, dq)
-    found = (n for n in TURNS if ratio and 1 / AGREES < ratio * units.parse(n).factor < AGREES)
-    name = next(found, '')
-    return Unit(name, f'its change in {name} is the speed') if name else None
+    ratio = _change_over_speed(t, q, dq)
+    for name in TURNS:
+        if ratio and 1 / AGREES < ratio * units.parse(name).factor < AGREES:
+            return Unit(name, f'its change in {name} is the speed')
+    return None
 
 
-def change_over_speed(t: Column, q: Column, dq: Column) -> float | None:
+def _change_over_speed(t: Column, q: Column, dq: Column) -> float | None:
     """Return how much faster positions change than the speed says; None where nothing moves."""
     rows = np.isfinite(t) & np.isfinite(q) & np.isfinite(dq)
     t, q, dq = t[rows], q[rows], dq[rows]

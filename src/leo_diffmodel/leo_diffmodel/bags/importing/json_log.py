@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 import json
 from pathlib import Path
 from typing import Any
@@ -19,12 +18,12 @@ from .arrays_log import (
     from_rows,
     into,
     is_number,
+    listed,
     number,
     same_length,
     steps,
 )
-from .log_format import LogFormat, Reader, Table
-from .log_text import read_log_text
+from .log_format import LogFormat, read_log_text, Reader, Table
 
 DEEPEST = 5
 Named = list[tuple[str, Any]]
@@ -35,11 +34,7 @@ def read_json(log: Path, log_format: LogFormat) -> list[Table]:
     content = json_content(log, log_format)
     if log_format.fields:
         return from_fields(log, content, log_format)
-    places = log_format.records or ''
-    return [
-        _table(log, content, place, log_format)
-        for place in ([places] if isinstance(places, str) else places)
-    ]
+    return [_table(log, content, p, log_format) for p in listed(log_format.records or '')]
 
 
 def json_content(log: Path, log_format: LogFormat) -> Any:
@@ -74,12 +69,11 @@ def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
         return same_length(log, columns(log, rows, log_format))
     if not isinstance(rows, list):
         raise UserError(f'{log}: no list of records at {place or "the top"!r}')
-    beside = _beside(content, place)
-    return filled(beside, len(rows)) | from_rows(log, rows, place, log_format)
+    return filled(_on_the_way(content, place), len(rows)) | from_rows(log, rows, place, log_format)
 
 
-def _beside(content: Any, place: str) -> dict[str, float]:
-    """Return the numbers that a log has beside its records, at each level on the way there."""
+def _on_the_way(content: Any, place: str) -> dict[str, float]:
+    """Return the numbers that a log has at each level on the way to its records."""
     found: dict[str, float] = {}
     for step in steps(place):
         if isinstance(content, dict):
@@ -94,11 +88,8 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
     Rows that are lists, under several names side by side, are episodes: all their places.
     """
     if isinstance(content, list):
-        return (
-            place
-            if content and all(isinstance(row, dict) for row in content)
-            else (place if _are_rows(content) else None)
-        )
+        records = bool(content) and all(isinstance(row, dict) for row in content)
+        return place if records or _are_rows(content) else None
     if not isinstance(content, dict) or deep > DEEPEST:
         return None
     if any(isinstance(v, list) and v and is_number(v[0]) for v in content.values()):
@@ -117,12 +108,8 @@ def _are_rows(value: Any) -> bool:
         isinstance(value, list)
         and len(value) > 1
         and all(isinstance(row, list) and row and is_number(row[0]) for row in value)
-        and _same_width(value)
+        and len(set(map(len, value))) == 1
     )
-
-
-def _same_width(rows: Sequence[Sequence[Any]]) -> bool:
-    return len({len(row) for row in rows}) == 1
 
 
 def _guessed(log: Path) -> LogFormat:

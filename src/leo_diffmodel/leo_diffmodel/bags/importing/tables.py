@@ -67,27 +67,22 @@ def episodes_of(
     logs: Sequence[Path], mapping: ColumnMap, join: bool
 ) -> tuple[list[tuple[Path, Table]], str]:
     """Return (log, table) of each episode, and how parts of one run were joined; '' where none."""
-    read = [(log, _read(log, mapping)) for log in logs]
+    read = []
+    for log in logs:
+        if is_lerobot(log):
+            _refuse_open_units(log, mapping)
+        read.append((log, read_tables(log, mapping)))
     if not (join or are_parts(logs, [tables[0] for _, tables in read])):
         return [(log, _computed(log, t, mapping)) for log, tables in read for t in tables], ''
     tables, how = joined(read, mapping.time.column)
     return [(logs[0], _computed(logs[0], table, mapping)) for table in tables], how
 
 
-def _read(log: Path, mapping: ColumnMap) -> list[Table]:
-    if is_lerobot(log):
-        _say_their_unit(log, mapping)
-    return read_tables(log, mapping)
-
-
-def _say_their_unit(log: Path, mapping: ColumnMap) -> None:
+def _refuse_open_units(log: Path, mapping: ColumnMap) -> None:
     """Refuse angles of a LeRobot data set whose unit the map leaves open, as the data set does."""
-    specs = [
-        spec
-        for columns in mapping.joints.values()
-        for spec in (columns.position, columns.velocity)
-    ]
-    specs += [columns.get('position') for columns in mapping.inputs.values()]
+    measured, goals = mapping.joints.values(), mapping.inputs.values()
+    specs = [spec for columns in measured for spec in (columns.position, columns.velocity)]
+    specs += [columns.get('position') for columns in goals]
     for spec in specs:
         if spec and not spec.says_unit:
             raise UserError(

@@ -5,7 +5,7 @@ import codecs
 
 import pytest
 
-from leo_diffmodel.bags.importing.log_text import encoding_of, read_log_text
+from leo_diffmodel.bags.importing.log_format import encoding_of, read_log_text
 from leo_msgs_py.errors import UserError
 
 TEXT = 'Zeit [s];Winkel [°]\n0,00;1,5\n0,01;1,6\n'
