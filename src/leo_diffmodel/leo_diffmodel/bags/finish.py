@@ -21,7 +21,7 @@ import yaml
 from leo_msgs_py.mcap_file import DAMAGE, find_files, McapFile, refuse_many
 from leo_msgs_py.whole_file import write_whole
 
-from .db3 import find_databases
+from .contents import find_databases
 from .types import profiles
 
 _FOOTER_SIZE = 9 + 20 + 8

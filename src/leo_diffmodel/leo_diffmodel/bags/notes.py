@@ -117,9 +117,8 @@ def _unread(
     contents: BagContents, robot: Robot, topic_map: TopicMap, inputs: InputLog | None
 ) -> list[str]:
     """Return which topics look like commands, where no topic says what was applied."""
-    if inputs is None or inputs.source in [
-        topic.name for topic in _applied_topics(contents, topic_map)
-    ]:
+    applied = {topic.name for topic in _applied_topics(contents, topic_map)}
+    if inputs is None or inputs.source in applied:
         return []
     source = contents.topics.get(inputs.source.split(', ')[0])
     if source is not None and source.type == CONTROLLER_STATE:

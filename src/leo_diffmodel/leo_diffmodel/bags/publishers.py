@@ -33,7 +33,7 @@ NEARER = 10.0
 FASTER = 3.0
 """Times the larger speed at both ends: a joint goes no farther than that between two states."""
 FEWEST_TURNS = 20
-"""States that tell turns from jumps."""
+"""States that show whether two take turns or joints jump."""
 
 
 class Publisher(NamedTuple):

@@ -148,7 +148,7 @@ class BagWriter:
 
     Messages reach the operating system in small whole chunks at most `FLUSH_SECONDS` after they
     came, as long as `flush` is also called when none come. While open, the file is locked, which
-    is how `leo bag info` tells a live bag from a dead one.
+    is how `leo bag info` knows a live bag from a dead one.
 
     Attributes:
         count: messages written.

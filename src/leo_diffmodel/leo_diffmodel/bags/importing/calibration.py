@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The calibration of SO-100 and SO-101 arms beside a LeRobot data set: angles of its numbers.
+"""The calibration of SO-100 and SO-101 arms next to a LeRobot data set: angles of its numbers.
 
     {"shoulder_pan": {"id": 1, "drive_mode": 0, "homing_offset": -1365,
                       "range_min": 746, "range_max": 3477}, ...}

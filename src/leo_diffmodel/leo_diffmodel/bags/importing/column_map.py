@@ -19,7 +19,7 @@
     constants:                             # of the robot, what the log knows of them
       links.weight.mass: {column: payload, unit: g}
 
-Numbers that a log has beside its rows, as a head does, are columns with one value in all rows.
+Numbers that a log has besides its rows, as a head does, are columns with one value in all rows.
 
 A value is sign * scale * (column in SI) + offset, the offset in SI.
 """

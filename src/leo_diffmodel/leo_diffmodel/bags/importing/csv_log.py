@@ -35,136 +35,12 @@ _CONSTANT = re.compile(
 """`mass = 0.5 kg`, but no date and no time of day."""
 _LETTERS = re.compile(r'[^\W\d_]+')
 _IN_NUMBERS = {'e', 'nan', 'inf', 'true', 'false'}
-
-
-def without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
-    """Return the lines with comments blanked; a header that is one stays, without its sign.
-
-    Without a delimiter from the column map all are tried.
-    """
-    body = ['' if _is_comment(line) else line for line in lines]
-    first = next((k for k, line in enumerate(body) if line.strip()), len(body))
-    if first < len(body) and is_numbers(body[first]):
-        rows = [line for line in body if line.strip()][:LOOKED_AT]
-        for k in reversed(range(first)):
-            text = lines[k].strip().lstrip('#%/').strip()
-            if text and _is_header(text, rows, delimiter):
-                return [*body[:k], text, *body[k + 1 :]]
-    return body
-
-
-def constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
-    """Return the numbers that comments above the rows give names to, as `# mass = 0.5 kg`.
-
-    With each is its unit, '' without one.
-    """
-    found: dict[str, tuple[float, str]] = {}
-    for line in lines:
-        if line.strip() and not _is_comment(line):
-            break
-        for name, number, unit in _CONSTANT.findall(line.strip().lstrip('#%/')):
-            known = canonical(unit) if is_unit(unit) else ''
-            found.setdefault(name, (float(number.replace(',', '.')), known))
-    return found
-
-
-def is_numbers(line: str) -> bool:
-    """Say whether a line has numbers and no other words."""
-    words = set(_LETTERS.findall(line.lower()))
-    return any(map(str.isdigit, line)) and words <= _IN_NUMBERS
-
-
-def units_in(cells: Sequence[str]) -> list[str]:
-    """Return the units that a line below the header says, '' for none; [] if it says others."""
-    units = [cell.strip().strip('[]() ') for cell in cells]
-    units = ['' if unit in ('-', '1') else unit for unit in units]
-    return units if any(units) and all(map(is_unit, filter(None, units))) else []
-
-
-def _is_comment(line: str) -> bool:
-    return line.lstrip().startswith(COMMENT)
-
-
-def _is_header(text: str, rows: Sequence[str], delimiter: str | None) -> bool:
-    """Say whether a comment has a name for each column of the rows, and no number."""
-    if is_numbers(text) or _CONSTANT.search(text):
-        return False
-    signs = (delimiter,) if delimiter else DELIMITERS
-    if any(width([text, *rows], sign) > 1 for sign in signs):
-        return True
-    return len({len(line.split()) for line in (text, *rows)}) == 1
-
-
 DELIMITERS = (',', ';', '\t')
 LOOKED_AT = 50
 """So many lines are tried."""
 _COMMA = re.compile(r'[+-]?\d*,\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
 _POINT = re.compile(r'[+-]?\d*\.\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
 _THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}(,\d{3})+', re.ASCII)
-
-
-def delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -> str:
-    """Return what parts all lines into as many columns; where nothing does, what the first has.
-
-    Raises:
-        UserError: one sign does as well as another.
-    """
-    first = [line for line in lines if line.strip()][:LOOKED_AT]
-    counts = {sign: width(first, sign) for sign in DELIMITERS}
-    fitting = [sign for sign, count in counts.items() if count > 1]
-    named = [sign for sign in fitting if header is not None and counts[sign] == len(header)]
-    if len(named or fitting) > 1:
-        shown = ' and '.join(map(repr, named or fitting))
-        raise UserError(
-            f'{log}: {shown} both part it into columns; say which in the column map '
-            "(delimiter: ';')"
-        )
-    there = [sign for sign in DELIMITERS if first and sign in first[0]]
-    return [*named, *fitting, *there, ','][0]
-
-
-def spaced(lines: Sequence[str]) -> bool:
-    """Say whether spaces alone part all lines into as many columns, two at least."""
-    first = [line for line in lines if line.strip()][:LOOKED_AT]
-    if any(width(first, sign) > 1 for sign in DELIMITERS):
-        return False
-    return len(counts := {len(line.split()) for line in first}) == 1 and counts.pop() > 1
-
-
-def width(lines: Sequence[str], delimiter: str) -> int:
-    """Return how many columns each line has; 0 where they differ."""
-    try:
-        widths = {len(row) for row in csv.reader(lines, delimiter=delimiter)}
-    except csv.Error:
-        return 0
-    return widths.pop() if len(widths) == 1 else 0
-
-
-def decimal_of(cells: Iterable[str], log: str) -> str:
-    """Return the decimal sign of numbers.
-
-    Raises:
-        UserError: there are both, or 1,234 may be a thousand as well as one and a bit.
-    """
-    texts = [cell.strip() for cell in cells]
-    commas = [text for text in texts if _COMMA.fullmatch(text) or _THOUSANDS.fullmatch(text)]
-    if not commas:
-        return '.'
-    point = next((text for text in texts if _POINT.fullmatch(text)), None)
-    if point is not None:
-        raise UserError(
-            f'{log} has numbers like {commas[0][:20]} and like {point[:20]}; which is '
-            "the decimal sign? Say it in the column map (decimal: ',') and mend the "
-            'other ones'
-        )
-    if all(_THOUSANDS.fullmatch(text) for text in commas):
-        raise UserError(
-            f'{log}: is {commas[0][:20]} a thousand, or one and a bit? Say in the '
-            "column map decimal: ',', or take the commas out"
-        )
-    return ','
-
-
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 _COMMA_FOR_POINT = str.maketrans(',.', '.,')
 Row = tuple[int, list[str]]
@@ -181,7 +57,7 @@ def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
     numbers = _numbers(log, rows, header, log_format)
     if numbers.shape[1] != len(header):
         raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
-    fixed = {name: np.full(len(rows), value) for name, (value, _) in constants(lines).items()}
+    fixed = {name: np.full(len(rows), value) for name, (value, _) in _constants(lines).items()}
     return [fixed | dict(zip(header, numbers.T, strict=True))]
 
 
@@ -191,11 +67,11 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
         return [], rows
     cells = [cell.strip() for cell in rows[0][1]]
     if log_format.header is not None:
-        named = any(map(str.isalpha, ''.join(cells))) and not any(map(is_numbers, cells))
+        named = any(map(str.isalpha, ''.join(cells))) and not any(map(_is_numbers, cells))
         return log_format.header, rows[1:] if named else rows
-    if is_numbers(' '.join(cells)) and cells != numbered(len(cells)):
+    if _is_numbers(' '.join(cells)) and cells != numbered(len(cells)):
         return numbered(len(cells)), rows
-    units = units_in(rows[1][1]) if len(rows) > 1 else []
+    units = _units_in(rows[1][1]) if len(rows) > 1 else []
     if units and len(units) == len(cells):
         names = (f'{n} [{u}]' if u else n for n, u in zip(cells, units, strict=True))
         return [name.strip() for name in names], rows[2:]
@@ -203,11 +79,11 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
 
 
 def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
-    lines = without_comments(lines, log_format.delimiter)
+    lines = _without_comments(lines, log_format.delimiter)
     delimiter = log_format.delimiter
-    if delimiter is None and spaced(lines):
+    if delimiter is None and _spaced(lines):
         lines, delimiter = [','.join(line.split()) for line in lines], ','
-    delimiter = delimiter or delimiter_of(lines, log_format.header, str(log))
+    delimiter = delimiter or _delimiter_of(lines, log_format.header, str(log))
     reader = csv.reader(lines, delimiter=delimiter)
     try:
         return [(reader.line_num, row) for row in reader if any(map(str.strip, row)) or row[1:]]
@@ -223,7 +99,7 @@ def _numbers(
             return np.array([cells for _, cells in rows], dtype=float)
         except ValueError:
             pass
-    decimal = log_format.decimal or decimal_of((c for _, cells in rows for c in cells), str(log))
+    decimal = log_format.decimal or _decimal_of((c for _, cells in rows for c in cells), str(log))
     return np.array([_careful(log, *row, header, decimal) for row in rows])
 
 
@@ -249,11 +125,135 @@ def _number(cell: str, where: str, decimal: str) -> float:
         raise UserError(f'{where}: {shown(cell.strip())} is not a number') from None
 
 
+def _without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
+    """Return the lines with comments blanked; a header that is one stays, without its sign.
+
+    Without a delimiter from the column map all are tried.
+    """
+    body = ['' if _is_comment(line) else line for line in lines]
+    first = next((k for k, line in enumerate(body) if line.strip()), len(body))
+    if first < len(body) and _is_numbers(body[first]):
+        rows = _first(body)
+        for k in reversed(range(first)):
+            text = lines[k].strip().lstrip('#%/').strip()
+            if text and _is_header(text, rows, delimiter):
+                return [*body[:k], text, *body[k + 1 :]]
+    return body
+
+
+def _constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
+    """Return the numbers that comments above the rows give names to, as `# mass = 0.5 kg`.
+
+    With each is its unit, '' without one.
+    """
+    found: dict[str, tuple[float, str]] = {}
+    for line in lines:
+        if line.strip() and not _is_comment(line):
+            break
+        for name, number, unit in _CONSTANT.findall(line.strip().lstrip('#%/')):
+            known = canonical(unit) if is_unit(unit) else ''
+            found.setdefault(name, (float(number.replace(',', '.')), known))
+    return found
+
+
+def _is_numbers(line: str) -> bool:
+    """Say whether a line has numbers and no other words."""
+    words = set(_LETTERS.findall(line.lower()))
+    return any(map(str.isdigit, line)) and words <= _IN_NUMBERS
+
+
+def _units_in(cells: Sequence[str]) -> list[str]:
+    """Return the units that a line below the header says, '' for none; [] if it says others."""
+    units = [cell.strip().strip('[]() ') for cell in cells]
+    units = ['' if unit in ('-', '1') else unit for unit in units]
+    return units if any(units) and all(map(is_unit, filter(None, units))) else []
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENT)
+
+
+def _is_header(text: str, rows: Sequence[str], delimiter: str | None) -> bool:
+    """Say whether a comment has a name for each column of the rows, and no number."""
+    if _is_numbers(text) or _CONSTANT.search(text):
+        return False
+    signs = (delimiter,) if delimiter else DELIMITERS
+    if any(_width([text, *rows], sign) > 1 for sign in signs):
+        return True
+    return len({len(line.split()) for line in (text, *rows)}) == 1
+
+
+def _delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -> str:
+    """Return what parts all lines into as many columns; where nothing does, what the first has.
+
+    Raises:
+        UserError: one sign does as well as another.
+    """
+    first = _first(lines)
+    counts = {sign: _width(first, sign) for sign in DELIMITERS}
+    fitting = [sign for sign, count in counts.items() if count > 1]
+    named = [sign for sign in fitting if header is not None and counts[sign] == len(header)]
+    if len(named or fitting) > 1:
+        shown = ' and '.join(map(repr, named or fitting))
+        raise UserError(
+            f'{log}: {shown} both part it into columns; say which in the column map '
+            "(delimiter: ';')"
+        )
+    there = [sign for sign in DELIMITERS if first and sign in first[0]]
+    return [*named, *fitting, *there, ','][0]
+
+
+def _spaced(lines: Sequence[str]) -> bool:
+    """Say whether spaces alone part all lines into as many columns, two at least."""
+    first = _first(lines)
+    if any(_width(first, sign) > 1 for sign in DELIMITERS):
+        return False
+    return len(counts := {len(line.split()) for line in first}) == 1 and counts.pop() > 1
+
+
+def _first(lines: Sequence[str]) -> list[str]:
+    return [line for line in lines if line.strip()][:LOOKED_AT]
+
+
+def _width(lines: Sequence[str], delimiter: str) -> int:
+    """Return how many columns each line has; 0 where they differ."""
+    try:
+        widths = {len(row) for row in csv.reader(lines, delimiter=delimiter)}
+    except csv.Error:
+        return 0
+    return widths.pop() if len(widths) == 1 else 0
+
+
+def _decimal_of(cells: Iterable[str], log: str) -> str:
+    """Return the decimal sign of numbers.
+
+    Raises:
+        UserError: there are both, or 1,234 may be a thousand as well as one and a bit.
+    """
+    texts = [cell.strip() for cell in cells]
+    commas = [text for text in texts if _COMMA.fullmatch(text) or _THOUSANDS.fullmatch(text)]
+    if not commas:
+        return '.'
+    point = next((text for text in texts if _POINT.fullmatch(text)), None)
+    if point is not None:
+        raise UserError(
+            f'{log} has numbers like {commas[0][:20]} and like {point[:20]}; which is '
+            "the decimal sign? Say it in the column map (decimal: ',') and mend the "
+            'other ones'
+        )
+    if all(_THOUSANDS.fullmatch(text) for text in commas):
+        raise UserError(
+            f'{log}: is {commas[0][:20]} a thousand, or one and a bit? Say in the '
+            "column map decimal: ',', or take the commas out"
+        )
+    return ','
+
+
 def _notes(log: Path) -> list[str]:
     """Return what is to be known of an encoding that was guessed, and constants of comments."""
     code = encoding_of(log)
     notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
-    found = constants(read_log_text(log).splitlines())
+    found = _constants(read_log_text(log).splitlines())
     if found:
         listed = ', '.join(
             f'{shown(name)[1:-1]} = {value:.6g} {unit}'.rstrip()

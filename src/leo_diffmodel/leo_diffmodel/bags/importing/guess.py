@@ -116,7 +116,7 @@ def _no_position(log: Path, table: Table) -> str:
 
 
 def _calibration(log: Path, roles: Roles) -> Calibration | None:
-    """Return the calibration beside a data set of an SO-100 or SO-101."""
+    """Return the calibration next to a data set of an SO-100 or SO-101."""
     if not is_lerobot(log) or not ARM.fullmatch(read_info(log).robot_type or ''):
         return None
     return calibration_beside(log, [r.joint for r in roles.values() if r.quantity == 'position'])

@@ -109,7 +109,7 @@ WINDOWS = 'cp1252'
 
 
 def read_log_text(path: Path, encoding: str | None = None) -> str:
-    """Return the text of a log without a byte-order mark; its bytes show the encoding, or a map."""
+    """Return a log's text without a byte-order mark; by default its bytes show the encoding."""
     raw = _bytes(path)
     code = encoding or _encoding(raw)
     try:
