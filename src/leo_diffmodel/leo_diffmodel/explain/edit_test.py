@@ -26,12 +26,8 @@ def edit_test(
 ) -> dict:
     """Predict bags of the changed robot with the model as given, repaired, and edited.
 
-    Args:
-        given: the model that was explained.
-        repaired: with what was named, and constants as refitted.
-        bags: of the robot after the change, which no fit has seen.
-        step: the shortest window [s]; by default the control period of the data.
-        progress: hears what comes next.
+    `given` was explained; `repaired` has what was named, and constants as refitted; no fit has
+    seen the bags.
 
     Raises:
         UserError: nothing was named, or as `leo_diffmodel.compare.ranking.rank`.

@@ -91,18 +91,9 @@ def explain(
 ) -> Explanation:
     """Name what the model lacks, or say that nothing, or nothing known, is missing.
 
-    Args:
-        recordings: of one robot, read already.
-        model: the model to explain.
-        hold_out: bags no fit may see; by default every fourth time block is held out.
-        extra: effects of the user's own.
-        progress: hears what is being tried.
-        step: of the errors one step ahead [s]; by default the control period of the data.
-        settings: every number by which it is answered; by default those for this robot.
-        within: time for the answer [s]; it is then the best that has come to its end, and says
-            what was not tried.
-        keep: use what looks moved from outside or wrongly logged, too.
-        mend: undo what is surely wrong with the log, and go on; else that is the answer.
+    Arguments are those of `leo_diffmodel.explain`, bags and model read already. `extra` are
+    effects of a user's own, `settings` every number by which it is answered, by default those for
+    this robot; `progress` hears what is being tried.
 
     Raises:
         UserError: a step that cannot be scored, or constants that recordings say of themselves
@@ -119,11 +110,18 @@ def explain(
         sentence, record = log.answer
         answer = Explanation('unknown', sentence, model, next_run=record)
     else:
-        # what a user's own law does cannot be told from a hand
+        # a user's own law may do what a hand does
         cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
         until = began + settings.numerics.fitted * within
         answer = _explained(cut, model, settings, extra, Told.of(progress), step, until)
-    return _stamped(answer, log, settings, origin, began)
+    return replace(
+        answer,
+        seconds=time.monotonic() - began,
+        provenance=origin,
+        sentence=log.headline + answer.sentence,
+        settings=settings.gates.to_json(),
+        log_faults=[f.to_json() for f in log.faults],
+    )
 
 
 def _explained(
@@ -154,20 +152,6 @@ def _explained(
     return replace(answer, used=tuple(everything), not_testable=answer.not_testable + blind)
 
 
-def _stamped(
-    answer: Explanation, log: Logged, settings: Settings, origin: dict, began: float
-) -> Explanation:
-    """The answer with what was found in the logs, where it comes from and what it took."""
-    return replace(
-        answer,
-        seconds=time.monotonic() - began,
-        provenance=origin,
-        sentence=log.headline + answer.sentence,
-        settings=settings.gates.to_json(),
-        log_faults=[f.to_json() for f in log.faults],
-    )
-
-
 def _posed(
     recordings: Sequence[Recording],
     hold_out: Sequence[Recording],
@@ -183,7 +167,6 @@ def _posed(
 
 
 def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanation:
-    """The answer to data that cannot test the model."""
     blind = [not_shown(c, reason) for c in candidates(model, extra)]
     sentence, record = f'This data cannot test the model: {reason}.', reason.split(': ', 1)[-1]
     return Explanation('untestable', sentence, model, not_testable=blind, next_run=record)

@@ -38,14 +38,8 @@ def collect(
 ) -> Findings:
     """Look for a law that is no known effect, and judge each chosen effect next to the others.
 
-    Args:
-        recordings: what the search was made in, held-out ones last.
-        model: as given.
-        found: the search.
-        facts: which effects are the same thing.
-        step: one control period [s].
-        own: constants that held-out recordings have of their own.
-        progress: hears what comes next.
+    `step` is one control period [s], `own` are the constants that held-out recordings have of
+    their own.
     """
     progress('what no known effect explains', STEPS.end // 2)
     found, law = _with_law(recordings, found)

@@ -69,11 +69,8 @@ def held_out(
 class HeldOut:
     """Windows that no fit was made on, predicted from their measured start.
 
-    Attributes:
-        problem: what the hypotheses were fitted to.
-        base: the model as given.
-        windows: the held-out windows.
-        own: constants that held-out recordings have of their own.
+    Hypotheses were fitted to `problem`; `own` are constants that held-out recordings have of their
+    own.
     """
 
     problem: Problem

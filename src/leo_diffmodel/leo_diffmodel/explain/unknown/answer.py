@@ -153,7 +153,7 @@ def _curve(tried: Attempt) -> dict[str, list | str]:
     if tried.effect:  # what the law leaves, with everything else held
         left, y = influence(tried.scored.at.problem, tried.fit), at_knots
         left = replace(left, by_theta=left.by_theta[..., :0])
-    free = regressed(left, Regression(left, joint), joint, variable, carrier)
+    free = regressed(Regression(left, joint), variable, carrier)
     assert free is not None
     half = 1.96 * free.spread
     sure = half < left.problem.numerics.told_half * np.median(half)

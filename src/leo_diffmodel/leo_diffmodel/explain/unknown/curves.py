@@ -94,18 +94,17 @@ class Curve:
     def again(self, left: Influence) -> Curve:
         """This curve from another linearisation."""
         variable, regression = self.seen_from(left), Regression(left, self.joint)
-        score = regressed(left, regression, self.joint, variable, self.carrier, self.hertz)
+        score = regressed(regression, variable, self.carrier, self.hertz)
         assert score is not None
         return replace(self, variable=variable, score=score)
 
 
 def curves(left: Influence, paths: dict[float, Array]) -> list[Curve]:
     """The curve of every variable at every joint, best in the folds left out first."""
-    found = []
-    robot = left.model.robot
+    found, robot = [], left.model.robot
     for joint in range(len(robot.base_joints), len(robot.joint_names)):
         regression = Regression(left, joint)
-        found += list(_at_joint(left, regression, joint))
+        found += list(_at_joint(regression))
         for reach, z in paths.items():  # friction follows the direction of motion over a distance
             path = Variable('path', robot.joint_names[joint], '', z[..., joint], np.array([reach]))
             score = regression.of(-path.values[..., None, None]).at(0)
@@ -113,26 +112,22 @@ def curves(left: Influence, paths: dict[float, Array]) -> list[Curve]:
     return sorted(found, key=lambda c: -c.gain)
 
 
-def _at_joint(left: Influence, regression: Regression, joint: int) -> Iterator[Curve]:
-    for variable in variables(left, joint):
+def _at_joint(regression: Regression) -> Iterator[Curve]:
+    joint = regression.joint
+    for variable in variables(regression.left, joint):
         for carrier in CARRIERS[variable.name]:
-            score = regressed(left, regression, joint, variable, carrier)
+            score = regressed(regression, variable, carrier)
             if score is not None:
                 yield Curve(joint, variable, carrier, 0.0, score)
         if variable.name == 'time':
-            yield _periodic(left, regression, joint, variable)
+            yield _periodic(regression, variable)
 
 
 def regressed(
-    left: Influence,
-    regression: Regression,
-    joint: int,
-    variable: Variable,
-    carrier: str,
-    hertz: float = 0.0,
+    regression: Regression, variable: Variable, carrier: str, hertz: float = 0.0
 ) -> Score | None:
     """The values at the knots of a variable, or of sine and cosine; None where nothing carries."""
-    carried = carry(left, carrier, joint)
+    carried = carry(regression.left, carrier, regression.joint)
     if carried is None:
         return None
     basis = variable.hats(variable.values)
@@ -141,20 +136,20 @@ def regressed(
     return regression.of((basis * carried[..., None])[:, :, None]).at(0)
 
 
-def _periodic(left: Influence, regression: Regression, joint: int, variable: Variable) -> Curve:
+def _periodic(regression: Regression, variable: Variable) -> Curve:
     """The best sine in time."""
-    span, grids = float(np.ptp(variable.values)), left.problem.grids
-    period = float(np.median(left.problem.windows.dt))
+    problem, span = regression.left.problem, float(np.ptp(variable.values))
+    grids, period = problem.grids, float(np.median(problem.windows.dt))
     highest = min(grids.fastest_hz, grids.of_rate / period)
     grid = np.arange(1.0 / span, highest, 1.0 / (grids.per_period * span))
-    parts = np.array_split(grid, max(1, len(grid) // left.problem.numerics.at_once))
+    parts = np.array_split(grid, max(1, len(grid) // problem.numerics.at_once))
     tried = [
         (float(hertz), scores.at(i))
         for part, scores in ((p, regression.of(waves(variable.values, p))) for p in parts)
         for i, hertz in enumerate(part)
     ]
     best, score = max(tried, key=lambda t: float(t[1].gain))
-    return Curve(joint, variable, 'torque', best, score)
+    return Curve(regression.joint, variable, 'torque', best, score)
 
 
 def waves(time: Array, hertz: Array) -> Array:
@@ -185,7 +180,11 @@ def variables(left: Influence, joint: int) -> Iterator[Variable]:
     robot, windows = left.model.robot, left.problem.windows
     base, grids = len(robot.base_joints), left.problem.grids
     for j, name in enumerate(robot.joint_names[base:], base):
-        yield from _angles(name, left.q[..., j], grids)
+        q, turn = left.q[..., j], 2 * np.pi
+        yield from _spread('angle', name, 'rad', q, grids)
+        if np.ptp(q) > turn:  # where the joint goes round, also within the turn
+            angle = Variable('angle', name, 'rad', q, np.zeros(0))
+            yield from (angle.ring(turn, count) for count in grids.turn_knots)
         yield from _spread('rate', name, 'rad/s', left.dq[..., j], grids)
     inputs = left.averaged(windows.inputs)
     for a, actuator in enumerate(robot.actuators):
@@ -198,15 +197,6 @@ def variables(left: Influence, joint: int) -> Iterator[Variable]:
     low, high = float(time.min()), float(time.max())
     count = max(2, round((high - low) / grids.slow_seconds) + 1)
     yield Variable('time', '', 's', time, np.linspace(low, high, count))
-
-
-def _angles(joint: str, q: Array, grids: Grids) -> Iterator[Variable]:
-    """The angle as it is, and within the turn where the joint goes round."""
-    yield from _spread('angle', joint, 'rad', q, grids)
-    turn = 2 * np.pi
-    if np.ptp(q) > turn:
-        for count in grids.turn_knots:
-            yield Variable('angle', joint, 'rad', q, np.zeros(0)).ring(turn, count)
 
 
 def _spread(name: str, of: str, unit: str, values: Array, grids: Grids) -> Iterator[Variable]:

@@ -58,19 +58,20 @@ COMMAND = '''
         y = {law}
         return u + y * {per_torque!r}, memory
 '''
-TIMED = '''
+REMEMBERED = {
+    'time': '''
     def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
         """Time goes on."""
         return memory + dt
-'''
-PATH = '''
+''',
+    'path': '''
     def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
         """How far friction has built up, -1 to 1."""
         before, way = (0.0 if memory is None else memory), np.sign(dq)
         return way + (before - way) * np.exp(-np.abs(dq) * dt / p['reach'])
-'''
+''',
+}
 MEMORY = {'time': ', memory: Any = 0.0', 'path': ', memory: Any = None'}
-REMEMBERED = {'time': TIMED, 'path': PATH}
 SOURCES = {
     'angle': 'q',
     'rate': 'dq',

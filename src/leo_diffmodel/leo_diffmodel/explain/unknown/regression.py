@@ -76,6 +76,7 @@ class Regression:
 
     def __init__(self, left: Influence, joint: int) -> None:
         """Sum up what the windows say of a torque at the joint of this index."""
+        self.left, self.joint = left, joint
         fold, train = left.problem.fold, left.problem.train
         assert fold is not None
         self._train, self._ridge = train, left.problem.numerics.ridge
