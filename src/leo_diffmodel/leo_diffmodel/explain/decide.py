@@ -122,7 +122,7 @@ def instead(findings: Findings, part: Part) -> list[str]:
 
 
 def also_chosen(findings: Findings) -> str:
-    """What too many turns choose besides the chosen effects for these to be all; else ''."""
+    """Effects chosen besides the chosen ones in too many turns for these to be all; else ''."""
     choices = findings.choices
     (chosen, share), more = choices.sets[0], choices.more[: findings.numerics.listed]
     if not (chosen and more) or share >= findings.gates.stable:

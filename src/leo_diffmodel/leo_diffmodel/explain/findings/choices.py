@@ -36,7 +36,7 @@ def choices(found: Search, facts: Facts) -> Choices:
 
 
 def _sets(found: Search, facts: Facts) -> tuple[tuple[tuple[str, ...], float], ...]:
-    """How often each set is chosen; the chosen one by other names is the chosen one."""
+    """How often each set is chosen; under other names the chosen one counts as itself."""
     chosen, count = found.chosen.names, len(found.turns)
 
     def is_chosen(names: Names) -> bool:

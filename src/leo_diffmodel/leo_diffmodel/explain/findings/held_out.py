@@ -125,7 +125,7 @@ class HeldOut:
         return rest
 
     def _without_floor(self, fitted: Fit) -> Prediction:
-        """The prediction that is known, else one a window instead of 1 + 2J."""
+        """The prediction as made before, else without the noise floor, which takes 2J more."""
         if made := self._made.get(_values(fitted)):
             return made
         states = predict(self.model(fitted), self.windows, self.windows.measured[:, 0])

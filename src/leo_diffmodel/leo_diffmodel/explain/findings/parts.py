@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each effect by itself: what it is worth, its rivals, where it shows, how alike in recordings."""
+"""Each effect: its worth, what could replace it, what recordings ask of it, where it shows."""
 
 from __future__ import annotations
 

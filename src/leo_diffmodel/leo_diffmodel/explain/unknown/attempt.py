@@ -142,7 +142,7 @@ def scored(at: Estimate) -> Scored:
 
 
 def _owing(made: Scored, law: Law) -> Scored:
-    """Less what the values of a curve owe to each fold, from which they were read as well."""
+    """Without what the law saves in each fold because its curve was read from that fold, too."""
     score, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
     owed = (score.fitted - score.left_out) / np.bincount(number)
     return replace(made, left=made.left + owed[number])
@@ -219,7 +219,7 @@ def _refined(made: Attempt, base: Fit, weight: Weight) -> Attempt:
 
 
 def _around(made: Attempt) -> Influence:
-    """What the base leaves, linearised where the law is in place."""
+    """What is left without the law, linearised about the fit with it."""
     left = influence(made.scored.at.problem, made.fit)
     return replace(
         left,
@@ -229,7 +229,7 @@ def _around(made: Attempt) -> Influence:
 
 
 def _on_the_ground(made: Attempt) -> Attempt:
-    """There a law that explains a good part when linearised is settled by itself."""
+    """On the ground a law that explains a good part when linearised is settled by itself."""
     at = made.scored.at
     if not at.problem.linearisation or unexplained(made.fit) > at.problem.numerics.law_nearly:
         return made

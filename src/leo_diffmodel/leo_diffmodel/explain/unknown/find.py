@@ -106,7 +106,7 @@ def _leading(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Atte
 
 
 def _lacking(law: Attempt, named: Named, laws: Mapping[Names, Attempt]) -> list[Names]:
-    """The law with the named effects less one of them, where that is not fitted yet."""
+    """Sets not fitted yet: the law with all of its named effects but one."""
     parts = [law.named - {effect} for effect in law.named]
     return [p | {law.candidate} for p in parts if p in named and p | {law.candidate} not in laws]
 
@@ -116,8 +116,9 @@ def _bases(
 ) -> Iterator[tuple[Fit, Influence, list[Curve]]]:
     """The model as given and what was chosen, with what each leaves and its curves, best first.
 
-    Where a law is expensive it takes a rest that matters, and to stand for named effects a curve
-    in what they leave, or several of them at one place.
+    Where a law is expensive (`sparing`), the chosen set is tried only if what it leaves matters,
+    and the model as given only if a curve shows in what the chosen set leaves, or if two of its
+    effects share a place.
     """
     problem, final, sparing = found.problem, found.final, found.problem.numerics.sparing
     after = _curves(recordings, problem, final) if sparing else None
