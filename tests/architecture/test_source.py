@@ -93,7 +93,8 @@ EXPLAIN_ROOMS = (
     'unknown',
     'findings',
     'decide',
-    'tell',
+    'sentence',
+    'rows',
     'explanation',
 )
 """The rooms of explain; each may import those before it, late imports included."""
@@ -114,7 +115,7 @@ STAGES = (
     'verbs',
 )
 """The rooms of leo_diffmodel, likewise."""
-PURE = ('decide', 'tell')
+PURE = ('decide', 'sentence', 'rows')
 """They read findings: nothing is fitted, settled or predicted there, nor where they import."""
 FIT = tuple(
     f'{EXPLAIN}.{name}'
@@ -438,7 +439,7 @@ def test_verdict_rows_and_sentences_are_read_off_findings() -> None:
     ],
 )
 def test_a_fit_or_a_prediction_in_a_verdict_is_noticed(source: str) -> None:
-    assert computing(f'{EXPLAIN}.decide.verdict', source)
+    assert computing(f'{EXPLAIN}.decide', source)
 
 
 def numbers(source: str) -> list[str]:

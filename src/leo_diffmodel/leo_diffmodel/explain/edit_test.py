@@ -7,7 +7,7 @@ that effect does, its refitted constants kept. Bags of the robot so changed say 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.ranking import rank
@@ -26,15 +26,8 @@ def edit_test(
 ) -> dict:
     """Predict bags of the changed robot with the model as given, repaired, and edited.
 
-    Args:
-        given: the model that was explained.
-        repaired: with what was named, and constants as refitted.
-        bags: of the robot after the change, which no fit has seen.
-        step: the shortest window [s]; by default the control period of the data.
-        progress: told what comes next.
-
-    Returns:
-        `edit_test` of explain.json (docs/reference/contracts.md).
+    `given` was explained; `repaired` has what was named, and constants as refitted; no fit has
+    seen the bags.
 
     Raises:
         UserError: nothing was named, or as `leo_diffmodel.compare.ranking.rank`.
@@ -43,34 +36,36 @@ def edit_test(
     if not edited:
         raise UserError('the edit test takes a named effect out of the model, and none was named')
     data = rank(bags, {GIVEN: given, REPAIRED: repaired, **edited}, step, progress)
-    kept = {key: data[key] for key in ('states', 'seconds', 'windows', 'blocks', 'models')}
-    names, sentence = list(edited), _sentence(data, list(edited))
-    return {'bags': [str(bag.path) for bag in bags], 'edited': names, 'sentence': sentence, **kept}
+    return {
+        'bags': [str(bag.path) for bag in bags],
+        'edited': list(edited),
+        'sentence': _sentence(data, edited),
+        **{key: data[key] for key in ('states', 'seconds', 'windows', 'blocks', 'models')},
+    }
 
 
 def _edited(given: Model, repaired: Model) -> dict[str, Model]:
     """The repaired model without each effect that was named, and without all of them."""
-    known, named = list(given.effects), list(repaired.effects[len(given.effects) :])
+    named = repaired.effects[len(given.effects) :]
     left = {
-        f'without {p.effect.name}:{"all" if p.everywhere else ",".join(p.where)}': named[:i]
-        + named[i + 1 :]
-        for i, p in enumerate(named)
+        f'without {p.effect.name}:{"all" if p.everywhere else ",".join(p.where)}': [
+            other for other in named if other is not p
+        ]
+        for p in named
     } | ({ALL: []} if len(named) > 1 else {})
-    return {name: repaired.changed(effects=[*known, *rest]) for name, rest in left.items()}
+    return {name: repaired.changed(effects=[*given.effects, *rest]) for name, rest in left.items()}
 
 
-def _sentence(data: dict, edited: Sequence[str]) -> str:
+def _sentence(data: dict, edited: Iterable[str]) -> str:
     """Which model these bags are of, and how near it comes to the noise."""
     best, *others = data['models']
     alike = [row['model'] for row in others if not row['behind']['distinguishable']]
     times = (best['share'] / best['noise_share']) ** 0.5 if best['noise_share'] else float('inf')
-    near = f'{times:.2g} times the noise floor'
-    if best['model'] == REPAIRED or REPAIRED in alike:
-        told = (
-            'what was named is still there'
-            if not {*edited} & {best['model'], *alike}
-            else ('they do not tell the repaired model from the edited one')
-        )
-        return f'These bags: {told} ({best["model"]}: {near}).'
+    near, equal = f'{times:.2g} times the noise floor', [best['model'], *alike]
+    if REPAIRED in equal:
+        said = 'what was named is still there'
+        if {*edited} & {*equal}:
+            said = 'they do not tell the repaired model from the edited one'
+        return f'These bags: {said} ({best["model"]}: {near}).'
     also = f', alike: {", ".join(alike)}' if alike else ''
     return f'These bags are best predicted {best["model"]} ({near}{also}).'

@@ -17,7 +17,7 @@ from leo_diffmodel.bags.episode import distinct
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
-from leo_diffmodel.explain.unknown import effect_file
+from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare_several import ranking_table
 from leo_diffmodel.verbs.explain_each import show_each, unique_names
@@ -228,7 +228,7 @@ def _written(target: Path, result: Explanation) -> Explanation:
     """Write the effect file, and say in the result where it is."""
     if result.unknown is None or result.unknown.effect is None:
         return result
-    write_whole(target, effect_file.text_of(result.unknown.effect))
+    write_whole(target, text_of(result.unknown.effect))
     return replace(result, unknown=replace(result.unknown, source=str(target.resolve())))
 
 

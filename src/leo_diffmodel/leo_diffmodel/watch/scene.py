@@ -16,7 +16,7 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, Windows
-from leo_diffmodel.explain.findings.windows import held_out
+from leo_diffmodel.explain.findings.held_out import held_out
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.limits import limited

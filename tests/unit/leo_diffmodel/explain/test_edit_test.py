@@ -56,35 +56,35 @@ def explained(bags):
 
 def test_the_robot_without_its_payload_is_the_model_without_it(explained):
     assert [e.name for e in explained.effects] == ['link_mass']
-    told = explained.edit_test
-    found, floor = errors(told), told['models'][0]['noise_floor'][0]
-    assert told['edited'] == [WITHOUT]
+    said = explained.edit_test
+    found, floor = errors(said), said['models'][0]['noise_floor'][0]
+    assert said['edited'] == [WITHOUT]
     assert found[WITHOUT] < 1.5 * floor < found[REPAIRED]
-    assert told['models'][-1]['model'] == REPAIRED
-    assert WITHOUT in told['sentence'] and REPAIRED not in told['sentence']
-    assert explained.json['edit_test'] == told
+    assert said['models'][-1]['model'] == REPAIRED
+    assert WITHOUT in said['sentence'] and REPAIRED not in said['sentence']
+    assert explained.json['edit_test'] == said
 
 
 def test_a_payload_that_was_never_taken_off_is_said(explained, bags):
     from leo_diffmodel import read_bag
 
-    told = edit_test(Model(TORQUE), explained.model, [read_bag(bags['still_on'], TORQUE)])
-    assert told['models'][0]['model'] == REPAIRED
-    assert 'what was named is still there' in told['sentence']
+    said = edit_test(Model(TORQUE), explained.model, [read_bag(bags['still_on'], TORQUE)])
+    assert said['models'][0]['model'] == REPAIRED
+    assert 'what was named is still there' in said['sentence']
 
 
 def test_each_effect_is_taken_out_and_all_of_them():
     repaired = Model(TORQUE, [PAYLOAD, FRICTION])
-    told = edit_test(Model(TORQUE), repaired, [run('off', FRICTION, seed=2)])
-    assert {row['model'] for row in told['models']} == {
+    said = edit_test(Model(TORQUE), repaired, [run('off', FRICTION, seed=2)])
+    assert {row['model'] for row in said['models']} == {
         GIVEN,
         REPAIRED,
         WITHOUT,
         'without viscous_friction:pivot',
         ALL,
     }
-    assert told['models'][0]['model'] == WITHOUT
-    assert f'best predicted {WITHOUT}' in told['sentence']
+    assert said['models'][0]['model'] == WITHOUT
+    assert f'best predicted {WITHOUT}' in said['sentence']
 
 
 def test_nothing_named_is_nothing_to_take_out():
@@ -106,8 +106,8 @@ def test_the_command_prints_and_reports_it(bags, tmp_path, capsys):
     )
     printed = capsys.readouterr().out
     assert 'edit test: what was named' in printed
-    told = json.loads((tmp_path / 'out/explain.json').read_text())['edit_test']
-    assert told['sentence'] in ' '.join(printed.split())
+    said = json.loads((tmp_path / 'out/explain.json').read_text())['edit_test']
+    assert said['sentence'] in ' '.join(printed.split())
     page = (tmp_path / 'out/report.html').read_text()
     assert '<h2>Edit test</h2>' in page and 'noise alone' in page
 

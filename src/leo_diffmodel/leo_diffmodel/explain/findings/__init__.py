@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything an answer is told from: nothing is fitted or predicted after this."""
+"""All that an answer is made of: nothing is fitted or predicted after this."""

@@ -1,31 +1,58 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is chosen where folds are left out, and which set disagrees with the choice."""
+"""What speaks against the choice: turns without some folds, sets that fit or predict better."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
 
+import numpy as np
+from scipy.special import stdtrit
+
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.findings import Choices, Counts
+from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names, supported, widens
-from leo_diffmodel.explain.select.stable import share
+from leo_diffmodel.explain.select.stable import holds, share
+
+Array = np.ndarray
 
 
 def choices(found: Search, facts: Facts) -> Choices:
     """What is chosen where folds are left out of the choice, and how often."""
     chosen, turns = found.chosen.names, found.turns
     others = [c for names in turns for c in names if not any(facts.alike(c, d) for d in chosen)]
-    new = [c for c in others if not any(widens(c, d) or widens(d, c) for d in chosen)]
+    more = [c for c in others if not any(widens(c, d) or widens(d, c) for d in chosen)]
     return Choices(
         share(turns, chosen, facts.alike),
         _sets(found, facts),
         _counted(others, len(turns)),
-        _counted(new, len(turns)),
+        _counted(more, len(turns)),
     )
+
+
+def _sets(found: Search, facts: Facts) -> tuple[tuple[tuple[str, ...], float], ...]:
+    """How often each set is chosen; under other names the chosen one counts as itself."""
+    chosen, count = found.chosen.names, len(found.turns)
+
+    def is_chosen(names: Names) -> bool:
+        return len(names) == len(chosen) and all(
+            any(facts.alike(d, c) or widens(d, c) for d in names) for c in chosen
+        )
+
+    counts = Counter(tuple(sorted(c.label for c in n)) for n in found.turns if not is_chosen(n))
+    mine = tuple(c.label for c in found.final.hypothesis.candidates)
+    rest = [(labels, n / count) for labels, n in counts.most_common()]
+    return (mine, (count - counts.total()) / count), *rest
+
+
+def _counted(candidates: Iterable[Candidate], turns: int) -> Counts:
+    counts = Counter(c.label for c in candidates)
+    return tuple((label, n / turns) for label, n in counts.most_common())
 
 
 def other(found: Search, facts: Facts) -> str:
@@ -48,39 +75,49 @@ def other(found: Search, facts: Facts) -> str:
     return _label(best.names) if best else ''
 
 
-def _sets(found: Search, facts: Facts) -> tuple[tuple[tuple[str, ...], float], ...]:
-    """How often each set is chosen; the chosen one by other names is the chosen one."""
-    chosen, count = found.chosen.names, len(found.turns)
-
-    def is_chosen(names: Names) -> bool:
-        return len(names) == len(chosen) and all(
-            any(facts.alike(d, c) or widens(d, c) for d in names) for c in chosen
-        )
-
-    counts = Counter(tuple(sorted(c.label for c in n)) for n in found.turns if not is_chosen(n))
-    mine = tuple(c.label for c in found.final.hypothesis.candidates)
-    rest = [(labels, n / count) for labels, n in counts.most_common()]
-    return (mine, (count - counts.total()) / count), *rest
-
-
-def _counted(candidates: Iterable[Candidate], turns: int) -> Counts:
-    counts = Counter(c.label for c in candidates)
-    return tuple((label, n / turns) for label, n in counts.most_common())
-
-
-def _label(names: Iterable[Candidate]) -> str:
-    return ' + '.join(sorted(c.label for c in names))
-
-
 def _comparable(found: Search, rival: Scored, facts: Facts) -> bool:
     mine, names = found.chosen.names, rival.names
     if not mine or not names or names <= mine or mine <= names:
         return False
-    if not any(facts.alike(a, b) for a in names for b in mine):
+    shared = [any(facts.alike(a, b) for b in mine) for a in names]
+    if not any(shared):
         return len(names) <= len(mine) + 1
-    same = all(any(facts.alike(a, b) for b in mine) for a in names)
     return (
         len(names) <= len(mine)
-        and not same
+        and not all(shared)
         and supported(found.sets, rival, found.weight, found.threshold)
     )
+
+
+def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
+    """The set with the surely smallest held-out error, in words; '' where the chosen one has it.
+
+    Of sets that lack a chosen effect, by any name, and have one effect more at most. The error is
+    that of `leo compare`: squared, so far ahead of the measured start. A set is better where it
+    saves a good part of that (`material`), and surely over stretches of time (Student's t).
+    """
+    chosen, floor = found.chosen.names, held.predict(found.final).floor.mean(axis=(0, 1))
+    _, block = np.unique(found.posed.blocks.index(held.windows), return_inverse=True)
+    gates = found.weight.gates
+    if len(np.unique(block)) < gates.fewest_blocks:
+        return ''
+    mine, least = _squares(held, found.final, floor), stdtrit(block.max(), gates.surely)
+    better: dict[Names, float] = {}
+    for rival in found.sets:
+        lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
+        if lacks and len(rival.names) <= len(chosen) + 1:
+            saved = np.bincount(block, mine - _squares(held, rival.fit, floor))
+            part, error = saved.sum() / mine.sum(), np.sqrt(len(saved)) * saved.std(ddof=1)
+            if part > gates.material and saved.sum() > least * error:
+                better[rival.names] = part
+    best = max(better, key=better.__getitem__, default=None)
+    return '' if best is None else _label(best) or 'the model as given'
+
+
+def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:
+    """Squared error of each window, mean over the states in units of their noise floor, (W,)."""
+    return np.asarray((held.ahead(fitted) ** 2 / floor).mean(axis=-1))
+
+
+def _label(names: Iterable[Candidate]) -> str:
+    return ' + '.join(sorted(c.label for c in names))

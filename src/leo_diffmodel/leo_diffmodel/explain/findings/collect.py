@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a finished search to everything that an answer is told from."""
+"""From a finished search to all findings: the last fits and predictions of an answer."""
 
 from __future__ import annotations
 
@@ -7,33 +7,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import stdtrit
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
-from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import rest_of
 from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.findings import parts
-from leo_diffmodel.explain.findings.choices import choices, other
+from leo_diffmodel.explain.findings.choices import choices, other, refuted
 from leo_diffmodel.explain.findings.findings import Findings
-from leo_diffmodel.explain.findings.held_out import HeldOut
-from leo_diffmodel.explain.findings.own_values import own_values
-from leo_diffmodel.explain.findings.shown import shown_for
-from leo_diffmodel.explain.findings.windows import validation_windows
+from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.select.sets import Names
-from leo_diffmodel.explain.select.stable import holds
-from leo_diffmodel.explain.unknown.answer import tell, Unknown
+from leo_diffmodel.explain.unknown.answer import Unknown
+from leo_diffmodel.explain.unknown.attempt import with_past
 from leo_diffmodel.explain.unknown.find import find, Found, without
-from leo_diffmodel.explain.unknown.paths import with_past
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
-
-Array = np.ndarray
 
 
 def collect(
@@ -45,16 +36,10 @@ def collect(
     own: Sequence[Constant] = (),
     progress: Progress = lambda *_: None,
 ) -> Findings:
-    """Look for a law that is no known effect, and judge each chosen effect beside the others.
+    """Look for a law that is no known effect, and judge each chosen effect next to the others.
 
-    Args:
-        recordings: what the search was made in, held-out ones last.
-        model: the model as given.
-        found: the search.
-        facts: what decides which effects are the same thing.
-        step: one control period [s].
-        own: constants that held-out recordings have of their own.
-        progress: told what comes next.
+    `step` is one control period [s], `own` are the constants that held-out recordings have of
+    their own.
     """
     progress('what no known effect explains', STEPS.end // 2)
     found, law = _with_law(recordings, found)
@@ -64,12 +49,12 @@ def collect(
     windows = validation_windows(recordings, found, model)
     held = HeldOut(found.problem, model, windows, tuple(own))
     held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
-    unknown = _told(recordings, law, held) if law else None
+    unknown = _unknown(recordings, law, held) if law else None
     return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)
 
 
 def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, Found | None]:
-    """The search beside the law that is no known effect, and that law; None where there is none.
+    """The search next to the law that is no known effect, and that law; None without one.
 
     A search that was cut short, or that leaves no time for it, knows none.
     """
@@ -81,14 +66,14 @@ def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, F
     return (without(found, law), law) if law else (found, None)
 
 
-def _told(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown:
+def _unknown(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown:
     """The law that is no known effect, with what it does to the held-out error."""
-    unknown = tell(law)
+    unknown = Unknown.of_law(law)
     if unknown.fit is None:
         return unknown
     if unknown.variable == 'path':
         held = replace(held, windows=with_past(recordings, held.windows, held.problem.numerics))
-    before, after = (held.headline.mean(held.figures(f)) for f in (law.beside, unknown.fit))
+    before, after = (held.headline.mean(held.figures(f)) for f in (law.base, unknown.fit))
     return replace(unknown, error_before=before, error_after=after)
 
 
@@ -100,90 +85,49 @@ def _judged(
     bags: tuple[str, ...],
     unknown: Unknown | None,
 ) -> Findings:
-    gates, problem = found.weight.gates, found.problem
+    problem, smaller = found.problem, parts.without(found)
     before, after = held.predict(found.null), held.predict(found.final)
-    smaller = parts.without(found)
+    many, chosen = len(smaller) >= found.weight.gates.many, found.final.hypothesis.candidates
     return Findings(
         search=found,
         base=held.base,
         facts=facts,
         headline=held.headline,
-        errors={
-            'states': errors.state_names(held.base),
-            'one_step': one_step(before, after, step),
-            'horizon': horizon(before, after, step),
-        },
+        errors={'states': errors.state_names(held.base), **_tables(before, after, step)},
         windows=held.windows.count,
         floor=held.headline.floor(after),
         ladder=tuple(parts.ladder(found, held)),
         effects=tuple(parts.effects(found, smaller, held, facts)),
         singles=tuple(parts.singles(found, held, facts)),
-        floors=parts.floors(found, smaller, held) if len(smaller) >= gates.many else (),
-        own=own_values(problem, found.final, bags, gates.fewest_blocks),
+        floors=parts.floors(found, smaller, held) if many else (),
+        own=parts.own_values(problem, found.final, bags),
         choices=choices(found, facts),
         other=other(found, facts),
         refuted=refuted(found, held, facts),
         rest=rest_of(problem, found.null, found.final),
         unknown=unknown,
         bags=bags,
-        shown=shown_for(
-            problem.windows, held.model(found.final), found.final.hypothesis.candidates, facts
-        ),
+        shown=parts.shown_for(problem.windows, held.model(found.final), chosen, facts),
     )
 
 
-def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
-    """The set with the surely smallest held-out error, in words; '' where the chosen one has it.
-
-    Of sets that lack a chosen effect, by any name, and have one effect more at most. The error is
-    that of `leo compare`: squared, so far ahead of the measured start. A set is better where it
-    saves a good part of that (`material`), and surely over stretches of time (Student's t).
-    """
-    chosen, floor = found.chosen.names, held.predict(found.final).floor.mean(axis=(0, 1))
-    _, block = np.unique(found.posed.blocks.index(held.windows), return_inverse=True)
-    gates = found.weight.gates
-    if len(np.unique(block)) < gates.fewest_blocks:
-        return ''
-    mine, least = _squares(held, found.final, floor), stdtrit(block.max(), gates.surely)
-    better: dict[Names, float] = {}
-    for rival in found.sets:
-        lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
-        if lacks and len(rival.names) <= len(chosen) + 1:
-            saved = np.bincount(block, mine - _squares(held, rival.fit, floor))
-            share, errors = saved.sum() / mine.sum(), np.sqrt(len(saved)) * saved.std(ddof=1)
-            if share > gates.material and saved.sum() > least * errors:
-                better[rival.names] = share
-    best = max(better, key=better.__getitem__, default=None)
-    if best is None:
-        return ''
-    return ' + '.join(sorted(c.label for c in best)) or 'the model as given'
+def _tables(before: Prediction, after: Prediction, step: float) -> dict:
+    """Rms errors of each state and their mean, one control period ahead and further."""
+    b, a = (errors.one_step(p, step) for p in (before, after))
+    further = (errors.horizon_table(p, step) for p in (before, after))
+    return {
+        'one_step': _figures(b['rmse'], a['rmse'], a['noise_floor']['rmse']),
+        'horizon': [
+            {
+                'steps': b['steps'],
+                'seconds': b['seconds'],
+                **_figures(b['rmse'], a['rmse'], a['noise_floor']),
+            }
+            for b, a in zip(*further, strict=True)
+        ],
+    }
 
 
-def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:
-    """Squared error of each window, mean over the states in units of their noise floor, (W,)."""
-    square: Array = (held.ahead(fitted) ** 2 / floor).mean(axis=-1)
-    return square
-
-
-def one_step(before: Prediction, after: Prediction, step: float) -> dict:
-    """Root mean square errors of each state one control period ahead, and their mean."""
-    early, late = (errors.one_step(p, step) for p in (before, after))
-    return _beside(early['rmse'], late['rmse'], late['noise_floor']['rmse'])
-
-
-def horizon(before: Prediction, after: Prediction, step: float) -> list[dict]:
-    """Root mean square errors of each state and their mean, at growing times ahead."""
-    tables = (errors.horizon_table(p, step) for p in (before, after))
-    return [
-        {
-            'steps': b['steps'],
-            'seconds': b['seconds'],
-            **_beside(b['rmse'], a['rmse'], a['noise_floor']),
-        }
-        for b, a in zip(*tables, strict=True)
-    ]
-
-
-def _beside(before: list[float], after: list[float], floor: list[float]) -> dict:
+def _figures(before: list[float], after: list[float], floor: list[float]) -> dict:
     figures = {'before': before, 'after': after, 'noise_floor': floor}
     return {**figures, 'mean': {name: float(np.mean(x)) for name, x in figures.items()}}

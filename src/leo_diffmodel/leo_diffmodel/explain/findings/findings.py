@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that an answer is told from: verdict, doubts, sentences and rows are read off it."""
+"""What verdict, doubts, sentence and rows of an answer are read from."""
 
 from __future__ import annotations
 
@@ -23,12 +23,9 @@ Counts = tuple[tuple[str, float], ...]
 
 
 class Rival(NamedTuple):
-    """What else could stand in the place of an effect.
+    """What else could stand in the place of an effect: how many nats it is behind.
 
-    Attributes:
-        candidate: the other effect.
-        behind: nats by which it is worse.
-        same: why the two are the same thing in these data; None where they are not.
+    `same` says why the two are the same thing in these data; None where they are not.
     """
 
     candidate: Candidate
@@ -53,14 +50,7 @@ class Range(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """Where a joint was in the data that show an answer.
-
-    Attributes:
-        joint: its name.
-        angle: of a slide the position.
-        speed: forwards above 0.
-        load: size of the torque through the gear, of a slide the force.
-    """
+    """Where a joint was in the data that show an answer; the load is the size of its torque."""
 
     joint: str
     angle: Range
@@ -70,11 +60,9 @@ class Shown(NamedTuple):
 
 @dataclass(frozen=True)
 class Part:
-    """One effect of a fitted hypothesis, beside the hypothesis without it.
+    """One effect of a fitted hypothesis, compared with the hypothesis without it.
 
     Attributes:
-        candidate: the effect.
-        fit: the hypothesis.
         saved: loss that the effect saves on training windows, and on those no fit saw [nats].
         before: held-out errors without it.
         after: held-out errors with it.
@@ -95,6 +83,10 @@ class Part:
         """Its place in the hypothesis."""
         return self.fit.hypothesis.candidates.index(self.candidate)
 
+    def close(self, margin: float) -> list[Rival]:
+        """Rivals of another kind that are fewer than `margin` nats behind."""
+        return [r for r in self.rivals if not r.same and r.behind < margin]
+
 
 @dataclass(frozen=True)
 class Choices:
@@ -105,13 +97,13 @@ class Choices:
         sets: labels of the effects of a set and the share of the turns that choose it, the
             chosen one first.
         instead: effects that are none of the chosen ones by any name.
-        beside: of these, those that are no narrower or wider law of a chosen one either.
+        more: of these, those that are no narrower or wider law of a chosen one either.
     """
 
     kept: float
     sets: tuple[tuple[tuple[str, ...], float], ...]
     instead: Counts
-    beside: Counts
+    more: Counts
 
 
 @dataclass(frozen=True)
@@ -119,11 +111,8 @@ class Findings:
     """What a search found, and all that follows from it by a fit or a prediction.
 
     Attributes:
-        search: what was chosen, and from what; `final` with what held-out recordings tell of
-            themselves, and without effects that the unknown law stands for.
-        base: the model as given.
-        facts: what decides which effects are the same thing.
-        headline: which held-out error is told.
+        search: what was chosen, and from what; `final` with the constants that held-out
+            recordings have of their own, without effects that the unknown law stands for.
         errors: of explain.json, against horizon: states, one_step and horizon.
         windows: how many held-out windows errors are given on.
         floor: errors that a perfect model would make there.
@@ -139,8 +128,6 @@ class Findings:
         refuted: a set of no more effects with a surely smaller held-out error, in words; '' for
             none.
         rest: what the chosen effects leave.
-        unknown: the law that is missing and no known effect; None where there is none.
-        bags: names of the recordings.
         shown: where the joints were at which the chosen effects act.
     """
 

@@ -1,21 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Held-out windows as fitted hypotheses predict them."""
+"""Held-out windows, and how fitted hypotheses predict them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.blocks import Blocks
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.headline import Figures, Headline, headline
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.own_constants import completed
-from leo_diffmodel.explain.findings.windows import undisturbed
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.select.search import Search
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
@@ -23,14 +26,51 @@ Array = np.ndarray
 Values = tuple[tuple[str, ...], bytes]
 
 
+def validation_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
+    """Windows of validation data, as long as the longest horizon that fits.
+
+    That is the longest of which there are enough, or else the shortest. They keep what was before
+    them where the explained model has a memory, such as a delay that was named.
+    """
+    remembering = errors.has_memory(found.final.hypothesis.model(model, found.final.theta))
+    problem = found.problem
+    numerics, chosen = problem.numerics, problem.windows.take(problem.judged)
+    shortest = numerics.longer * float(chosen.dt[0].sum())
+    for seconds in (s for s in problem.grids.horizon_seconds if s > shortest):
+        windows = held_out(recordings, found.posed.blocks, model, seconds, remembering)
+        chosen = windows if windows and windows.count else chosen
+        if windows and windows.count >= numerics.held_windows:
+            break
+    return chosen
+
+
+def held_out(
+    recordings: Sequence[Recording],
+    blocks: Blocks,
+    model: Model,
+    seconds: float,
+    remembering: bool = False,
+) -> Windows | None:
+    """Windows of so many seconds in held-out data; None where the recordings are too short.
+
+    `remembering` as in `errors.horizon_windows`.
+    """
+    most = errors.most_windows(model, seconds)
+    if model.robot.contacts:
+        most = round(most / blocks.held_share(recordings))
+    try:
+        windows = errors.horizon_windows(recordings, model, seconds, most, remembering)
+    except ValueError:
+        return None
+    return windows.take(blocks.held(windows))
+
+
 @dataclass(frozen=True)
 class HeldOut:
-    """Windows that no fit was made on, from their measured start.
+    """Windows that no fit was made on, predicted from their measured start.
 
-    Attributes:
-        problem: what the hypotheses were fitted to.
-        windows: the held-out windows.
-        own: constants that held-out recordings have of their own.
+    Hypotheses were fitted to `problem`; `own` are constants that held-out recordings have of their
+    own.
     """
 
     problem: Problem
@@ -42,7 +82,7 @@ class HeldOut:
 
     @property
     def headline(self) -> Headline:
-        """Which figure an answer is told with."""
+        """Which error of each state an answer gives."""
         return headline(self.base.robot, float(np.median(self.windows.dt.sum(axis=1))))
 
     def model(self, fitted: Fit) -> Model:
@@ -59,27 +99,35 @@ class HeldOut:
         return self._made[values]
 
     def figures(self, fitted: Fit) -> Figures:
-        """Errors of a fitted hypothesis as they are told."""
+        """The headline's errors of a fitted hypothesis."""
         values = _values(fitted)
         if values not in self._figures:
-            prediction = self._made.get(values) or self._without_floor(fitted)
-            self._figures[values] = self.headline.figures(prediction)
+            self._figures[values] = self.headline.figures(self._without_floor(fitted))
         return self._figures[values]
 
     def ahead(self, fitted: Fit) -> Array:
-        """Errors as far ahead as they are told, (W, 2J)."""
-        made = self._made.get(_values(fitted)) or self._without_floor(fitted)
-        return errors.errors_ahead(made, self.headline.seconds)
+        """Errors of each window as far ahead as the headline, (W, 2J)."""
+        return errors.errors_ahead(self._without_floor(fitted), self.headline.seconds)
 
     def undisturbed(self, fitted: Fit) -> HeldOut:
-        """The windows that hold no hand push, by the hypothesis that knows most."""
-        free = undisturbed(self.predict(fitted), self.problem.numerics.push_times)
+        """The windows that hold no hand push, by the hypothesis that knows most.
+
+        A pushed one is far worse predicted than all others: so many times as far off as its noise
+        floor and the median window.
+        """
+        made, times = self.predict(fitted), self.problem.numerics.push_times
+        size = np.sqrt((made.error**2 / made.floor).mean(axis=(1, 2)))
+        free = size < times * max(1.0, float(np.median(size)))
+        if free.sum() < free.size / 2:
+            free = np.ones_like(free)
         rest = replace(self, windows=self.windows.take(free))
-        rest._made[_values(fitted)] = self.predict(fitted).take(free)
+        rest._made[_values(fitted)] = made.take(free)
         return rest
 
     def _without_floor(self, fitted: Fit) -> Prediction:
-        """One prediction a window instead of 1 + 2J."""
+        """The prediction as made before, else without the noise floor, which takes 2J more."""
+        if made := self._made.get(_values(fitted)):
+            return made
         states = predict(self.model(fitted), self.windows, self.windows.measured[:, 0])
         return Prediction(self.windows, states, np.zeros_like(states))
 

@@ -1,28 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each effect is worth beside the others, and what could stand in its place."""
+"""Each effect: its worth, what could replace it, what recordings ask of it, where it shows."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.conditions import carried, folded
 from leo_diffmodel.compare.headline import Figures
 from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.sizes import length_unit, torque_unit
+from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.own_constants import completed
-from leo_diffmodel.explain.findings.findings import Part, Rival
+from leo_diffmodel.explain.findings.findings import Own, Part, Range, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
+from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
-from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import widens
 from leo_diffmodel.explain.select.stable import share
+from leo_sim.model import Model
 
 Array = np.ndarray
 
@@ -33,7 +40,7 @@ def without(found: Search) -> list[Scored]:
 
 
 def effects(found: Search, smaller: list[Scored], held: HeldOut, facts: Facts) -> Iterator[Part]:
-    """The chosen effects, each beside the hypothesis without it."""
+    """The chosen effects, each compared with the hypothesis without it."""
     after = _loss(found.chosen, held)
     for candidate, part in zip(found.final.hypothesis.candidates, smaller, strict=True):
         fits = part.fit, found.final
@@ -41,7 +48,7 @@ def effects(found: Search, smaller: list[Scored], held: HeldOut, facts: Facts) -
 
 
 def singles(found: Search, held: HeldOut, facts: Facts) -> Iterator[Part]:
-    """Every effect that was fitted alone, beside the model as given; best first."""
+    """Every effect that was fitted alone, compared with the model as given; best first."""
     empty = found.known(frozenset())
     assert empty is not None
     before = _loss(empty, held)
@@ -76,14 +83,16 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
 
     An effect that was not chosen is compared alone, on the model as given.
     """
-    gates = found.weight.gates
-    names = found.chosen.names if candidate in found.chosen.names else frozenset({candidate})
-    mine = found.chosen if names == found.chosen.names else found.known(names)
-    assert mine is not None
+    gates, mine = found.weight.gates, found.chosen
+    if candidate not in mine.names:
+        alone = found.known(frozenset({candidate}))
+        assert alone is not None
+        mine = alone
+    rest = mine.names - {candidate}
     for other in found.sets:
-        if len(other.names) != len(names) or not names - {candidate} < other.names:
+        if len(other.names) != len(mine.names) or not rest < other.names:
             continue
-        (rival,) = other.names - (names - {candidate})
+        (rival,) = other.names - rest
         behind = found.weight.ahead(mine, other)
         near = behind < gates.margin_nats
         if rival != candidate and not widens(rival, candidate) and abs(behind) < gates.told_nats:
@@ -113,7 +122,7 @@ def _part(
 
 
 def _loss(scored: Scored, held: HeldOut) -> Array:
-    """Of each window, held-out recordings with what they tell of themselves, (W,)."""
+    """Of each window, with the constants that held-out recordings have of their own, (W,)."""
     return completed(scored.at.problem, scored.fit, held.own).loss
 
 
@@ -123,9 +132,7 @@ def _less(found: Search, candidate: Candidate) -> Scored:
         return known
     full = chosen.fit.hypothesis
     part = full.without(full.candidates.index(candidate))
-    theta = part.carried(full, chosen.fit.theta)
-    fitted = fit(chosen.at.problem, part, theta, chosen.fit.start)
-    return score(Estimate(chosen.at.posed, fitted))
+    return score(Estimate(chosen.at.posed, _part_of(chosen.at.problem, chosen.fit, part)))
 
 
 def _up_to(found: Search, count: int) -> Fit:
@@ -134,5 +141,77 @@ def _up_to(found: Search, count: int) -> Fit:
     if count == len(full.hypothesis.candidates):
         return full
     part = replace(full.hypothesis, candidates=full.hypothesis.candidates[:count])
-    theta = part.carried(full.hypothesis, full.theta)
-    return fit(found.problem, part, theta, full.start)
+    return _part_of(found.problem, full, part)
+
+
+def _part_of(problem: Problem, full: Fit, part: Hypothesis) -> Fit:
+    return fit(problem, part, part.carried(full.hypothesis, full.theta), full.start)
+
+
+def own_values(
+    problem: Problem, final: Fit, bags: Sequence[str]
+) -> tuple[dict[int, list[Own]], ...]:
+    """For each effect, by its parameters that scale it, the values that recordings ask for."""
+    hypothesis = final.hypothesis
+    scaling = (
+        [hypothesis.offset(n) + i for i in amplitude_indices(c.parameters)]
+        for n, c in enumerate(hypothesis.candidates)
+    )
+    return tuple({i: list(_own(problem, final, bags, i)) for i in places} for places in scaling)
+
+
+def _own(problem: Problem, final: Fit, bags: Sequence[str], index: int) -> Iterator[Own]:
+    """The values of parameter `index`, all else as it is.
+
+    One Newton step from the joint fit; the interval is that of a sandwich over the blocks of the
+    recording, with Student's t.
+    """
+    assert problem.block is not None
+    weight = shooting.robust_weight(
+        final.residual, final.start.shape[-1], problem.numerics, final.typical
+    )
+    column = final.columns[..., index]
+    slopes = (weight * column * final.residual).sum(axis=-1)
+    curvature = (weight * column**2).sum(axis=-1)
+    for number, bag in enumerate(bags):
+        mine = problem.windows.source == number
+        blocks, where = np.unique(problem.block[mine], return_inverse=True)
+        whole = float(curvature[mine].sum())
+        if len(blocks) < problem.gates.fewest_blocks or not whole > 0:
+            continue
+        value = float(final.theta[index] - slopes[mine].sum() / whole)
+        spread = float(np.sqrt((np.bincount(where, slopes[mine]) ** 2).sum())) / whole
+        yield Own(bag, value, spread * float(stdtrit(len(blocks) - 1, 0.975)))
+
+
+def shown_for(
+    windows: Windows, model: Model, candidates: Sequence[Candidate], facts: Facts
+) -> tuple[Shown, ...]:
+    """Where each joint at which named effects act was, by the windows of all recordings.
+
+    The load is the torque that the gear transmits, the motor's less gravity's, of which
+    load-dependent friction is a share: its mean over a window. `model` has the effects.
+    """
+    load, robot = carried(windows, model), model.robot
+    places, shown = {p for c in candidates for p in _joints(c, facts)}, []
+    for j, name in enumerate(robot.joint_names):
+        if name in places:
+            unit = length_unit(robot, name)
+            angle = _range(folded(windows.q[..., j]), unit)
+            speed = _range(windows.dq[..., j], f'{unit}/s')
+            shown.append(Shown(name, angle, speed, _range(load[:, j], torque_unit(robot, name))))
+    return tuple(shown)
+
+
+def _joints(candidate: Candidate, facts: Facts) -> list[str]:
+    """The joints at which an effect acts: of a link the one that moves it; none of the ground."""
+    moved_by = {j.child: j.leader or j.name for j in facts.robot.joints}
+    alone = candidate.where != 'all'
+    places = [candidate.where] if alone else candidate.effect.places(facts.robot)
+    return [moved_by.get(facts.body(place), place) for place in places]
+
+
+def _range(values: Array, unit: str) -> Range:
+    """Ends between which all but the outermost samples lie, one in a hundred to each side."""
+    low, high = np.percentile(values, (1, 99))
+    return Range(float(low), float(high), unit)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is told of a law that is no known effect: where, of what, its curve, its formula."""
+"""What an answer says of a law that is no known effect: where, of what, its curve, its formula."""
 
 from __future__ import annotations
 
@@ -11,17 +11,15 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import gain
 from leo_diffmodel.explain.estimate.rows import constant_rows, effect_row, parameter_rows
 from leo_diffmodel.explain.settings import Grids
-from leo_diffmodel.explain.unknown.beside import Attempt
-from leo_diffmodel.explain.unknown.curves import carry
+from leo_diffmodel.explain.unknown.attempt import Attempt
+from leo_diffmodel.explain.unknown.curves import regressed, Variable
 from leo_diffmodel.explain.unknown.find import Found
-from leo_diffmodel.explain.unknown.found_effect import FoundEffect
-from leo_diffmodel.explain.unknown.influence import Influence, influence
+from leo_diffmodel.explain.unknown.found_effect import FoundEffect, KINDS
+from leo_diffmodel.explain.unknown.influence import influence
 from leo_diffmodel.explain.unknown.law import Law
 from leo_diffmodel.explain.unknown.regression import Regression
-from leo_diffmodel.explain.unknown.variables import ring, Variable
 
 Array = np.ndarray
-SIDES = {'torque': 'torque', 'friction': 'friction', 'drive': 'share of the motor torque'}
 REVEALED = {
     'angle': 'move slowly over the whole range of the angle, both ways',
     'rate': 'sweep the speed slowly from end to end',
@@ -34,7 +32,7 @@ REVEALED = {
 
 @dataclass(frozen=True)
 class Unknown:
-    """A law that is no known effect, as explain.json tells it.
+    """A law that is no known effect, as in explain.json.
 
     Attributes:
         joint: where it acts.
@@ -50,7 +48,7 @@ class Unknown:
         effect: the law as an effect; None where one effect cannot hold it.
         fit: joint fit with the named effects; None where `effect` is.
         error_before: held-out error with the named effects alone, as for those.
-        error_after: held-out error with the law beside them; None where `effect` is.
+        error_after: held-out error with the law too; None where `effect` is.
         source: where the effect file was written; '' where it was not.
     """
 
@@ -69,6 +67,29 @@ class Unknown:
     error_before: float | None = None
     error_after: float | None = None
     source: str = ''
+
+    @classmethod
+    def of_law(cls, found: Found) -> Unknown:
+        """A law that was found in words and numbers."""
+        tried, law = found.attempt, found.attempt.fitted_law
+        parameters, problem = _parameters(law, tried), tried.scored.at.problem
+        windows = problem.train, problem.judged
+        trained, held_out = (gain(found.base, tried.fit, w) for w in windows)
+        values = ', '.join(_value(name, p) for name, p in parameters.items())
+        return cls(
+            joint=tried.candidate.where,
+            variable=law.curve.variable.name,
+            of=law.curve.variable.of,
+            acts_as=law.curve.carrier,
+            formula=f'{law.words} with {values}',
+            parameters=parameters,
+            r2_held_out=_removed(found),
+            gain_train=trained,
+            gain_held_out=held_out,
+            curve=_curve(tried),
+            effect=tried.effect,
+            fit=tried.fit if tried.effect else None,
+        )
 
     def to_json(self) -> dict:
         """The field `unknown` of explain.json; with an effect file also what `leo add` takes."""
@@ -92,42 +113,16 @@ class Unknown:
         of = f' of {self.of}' if self.of and self.of != self.joint else ''
         what = 'the path it has come (hysteresis)' if self.variable == 'path' else self.variable
         return (
-            f'at {self.joint} the {SIDES[self.acts_as]} that is missing depends on {what}{of}: '
+            f'at {self.joint} the {KINDS[self.acts_as]} that is missing depends on {what}{of}: '
             f'{self.formula}, held-out R2 {self.r2_held_out:.2f}'
         )
-
-
-def tell(found: Found) -> Unknown:
-    """Put a law that was found into words and numbers."""
-    tried, law = found.attempt, found.attempt.fitted_law
-    parameters, problem = _parameters(law, tried), tried.scored.at.problem
-    trained, validated = (
-        gain(found.beside, tried.fit, windows) for windows in (problem.train, problem.judged)
-    )
-    values = ', '.join(_value(name, p) for name, p in parameters.items())
-    return Unknown(
-        joint=tried.candidate.where,
-        variable=law.curve.variable.name,
-        of=law.curve.variable.of,
-        acts_as=law.curve.carrier,
-        formula=f'{law.words} with {values}',
-        parameters=parameters,
-        r2_held_out=_removed(found),
-        gain_train=trained,
-        gain_held_out=validated,
-        curve=_curve(tried),
-        effect=tried.effect,
-        fit=tried.fit if tried.effect else None,
-    )
 
 
 def _parameters(law: Law, tried: Attempt) -> dict[str, dict]:
     if tried.effect:
         return parameter_rows(tried.fit, len(tried.named))
-    return {
-        p.name: {'value': float(v), 'unit': p.unit}
-        for p, v in zip(law.parameters, law.values, strict=True)
-    }
+    units = {p.name: p.unit for p in law.parameters}
+    return {name: {'value': v, 'unit': units[name]} for name, v in law.by_name.items()}
 
 
 def _value(name: str, parameter: dict) -> str:
@@ -141,8 +136,8 @@ def _value(name: str, parameter: dict) -> str:
 def _removed(found: Found) -> float:
     """Share of the held-out loss beyond that of noise that the law removes."""
     validation = ~found.attempt.scored.at.problem.train
-    before, after = (float(f.loss[validation].sum()) for f in (found.beside, found.attempt.fit))
-    free = found.beside.residual.shape[-1] - found.beside.start.shape[-1]
+    before, after = (float(f.loss[validation].sum()) for f in (found.base, found.attempt.fit))
+    free = found.base.residual.shape[-1] - found.base.start.shape[-1]
     noise = 0.5 * int(validation.sum()) * free
     return float(np.clip((before - after) / max(before - noise, before - after, 1e-9), 0.0, 1.0))
 
@@ -150,42 +145,32 @@ def _removed(found: Found) -> float:
 def _curve(tried: Attempt) -> dict[str, list | str]:
     """Free values at the knots of the variable, and the law there."""
     law, left = tried.fitted_law, tried.left
+    joint, carrier = law.curve.joint, law.curve.carrier
     variable = _read_at(law, law.curve.variable, left.problem.grids)
-    y = np.zeros(len(variable.knots))
-    if tried.effect:
-        left, y = _around(tried), law.at(_argument(law, variable.knots))
-    carried = carry(left, law.curve.carrier, law.curve.joint)
-    assert carried is not None
-    basis = variable.hats(variable.values) * carried[..., None]
-    free = Regression(left, law.curve.joint).of(basis[:, :, None]).at(0)
+    x = variable.knots
+    at_knots = law.at(-x if variable.name == 'path' else x)  # friction works against the path
+    y = np.zeros(len(x))
+    if tried.effect:  # what the law leaves, with everything else held
+        left, y = influence(tried.scored.at.problem, tried.fit), at_knots
+        left = replace(left, by_theta=left.by_theta[..., :0])
+    free = regressed(Regression(left, joint), variable, carrier)
+    assert free is not None
     half = 1.96 * free.spread
-    told = half < left.problem.numerics.told_half * np.median(half)
+    sure = half < left.problem.numerics.told_half * np.median(half)
     return {
-        'x': variable.knots[told].tolist(),
+        'x': x[sure].tolist(),
         'x_unit': variable.unit,
-        'y': (y + free.values)[told].tolist(),
-        'y_unit': '' if law.curve.carrier == 'drive' else 'N m',
-        'ci95': half[told].tolist(),
-        'law': law.at(_argument(law, variable.knots))[told].tolist(),
+        'y': (y + free.values)[sure].tolist(),
+        'y_unit': '' if carrier == 'drive' else 'N m',
+        'ci95': half[sure].tolist(),
+        'law': at_knots[sure].tolist(),
     }
-
-
-def _around(tried: Attempt) -> Influence:
-    """What the law leaves, with everything else held."""
-    left = influence(tried.scored.at.problem, tried.fit)
-    return replace(left, by_theta=left.by_theta[..., :0])
 
 
 def _read_at(law: Law, variable: Variable, grids: Grids) -> Variable:
     """The variable as its curve is shown: within one period, or along the path."""
     if law.curve.hertz:
-        shape = dict(zip((p.name for p in law.parameters), law.values.tolist(), strict=True))
-        return ring(variable, 1.0 / shape['f'], grids.turn_knots[0])
+        return variable.ring(1.0 / law.by_name['f'], grids.turn_knots[0])
     if variable.name == 'path':
         return replace(variable, knots=np.linspace(-1.0, 1.0, grids.path_knots))
     return variable
-
-
-def _argument(law: Law, knots: Array) -> Array:
-    """What the law takes for x at the knots: friction works against the path."""
-    return -knots if law.curve.variable.name == 'path' else knots

@@ -1,25 +1,98 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Try a curve in earnest: its law as an effect, fitted together with everything else."""
+"""Try a curve in earnest: its law as one effect more, fitted together with what a fit holds."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.compare.sizes import in_volts
+from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.contact import converged
+from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.far_ahead import FarAhead
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.loss import gain, unexplained
+from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
-from leo_diffmodel.explain.select.evidence import Weight
-from leo_diffmodel.explain.unknown.beside import Attempt, beside, scored, trace_of
-from leo_diffmodel.explain.unknown.curves import again, Curve
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.select.evidence import score, Scored, Weight
+from leo_diffmodel.explain.settings import Numerics
+from leo_diffmodel.explain.unknown.curves import carry, Curve
+from leo_diffmodel.explain.unknown.found_effect import expressible, FoundEffect
 from leo_diffmodel.explain.unknown.influence import Influence, influence
-from leo_diffmodel.explain.unknown.law import law_of, table_of
-from leo_diffmodel.explain.unknown.paths import with_past
+from leo_diffmodel.explain.unknown.law import Law, law_of, table_of
+from leo_sim.effects.base import with_roles
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A law fitted together with named effects, as the last effect of a hypothesis.
+
+    Attributes:
+        law: the law as it was read.
+        left: what it was read from.
+        scored: the hypothesis with it.
+    """
+
+    law: Law
+    left: Influence
+    scored: Scored
+
+    @property
+    def fit(self) -> Fit:
+        """The hypothesis, fitted."""
+        return self.scored.fit
+
+    @property
+    def candidate(self) -> Candidate:
+        """The law as an effect."""
+        return self.fit.hypothesis.candidates[-1]
+
+    @property
+    def named(self) -> frozenset[Candidate]:
+        """The named effects."""
+        return self.scored.names - {self.candidate}
+
+    @property
+    def effect(self) -> FoundEffect | None:
+        """The law with the values of the fit; None where no effect at one joint can hold it.
+
+        Such a law is judged as if all were linear.
+        """
+        made, law = self.candidate.effect, self.fitted_law
+        assert isinstance(made, FoundEffect)
+        able = expressible(law, made.joint)
+        return FoundEffect(law, made.joint, made.per_torque) if able else None
+
+    @property
+    def own(self) -> Array:
+        """Where the law's parameters are in `theta`."""
+        first = self.fit.hypothesis.offset(len(self.fit.hypothesis.candidates) - 1)
+        return np.arange(first, first + len(self.law.values))
+
+    @property
+    def fitted_law(self) -> Law:
+        """The law with the values of the fit."""
+        return self.law.settled(self.fit.theta[self.own])
+
+    def refitted(self, fitted: Fit) -> Attempt:
+        """This attempt with another fit of its hypothesis."""
+        at = self.scored.at._replace(fit=fitted)
+        return replace(self, scored=replace(self.scored, at=at))
+
+    def on(self, base: Fit) -> Attempt:
+        """This attempt with the very effects of a fit, of which another process gives copies."""
+        hypothesis = base.hypothesis.with_candidate(self.candidate)
+        return self.refitted(replace(self.fit, hypothesis=hypothesis))
 
 
 def attempt(
@@ -33,25 +106,95 @@ def attempt(
     """The law of a curve, fitted together with the base's own parameters."""
     law = law_of(left, curve, weight)
     if curve.variable.name == 'path':
-        return beside(_with_long_past(recordings, posed), base, left, law)
-    made = beside(posed, base, left, law)
+        return joined(_with_long_past(recordings, posed), base, left, law)
+    made = joined(posed, base, left, law)
     if made.effect is None:
         return made
     made = _refined(made, base, weight)
-    if curve.at_knots and _saved(made, base) < curve.score.gain_train:
-        whole = beside(posed, base, left, table_of(curve))
+    if not curve.hertz and _saved(made, base) < curve.score.gain_train:
+        whole = joined(posed, base, left, table_of(curve))
         made = made if weight.ahead(made.scored, whole.scored) > 0 else whole
     return _on_the_ground(made)
 
 
-def _with_long_past(recordings: Sequence[Recording], posed: Posed) -> Posed:
-    """The problem with as much history as a memory of the path needs."""
-    short, longer = (
-        p and replace(p, windows=with_past(recordings, p.windows, p.numerics))
-        for p in (posed.problem, posed.longer)
+def joined(
+    posed: Posed, base: Fit, left: Influence, law: Law, candidate: Candidate | None = None
+) -> Attempt:
+    """A law, from its values, fitted together with what `base` holds.
+
+    `candidate` is the law as an effect, where there is one already.
+    """
+    joint = left.model.robot.joint_names[law.curve.joint]
+    hypothesis = base.hypothesis.with_candidate(candidate or _effect(left, law, joint))
+    first = hypothesis.offset(len(hypothesis.candidates) - 1)
+    theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
+    if not expressible(law, joint):
+        trace = _trace(left, law) / left.root
+        linear = _linear_fit(posed.problem, base, hypothesis, theta, trace)
+        return Attempt(law, left, score(Estimate(posed, linear)))
+    made = scored(Estimate(posed, fit(posed.problem, hypothesis, theta, base.start)))
+    return Attempt(law, left, _owing(made, law) if law.read else made)
+
+
+def scored(at: Estimate) -> Scored:
+    """A hypothesis with what it predicts of the folds left out, and far ahead."""
+    return replace(score(at), ends=FarAhead().ends(at))
+
+
+def _owing(made: Scored, law: Law) -> Scored:
+    """Without what the law saves in each fold because its curve was read from that fold, too."""
+    score, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
+    owed = (score.fitted - score.left_out) / np.bincount(number)
+    return replace(made, left=made.left + owed[number])
+
+
+def _effect(left: Influence, law: Law, joint: str) -> Candidate:
+    per_torque = in_volts(left.problem.base.robot, joint, 1.0) or 1.0
+    effect = FoundEffect(law, joint, per_torque)
+    return Candidate(effect, joint, with_roles(effect, law.parameters))
+
+
+def _trace(left: Influence, law: Law) -> Array:
+    """Change of the prediction by a law, weighted, shape (W, N)."""
+    curve = law.curve
+    torque = law.at(curve.seen_from(left).values) * carry(left, curve.carrier, curve.joint)
+    return np.asarray((left.answer[..., curve.joint] @ torque[..., None])[..., 0])
+
+
+def _linear_fit(
+    problem: Problem, base: Fit, hypothesis: Hypothesis, theta: Array, trace: Array
+) -> Fit:
+    """A fit of a law, the last of `hypothesis`, and what `base` holds, nothing simulated.
+
+    The law's size alone is free, in place of its first parameter. `trace` (W, N) is what the law
+    does to the prediction, initial states projected out.
+    """
+    first = hypothesis.offset(len(hypothesis.candidates) - 1)
+    columns = np.insert(base.columns, [first] * (len(theta) - len(base.theta)), 0.0, axis=-1)
+    columns[..., first] = -trace
+    residual, channels, train = base.residual - trace, base.start.shape[-1], problem.train
+    numerics, typical = problem.numerics, problem.typical_of(residual)
+    block = np.arange(len(train)) if problem.block is None else problem.block
+    errors = covariance(
+        columns[train],
+        residual[train],
+        block[train],
+        hypothesis.free(theta),
+        shooting.dispersion(residual[train], channels),
+        channels,
+        numerics,
+        typical,
     )
-    assert short
-    return replace(posed, problem=short, longer=longer)
+    return replace(
+        base,
+        hypothesis=hypothesis,
+        theta=theta,
+        covariance=errors,
+        columns=columns,
+        loss=shooting.loss(residual, channels, numerics, typical),
+        residual=residual,
+        typical=typical,
+    )
 
 
 def _saved(made: Attempt, base: Fit) -> float:
@@ -67,8 +210,8 @@ def _refined(made: Attempt, base: Fit, weight: Weight) -> Attempt:
         left = _around(made)
         if left.runs_away:
             break
-        law = law_of(left, again(left, made.law.curve), weight)
-        better = beside(made.scored.at.posed, base, made.left, law)
+        law = law_of(left, made.law.curve.again(left), weight)
+        better = joined(made.scored.at.posed, base, made.left, law)
         if weight.ahead(better.scored, made.scored) <= 0:
             break
         made = better
@@ -76,22 +219,54 @@ def _refined(made: Attempt, base: Fit, weight: Weight) -> Attempt:
 
 
 def _around(made: Attempt) -> Influence:
-    """What the base leaves, linearised where the law is in place."""
-    law, hypothesis = made.fitted_law, made.fit.hypothesis
+    """What is left without the law, linearised about the fit with it."""
     left = influence(made.scored.at.problem, made.fit)
-    first = hypothesis.offset(len(hypothesis.candidates) - 1)
-    own = np.arange(first, first + len(law.values))
     return replace(
         left,
-        residual=left.residual + trace_of(left, law),
-        by_theta=np.delete(left.by_theta, own, axis=-1),
+        residual=left.residual + _trace(left, made.fitted_law),
+        by_theta=np.delete(left.by_theta, made.own, axis=-1),
     )
 
 
 def _on_the_ground(made: Attempt) -> Attempt:
-    """There a law that explains a good part when linearised is settled by itself."""
+    """On the ground a law that explains a good part when linearised is settled by itself."""
     at = made.scored.at
     if not at.problem.linearisation or unexplained(made.fit) > at.problem.numerics.law_nearly:
         return made
     stand = converged(at.posed, made.fit)
     return replace(made, scored=scored(Estimate(stand.posed, stand.fit)))
+
+
+def _with_long_past(recordings: Sequence[Recording], posed: Posed) -> Posed:
+    """The problem with as much history as a memory of the path needs."""
+    short, longer = (
+        p and replace(p, windows=with_past(recordings, p.windows, p.numerics))
+        for p in (posed.problem, posed.longer)
+    )
+    assert short
+    return replace(posed, problem=short, longer=longer)
+
+
+def with_past(recordings: Sequence[Recording], windows: Windows, numerics: Numerics) -> Windows:
+    """These windows with much history each, which a memory of the path needs.
+
+    Where an episode has fewer, its first sample is repeated for an instant.
+    """
+    episodes = [(source, e) for source, r in enumerate(recordings) for e in r.episodes]
+    parts = []
+    for source, start in zip(windows.source, windows.start, strict=True):
+        inside = (e for s, e in episodes if s == source and e.t[0] <= start <= e.t[-1])
+        parts.append(_past(next(inside), float(start), numerics))
+    q, dq, inputs, enabled, gaps = (np.stack(column) for column in zip(*parts, strict=True))
+    return replace(windows, history=(q, dq, inputs, enabled, gaps))
+
+
+def _past(episode: Episode, start: float, numerics: Numerics) -> tuple[Array, ...]:
+    """Angles, rates, inputs, motors on and lengths of the samples before an instant."""
+    first, count = int(np.argmin(np.abs(episode.t - start))), numerics.past_samples
+    pick = np.maximum(np.arange(first - count, first), 0)
+    gaps = episode.t[np.minimum(pick + 1, first)] - episode.t[pick]
+    gaps = np.maximum(gaps, numerics.instant)
+    gaps[: max(0, count - first)] = numerics.instant
+    names = ('q', 'dq', 'inputs', 'enabled')
+    return (*(getattr(episode, name)[pick] for name in names), gaps)

@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.influence import Influence
 from leo_diffmodel.explain.unknown.regression import Regression, Score
-from leo_diffmodel.explain.unknown.variables import Variable, variables
 
 Array = np.ndarray
 CARRIERS = {
@@ -19,10 +20,48 @@ CARRIERS = {
     'input': ('torque',),
     'load': ('torque', 'friction'),
     'time': ('torque', 'friction', 'drive'),
-    'path': ('torque',),
 }
 """How a torque may depend on each variable: it is the torque, a level of dry friction against
 motion, or a share of the motor's own torque."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One quantity along the data.
+
+    Attributes:
+        name: angle, rate, input, load, time or path.
+        of: the joint whose quantity it is; '' for time.
+        unit: of its values.
+        values: in each stretch, shape (W, G).
+        knots: where its curve is read, ascending.
+        period: after which the curve repeats; None for one that does not.
+    """
+
+    name: str
+    of: str
+    unit: str
+    values: Array
+    knots: Array
+    period: float | None = None
+
+    @property
+    def kind(self) -> tuple[str, str, float | None, int]:
+        """What stays when the data are looked at from another model."""
+        return self.name, self.of, self.period, len(self.knots)
+
+    def hats(self, values: Array) -> Array:
+        """Piecewise linear basis with one column for each knot, shape (..., B)."""
+        if self.period is not None:
+            away = np.abs(values[..., None] - self.knots) % self.period
+            away = np.minimum(away, self.period - away)
+            return np.maximum(0.0, 1.0 - away * (len(self.knots) / self.period))
+        at = np.clip(values, self.knots[0], self.knots[-1])
+        return np.stack([np.interp(at, self.knots, row) for row in np.eye(len(self.knots))], -1)
+
+    def ring(self, period: float, count: int) -> Variable:
+        """The variable within one period, with so many knots."""
+        return replace(self, knots=period * np.arange(count) / count, period=period)
 
 
 @dataclass(frozen=True)
@@ -48,83 +87,75 @@ class Curve:
         """In all folds, each predicted from the others [nats]."""
         return float(self.score.gain)
 
-    @property
-    def at_knots(self) -> bool:
-        """Whether its coefficients are its values at the knots of the variable."""
-        return self.variable.name != 'path' and not self.hertz
+    def seen_from(self, left: Influence) -> Variable:
+        """Its variable along the data as another model predicts them."""
+        return next(v for v in variables(left, self.joint) if v.kind == self.variable.kind)
+
+    def again(self, left: Influence) -> Curve:
+        """This curve from another linearisation."""
+        variable, regression = self.seen_from(left), Regression(left, self.joint)
+        score = regressed(regression, variable, self.carrier, self.hertz)
+        assert score is not None
+        return replace(self, variable=variable, score=score)
 
 
 def curves(left: Influence, paths: dict[float, Array]) -> list[Curve]:
-    """The curve of every variable at every joint, best in the folds left out first.
-
-    Args:
-        left: what is left.
-        paths: for each reach [rad], how far each joint is along its hysteresis, (W, G, J).
-    """
-    found = []
-    robot = left.model.robot
+    """The curve of every variable at every joint, best in the folds left out first."""
+    found, robot = [], left.model.robot
     for joint in range(len(robot.base_joints), len(robot.joint_names)):
         regression = Regression(left, joint)
-        found += list(_at_joint(left, regression, joint))
-        found += [_along(left, regression, joint, r, z[..., joint]) for r, z in paths.items()]
+        found += list(_at_joint(regression))
+        for reach, z in paths.items():  # friction follows the direction of motion over a distance
+            path = Variable('path', robot.joint_names[joint], '', z[..., joint], np.array([reach]))
+            score = regression.of(-path.values[..., None, None]).at(0)
+            found.append(Curve(joint, path, 'torque', 0.0, score))
     return sorted(found, key=lambda c: -c.gain)
 
 
-def _at_joint(left: Influence, regression: Regression, joint: int) -> Iterator[Curve]:
-    for variable in variables(left, joint):
+def _at_joint(regression: Regression) -> Iterator[Curve]:
+    joint = regression.joint
+    for variable in variables(regression.left, joint):
         for carrier in CARRIERS[variable.name]:
-            carried = carry(left, carrier, joint)
-            if carried is not None:
-                basis = variable.hats(variable.values) * carried[..., None]
-                score = regression.of(basis[:, :, None])
-                yield Curve(joint, variable, carrier, 0.0, score.at(0))
+            score = regressed(regression, variable, carrier)
+            if score is not None:
+                yield Curve(joint, variable, carrier, 0.0, score)
         if variable.name == 'time':
-            yield _periodic(left, regression, joint, variable)
+            yield _periodic(regression, variable)
 
 
-def _along(left: Influence, regression: Regression, joint: int, reach: float, z: Array) -> Curve:
-    """Friction that follows the direction of motion over a distance."""
-    name = left.model.robot.joint_names[joint]
-    variable = Variable('path', name, '', z, np.array([reach]))
-    return Curve(joint, variable, 'torque', 0.0, regression.of(-z[:, :, None, None]).at(0))
+def regressed(
+    regression: Regression, variable: Variable, carrier: str, hertz: float = 0.0
+) -> Score | None:
+    """The values at the knots of a variable, or of sine and cosine; None where nothing carries."""
+    carried = carry(regression.left, carrier, regression.joint)
+    if carried is None:
+        return None
+    basis = variable.hats(variable.values)
+    if hertz:
+        basis = waves(variable.values, np.array([hertz]))[:, :, 0]
+    return regression.of((basis * carried[..., None])[:, :, None]).at(0)
 
 
-def _periodic(left: Influence, regression: Regression, joint: int, variable: Variable) -> Curve:
+def _periodic(regression: Regression, variable: Variable) -> Curve:
     """The best sine in time."""
-    span, grids = float(np.ptp(variable.values)), left.problem.grids
-    period = float(np.median(left.problem.windows.dt))
+    problem, span = regression.left.problem, float(np.ptp(variable.values))
+    grids, period = problem.grids, float(np.median(problem.windows.dt))
     highest = min(grids.fastest_hz, grids.of_rate / period)
     grid = np.arange(1.0 / span, highest, 1.0 / (grids.per_period * span))
-    parts = max(1, len(grid) // left.problem.numerics.at_once)
+    parts = np.array_split(grid, max(1, len(grid) // problem.numerics.at_once))
     tried = [
-        (f, s)
-        for part in np.array_split(grid, parts)
-        for f, s in _each(part, regression.of(waves(variable.values, part)))
+        (float(hertz), scores.at(i))
+        for part, scores in ((p, regression.of(waves(variable.values, p))) for p in parts)
+        for i, hertz in enumerate(part)
     ]
     best, score = max(tried, key=lambda t: float(t[1].gain))
-    return Curve(joint, variable, 'torque', best, score)
-
-
-def _each(hertz: Array, scores: Score) -> Iterator[tuple[float, Score]]:
-    return ((float(f), scores.at(i)) for i, f in enumerate(hertz))
+    return Curve(regression.joint, variable, 'torque', best, score)
 
 
 def waves(time: Array, hertz: Array) -> Array:
     """Sine and cosine of each frequency, shape (..., F, 2)."""
     phase = 2 * np.pi * time[..., None] * hertz
     return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
-
-
-def again(left: Influence, curve: Curve) -> Curve:
-    """This curve from another linearisation."""
-    variable = next(v for v in variables(left, curve.joint) if v.kind == curve.variable.kind)
-    carried = carry(left, curve.carrier, curve.joint)
-    assert carried is not None
-    basis = variable.hats(variable.values)
-    if curve.hertz:
-        basis = waves(variable.values, np.array([curve.hertz]))[:, :, 0]
-    score = Regression(left, curve.joint).of((basis * carried[..., None])[:, :, None])
-    return replace(curve, variable=variable, score=score.at(0))
 
 
 def carry(left: Influence, carrier: str, joint: int) -> Array | None:
@@ -136,13 +167,68 @@ def carry(left: Influence, carrier: str, joint: int) -> Array | None:
         return -np.tanh(rate / (width * float(np.sqrt((rate**2).mean())) + 1e-12))
     if joint not in left.model.robot.actuated:
         return None
-    return drive(left)[..., joint]
-
-
-def drive(left: Influence) -> Array:
-    """The motors' own torque at each joint [N m], shape (W, G, J)."""
     windows, laws = left.problem.windows, left.model.laws
     inputs = left.averaged(windows.inputs)
     enabled = left.averaged(windows.enabled.astype(float)) > 0.5
     load = left.model.rigid.load(left.q) if laws.needs_load else None
-    return np.asarray(laws.torques(left.q, left.dq, left.dq, inputs, enabled, load).motor)
+    torques = laws.torques(left.q, left.dq, left.dq, inputs, enabled, load)
+    return np.asarray(torques.motor)[..., joint]
+
+
+def variables(left: Influence, joint: int) -> Iterator[Variable]:
+    """Everything that the torque at a joint may depend on; where a robot stands does not count."""
+    robot, windows = left.model.robot, left.problem.windows
+    base, grids = len(robot.base_joints), left.problem.grids
+    for j, name in enumerate(robot.joint_names[base:], base):
+        q, turn = left.q[..., j], 2 * np.pi
+        yield from _spread('angle', name, 'rad', q, grids)
+        if np.ptp(q) > turn:  # where the joint goes round, also within the turn
+            angle = Variable('angle', name, 'rad', q, np.zeros(0))
+            yield from (angle.ring(turn, count) for count in grids.turn_knots)
+        yield from _spread('rate', name, 'rad/s', left.dq[..., j], grids)
+    inputs = left.averaged(windows.inputs)
+    for a, actuator in enumerate(robot.actuators):
+        if np.ptp(inputs[..., a]) > 0 and robot.input != 'position':  # goals act in the loop alone
+            yield from _spread('input', actuator.joint, robot.input_unit, inputs[..., a], grids)
+    if len(robot.joint_names) > 1:  # on a single hinge the load is a function of the angle
+        load = left.model.rigid.load(left.q)[..., joint]
+        yield from _spread('load', robot.joint_names[joint], 'N m', load, grids)
+    time = left.time  # its knots are too slow to follow single windows
+    low, high = float(time.min()), float(time.max())
+    count = max(2, round((high - low) / grids.slow_seconds) + 1)
+    yield Variable('time', '', 's', time, np.linspace(low, high, count))
+
+
+def _spread(name: str, of: str, unit: str, values: Array, grids: Grids) -> Iterator[Variable]:
+    """Knots evenly over all but the outermost values, few and many."""
+    low, high = np.quantile(values, (grids.tail, 1 - grids.tail))
+    for count in grids.knots:
+        knots = np.linspace(low, max(high, low + 1e-9), count)
+        yield Variable(name, of, unit, values, knots)
+
+
+def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array]:
+    """For each reach the state of Dahl's friction in each stretch, -1 to 1, shape (W, G, J)."""
+    time, windows, reaches = left.time, left.problem.windows, left.problem.grids.reaches
+    z = np.zeros((len(reaches), *left.q.shape))
+    for source, recording in enumerate(recordings):
+        for episode in recording.episodes:
+            inside = (
+                (windows.source == source)
+                & (time[:, 0] >= episode.t[0])
+                & (time[:, -1] <= episode.t[-1])
+            )
+            along = dahl(episode, np.array(reaches))
+            for r, j in np.ndindex(len(reaches), z.shape[-1]):
+                z[r, inside, :, j] = np.interp(time[inside], episode.t, along[:, r, j])
+    return dict(zip(reaches, z, strict=True))
+
+
+def dahl(episode: Episode, reach: Array) -> Array:
+    """The state along an episode that begins at rest, for each reach [rad], shape (T, R, J)."""
+    moved = np.diff(episode.q, axis=0)[:, None, :]
+    decay, way = np.exp(-np.abs(moved) / reach[:, None]), np.sign(moved)
+    z = np.zeros((len(episode.q), *decay.shape[1:]))
+    for k in range(len(moved)):
+        z[k + 1] = way[k] + (z[k] - way[k]) * decay[k]
+    return z

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,9 +23,9 @@ class Family:
         text: the same as an effect file has it, in numpy.
         words: the same for people.
         linear: names of the coefficients, with the power of 1/x in their unit.
+        basis: columns (..., F, B) at x for the grid.
         shapes: names of the other parameters, with that power.
         grid: values of the other parameters to try, shape (F, S).
-        basis: columns (..., F, B) at x for the grid.
         polar: the last two columns are a sine and a cosine, kept as amplitude and phase.
     """
 
@@ -33,9 +33,9 @@ class Family:
     text: str
     words: str
     linear: tuple[tuple[str, int], ...]
-    shapes: tuple[tuple[str, int], ...]
-    grid: Array
     basis: Callable[[Array], Array]
+    shapes: tuple[tuple[str, int], ...] = ()
+    grid: Array = field(default_factory=lambda: np.zeros((1, 0)))
     polar: bool = False
 
     def values(self, coefficients: Array, index: int) -> Array:
@@ -46,20 +46,39 @@ class Family:
         size, phase = np.hypot(sine, cosine), np.arctan2(cosine, sine)
         return np.concatenate([coefficients[:-2], [size], self.grid[index], [phase]])
 
+    def with_constant(self) -> Family:
+        """The same and a constant c."""
+
+        def basis(x: Array) -> Array:
+            columns = self.basis(x)
+            return np.concatenate([np.ones_like(columns[..., :1]), columns], axis=-1)
+
+        return replace(
+            self,
+            law=lambda x, c, **others: c + self.law(x, **others),
+            text=f'c + {self.text}',
+            words=f'c + {self.words}',
+            linear=(('c', 0), *self.linear),
+            basis=basis,
+        )
+
 
 def families(curve: Curve, grids: Grids) -> list[Family]:
     """The forms that a curve of this variable and carrier may have."""
     variable, x = curve.variable, curve.variable.values
     if variable.name == 'path':
         return [_built_up(variable.knots)]
+    if curve.hertz:
+        near = np.linspace(-1.0, 1.0, grids.nearby) / (4 * float(np.ptp(x)))
+        return [_sine('f', curve.hertz + near, 2 * np.pi, '2 * np.pi * ', '2 pi ')]
     if variable.name == 'time':
-        if curve.hertz:
-            return [_wave(curve.hertz, x, grids.nearby)]
-        return [_polynomial(1), _settling(grids.settling_seconds)]
+        return [_polynomial(1), _settling(np.array(grids.settling_seconds))]
     forms = [_hinge(x, side, grids) for side in (1.0, -1.0)]
-    forms += [_bump(x, variable.period, grids, constant) for constant in (False, True)]
+    bump = _bump(x, variable.period, grids)
+    forms += [bump, bump.with_constant()]
     if variable.name == 'angle':
-        forms += [_sine(grids.most_periods, constant) for constant in (False, True)]
+        sine = _sine('n', np.arange(1.0, grids.most_periods + 1))
+        forms += [sine, sine.with_constant()]
     if variable.period is None:
         forms += [_polynomial(d) for d in (1, 2, 3)] + [_size()]
     return forms
@@ -71,9 +90,9 @@ def _built_up(reach: Array) -> Family:
         'c * x',
         '-c {x}, dz/dt = |dq/dt| (sign(dq/dt) - z) / reach',
         (('c', 0),),
+        lambda x: -x[..., None, None],
         (('reach', 1),),
         reach[:, None],
-        lambda x: -x[..., None, None],
     )
 
 
@@ -84,8 +103,6 @@ def _polynomial(degree: int) -> Family:
         ' + '.join(_term(n, 'x') for n in powers),
         ' + '.join(_term(n, '{x}').replace('**', '^').replace(' * ', ' ') for n in powers),
         tuple((f'c{n}', n) for n in powers),
-        (),
-        np.zeros((1, 0)),
         lambda x: np.stack([x**n for n in powers], axis=-1)[..., None, :],
     )
 
@@ -100,8 +117,6 @@ def _size() -> Family:
         'a * np.abs(x)',
         'a |{x}|',
         (('a', 1),),
-        (),
-        np.zeros((1, 0)),
         lambda x: np.abs(x)[..., None, None],
     )
 
@@ -117,13 +132,13 @@ def _hinge(x: Array, side: float, grids: Grids) -> Family:
         f'k * np.maximum(0.0, {inside})',
         f'k max(0, {words})',
         (('k', 1),),
+        lambda x: np.maximum(0.0, side * (x[..., None] - grid))[..., None],
         (('x0', -1),),
         grid[:, None],
-        lambda x: np.maximum(0.0, side * (x[..., None] - grid))[..., None],
     )
 
 
-def _bump(x: Array, period: float | None, grids: Grids, constant: bool) -> Family:
+def _bump(x: Array, period: float | None, grids: Grids) -> Family:
     tail = grids.bump_tail
     low, high = (0.0, period) if period else np.quantile(x, (tail, 1 - tail))
     centres = np.linspace(low, high, grids.corners)
@@ -135,75 +150,48 @@ def _bump(x: Array, period: float | None, grids: Grids, constant: bool) -> Famil
             away = np.remainder(away + 0.5 * period, period) - 0.5 * period
         return np.exp(-((away / width) ** 2))
 
-    def basis(x: Array) -> Array:
-        bump = bumps(x[..., None], *pairs.T)[..., None]
-        return np.concatenate([np.ones_like(bump), bump], axis=-1) if constant else bump
-
     away = 'x - x0'
     if period:
         away = f'np.remainder({away} + {0.5 * period!r}, {period!r}) - {0.5 * period!r}'
-    start, first = ('c + ', (('c', 0),)) if constant else ('', ())
     return Family(
-        lambda x, a, x0, width, c=0.0: c + a * bumps(x, x0, width),
-        f'{start}a * np.exp(-((({away}) / width) ** 2))',
-        start + 'a exp(-(({x} - x0) / width)^2)',
-        (*first, ('a', 0)),
+        lambda x, a, x0, width: a * bumps(x, x0, width),
+        f'a * np.exp(-((({away}) / width) ** 2))',
+        'a exp(-(({x} - x0) / width)^2)',
+        (('a', 0),),
+        lambda x: bumps(x[..., None], *pairs.T)[..., None],
         (('x0', -1), ('width', -1)),
         pairs,
-        basis,
     )
 
 
-def _sine(most: int, constant: bool) -> Family:
-    grid = np.arange(1.0, most + 1)
+def _sine(name: str, grid: Array, times: float = 1.0, typed: str = '', said: str = '') -> Family:
+    """A sine of `times` a parameter and x; `typed` and `said` are the factor in texts."""
 
     def basis(x: Array) -> Array:
-        phase = x[..., None] * grid
-        ones = [np.ones_like(phase)] if constant else []
-        return np.stack([*ones, np.sin(phase), np.cos(phase)], axis=-1)
-
-    start, first = ('c + ', (('c', 0),)) if constant else ('', ())
-    return Family(
-        lambda x, a, n, phase, c=0.0: c + a * np.sin(n * x + phase),
-        f'{start}a * np.sin(n * x + phase)',
-        start + 'a sin(n {x} + phase)',
-        (*first, ('a', 0)),
-        (('n', 1), ('phase', 0)),
-        grid[:, None],
-        basis,
-        polar=True,
-    )
-
-
-def _wave(hertz: float, time: Array, nearby: int) -> Family:
-    grid = hertz + np.linspace(-1.0, 1.0, nearby) / (4 * float(np.ptp(time)))
-
-    def basis(x: Array) -> Array:
-        phase = 2 * np.pi * x[..., None] * grid
+        phase = times * x[..., None] * grid
         return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
 
     return Family(
-        lambda x, a, f, phase: a * np.sin(2 * np.pi * f * x + phase),
-        'a * np.sin(2 * np.pi * f * x + phase)',
-        'a sin(2 pi f {x} + phase)',
+        lambda x, a, phase, **shape: a * np.sin(times * shape[name] * x + phase),
+        f'a * np.sin({typed}{name} * x + phase)',
+        f'a sin({said}{name} {{x}} + phase)',
         (('a', 0),),
-        (('f', 1), ('phase', 0)),
-        grid[:, None],
         basis,
+        ((name, 1), ('phase', 0)),
+        grid[:, None],
         polar=True,
     )
 
 
-def _settling(seconds: tuple[float, ...]) -> Family:
-    grid = np.array(seconds)
+def _settling(grid: Array) -> Family:
     return Family(
         lambda x, a, tau: a * (1.0 - np.exp(-x / tau)),
         'a * (1.0 - np.exp(-x / tau))',
         'a (1 - exp(-{x} / tau))',
         (('a', 0),),
+        lambda x: (1.0 - np.exp(-x[..., None] / grid))[..., None],
         (('tau', -1),),
         grid[:, None],
-        lambda x: (1.0 - np.exp(-x[..., None] / grid))[..., None],
     )
 
 
@@ -211,18 +199,12 @@ def table(
     knots: Array, values: Array, period: float | None, hats: Callable[[Array], Array]
 ) -> Family:
     """The curve itself, scaled by one coefficient: what no readable form comes close to."""
-    at, known = _rounded(knots), _rounded(values)
+    at, known = ([float(f'{v:.6g}') for v in each] for each in (knots, values))
     ring = f', period={period!r}' if period else ''
     return Family(
         lambda x, k: k * np.interp(x, at, known, period=period),
         f'k * np.interp(x, {at}, {known}{ring})',
         'k table({x})',
         (('k', 0),),
-        (),
-        np.zeros((1, 0)),
         lambda x: (hats(x) @ values)[..., None, None],
     )
-
-
-def _rounded(values: Array) -> list[float]:
-    return [float(f'{v:.6g}') for v in values]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Is something missing that no known effect is?
 
-A law joins the sets of named effects as one effect more, alone or beside those that were chosen,
+A law joins the sets of named effects as one effect more, alone or with those that were chosen,
 and is judged as they are: by what it predicts of the folds that are left out of it.
 """
 
@@ -22,11 +22,9 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import Scored, weigh
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names, supported
-from leo_diffmodel.explain.unknown.attempt import attempt
-from leo_diffmodel.explain.unknown.beside import Attempt, beside, scored
-from leo_diffmodel.explain.unknown.curves import Curve, curves
+from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, joined, scored
+from leo_diffmodel.explain.unknown.curves import Curve, curves, paths
 from leo_diffmodel.explain.unknown.influence import Influence, influence
-from leo_diffmodel.explain.unknown.paths import paths
 from leo_sim.description.robot import Constant
 
 Named = Mapping[Names, Scored]
@@ -38,27 +36,22 @@ class Found:
 
     Attributes:
         attempt: the law and its joint fit with the named effects that stay.
-        beside: those named effects fitted without the law.
+        base: those named effects fitted without the law.
     """
 
     attempt: Attempt
-    beside: Fit
+    base: Fit
 
     def completed(self, own: Sequence[Constant]) -> Found:
         """With the constants that held-out recordings have of their own."""
         problem, law = self.attempt.scored.at.problem, self.attempt
         if law.effect:
             law = law.refitted(completed(problem, law.fit, own))
-        return Found(law, completed(problem, self.beside, own))
+        return Found(law, completed(problem, self.base, own))
 
 
 def find(recordings: Sequence[Recording], found: Search) -> Found | None:
-    """The law that what is known cannot stand for, if any.
-
-    Args:
-        recordings: what the search was made in, held-out ones last.
-        found: the search; its final hypothesis is what is known.
-    """
+    """The law that what is known, the final hypothesis, cannot stand for, if any."""
     final = scored(Estimate(found.posed, found.final))
     named = {s.names: s for s in found.sets} | {final.names: final}
     laws: dict[Names, Attempt] = {}
@@ -74,16 +67,18 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
 
 
 def without(found: Search, law: Found) -> Search:
-    """The search with the named effects that stay beside a law, fitted without it."""
-    names = frozenset(law.beside.hypothesis.candidates)
-    return replace(found, final=law.beside, chosen=found.known(names) or found.chosen)
+    """The search with the named effects that stay next to a law, fitted without it."""
+    names = frozenset(law.base.hypothesis.candidates)
+    return replace(found, final=law.base, chosen=found.known(names) or found.chosen)
 
 
 def _best(found: Search, named: Named, laws: dict[Names, Attempt]) -> Attempt | None:
     """The best law that is supported, once its parts are fitted too."""
     while (best := _leading(found, named, laws)) and (lacking := _lacking(best, named, laws)):
         for names in lacking:
-            laws[names] = _part(best, named[names - {best.candidate}].fit)
+            base = named[names - {best.candidate}].fit
+            posed = best.scored.at.posed
+            laws[names] = joined(posed, base, best.left, best.fitted_law, best.candidate)
     return best
 
 
@@ -111,14 +106,9 @@ def _leading(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Atte
 
 
 def _lacking(law: Attempt, named: Named, laws: Mapping[Names, Attempt]) -> list[Names]:
-    """The law beside the named effects less one of them, where that is not fitted yet."""
+    """Sets not fitted yet: the law with all of its named effects but one."""
     parts = [law.named - {effect} for effect in law.named]
     return [p | {law.candidate} for p in parts if p in named and p | {law.candidate} not in laws]
-
-
-def _part(law: Attempt, base: Fit) -> Attempt:
-    """The law beside fewer named effects."""
-    return beside(law.scored.at.posed, base, law.left, law.fitted_law, law.candidate)
 
 
 def _bases(
@@ -126,8 +116,9 @@ def _bases(
 ) -> Iterator[tuple[Fit, Influence, list[Curve]]]:
     """The model as given and what was chosen, with what each leaves and its curves, best first.
 
-    Where a law is expensive it takes a rest that matters, and to stand for named effects a curve
-    in what they leave, or several of them at one place.
+    Where a law is expensive (`sparing`), the chosen set is tried only if what it leaves matters,
+    and the model as given only if a curve shows in what the chosen set leaves, or if two of its
+    effects share a place.
     """
     problem, final, sparing = found.problem, found.final, found.problem.numerics.sparing
     after = _curves(recordings, problem, final) if sparing else None
@@ -158,7 +149,7 @@ def _tried(
     left: Influence,
     best: Sequence[Curve],
 ) -> list[Attempt]:
-    """The laws of the best curves, one of each variable and carrier, beside what a fit holds."""
+    """The laws of the best curves, one of each variable and carrier, fitted with the base."""
     first: dict[tuple, Curve] = {}
     for c in best:
         first.setdefault((c.joint, c.variable.name, c.carrier, bool(c.hertz)), c)

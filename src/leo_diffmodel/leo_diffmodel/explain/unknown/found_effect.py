@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law as an effect at one joint: what it is fitted with."""
+"""A law as an effect at one joint: what it is fitted with, and the text of its effect file.
+
+`leo explain --write-effect` writes the file and `leo add` takes it. What is not this program's own
+is in it as a literal (`repr`).
+"""
 
 from __future__ import annotations
 
@@ -9,11 +13,79 @@ import numpy as np
 
 from leo_diffmodel.explain.unknown.law import Law
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.effects import Effect
+from leo_sim.effects import Effect, Parameter
 from leo_sim.effects.base import Values
 from leo_sim.effects.motor import Motor
 
-ABOUT = {'torque': 'torque', 'friction': 'dry friction', 'drive': 'share of the motor torque'}
+KINDS = {'torque': 'torque', 'friction': 'friction', 'drive': 'share of the motor torque'}
+"""What a law may be, in words."""
+HEADER = '''# Written by leo explain --write-effect.
+"""A law found by leo explain; q is the joint angle [rad], dq its rate [rad/s]."""
+from typing import Any
+
+import numpy as np
+
+from leo_sim.effects.base import Effect, Parameter, Values
+
+
+class Found(Effect):
+    """The law that explains what was missing."""
+
+    name = {name!r}
+    family = 'found'
+    hook = {hook!r}
+    parameters = (
+{parameters}
+    )
+    equation = {equation!r}
+    looks_like = {looks_like!r}
+'''
+TORQUE = '''
+    def torque(
+        self, p: Values, q: Any, dq: Any, motor: Any, load: Any{memory}
+    ) -> Any:
+        """Torque at the joint [N m]."""
+        x = {x}
+{names}
+        y = {law}
+        return {result}
+'''
+COMMAND = '''
+    def command(self, p: Values, u: Any, memory: Any, dt: Any) -> tuple[Any, Any]:
+        """What the motor gets, as if the torque came from it."""
+        x = u
+{names}
+        y = {law}
+        return u + y * {per_torque!r}, memory
+'''
+REMEMBERED = {
+    'time': '''
+    def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
+        """Time goes on."""
+        return memory + dt
+''',
+    'path': '''
+    def remember(self, p: Values, q: Any, dq: Any, memory: Any, dt: Any) -> Any:
+        """How far friction has built up, -1 to 1."""
+        before, way = (0.0 if memory is None else memory), np.sign(dq)
+        return way + (before - way) * np.exp(-np.abs(dq) * dt / p['reach'])
+''',
+}
+MEMORY = {'time': ', memory: Any = 0.0', 'path': ', memory: Any = None'}
+SOURCES = {
+    'angle': 'q',
+    'rate': 'dq',
+    'load': 'load',
+    'input': 'motor.torque',
+    'time': 'memory + 0.0 * q',
+    'path': '-memory if memory is not None else 0.0 * q',
+}
+RESULTS = {
+    'torque': 'y + 0.0 * q',
+    'friction': 'np.maximum(y, 0.0) + 0.0 * q',
+    'drive': 'y * motor.torque',
+}
+FLAGS = ('dry', 'motor_side', 'uses_load', 'remembers', 'timed')
 
 
 class FoundEffect(Effect):
@@ -30,7 +102,7 @@ class FoundEffect(Effect):
     family = 'found'
 
     def __init__(self, law: Law, joint: str, per_torque: float) -> None:
-        """Take over what the law says."""
+        """Take over the law; `per_torque` as above."""
         self.joint, self.per_torque = joint, per_torque
         variable, carrier = law.curve.variable.name, law.curve.carrier
         self.variable, self.carrier = variable, carrier
@@ -93,4 +165,40 @@ def _about(law: Law, joint: str) -> str:
     """One line: what kind of torque, where, of what."""
     if law.curve.variable.name == 'path':
         return f'A friction at {joint} that follows the path of motion (hysteresis).'
-    return f'A {ABOUT[law.curve.carrier]} at {joint} that depends on {law.curve.variable.name}.'
+    dry = 'dry ' if law.curve.carrier == 'friction' else ''
+    kind, variable = KINDS[law.curve.carrier], law.curve.variable.name
+    return f'A {dry}{kind} at {joint} that depends on {variable}.'
+
+
+def text_of(effect: FoundEffect) -> str:
+    """The text of the effect file."""
+    assert all(p.name.isidentifier() for p in effect.parameters)
+    names = '\n'.join(f'        {p.name} = p[{p.name!r}]' for p in effect.parameters)
+    head = HEADER.format(
+        name=effect.name,
+        hook=effect.hook,
+        parameters='\n'.join(f'        {_declared(p)},' for p in effect.parameters),
+        equation=effect.equation,
+        looks_like=effect.looks_like,
+    )
+    if effect.hook == 'command':
+        per_torque = float(effect.per_torque)
+        return head + COMMAND.format(names=names, law=effect.text, per_torque=per_torque)
+    flags = ''.join(f'    {name} = True\n' for name in FLAGS if getattr(effect, name))
+    law = TORQUE.format(
+        memory=MEMORY.get(effect.variable, ''),
+        x=SOURCES[effect.variable],
+        names=names,
+        law=effect.text,
+        result=RESULTS[effect.carrier],
+    )
+    return head + flags + law + REMEMBERED.get(effect.variable, '')
+
+
+def _declared(parameter: Parameter) -> str:
+    text = f'Parameter({parameter.name!r}, {parameter.unit!r}'
+    if parameter.neutral:
+        text += f', neutral={float(parameter.neutral)!r}'
+    if np.isfinite(parameter.low):
+        text += f', low={float(parameter.low)!r}'
+    return text + ')'

@@ -25,7 +25,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Influence:
-    """The whitened residual of a fit and its answer to torques, start states projected out.
+    """The whitened residual of a fit and its answer to torques, initial states projected out.
 
     Attributes:
         residual: (measured - predicted) / sigma, robustly weighted, shape (W, N).
@@ -50,20 +50,6 @@ class Influence:
     model: Model
     problem: Problem
 
-    def information(self, joint: int) -> tuple[Array, Array]:
-        """What each window says of a torque in each stretch, and of the fit's parameters.
-
-        Returns:
-            Normal matrix (W, G + P, G + P) and right side (W, G + P) of least squares.
-        """
-        columns = np.concatenate([self.answer[..., joint], self.by_theta], axis=-1)
-        turned = np.swapaxes(columns, -1, -2)
-        return turned @ columns, (turned @ self.residual[..., None])[..., 0]
-
-    def trace(self, torque: Array, joint: int) -> Array:
-        """Change of the prediction by a torque (W, G) at a joint, weighted, shape (W, N)."""
-        return np.asarray((self.answer[..., joint] @ torque[..., None])[..., 0])
-
     @property
     def runs_away(self) -> bool:
         """Whether a predicted rate is far beyond all measured ones, or no number."""
@@ -85,13 +71,12 @@ class Influence:
 
 def influence(problem: Problem, fitted: Fit) -> Influence:
     """Linearise a fitted hypothesis by a torque at every joint in every stretch of time."""
-    windows, joints = problem.windows, problem.windows.q.shape[-1]
+    windows, joints, numerics = problem.windows, problem.windows.q.shape[-1], problem.numerics
     hypothesis = fitted.hypothesis
     model = hypothesis.model(problem.base, fitted.theta)
     linear = problem.linearised(
         hypothesis, fitted.theta, fitted.start, conditional_errors(fitted.columns[problem.train])
     )
-    numerics = problem.numerics
     most = min(windows.steps, numerics.stretches)
     stretch = np.arange(windows.steps) * most // windows.steps
     size = numerics.small_torque * torque_scale(model.robot)
@@ -100,16 +85,11 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     lost = ~tame(columns)  # an extra torque may throw a robot out of the ground
     predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
-    answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1)
-    answer = answer / size
-    leverage = leverage_weight(problem, answer)[..., 0] ** 2
-    weight = leverage * shooting.robust_weight(
-        fitted.residual, 2 * joints, numerics, fitted.typical
-    )
+    answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1) / size
+    weight = shooting.robust_weight(fitted.residual, 2 * joints, numerics, fitted.typical)
+    weight = leverage_weight(problem, answer)[..., 0] ** 2 * weight
     everything = np.concatenate([linear.by_theta, -answer], axis=-1)
-    rest, columns, _, _ = shooting.eliminate(
-        shooting.Linear(linear.residual, linear.by_start, everything), weight
-    )
+    rest, columns, _, _ = shooting.eliminate(replace(linear, by_theta=everything), weight)
     split = linear.by_theta.shape[-1]
     middle = 0.5 * (predicted[:, 1:] + predicted[:, :-1])
     made = Influence(

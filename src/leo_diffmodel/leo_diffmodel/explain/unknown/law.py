@@ -16,6 +16,7 @@ from leo_sim.effects import Parameter
 
 Array = np.ndarray
 POSITIVE = ('width', 'tau', 'f', 'n', 'reach')
+SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't', 'path': 'z'}
 
 
 @dataclass(frozen=True)
@@ -36,10 +37,30 @@ class Law:
     values: Array
     read: bool = False
 
+    @classmethod
+    def of(cls, curve: Curve, family: Family, values: Array) -> Law:
+        """A law of a family, its parameters with units and bounds."""
+        own, x = '' if curve.carrier == 'drive' else 'N m', curve.variable.unit
+        made = [Parameter(name, _unit(own, x, n)) for name, n in family.linear]
+        for (name, n), value in zip(family.shapes, values[len(family.linear) :], strict=True):
+            low = 1e-6 if name in POSITIVE else float('-inf')
+            unit = 'rad' if name in ('phase', 'reach') else _unit('', x, n)
+            made.append(Parameter(name, unit, float(value), low))
+        return cls(curve, family, tuple(made), values)
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        """The values by the names of the parameters."""
+        return dict(zip((p.name for p in self.parameters), self.values.tolist(), strict=True))
+
+    @property
+    def words(self) -> str:
+        """The formula for people, with the name of the variable."""
+        return self.family.words.format(x=SYMBOLS[self.curve.variable.name])
+
     def at(self, x: Array) -> Array:
         """The law at values of its variable."""
-        names = (p.name for p in self.parameters)
-        return self.family.law(x, **dict(zip(names, self.values.tolist(), strict=True)))
+        return self.family.law(x, **self.by_name)
 
     def settled(self, values: Array) -> Law:
         """This law with other values, which are also where its shape is neutral."""
@@ -53,33 +74,18 @@ class Law:
     def known(self, periods: float) -> bool:
         """Whether the catalogue has it: viscous friction or a spring, or a ripple, and a bias.
 
-        Args:
-            periods: how far a ripple's number of them in a turn may be from a whole one.
+        A ripple's periods in a turn may be so far from a whole number.
         """
         if self.curve.carrier != 'torque' or self.curve.variable.name not in ('angle', 'rate'):
             return False
-        value = dict(zip((p.name for p in self.parameters), self.values.tolist(), strict=True))
+        value = self.by_name
         if set(value) == {'c0', 'c1'}:
             return value['c1'] <= 0
         return self.family.polar and abs(value['n'] - round(value['n'])) < periods
 
-    @property
-    def words(self) -> str:
-        """The formula for people, with the name of the variable."""
-        return self.family.words.format(x=SYMBOLS[self.curve.variable.name])
-
-
-SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't', 'path': 'z'}
-
 
 def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
-    """The readable form that predicts best what is left out.
-
-    Args:
-        left: what is left.
-        curve: the curve.
-        weight: what a nat counts, and the price of a parameter.
-    """
+    """The readable form that predicts best what is left out."""
     regression = Regression(left, curve.joint)
     carried = carry(left, curve.carrier, curve.joint)
     assert carried is not None
@@ -87,9 +93,8 @@ def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
     for family in families(curve, left.problem.grids):
         score = regression.of(family.basis(curve.variable.values) * carried[..., None, None])
         best = int(np.argmax(score.gain_train))
-        values = family.values(score.values[best], best)
-        gain = score.best_gain / weight.spread - weight.price * len(values)
-        found.append((gain, Law(curve, family, _parameters(curve, family, values), values)))
+        law = Law.of(curve, family, family.values(score.values[best], best))
+        found.append((score.best_gain / weight.spread - weight.price * len(law.values), law))
     return max(found, key=lambda f: f[0])[1]
 
 
@@ -98,16 +103,6 @@ def table_of(curve: Curve) -> Law:
     variable, values = curve.variable, curve.score.values
     family = table(variable.knots, values, variable.period, variable.hats)
     return Law(curve, family, (Parameter('k', ''),), np.ones(1), read=True)
-
-
-def _parameters(curve: Curve, family: Family, values: Array) -> tuple[Parameter, ...]:
-    own = '' if curve.carrier == 'drive' else 'N m'
-    made = [Parameter(name, _unit(own, curve.variable.unit, n)) for name, n in family.linear]
-    for (name, n), value in zip(family.shapes, values[len(family.linear) :], strict=True):
-        low = 1e-6 if name in POSITIVE else float('-inf')
-        unit = 'rad' if name in ('phase', 'reach') else _unit('', curve.variable.unit, n)
-        made.append(Parameter(name, unit, float(value), low))
-    return tuple(made)
 
 
 def _unit(own: str, x: str, power: int) -> str:

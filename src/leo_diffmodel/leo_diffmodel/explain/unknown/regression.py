@@ -51,13 +51,10 @@ class Score(NamedTuple):
 
 
 class _Normal(NamedTuple):
-    """Sums over some windows: normal matrices (F, B, B), right sides (F, B)."""
+    """Sums over windows: normal matrices (..., F, B, B), right sides (..., F, B)."""
 
     matrix: Array
     slope: Array
-
-    def less(self, other: _Normal) -> _Normal:
-        return _Normal(self.matrix - other.matrix, self.slope - other.slope)
 
     def solved(self, ridge: float) -> Array:
         return np.linalg.solve(_ridged(self.matrix, ridge), self.slope[..., None])[..., 0]
@@ -65,8 +62,8 @@ class _Normal(NamedTuple):
     def nats(self, found: Array) -> Array:
         """Nats gained here by coefficients found anywhere; a law beyond all numbers gains none."""
         with np.errstate(all='ignore'):
-            changed = np.einsum('fi,fij,fj->f', found, self.matrix, found)
-            gained = np.einsum('fi,fi->f', found, self.slope) - 0.5 * changed
+            changed = np.einsum('...fi,...fij,...fj->...f', found, self.matrix, found)
+            gained = np.einsum('...fi,...fi->...f', found, self.slope) - 0.5 * changed
         return np.where(np.isfinite(gained), gained, -np.inf)
 
 
@@ -77,21 +74,17 @@ class Regression:
     response over all training windows.
     """
 
-    def __init__(self, left: Influence, joint: int):
-        """Sum up what the windows say.
-
-        Args:
-            left: what is left.
-            joint: index of the joint.
-        """
-        fold, self._train = left.problem.fold, left.problem.train
-        self._ridge = left.problem.numerics.ridge
+    def __init__(self, left: Influence, joint: int) -> None:
+        """Sum up what the windows say of a torque at the joint of this index."""
+        self.left, self.joint = left, joint
+        fold, train = left.problem.fold, left.problem.train
         assert fold is not None
-        self._matrix, self._slope = left.information(joint)
+        self._train, self._ridge = train, left.problem.numerics.ridge
+        columns = np.concatenate([left.answer[..., joint], left.by_theta], axis=-1)
+        turned = np.swapaxes(columns, -1, -2)
+        self._matrix, self._slope = turned @ columns, (turned @ left.residual[..., None])[..., 0]
         self._stretches = left.answer.shape[-2]
-        self._folds = [
-            np.flatnonzero((fold == f) & self._train) for f in np.unique(fold[self._train])
-        ]
+        self._folds = [np.flatnonzero((fold == f) & train) for f in np.unique(fold[train])]
 
     def of(self, torque: Array) -> Score:
         """Fit laws that are linear in their coefficients.
@@ -103,21 +96,15 @@ class Regression:
         answered = np.swapaxes(self._matrix[:, : self._stretches], -1, -2) @ flat
         answered = answered.reshape(len(flat), -1, *torque.shape[2:])
         own = self._responses(answered)
-        parts = [self._sum(torque, answered, own, fold) for fold in self._folds]
-        whole = _Normal(
-            np.sum([p.matrix for p in parts], axis=0), np.sum([p.slope for p in parts], axis=0)
-        )
-        found = whole.solved(self._ridge)
+        sums = [self._sum(torque, answered, own, fold) for fold in self._folds]
+        parts = _Normal(*map(np.stack, zip(*sums, strict=True)))
+        whole = _Normal(parts.matrix.sum(axis=0), parts.slope.sum(axis=0))
+        rests = _Normal(whole.matrix - parts.matrix, whole.slope - parts.slope)
+        found, without = whole.solved(self._ridge), rests.solved(self._ridge)
         inverse = np.linalg.inv(_ridged(whole.matrix, self._ridge))
-        rests = [whole.less(p) for p in parts]
-        without = [rest.solved(self._ridge) for rest in rests]
-        return Score(
-            found,
-            np.sqrt(np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 0.0)),
-            np.stack([p.nats(found) for p in parts], axis=-1),
-            np.stack([p.nats(v) for p, v in zip(parts, without, strict=True)], axis=-1),
-            np.stack([r.nats(v) for r, v in zip(rests, without, strict=True)], axis=-1),
-        )
+        spread = np.sqrt(np.maximum(np.diagonal(inverse, axis1=-2, axis2=-1), 0.0))
+        gains = parts.nats(found), parts.nats(without), rests.nats(without)
+        return Score(found, spread, *(np.ascontiguousarray(gain.T) for gain in gains))
 
     def _responses(self, answered: Array) -> tuple[Array, Array]:
         """What the fit's parameters do about the laws (F, P, B) and about the residual (P,)."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is chosen where folds are left out: chosen effects by any name, and what is beside them."""
+"""What is chosen where folds are left out: chosen effects by any name, and what more is."""
 
 from types import SimpleNamespace
 
@@ -28,13 +28,13 @@ def chosen(names, *turns):
 
 def test_a_wider_law_in_some_turns_is_the_effect():
     made = chosen([COULOMB, SCALE], ([COULOMB, SCALE], 40), ([STRIBECK, SCALE], 20))
-    assert made.kept == 1.0 and made.beside == ()
+    assert made.kept == 1.0 and made.more == ()
     assert made.sets == ((('coulomb_friction:pivot', 'torque_scale:pivot'), 1.0),)
 
 
 def test_a_narrower_law_in_some_turns_is_not():
     made = chosen([STRIBECK], ([STRIBECK], 40), ([COULOMB], 20))
-    assert made.kept == pytest.approx(2 / 3) and made.beside == ()
+    assert made.kept == pytest.approx(2 / 3) and made.more == ()
     assert made.instead == (('coulomb_friction:pivot', pytest.approx(1 / 3)),)
 
 
@@ -43,14 +43,14 @@ def test_a_law_of_all_joints_is_that_of_each_and_the_rest_is_told():
     elbow, both = double['coulomb_friction:elbow'], double['stribeck_friction:all']
     made = chosen([elbow], ([elbow], 40), ([both], 20))
     assert made.kept == 1.0 and made.sets[0][1] == pytest.approx(2 / 3)
-    assert made.beside == (('stribeck_friction:all', pytest.approx(1 / 3)),)
+    assert made.more == (('stribeck_friction:all', pytest.approx(1 / 3)),)
     assert chosen([both], ([both], 40), ([elbow], 20)).kept == pytest.approx(2 / 3)
 
 
 def test_turns_with_more_effects_keep_the_chosen_ones_and_are_told():
     made = chosen([COULOMB], ([COULOMB], 40), ([COULOMB, BIAS], 20))
     assert made.kept == 1.0 and made.sets[0][1] == pytest.approx(2 / 3)
-    assert made.beside == (('bias_torque:pivot', pytest.approx(1 / 3)),)
+    assert made.more == (('bias_torque:pivot', pytest.approx(1 / 3)),)
 
 
 def test_turns_without_one_of_them_do_not_keep_the_set():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a finished search to all that an answer is told from."""
+"""From a finished search to all findings."""
 
 from dataclasses import FrozenInstanceError, replace
 
@@ -8,7 +8,7 @@ import pytest
 from tests.searched import among, searched
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.explain.decide.verdict import decision
+from leo_diffmodel.explain.decide import decision
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.findings.collect import collect
@@ -45,7 +45,7 @@ def findings(data, found):
     return collect(data, MODEL, found, Facts(TORQUE, False), STEP)
 
 
-def test_each_effect_is_judged_beside_the_other(findings):
+def test_each_effect_is_judged_next_to_the_other(findings):
     labels = [part.candidate.label for part in findings.effects]
     assert sorted(labels) == ['bias_torque:pivot', 'viscous_friction:pivot']
     assert all(min(part.saved) > 20 and part.share == 1.0 for part in findings.effects)

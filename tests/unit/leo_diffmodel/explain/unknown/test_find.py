@@ -19,7 +19,7 @@ from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.select.evidence import score, weigh
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
-from leo_diffmodel.explain.unknown.answer import tell, Unknown
+from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.explain.unknown.attempt import attempt
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.find import find
@@ -51,7 +51,7 @@ def unknown(robot: Robot, *effects, settings: Settings = SETTINGS, **run) -> Unk
 def beyond(data: list[Recording], known: Search) -> Unknown | None:
     """What is found beyond the known effects that a search has chosen."""
     found = find(data, known)
-    return found and tell(found)
+    return found and Unknown.of_law(found)
 
 
 def hidden(robot: Robot, kind: str, **parameters):
@@ -88,7 +88,7 @@ def test_the_variable_of_every_kind_is_found(kind):
     assert answer.r2_held_out > 0.7
 
 
-def test_the_law_of_a_cable_is_told_with_its_values():
+def test_the_law_of_a_cable_is_named_with_its_values():
     answer = answer_to('cable')
     assert answer is not None and answer.formula.startswith('k max(0, q - x0) with k = -0.')
     assert answer.parameters['k']['value'] == pytest.approx(-0.6, rel=0.1)

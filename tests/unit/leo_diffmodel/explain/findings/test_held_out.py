@@ -8,7 +8,7 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare import errors
-from leo_diffmodel.explain.findings.windows import validation_windows
+from leo_diffmodel.explain.findings.held_out import validation_windows
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose

@@ -3,12 +3,11 @@
 
 from types import SimpleNamespace
 
-from leo_diffmodel.explain.decide.verdict import Named
+from leo_diffmodel.explain.decide import Named
 from leo_diffmodel.explain.findings.findings import Range, Shown
+from leo_diffmodel.explain.rows import shown_for
+from leo_diffmodel.explain.sentence import next_run, sentence, shown
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.explain.tell import rows
-from leo_diffmodel.explain.tell.next_run import next_run
-from leo_diffmodel.explain.tell.sentence import sentence, shown
 
 PIVOT = Shown('pivot', Range(-1.23, 2.0, 'rad'), Range(-6, 5.5, 'rad/s'), Range(0, 0.31, 'N m'))
 
@@ -17,23 +16,24 @@ def findings(*joints, bags=('a',)):
     return SimpleNamespace(shown=joints, bags=bags, numerics=SETTINGS.numerics)
 
 
-def test_one_recording_is_told_as_one():
+def test_one_recording_is_said_to_be_one():
     where = 'pivot at -1.2 to 2 rad, -6 to 5.5 rad/s and 0 to 0.31 N m'
-    assert [*shown(findings(PIVOT))] == [f'Shown in one recording, with {where}.']
-    (several,) = shown(findings(PIVOT, bags=('a', 'b')))
-    assert several.startswith('Shown in 2 recordings, with pivot at')
+    assert shown(findings(PIVOT)) == f'Shown in one recording, with {where}.'
+    assert shown(findings(PIVOT, bags=('a', 'b'))).startswith(
+        'Shown in 2 recordings, with pivot at'
+    )
 
 
-def test_of_many_joints_the_first_are_told_and_all_listed():
+def test_of_many_joints_the_first_are_said_and_all_listed():
     many = findings(*(PIVOT._replace(joint=f'j{i}') for i in range(7)))
-    (said,) = shown(many)
+    said = shown(many)
     assert 'j2 at' in said and 'j3' not in said and said.endswith(', and 4 more joints.')
-    assert [*rows.shown_for(many)] == [f'j{i}' for i in range(7)]
-    assert rows.shown_for(many)['j6']['angle'] == {'low': -1.23, 'high': 2.0, 'unit': 'rad'}
+    assert [*shown_for(many)] == [f'j{i}' for i in range(7)]
+    assert shown_for(many)['j6']['angle'] == {'low': -1.23, 'high': 2.0, 'unit': 'rad'}
 
 
 def test_where_nothing_is_named_nothing_is_shown():
-    assert [*shown(findings())] == [] and rows.shown_for(findings()) == {}
+    assert shown(findings()) == '' and shown_for(findings()) == {}
 
 
 def test_an_answer_that_was_cut_short_says_so_and_asks_for_more_time():

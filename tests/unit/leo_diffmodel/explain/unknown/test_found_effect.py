@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.explain.unknown.effect_file import text_of
+from leo_diffmodel.explain.unknown.curves import Variable
 from leo_diffmodel.explain.unknown.families import families, table
-from leo_diffmodel.explain.unknown.found_effect import FoundEffect
-from leo_diffmodel.explain.unknown.law import _parameters, Law
-from leo_diffmodel.explain.unknown.variables import Variable
+from leo_diffmodel.explain.unknown.found_effect import FoundEffect, text_of
+from leo_diffmodel.explain.unknown.law import Law
 from leo_sim.effects import Effect, get_effect
 
 JOINT = 'elbow\'\'\'"""\n__import__("pathlib").Path("ran").touch()\n"""'
@@ -40,7 +39,7 @@ def laws(name: str, carrier: str, period: float | None, hertz: float = 0.0) -> l
     for form in forms:
         count = len(form.linear) + len(form.shapes)
         values = 0.3 + 0.17 * np.arange(count)
-        made.append(Law(curve, form, _parameters(curve, form, values), values, 0.0))
+        made.append(Law.of(curve, form, values))
     return made
 
 
@@ -66,7 +65,7 @@ def test_the_file_gives_what_the_effect_gives(name, carrier, period, tmp_path, m
         file = tmp_path / f'found_{number}.py'
         file.write_text(text_of(found))
         read = get_effect(str(file))
-        told = (
+        same = (
             'name',
             'hook',
             'parameters',
@@ -78,7 +77,7 @@ def test_the_file_gives_what_the_effect_gives(name, carrier, period, tmp_path, m
             'remembers',
             'timed',
         )
-        assert [getattr(read, a) for a in told] == [getattr(found, a) for a in told]
+        assert [getattr(read, a) for a in same] == [getattr(found, a) for a in same]
         for one, other in zip(answers(found, law), answers(read, law), strict=True):
             np.testing.assert_array_equal(one, other)
     assert not (tmp_path / 'ran').exists()

@@ -7,7 +7,7 @@ from tests.cart import cart
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.findings.shown import shown_for
+from leo_diffmodel.explain.findings.parts import shown_for
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_sim.description.robot import load_robot
@@ -44,7 +44,7 @@ def test_the_load_is_what_the_gear_carries():
     assert idle.load.high < 1e-6 < 1.0 < loaded.load.high
 
 
-def test_only_joints_where_the_effects_act_are_told():
+def test_only_joints_where_the_effects_act_are_shown():
     robot = load_robot('double_pendulum')
     windows = cut([record(TORQUE, seconds=3)], 0.3)
     both = windows.__class__(

@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verdicts, each with its sentence: fine, named, partly, ambiguous, unknown, untestable."""
+"""Verdicts, each with its sentence, and what keeps an effect or an answer from being sure."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.explain.decide.verdict import decide, Named
+from leo_diffmodel.explain.decide import also_chosen, decide, doubt, doubts, instead, Named
+from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
 from leo_diffmodel.explain.estimate.loss import Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.explain.findings.findings import Choices, Own, Part
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.sentence import sentence
 from leo_diffmodel.explain.settings import SETTINGS, settings_for
-from leo_diffmodel.explain.tell.sentence import sentence
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -19,6 +24,10 @@ from leo_sim.model import Model
 ONE = Named('coulomb_friction:pivot', 'c = 1 N m')
 OPEN = Named('coulomb_friction:pivot', 'c = 1 N m', rivals=('stribeck_friction:pivot',))
 WEAK = Named('armature:pivot', 'J = 1 kg m2', doubt='chosen in 60% of the held-out turns')
+POOL = {c.effect.name: c for c in candidates(Model(PENDULUM))}
+CHOSEN = tuple(POOL[n] for n in ('coulomb_friction', 'bias_torque', 'torque_scale'))
+LABELS = tuple(c.label for c in CHOSEN)
+SURE, NOISE = [Named('coulomb_friction:pivot', 'c = 1 N m')], Rest(SETTINGS.gates, 1.0, 0.0)
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
@@ -103,16 +112,16 @@ def test_how_a_verdict_is_reached(named, ratio, share, verdict):
 @pytest.mark.parametrize('named', [[], [ONE], [OPEN]], ids=['nothing', 'one', 'open'])
 def test_a_law_that_is_no_known_effect_makes_it_unknown(named):
     assert decide(named, Rest(SETTINGS.gates, 1.0, 0.0), unknown=True) == 'unknown'
-    words = sentence('unknown', named, 'error 2 -> 1 rad', outside='a torque of time')
+    words = sentence('unknown', named, 'error 2 -> 1 rad', unknown='a torque of time')
     assert words.endswith(': a torque of time.')
 
 
 def test_a_doubt_about_the_whole_answer_makes_it_ambiguous_and_is_said():
-    doubts = ['this set is chosen in 70% of the held-out turns']
+    whole = ['this set is chosen in 70% of the held-out turns']
     rest = Rest(SETTINGS.gates, 1.1, 0.01)
-    assert decide([ONE], rest, unknown=False, doubts=doubts) == 'ambiguous'
-    assert decide([], rest, unknown=False, doubts=doubts) == 'fine'
-    assert doubts[0] in sentence('ambiguous', [ONE], 'error 2 -> 1 rad', doubts)
+    assert decide([ONE], rest, unknown=False, doubts=whole) == 'ambiguous'
+    assert decide([], rest, unknown=False, doubts=whole) == 'fine'
+    assert whole[0] in sentence('ambiguous', [ONE], 'error 2 -> 1 rad', whole)
 
 
 def test_what_is_far_above_the_noise_matters_however_much_was_explained():
@@ -133,3 +142,90 @@ def test_on_the_ground_what_acts_in_some_windows_matters(on_ground, acting, matt
     rest = rest_of(problem, left, left)
     assert rest.matters == matters
     assert matters or rest.ratio == pytest.approx(1.0, abs=0.2)
+
+
+def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
+    """Three effects a little away from neutral, each in this share of the turns."""
+    hypothesis, none = Hypothesis(CHOSEN), np.zeros((0, 0))
+    theta = hypothesis.neutral + 0.1
+    fit = Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), none, none, none, none)
+    parts = tuple(Part(c, fit, (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
+    choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'more': ()}
+    return SimpleNamespace(
+        gates=SETTINGS.gates,
+        numerics=SETTINGS.numerics,
+        final=fit,
+        effects=parts,
+        floors=floors,
+        own=own,
+        choices=Choices(**choices | of_choices),
+        other='',
+        refuted='',
+        search=SimpleNamespace(untried=()),
+    )
+
+
+def test_what_all_turns_hold_is_sure():
+    made = findings()
+    assert [doubt(made, part) for part in made.effects] == ['', '', ''] and not [*doubts(made)]
+
+
+def test_what_too_few_turns_hold_is_not_and_what_they_choose_instead_is_said():
+    others = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
+    made = findings(0.7, instead=others)
+    assert doubt(made, made.effects[0]) == 'chosen in 70% of the held-out turns'
+    assert [*doubts(made)] == ['this set is chosen in 70% of the held-out turns']
+    assert instead(made, made.effects[0]) == ['armature:pivot']
+    sure = findings(instead=others)
+    assert instead(sure, sure.effects[0]) == []
+
+
+def test_more_in_too_many_turns_is_said():
+    more = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
+    words = 'the held-out turns choose armature:pivot in 30%, velocity_lag:pivot in 4%'
+    assert also_chosen(findings(sets=((LABELS, 0.66),), more=more)) == f'beside them {words}'
+    assert also_chosen(findings(sets=((LABELS, 0.95),), more=more)) == ''
+    assert also_chosen(findings(sets=(((), 0.66),), more=more)) == ''
+
+
+def test_effects_below_the_noise_floor_are_small():
+    made = findings(floors=(22.0, 1.1, 0.3))
+    assert [bool(doubt(made, part)) for part in made.effects] == [False, False, True]
+
+
+@pytest.mark.parametrize(('other', 'agree'), [(0.11, True), (0.25, False)])
+def test_recordings_that_exclude_each_other_disagree(other, agree):
+    first = Hypothesis(CHOSEN).offset(1)
+    values = {first: [Own('run_1', 0.1, 0.001), Own('run_2', other, 0.001)]}
+    said = [*doubts(findings(own=({}, values, {})))]
+    assert bool(said) is not agree
+    assert all('bias_torque:pivot: t is 0.1 in run_1 and 0.25 in run_2' in each for each in said)
+
+
+@pytest.mark.parametrize(('more', 'verdict'), [(False, 'named'), (True, 'partly')])
+def test_more_than_sure_effects_is_partly(more, verdict):
+    assert decide(SURE, NOISE, False, (), more) == verdict
+
+
+def test_what_there_was_no_time_for_is_said():
+    made = findings()
+    made.search.untried = ('a:pivot', 'b:pivot', 'c:pivot', 'd:pivot', 'e:pivot')
+    assert [*doubts(made)] == [
+        'the time was over; not tried: a:pivot, b:pivot, c:pivot and 2 more'
+    ]
+
+
+@pytest.mark.parametrize(
+    ('starts', 'said'),
+    [(1, 'the fit has not come to its end'), (4, '4 starts of the fit end at different values')],
+)
+def test_what_has_not_converged_is_never_sure(starts, said):
+    made = findings()
+    made.final = replace(made.final, certificate=Certificate(3.0, starts, 1, False))
+    assert [*doubts(made)] == [said]
+
+
+@pytest.mark.parametrize('named', [[], SURE])
+@pytest.mark.parametrize('rest', [NOISE, Rest(SETTINGS.gates, 40.0, 0.9)])
+def test_an_answer_that_was_cut_short_is_open(named, rest):
+    assert decide(named, rest, False, cut_short=True) == 'ambiguous'

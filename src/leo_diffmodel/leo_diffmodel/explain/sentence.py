@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sentence a person reads first, and what to record next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from leo_diffmodel.explain.decide import Decision, Named
+from leo_diffmodel.explain.findings.findings import Findings, Shown
+
+NEXT = (
+    'leo next with the same bags and model simulates a menu of safe runs with every answer that '
+    'is still open, picks the one that tells them apart best, and writes it for leo play'
+)
+MORE_TIME = 'the same again without --within, or with more time'
+BY_HAND = 'swing it by hand from other angles'
+
+
+def answer(findings: Findings, decision: Decision, left_out: Sequence[str] = ()) -> str:
+    """The decision in words; `left_out` says what of the recordings was not used."""
+    said = sentence(
+        decision.verdict,
+        decision.named,
+        _change(findings),
+        [*decision.doubts, *left_out, *decision.notes],
+        findings.unknown.words if findings.unknown else '',
+        _left(findings),
+        not findings.search.complete,
+    )
+    return ' '.join(filter(None, [said, shown(findings)]))
+
+
+def sentence(
+    verdict: str,
+    named: Sequence[Named],
+    change: str,
+    notes: Sequence[str] = (),
+    unknown: str = '',
+    rest: str = '',
+    cut_short: bool = False,
+) -> str:
+    """One or two plain sentences of a verdict.
+
+    `change` of the held-out error, the `unknown` law and the `rest` that is left are in words.
+    """
+    if notes:
+        change = f'{change} ({"; ".join(notes)})'
+    listed = '; '.join(map(_describe, named))
+    if cut_short:
+        return f'Cut short, so nothing is sure: {"; ".join(filter(None, [listed, change]))}.'
+    if verdict == 'fine':
+        return f'Nothing is missing that this data can show: {change}.'
+    if verdict == 'ambiguous':
+        return f'Something is missing that this data cannot pin down: {listed}; {change}.'
+    if verdict == 'partly':
+        return f'Missing for sure: {listed}; {change}. {rest}.'
+    if verdict == 'named':
+        return f'Missing: {listed}; {change}.'
+    if listed:
+        law = f': {unknown}' if unknown else ''
+        return f'Part of what is missing is {listed}: {change}. The rest is no known effect{law}.'
+    return f'Something is missing, and none of the known effects is it: {unknown or change}.'
+
+
+def _describe(named: Named) -> str:
+    text = f'{named.label} ({named.text})'
+    if named.together:
+        text += f', which is the same thing in this data as {" or ".join(named.together)}'
+    if named.rivals:
+        text += f', or {" or ".join(named.rivals)}'
+    if named.doubt:
+        text += f', {named.doubt}'
+    return text
+
+
+def _change(findings: Findings) -> str:
+    """How the held-out error of each state changed.
+
+    Where there are many, of those furthest off against their noise.
+    """
+    headline, numerics = findings.headline, findings.numerics
+    (_, before), (_, after) = findings.ladder[0], findings.ladder[-1]
+    figures = (f[headline.statistic] for f in (before, after, findings.floor))
+    first = listed = list(zip(findings.errors['states'], *figures, strict=True))
+    if len(listed) > numerics.states_listed:
+        first = sorted(listed, key=lambda row: -max(row[1:3]) / max(row[3], 1e-12))
+        first = first[: numerics.listed]
+    parts = [f'{s["name"]} {b:.2g} -> {a:.2g} {s["unit"]} (noise {f:.2g})' for s, b, a, f in first]
+    rest = f' and {len(listed) - len(first)} more states' if len(first) < len(listed) else ''
+    return f'{headline.words}: ' + ', '.join(parts) + rest
+
+
+def shown(findings: Findings) -> str:
+    """In how many recordings, and where the joints were there; '' where nothing is named."""
+    first, count = findings.shown[: findings.numerics.listed], len(findings.bags)
+    if not first:
+        return ''
+    more = len(findings.shown) - len(first)
+    seen = 'one recording' if count == 1 else f'{count} recordings'
+    rest = f', and {more} more joints' if more else ''
+    return f'Shown in {seen}, with {"; ".join(map(_range, first))}{rest}.'
+
+
+def _range(seen: Shown) -> str:
+    a, v, load = seen.angle, seen.speed, seen.load
+    return (
+        f'{seen.joint} at {a.low:.2g} to {a.high:.2g} {a.unit}, {v.low:.2g} to {v.high:.2g} '
+        f'{v.unit} and {load.low:.2g} to {load.high:.2g} {load.unit}'
+    )
+
+
+def _left(findings: Findings) -> str:
+    """How much is left, and where most of it is."""
+    names, train = findings.base.robot.joint_names, findings.search.problem.train
+    e = findings.final.residual[train].reshape(int(train.sum()), -1, 2, len(names))
+    worst = names[int(np.argmax(np.median((e**2).mean(axis=(1, 2)), axis=0)))]
+    left = findings.rest.share
+    share = f'{100 * left:.0f} % of the mean squared error beyond noise is something else'
+    return share if len(names) == 1 else f'{share}, most of it at {worst}'
+
+
+def next_run(verdict: str, findings: Findings) -> str | None:
+    """What would settle an open answer, in the words of the effects concerned."""
+    if not findings.search.complete:
+        return MORE_TIME
+    if verdict == 'ambiguous':
+        margin = findings.gates.margin_nats
+        close = [r.candidate.effect.reveal for p in findings.effects for r in p.close(margin)]
+        driven = any(a.strongest > 0 for a in findings.base.robot.actuators)
+        return '; '.join([*dict.fromkeys(close), NEXT if driven else BY_HAND])
+    if findings.unknown:
+        return f'repeat the run, and {findings.unknown.reveal}'
+    if verdict in ('unknown', 'partly'):
+        return 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
+    return None
