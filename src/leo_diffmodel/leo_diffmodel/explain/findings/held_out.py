@@ -69,7 +69,7 @@ class HeldOut:
     def ahead(self, fitted: Fit) -> Array:
         """Errors as far ahead as they are told, (W, 2J)."""
         made = self._made.get(_values(fitted)) or self._without_floor(fitted)
-        return errors.errors_ahead(made, self.headline.seconds)
+        return made.ahead(self.headline.seconds)[0]
 
     def undisturbed(self, fitted: Fit) -> HeldOut:
         """The windows that hold no hand push, by the hypothesis that knows most."""
