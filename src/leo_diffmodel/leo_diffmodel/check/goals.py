@@ -51,7 +51,8 @@ def _unmet(recording: Recording, a: int, joint: str) -> Iterator[Finding]:
     j = recording.joints.index(joint)
     q = np.concatenate([e.q[:, j] for e in recording.episodes])
     low, high = float(q.min()), float(q.max())
-    found = merged((s for e in recording.episodes for s in _stretches(e, j, a, low, high)), 0.1)
+    parts = (s for e in recording.episodes for s in _stretches(e, j, a, low, high))
+    found = merged(parts, CHECK.unmet_apart)
     if found:
         what = (
             f'{joint} stands at the end of its range while its goal goes on beyond, '

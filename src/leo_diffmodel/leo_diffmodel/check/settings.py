@@ -65,6 +65,8 @@ class Limits:
     """Of what its goal moves: what a joint that stands may move."""
     unmet_seconds: float = 0.2
     """Shortest such stretch [s]."""
+    unmet_apart: float = 0.1
+    """Such stretches so near to each other are one [s]."""
     past: int = 4
     """Rows before it that an angle is predicted from."""
     frames: int = 60

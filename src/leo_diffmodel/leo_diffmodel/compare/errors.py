@@ -99,15 +99,6 @@ def step_seconds(recordings: Sequence[Recording], step: float | None = None) -> 
     return float(np.median(periods)) if periods else sample_period(recordings)
 
 
-def _checked(step: float, least: float) -> float:
-    if not 0.99 * least <= step <= COMPARE.longest_step:
-        raise UserError(
-            f'a step of {step:g} s cannot be scored; give --step from {least:g} s (one sample) '
-            f'to {COMPARE.longest_step:g} s'
-        )
-    return step
-
-
 def has_memory(model: Model) -> bool:
     """Whether predictions need the samples before a window: delay, lag, backlash, a memory."""
     laws = model.laws

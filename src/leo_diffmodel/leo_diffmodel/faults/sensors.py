@@ -98,10 +98,10 @@ def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     if total < LIMITS.fewest:
         return
     share, sd = again / total, float(np.sqrt(max(again, 1)) / total)
-    if share - 1.96 * sd > FAULTS['repeated'].harmless[1]:
+    if share - LIMITS.sigmas * sd > FAULTS['repeated'].harmless[1]:
         what = (
-            f'{100 * share:.0f} ± {196 * sd:.0f} % of the samples of {joint} repeat the one '
-            'before while it moves'
+            f'{100 * share:.0f} ± {100 * LIMITS.sigmas * sd:.0f} % of the samples of {joint} '
+            'repeat the one before while it moves'
         )
         yield Found(FAULTS['repeated'], joint, share, sd, what, False, 'sensor')
 
