@@ -51,7 +51,7 @@ def test_a_step_of_five_milliseconds_stays(bag):
 
 def test_noise_is_read_from_some_of_many_windows(bag, monkeypatch):
     (every,) = noise.estimate(FINE, noise.short_windows([bag]))
-    monkeypatch.setattr(noise, 'MOST_WINDOWS', 60)
+    monkeypatch.setattr(noise, 'COMPARE', replace(COMPARE, noise_windows=60))
     (some,) = noise.estimate(FINE, noise.short_windows([bag]))
     assert some == pytest.approx(every, rel=0.25)
     assert not np.array_equal(some, every)
