@@ -11,8 +11,7 @@ import sys
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.compare.windows import cut, thin, Windows
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis

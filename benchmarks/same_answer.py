@@ -24,7 +24,7 @@ from joblib import delayed, Parallel
 from rich.progress import track
 
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
-from leo_diffmodel.compare.thin import every
+from leo_diffmodel.compare.windows import every
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.hypothesis import Candidate

@@ -106,7 +106,7 @@ def _mend(fault: Fault) -> str:
     keys = ', '.join(f'{k}: {v:.4g}' if isinstance(v, float) else f'{k}: {v}'
                      for k, v in fault.patch(SHOWN[fault.name]).items())  # fmt: skip
     where = 'in the topic map' if fault.whole_log else 'of its joint in the topic map'
-    return f'`{keys}` {where}' if keys else fault.todo(SHOWN[fault.name])
+    return f'`{keys}` {where}' if keys else fault.todo
 
 
 def main(argv: list[str]) -> int:

@@ -9,11 +9,12 @@ import pytest
 from tests.simulate import NOISE, record, TORQUE
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.check.likeness import explained
+from leo_diffmodel.check.amplitudes import explained
 from leo_diffmodel.check.traces import Trace
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.comparison import compare
-from leo_diffmodel.compare.scheme import LONGEST, stepped
+from leo_diffmodel.compare.pushes import stepped
+from leo_diffmodel.compare.settings import COMPARE
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -38,17 +39,19 @@ def test_predictions_are_no_finer_than_their_errors(bag):
 def test_exact_data_keep_the_step_of_the_model():
     exact = record(TORQUE, seconds=6, noise=(0.0, 0.0))
     windows = errors.horizon_windows([exact], FINE, 0.5, 20)
-    assert stepped(FINE, windows, np.full((1, 2), 1e-12)).integration_step < LONGEST
+    assert (
+        stepped(FINE, windows, np.full((1, 2), 1e-12)).integration_step < COMPARE.integration_step
+    )
 
 
 def test_a_step_of_five_milliseconds_stays(bag):
-    model = Model(TORQUE, integration_step=LONGEST)
+    model = Model(TORQUE, integration_step=COMPARE.integration_step)
     assert stepped(model, errors.horizon_windows([bag], model, 0.5), np.array([NOISE])) is model
 
 
 def test_noise_is_read_from_some_of_many_windows(bag, monkeypatch):
     (every,) = noise.estimate(FINE, noise.short_windows([bag]))
-    monkeypatch.setattr(noise, 'MOST_WINDOWS', 60)
+    monkeypatch.setattr(noise, 'COMPARE', replace(COMPARE, noise_windows=60))
     (some,) = noise.estimate(FINE, noise.short_windows([bag]))
     assert some == pytest.approx(every, rel=0.25)
     assert not np.array_equal(some, every)

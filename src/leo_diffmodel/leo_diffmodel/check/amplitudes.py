@@ -3,23 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from leo_diffmodel.check.likeness import explained
+from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.check.traces import Trace, Traces
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.select.sets import widens
 from leo_diffmodel.explain.settings import SETTINGS
 
 Array = np.ndarray
-POWER_SIGMAS = 1.645
-FARTHEST = 15.0
-"""An effect linear in its size is followed up to so many times the size that was tried."""
-LEAST_SHARE = 1e-3
-"""Data a thousand times as long are no advice."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +26,9 @@ class Reach:
         name, where: the effect and its place.
         unit: of the amplitudes, which are changes from neutral.
         detectable: smallest amplitude that is found in 95 % of runs; None where none is.
-        nameable: smallest amplitude that is told from every other effect as well.
-        nearest: the effect that it is hardest to tell from, and nats between the two when it
-            has its typical size.
+        nameable: smallest amplitude at which every other effect fits clearly worse as well.
+        nearest: the effect that is most like it, and nats between the two when it has its typical
+            size.
         typical: a small but common size, to compare data sets by.
         typical_nats: evidence of that size.
         seconds_to_detect, seconds_to_name: data like these that the typical size needs [s].
@@ -62,7 +58,7 @@ def needed(nats: float | Array) -> Array:
 
     A gain of mean m has the variance 2 m.
     """
-    half = POWER_SIGMAS / np.sqrt(2)
+    half = CHECK.power_sigmas / np.sqrt(2)
     under = half**2 + np.asarray(nats, dtype=float)
     return np.where(under > 0, (half + np.sqrt(np.maximum(under, 0.0))) ** 2, 0.0)
 
@@ -88,7 +84,7 @@ class Apart:
 
     @cached_property
     def longer(self) -> Array:
-        """How many times as much data tells i from j in 95 % of runs; 0 where any does."""
+        """How many times as much data separates i from j in 95 % of runs; 0 where any does."""
         with np.errstate(divide='ignore', invalid='ignore'):
             least = needed(SETTINGS.gates.margin_nats - self.ahead)
             return np.nan_to_num(least / self.nats, nan=0.0)
@@ -97,27 +93,18 @@ class Apart:
 def reaches(data: Traces, facts: Facts) -> tuple[list[Reach], Apart]:
     """One row per effect and place, and how far every two of them are apart.
 
-    Args:
-        data: traces of all effects.
-        facts: what decides which effects are the same thing.
+    `facts` decide which effects are the same thing.
     """
     traces, alike = data.traces, explained(data.traces)
-    ends = np.cumsum([len(t.sizes) for t in traces])
-    rest = [
-        t.nats[:, None] * (1 - alike[e - len(t.sizes) : e])
-        for t, e in zip(traces, ends, strict=True)
-    ]
+    parts = np.split(alike, np.cumsum([len(t.sizes) for t in traces])[:-1])
+    rest = [t.nats[:, None] * (1 - part) for t, part in zip(traces, parts, strict=True)]
     cost = data.price * np.array([len(t.candidate.parameters) for t in traces])
-    apart = Apart(
-        np.array([_at_typical(t, r) for t, r in zip(traces, rest, strict=True)]),
-        cost - cost[:, None],
-        np.array(
-            [
-                [a is not b and bool(same_thing(a.candidate, b.candidate, facts)) for b in traces]
-                for a in traces
-            ]
-        ),
-    )
+    same = [
+        [a is not b and bool(same_thing(a.candidate, b.candidate, facts)) for b in traces]
+        for a in traces
+    ]
+    nats = [_at_typical(t, r) for t, r in zip(traces, rest, strict=True)]
+    apart = Apart(np.array(nats), cost - cost[:, None], np.array(same))
     return [_reach(data, i, r, apart) for i, r in enumerate(rest)], apart
 
 
@@ -130,8 +117,8 @@ def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
     ]
     found = trace.nats / needed(data.threshold)
     with np.errstate(divide='ignore', invalid='ignore'):
-        told = rest / needed(SETTINGS.gates.margin_nats - apart.ahead[i])
-    both = np.minimum(found, np.nan_to_num(told[:, rivals], nan=np.inf).min(axis=1))
+        separate = rest / needed(SETTINGS.gates.margin_nats - apart.ahead[i])
+    both = np.minimum(found, np.nan_to_num(separate[:, rivals], nan=np.inf).min(axis=1))
     nearest = min(rivals, key=lambda j: apart.separable[i, j])
     candidate = trace.candidate
     return Reach(
@@ -150,7 +137,7 @@ def _reach(data: Traces, i: int, rest: Array, apart: Apart) -> Reach:
 
 
 def _seconds(data: Traces, share: float) -> float | None:
-    return data.seconds / share if share > LEAST_SHARE else None
+    return data.seconds / share if share > CHECK.least_share else None
 
 
 def typical(trace: Trace) -> float:
@@ -171,7 +158,7 @@ def _smallest(trace: Trace, ratio: Array) -> float | None:
     good = np.flatnonzero(usual >= 1)
     if not good.size:
         grown = np.sqrt(1 / max(usual[-1], 1e-12))
-        limit = FARTHEST if len(sizes) == 1 else 1.0
+        limit = CHECK.farthest if len(sizes) == 1 else 1.0
         return float(sizes[-1] * grown) if grown <= limit else None
     first = int(good[0])
     if first == 0:
@@ -179,3 +166,31 @@ def _smallest(trace: Trace, ratio: Array) -> float | None:
     low, high = np.log(np.maximum(usual[first - 1 : first + 1], 1e-9))
     share = -low / max(high - low, 1e-9)
     return float(np.exp((1 - share) * np.log(sizes[first - 1]) + share * np.log(sizes[first])))
+
+
+def explained(traces: Sequence[Trace]) -> Array:
+    """Share of each trace's evidence that another effect reproduces.
+
+    The other effect may take any size and sign that was tried, or any mix of the parameters
+    that scale it. An effect explains all of itself (docs/reference/identification.md 1.5).
+
+    Returns:
+        shape (points of all traces, traces): cos^2; what is left is 1 less that.
+    """
+    stacked = np.concatenate([t.signatures for t in traces])
+    cosines, last = stacked @ stacked.T, np.cumsum([len(t.sizes) for t in traces])
+    own = [slice(e - len(t.sizes), e) for t, e in zip(traces, last, strict=True)]
+    columns = [_by(cosines[:, rows], rows, t) for t, rows in zip(traces, own, strict=True)]
+    return np.clip(np.stack(columns, axis=1), 0.0, 1.0)
+
+
+def _by(cosine: Array, own: slice, trace: Trace) -> Array:
+    """Share (N,) of each signature that a trace reproduces, of their cosines (N, S)."""
+    best = np.maximum(cosine, 0.0).max(axis=1) ** 2
+    mixed = sum(p.scales for p in trace.candidate.parameters)
+    if mixed < 2:
+        return np.asarray(best)
+    square, turned = np.linalg.eigh(cosine[own])
+    kept = np.flatnonzero(square > CHECK.likeness_least * square[-1])[-mixed:]
+    along = cosine @ (turned[:, kept] / np.sqrt(square[kept]))
+    return np.maximum(best, (along**2).sum(axis=1))

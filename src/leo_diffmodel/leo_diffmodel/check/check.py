@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check recordings: what is wrong with them, and what they could tell about which effect."""
+"""Check recordings: what is wrong with them, and which effects they could show."""
 
 from __future__ import annotations
 
@@ -10,25 +10,22 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Reach, reaches
-from leo_diffmodel.check.excitation import Excitation, excitation, judge
-from leo_diffmodel.check.faulty import of_faults
-from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
-from leo_diffmodel.check.forces import forces
-from leo_diffmodel.check.hidden import hidden
+from leo_diffmodel.check.angles import angle_units, positions_only
+from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_level
+from leo_diffmodel.check.finding import ERROR, Finding, forces, of_faults, OK, WARNING
+from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.hold import hold
-from leo_diffmodel.check.noise_level import noise_level
-from leo_diffmodel.check.pairs import alike, Pair
-from leo_diffmodel.check.timing import length, reading, timing
+from leo_diffmodel.check.pairs import alike, hidden, Pair
+from leo_diffmodel.check.timing import even_stamps, length, reading, slow, timing
 from leo_diffmodel.check.traces import traces_of
-from leo_diffmodel.check.traps import traps
 from leo_diffmodel.compare import errors, noise
-from leo_diffmodel.compare.known import with_known
-from leo_diffmodel.compare.provenance import provenance
-from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.known import provenance, with_known
+from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.mending import mapped
+from leo_sim.description.robot import Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -82,9 +79,9 @@ class Check:
         return {
             'good': self.is_good,
             'findings': [f.to_json() for f in self.findings],
-            'excitation': [e.to_json() for e in self.excitation],
+            'excitation': [asdict(e) for e in self.excitation],
             'effects': [asdict(r) for r in self.reaches],
-            'pairs': [p.to_json() for p in self.pairs],
+            'pairs': [asdict(p) for p in self.pairs],
             'threshold_nats': self.threshold,
             'seconds': self.seconds,
             'provenance': self.provenance,
@@ -97,13 +94,13 @@ def check(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Check:
-    """Look at the bags one by one, then at what they can tell together.
+    """Look at the bags one by one, then at what they can show together.
 
     Args:
         bags: of one robot.
         model: its model, as it stands.
         extra: a user's own effects.
-        progress: told what is being looked at.
+        progress: called with what is being looked at.
     """
     recordings = [bag.recording for bag in bags]
     model = with_known(model, recordings)
@@ -135,7 +132,7 @@ def check(
 
 
 def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
-    """What is wrong, or right, with one bag by itself; `sigma` is its noise, shape (2J,)."""
+    """What is wrong, or right, with one bag by itself, of noise sigma (2J,)."""
     held = hold(bag.recording, bag.other, bag.hold, model, sigma)
     wrong_way = any(f.severity == ERROR for f in held)
     recording = bag.other if wrong_way and bag.other is not None else bag.recording
@@ -149,6 +146,19 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
         *forces(mapped(recording, [f for f in faults if f.error]), model),
     ]
     return [replace(f, bag=str(recording.path)) for f in found]
+
+
+def traps(recording: Recording, robot: Robot) -> list[Finding]:
+    """What logs made for something else than identification hide: teleoperation above all."""
+    with np.errstate(all='ignore'):  # whatever numbers a log holds
+        return [
+            *angle_units(recording, robot),
+            *even_stamps(recording),
+            *slow(recording),
+            *positions_only(recording),
+            *asked(recording),
+            *frame_shift(recording),
+        ]
 
 
 def of_all(
@@ -173,12 +183,5 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
         for r in recordings
         for f in (*timing(r), *reading(r), *traps(r, model.robot))
     ]
-    return Check(
-        _sorted([short, length(recordings), *found]),
-        (),
-        (),
-        (),
-        None,
-        seconds,
-        provenance(recordings, model),
-    )
+    findings, origin = [short, length(recordings), *found], provenance(recordings, model)
+    return Check(_sorted(findings), (), (), (), None, seconds, origin)

@@ -1,23 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each joint was put through: its ranges, its inputs, and how long it moved or was free."""
+"""What each joint was put through: ranges, inputs, motion, time free, and noise against that."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import Finding, OK, WARNING
+from leo_diffmodel.check.settings import CHECK
 from leo_sim.description.constants import INPUT_UNITS
 
 Array = np.ndarray
-MOVING_SIGMAS = 5.0
-LEAST_MOVING = 0.2
-LEAST_OF_BASE = 0.03
-ONE_WAY = 0.02
-FEWEST_LEVELS = 3
 
 
 @dataclass(frozen=True)
@@ -46,10 +42,6 @@ class Excitation:
     forward: float
     free: float
 
-    def to_json(self) -> dict:
-        """Plain lists and numbers."""
-        return asdict(self)
-
 
 def excitation(
     recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
@@ -61,13 +53,20 @@ def excitation(
         sigma: noise of each recording and channel, shape (R, 2J).
         base: the joints of its base.
     """
-    loose = [i for i, r in enumerate(recordings) if not r.held]
-    rows = []
+    return [
+        _joint([recordings[i] for i in used], sigma[used], j)
+        for j, used in _loose(recordings, base)
+    ]
+
+
+def _loose(
+    recordings: Sequence[Recording], base: Sequence[str]
+) -> Iterator[tuple[int, list[int]]]:
+    """Each joint with the recordings in which it may move: those of a held base may not."""
     for j, name in enumerate(recordings[0].joints):
-        used = loose if name in base else range(len(recordings))
+        used = [i for i, r in enumerate(recordings) if not (r.held and name in base)]
         if used:
-            rows.append(_joint([recordings[i] for i in used], sigma[list(used)], j))
-    return rows
+            yield j, used
 
 
 def judge(rows: Sequence[Excitation], base: Sequence[str] = ()) -> list[Finding]:
@@ -77,7 +76,7 @@ def judge(rows: Sequence[Excitation], base: Sequence[str] = ()) -> list[Finding]
 
 def _of_base(row: Excitation) -> Finding:
     """A base has no motor: it moves by what the others do, and not for long."""
-    if row.moving < LEAST_OF_BASE:
+    if row.moving < CHECK.least_of_base:
         what = f'{row.joint} moves in {100 * row.moving:.1f} % of the time only'
         return Finding('still', WARNING, what, (), 'record the robot stepping or walking too')
     return _moves(row)
@@ -89,12 +88,16 @@ def _joint(recordings: Sequence[Recording], sigma: Array, j: int) -> Excitation:
     q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
     moving = np.concatenate(
         [
-            np.abs(e.dq[:, j]) > MOVING_SIGMAS * s[joints + j]
+            np.abs(e.dq[:, j]) > CHECK.moving_sigmas * s[joints + j]
             for r, s in zip(recordings, sigma, strict=True)
             for e in r.episodes
         ]
     )
-    u, free = _input(recordings, name)
+    u, free = np.zeros(0), 0.0
+    if name in recordings[0].actuators:
+        a = recordings[0].actuators.index(name)
+        u = np.concatenate([e.inputs[:, a] for e in episodes])
+        free = sum(float(np.diff(e.t)[~e.enabled[:-1, a]].sum()) for e in episodes)
     return Excitation(
         joint=name,
         angle=(float(q.min()), float(q.max())),
@@ -108,25 +111,15 @@ def _joint(recordings: Sequence[Recording], sigma: Array, j: int) -> Excitation:
     )
 
 
-def _input(recordings: Sequence[Recording], joint: str) -> tuple[Array, float]:
-    """Inputs of a joint's motor over all bags, and the time it was free [s]."""
-    if joint not in recordings[0].actuators:
-        return np.zeros(0), 0.0
-    a = recordings[0].actuators.index(joint)
-    episodes = [e for r in recordings for e in r.episodes]
-    free = sum(float(np.diff(e.t)[~e.enabled[:-1, a]].sum()) for e in episodes)
-    return np.concatenate([e.inputs[:, a] for e in episodes]), free
-
-
 def _judged(row: Excitation) -> Finding:
-    if row.moving < LEAST_MOVING:
+    if row.moving < CHECK.least_moving:
         what = f'{row.joint} moves in {100 * row.moving:.0f} % of the time only'
         todo = 'record 20 s with an input that swings it, such as steps of random size'
         return Finding('still', WARNING, what, (), todo)
-    if min(row.forward, 1 - row.forward) < ONE_WAY:
+    if min(row.forward, 1 - row.forward) < CHECK.one_way:
         what = f'{row.joint} turns one way only: friction and a constant torque look alike'
         return Finding('one_way', WARNING, what, (), 'let it turn both ways')
-    if row.input and row.levels < FEWEST_LEVELS and not row.free:
+    if row.input and row.levels < CHECK.fewest_levels and not row.free:
         what = f'the input of {row.joint} has {row.levels} levels: its motor law hardly shows'
         return Finding('few_levels', WARNING, what, (), 'vary the size of the input')
     return _moves(row)
@@ -134,3 +127,34 @@ def _judged(row: Excitation) -> Finding:
 
 def _moves(row: Excitation) -> Finding:
     return Finding('excitation', OK, f'{row.joint} moves in {100 * row.moving:.0f} % of the time')
+
+
+def noise_level(
+    recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
+) -> list[Finding]:
+    """One finding per joint: the noisiest of its bags against what it moves in all of them.
+
+    Args:
+        recordings: of one robot.
+        sigma: noise of angles [rad], then rates [rad/s], shape (R, 2J).
+        base: the joints of its base, which count where it is not held.
+    """
+    joints, out = recordings[0].joints, []
+    for j, used in _loose(recordings, base):
+        largest = sigma[used][:, [j, len(joints) + j]].max(axis=0)
+        episodes = [e for i in used for e in recordings[i].episodes]
+        moved = [np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq')]
+        swing = np.maximum([values.std() for values in moved], 1e-12)
+        out.append(_noise(joints[j], largest, float((largest / swing).max())))
+    return out
+
+
+def _noise(joint: str, sigma: Array, share: float) -> Finding:
+    what = (
+        f'{joint}: noise {sigma[0]:.2g} rad and {sigma[1]:.2g} rad/s rms, at most '
+        f'{100 * share:.1f} % of what it moves'
+    )
+    if share <= CHECK.noisy:
+        return Finding('noise', OK, what)
+    todo = 'move further and faster, or record the encoder rather than a filtered estimate'
+    return Finding('noise', WARNING, what, (), todo)

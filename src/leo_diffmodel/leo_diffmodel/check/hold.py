@@ -3,16 +3,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from leo_diffmodel.bags.mend import with_inputs_late
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import ERROR, Finding, OK
-from leo_diffmodel.check.shift import INTERVALS, misfit, shifted
+from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, whitened
+from leo_diffmodel.compare.settings import COMPARE
+from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
+from leo_diffmodel.explain.problem.shooting import huber, huber_weight
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
-DECISIVE_NATS = 10.0
-TRIFLE = 0.05
 OTHER = {'next': 'previous', 'previous': 'next'}
 MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its stamp'}
 
@@ -32,7 +39,7 @@ def hold(
     if other is None or recording.input == 'none':
         return []
     ahead = preference(recording, other, model, sigma)
-    if ahead < -DECISIVE_NATS and _agrees(recording, hold_now, model, sigma):
+    if ahead < -CHECK.hold_nats and _agrees(recording, hold_now, model, sigma):
         return [_wrong_way(hold_now, -ahead)]
     return [_right_way(hold_now, ahead)]
 
@@ -48,14 +55,14 @@ def _agrees(recording: Recording, hold_now: str, model: Model, sigma: Array) -> 
 def preference(recording: Recording, other: Recording, model: Model, sigma: Array) -> float:
     """Nats by which the bag as read beats the bag read the other way, on the same windows.
 
-    0 where the difference is a trifle against what the model lacks anyway.
+    0 where the difference is small against what the model lacks anyway.
     """
     (t, loss), (t_other, loss_other) = (misfit(r, model, sigma) for r in (recording, other))
     both, mine, theirs = np.intersect1d(np.round(t, 6), np.round(t_other, 6), return_indices=True)
     if not len(both):
         return 0.0
     a, b = loss[mine], loss_other[theirs]
-    if _removed(a, b, model) < TRIFLE:
+    if _removed(a, b, model) < CHECK.hold_trifle:
         return 0.0
     return float((b - a).sum()) / _excess(np.minimum(a, b), model)
 
@@ -75,8 +82,8 @@ def _excess(loss: Array, model: Model) -> float:
 def _expected(model: Model) -> float:
     """Loss of a window in which only noise is left [nats]."""
     joints = len(model.robot.joint_names)
-    channels = 2 * joints * (INTERVALS + 1)
-    free = 2 * joints + 2 * joints + len(model.robot.actuators)
+    channels = 2 * joints * (CHECK.hold_intervals + 1)
+    free = 4 * joints + len(model.robot.actuators)
     return 0.5 * (channels - free)
 
 
@@ -91,7 +98,7 @@ def _wrong_way(hold_now: str, nats: float) -> Finding:
 
 
 def _right_way(hold_now: str, nats: float) -> Finding:
-    if nats > DECISIVE_NATS:
+    if nats > CHECK.hold_nats:
         what = f'an input acts {MEANING[hold_now]}, as read: that fits better by {nats:.0f} nats'
     else:
         what = (
@@ -99,3 +106,56 @@ def _right_way(hold_now: str, nats: float) -> Finding:
             f'difference that shows here ({nats:.0f} nats)'
         )
     return Finding('hold', OK, what)
+
+
+def shifted(recording: Recording, seconds: float) -> Recording:
+    """The recording with its inputs acting `seconds` later (earlier where negative)."""
+    late = [seconds] * len(recording.actuators)
+    episodes = tuple(with_inputs_late(e, late) for e in recording.episodes)
+    return replace(recording, episodes=episodes)
+
+
+def misfit(recording: Recording, model: Model, sigma: Array) -> tuple[Array, Array]:
+    """Robust loss of short windows with free start states and free missing torques.
+
+    Torques that are constant, that grow in time and that go along with the input are free at
+    each joint, so that what the model lacks does not pass for an input at the wrong time.
+
+    Args:
+        recording: the bag.
+        model: its model, good or not.
+        sigma: noise of angles and rates, shape (2J,).
+
+    Returns:
+        start time of each window [s], shape (W,), and its loss [nats], shape (W,).
+    """
+    seconds = CHECK.hold_intervals * sample_period([recording])
+    most = CHECK.hold_windows_on_ground if model.robot.contacts else CHECK.hold_windows
+    windows = spread_out(cut([recording], seconds, history=COMPARE.history), most)
+    predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))
+    rest = _without(*whitened(windows.measured - predicted, columns, sigma))
+    return windows.start, huber(rest, SETTINGS.numerics.huber)
+
+
+def _torques(model: Model, windows: Windows) -> Array:
+    """Small torques at each joint: constant, a ramp, and along each input, (B, W, K, J)."""
+    free = small_torques(model, windows, *flat_and_ramp(windows))
+    size = COMPARE.small_torque * torque_scale(model.robot)
+    peak = np.maximum(np.abs(windows.inputs).max(axis=(0, 1)), 1e-12)
+    along = np.moveaxis(windows.inputs / peak, -1, 0)
+    at = np.eye(windows.q.shape[-1])[list(model.robot.actuated)]
+    return np.concatenate([free, size * (along[..., None] * at[:, None, None])])
+
+
+def _without(e: Array, a: Array) -> Array:
+    """Residuals without what the columns explain, twice: the second time outliers weigh less."""
+    weight = np.ones_like(e)
+    for _ in range(2):
+        root = np.sqrt(weight)
+        left, size, right = np.linalg.svd(a * root[..., None], full_matrices=False)
+        good = size > 1e-7 * size[..., :1]
+        inverse = np.where(good, 1 / np.where(good, size, 1.0), 0.0)
+        seen = (np.swapaxes(left, -1, -2) @ (e * root)[..., None])[..., 0] * inverse
+        rest = e - (a @ (np.swapaxes(right, -1, -2) @ seen[..., None]))[..., 0]
+        weight = huber_weight(rest, SETTINGS.numerics.huber)
+    return rest

@@ -1,17 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which effects this data cannot tell apart."""
+"""Which effects are alike in this data, and which do not show in it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Apart, Reach
+from leo_diffmodel.check.finding import Finding, OK, WARNING
+from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_diffmodel.explain.settings import SETTINGS
-
-MOST_TIMES = 1000.0
+from leo_sim.model import Model
 
 
 @dataclass(frozen=True)
@@ -20,8 +23,8 @@ class Pair:
 
     Attributes:
         a, b: labels, effect:where.
-        separable_nats: by which either could be told from the other at a typical size.
-        seconds: data like these that telling them apart needs [s]; None where none would do.
+        separable_nats: by which either beats the other where it is the truth, at a typical size.
+        seconds: data like these that separating them needs [s]; None where none would do.
         same_thing: they are equal in any data of this kind.
     """
 
@@ -31,20 +34,11 @@ class Pair:
     seconds: float | None
     same_thing: bool
 
-    def to_json(self) -> dict:
-        """Plain values."""
-        return asdict(self)
-
 
 def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:
-    """The pairs that stay within the margin for a name, closest first.
+    """The pairs that stay within the margin for a name, closest first, in data so long [s].
 
     Effects that would not even show at their typical size are left out.
-
-    Args:
-        rows: all effects.
-        apart: how far apart they are.
-        seconds: how much data there is.
     """
     shown = np.array([(r.seconds_to_detect or np.inf) <= seconds for r in rows])
     near = np.minimum(apart.separable, apart.separable.T) < SETTINGS.gates.margin_nats
@@ -57,7 +51,7 @@ def _pair(rows: Sequence[Reach], apart: Apart, i: int, j: int, seconds: float) -
     same = bool(apart.same[i, j])
     nats = min(apart.separable[i, j], apart.separable[j, i])
     times = max(apart.longer[i, j], apart.longer[j, i])
-    wanted = None if same or times > MOST_TIMES else float(seconds * times)
+    wanted = None if same or times > CHECK.most_times else float(seconds * times)
     return Pair(rows[i].label, rows[j].label, float(nats), wanted, same)
 
 
@@ -68,3 +62,37 @@ def groups(pairs: Sequence[Pair]) -> list[list[str]]:
         touched = [g for g in found if g & {pair.a, pair.b}]
         found = [g for g in found if g not in touched] + [{pair.a, pair.b}.union(*touched)]
     return [sorted(g) for g in found]
+
+
+def hidden(
+    rows: Sequence[Reach], seconds: float, recordings: Sequence[Recording], model: Model
+) -> Finding:
+    """Effects that would not show, or not be named, and what to do about it."""
+    blind = [r.label for r in rows if r.detectable is None and r.label not in nowhere(model)]
+    twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
+    if blind:
+        what = f'effects that would not show, however large: {", ".join(blind)}'
+        return Finding('untestable', WARNING, what, (), _instead(recordings, model))
+    if twins:
+        what = f'effects that would show but could not be named: {", ".join(twins)}'
+        return Finding('twins', WARNING, what, (), 'leo next proposes a run that parts them')
+    what = f'{len(rows)} effects can be found and named in these {seconds:.0f} s (table)'
+    return Finding('effects', OK, what)
+
+
+def _instead(recordings: Sequence[Recording], model: Model) -> str:
+    if model.robot.base_joints and all(r.held for r in recordings):
+        return 'the base was held: record the robot standing and stepping too'
+    names = [r.name for r in recordings]
+    refitted = list(dict.fromkeys(c.path for c in uncertain(model, names)))
+    todo = 'leo next proposes a run that shows them'
+    return (
+        f'{todo}; or the refitted constants take their place: {", ".join(refitted)}'
+        if refitted
+        else todo
+    )
+
+
+def nowhere(model: Model) -> tuple[str, ...]:
+    """Effects that no data can show: where along the floor a robot is changes nothing."""
+    return tuple(f'encoder_offset:{joint}' for joint in model.robot.base_joints[:1])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rates, gaps and jitter of the joint states, and what reading the bag had to leave out."""
+"""Rates, gaps, jitter and stamps of the joint states, and what reading the bag left out."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import Finding, OK, times, WARNING
+from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.outside.samples import period, steps
 
-JITTER = 0.2
-SLOW_STATES = 1.5
-SHORT_SECONDS = 10.0
 HARMLESS = (
     'still being recorded',
     'no velocities; differentiated',
     'differentiated anew',
     'wraps by whole turns',
 )
+Array = np.ndarray
 
 
 def timing(recording: Recording) -> list[Finding]:
@@ -29,7 +29,7 @@ def timing(recording: Recording) -> list[Finding]:
 
 def reading(recording: Recording) -> list[Finding]:
     """What the reader warned of: dropped samples, undecodable messages, unusable inputs."""
-    told = [w.removeprefix(f'{recording.path}: ') for w in recording.warnings]
+    warnings = [w.removeprefix(f'{recording.path}: ') for w in recording.warnings]
     return [
         Finding(
             'reading',
@@ -37,38 +37,32 @@ def reading(recording: Recording) -> list[Finding]:
             text,
             todo='look at the driver or the recorder; what is left is used',
         )
-        for text in told
+        for text in warnings
         if not text.split(' ', 1)[-1].startswith('gaps;')
     ]
 
 
-def steps(recording: Recording) -> np.ndarray:
-    """Time from state to state within episodes [s]."""
-    return np.concatenate([np.diff(e.t) for e in recording.episodes])
-
-
 def _rate(recording: Recording) -> Finding:
-    step = steps(recording)
-    period = float(np.median(step))
-    jitter = float(np.quantile(np.abs(step - period), 0.95)) / period
+    typical = period(recording)
+    jitter = float(np.quantile(np.abs(steps(recording) - typical), 0.95)) / typical
     what = (
-        f'joint states at {1 / period:.4g} Hz, commands at {1 / recording.command_period:.4g} Hz; '
+        f'joint states at {1 / typical:.4g} Hz, '
+        f'commands at {1 / recording.command_period:.4g} Hz; '
         f'95 % of the steps are within {100 * jitter:.1f} % of the median'
     )
-    if period > SLOW_STATES * recording.command_period:
+    if typical > CHECK.slow_states * recording.command_period:
         todo = 'record every joint state that the robot publishes'
         return Finding('rate', WARNING, f'{what}; states come more rarely than commands', (), todo)
-    if jitter > JITTER:
+    if jitter > CHECK.jitter:
         todo = 'stamp states where they are measured; explain uses the stamps as they are'
         return Finding('jitter', WARNING, what, (), todo)
     return Finding('rate', OK, what)
 
 
 def _gaps(recording: Recording) -> list[Finding]:
-    ends = [(a.t[-1], b.t[0]) for a, b in itertools.pairwise(recording.episodes)]
-    told = sum('gaps; split there' in w for w in recording.warnings)
-    gaps = [(float(a), float(b)) for a, b in ends if b > a] if told else []
-    if not gaps:
+    ends = [(float(a.t[-1]), float(b.t[0])) for a, b in itertools.pairwise(recording.episodes)]
+    gaps = [(a, b) for a, b in ends if b > a]
+    if not gaps or not any('gaps; split there' in w for w in recording.warnings):
         return []
     lost = sum(b - a for a, b in gaps)
     what = f'{len(gaps)} gaps, {lost:.2f} s in all: {times(gaps)}; no window crosses them'
@@ -77,10 +71,63 @@ def _gaps(recording: Recording) -> list[Finding]:
 
 
 def length(recordings: Sequence[Recording]) -> Finding:
-    """Of all bags together."""
+    """How long all bags together are."""
     episodes = [e for r in recordings for e in r.episodes]
     seconds = sum(float(e.t[-1] - e.t[0]) for e in episodes)
     what = f'{seconds:.1f} s in {len(episodes)} {"episode" if len(episodes) == 1 else "episodes"}'
-    if seconds < SHORT_SECONDS:
+    if seconds < CHECK.short_seconds:
         return Finding('length', WARNING, what, (), 'record 20 s or more')
     return Finding('length', OK, what)
+
+
+def even_stamps(recording: Recording) -> list[Finding]:
+    """Whether the stamps of an imported log are frame / fps, which says nothing of the true times.
+
+    LeRobot writes timestamp = frame_index / fps whatever the loop did. A clock that is read has
+    jitter; stamps that lie on an even grid to their own rounding (of float32, or of the digits
+    they were written with) were not read from one.
+    """
+    episodes = [e.t - e.t[0] for e in recording.episodes if len(e.t) >= CHECK.stamps]
+    imported = 'imported_from' in recording.metadata and bool(episodes)
+    if not imported or not all(map(is_even, episodes)):
+        return []
+    rate = 1 / float(np.median(np.concatenate([np.diff(t) for t in episodes])))
+    what = (
+        f'stamps are frame / {rate:.4g} Hz, computed and not read from a clock: how late a '
+        'frame really was cannot be seen'
+    )
+    todo = 'log the time at which each observation was read, and import that column as time'
+    return [Finding('even_stamps', WARNING if rate < CHECK.paced else OK, what, (), todo)]
+
+
+def is_even(t: Array) -> bool:
+    """Whether times that begin at 0 [s], shape (T,), are multiples of a period."""
+    step = np.diff(t)
+    period, rounded = float(np.median(step)), _rounded_to(t)
+    frame = np.r_[0, np.cumsum(np.round(step / period))]
+    off = t - np.polyval(np.polyfit(frame, t, 1), frame)
+    digits = CHECK.nearly_half * rounded if rounded <= CHECK.coarsest * period else 0.0
+    allowed = max(float(np.spacing(np.float32(t[-1]))), digits) + CHECK.stamp_rounding
+    return bool(np.abs(off).max() <= allowed)
+
+
+def _rounded_to(t: Array) -> float:
+    """The power of ten that times are multiples of [s]; 0 for none."""
+    for digits in range(CHECK.digits):
+        step = 10.0**-digits
+        if np.abs(t - step * np.round(t / step)).max() <= CHECK.stamp_rounding:
+            return step
+    return 0.0
+
+
+def slow(recording: Recording) -> list[Finding]:
+    """Whether states come too rarely for friction at a turn, delay and backlash to show."""
+    step = period(recording)
+    if step <= 1 / CHECK.slowest:
+        return []
+    what = (
+        f'joint states every {1e3 * step:.0f} ms ({1 / step:.3g} Hz): friction where a '
+        'joint turns, delays and backlash happen in between'
+    )
+    todo = 'record at 100 Hz, 50 Hz at the least: the joints alone, no cameras in the loop'
+    return [Finding('slow', WARNING, what, (), todo)]

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.scan import scales_of, Scan, Scanner
@@ -23,14 +24,6 @@ from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOST_WINDOWS = 120
-"""Of a robot with one joint, and fewer of those with more: each window holds more channels."""
-MOST_ON_GROUND = 60
-"""Of a robot on the ground, whose windows are shorter."""
-
-ROUGH = 0.2
-"""Share by which sensitivities may be off: another choice of windows changes the nats of the
-median effect of an arm with six servos by 0.23, this by 0.08."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +76,7 @@ def traces_of(
         recordings: of one robot.
         model: its model.
         extra: a user's own effects.
-        progress: told what is being looked at.
+        progress: called with what is being looked at.
         sigma: noise of each recording and channel, shape (R, 2J); None reads it.
 
     Raises:
@@ -104,8 +97,8 @@ def traces_of(
 
 
 def _roughly(problem: Problem, count: int) -> Problem:
-    """Some of `count` windows, integrated as coarsely as what is told of them allows."""
-    numerics = replace(problem.numerics, rough=ROUGH)
+    """Some of `count` windows, integrated as coarsely as what is said of them allows."""
+    numerics = replace(problem.numerics, rough=CHECK.rough)
     rough = replace(problem, settings=replace(problem.settings, numerics=numerics))
     found = finely_enough(rough, problem.windows.count / count)
     return replace(found, settings=problem.settings)
@@ -113,9 +106,9 @@ def _roughly(problem: Problem, count: int) -> Problem:
 
 def fewer(problem: Problem) -> Problem:
     """The problem on fewer windows, evenly chosen, all of them open to the scan."""
-    count, most = problem.windows.count, MOST_WINDOWS // problem.windows.q.shape[-1]
+    count, most = problem.windows.count, CHECK.trace_windows // problem.windows.q.shape[-1]
     if problem.base.robot.contacts:
-        most = MOST_ON_GROUND
+        most = CHECK.trace_windows_on_ground
     kept = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
     problem = problem.take(kept)
     return replace(problem, train=np.ones(len(kept), dtype=bool))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time blocks: the unit of hold-out and of the bootstrap, since neighbours in time are alike."""
+"""Blocks of time: what is held out and resampled together, as errors near in time are alike."""
 
 from __future__ import annotations
 
@@ -9,14 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.windows import Windows
 
 Array = np.ndarray
-BLOCK_SECONDS = 2.0
-FEWEST = 8
-HELD_OUT_EVERY = 4
-FIRST_HELD = 2
-MANY_RECORDINGS, MOST_FOLDS = 5, 16
 
 
 @dataclass(frozen=True)
@@ -29,8 +25,8 @@ class Blocks:
         offset: number of the first block of each recording, shape (R,). Recordings are numbered
             by their names, so that what is held out does not depend on how they were listed.
         held_sources: recordings held out whole; where there are none, every fourth block is.
-        own: recordings held out have constants of their own, which every other block of theirs
-            tells; the rest of them is held out.
+        own: recordings held out have constants of their own, which are fitted on every other
+            block of theirs; the rest of them is held out.
     """
 
     begin: Array
@@ -51,10 +47,10 @@ class Blocks:
             whole = self._whole(windows)
             return whole & self._every_other(windows, 1) if self.own else whole
         first, last = self.index(windows), self.index(windows, 1.0)
-        return (first == last) & (first % HELD_OUT_EVERY == FIRST_HELD)
+        return (first == last) & (first % COMPARE.held_out_every == COMPARE.first_held)
 
     def telling(self, windows: Windows) -> Array:
-        """Which windows tell the constants that held-out recordings have of their own, (W,)."""
+        """Which windows say what constants of their own held-out recordings have, (W,)."""
         return self._whole(windows) & self._every_other(windows, 0)
 
     def _whole(self, windows: Windows) -> Array:
@@ -69,7 +65,7 @@ class Blocks:
     def held_share(self, recordings: Sequence[Recording]) -> float:
         """Which part of the recordings, by time, is held out."""
         if not self.held_sources:
-            return 1.0 / HELD_OUT_EVERY
+            return 1.0 / COMPARE.held_out_every
         seconds = [sum(float(e.t[-1] - e.t[0]) for e in r.episodes) for r in recordings]
         return sum(seconds[i] for i in self.held_sources) / sum(seconds)
 
@@ -79,18 +75,20 @@ class Blocks:
         A recording each where there are several, else neighbouring blocks of one.
         """
         sources = np.unique(windows.source[self.train(windows)])
-        if len(sources) >= MANY_RECORDINGS:
+        if len(sources) >= COMPARE.many_recordings:
             return np.searchsorted(np.sort(self.offset), self.offset[windows.source])
         _, number = np.unique(self.index(windows), return_inverse=True)
         count = int(number.max(initial=0)) + 1
-        return number * min(MOST_FOLDS, count) // count
+        return number * min(COMPARE.most_folds, count) // count
 
     def train(self, windows: Windows) -> Array:
         """Which windows share no time with held-out data, shape (W,)."""
         if self.held_sources:
             return ~self._whole(windows)
         first, last = self.index(windows), self.index(windows, 1.0)
-        return (first % HELD_OUT_EVERY != FIRST_HELD) & (last % HELD_OUT_EVERY != FIRST_HELD)
+        return (first % COMPARE.held_out_every != COMPARE.first_held) & (
+            last % COMPARE.held_out_every != COMPARE.first_held
+        )
 
 
 def make_blocks(
@@ -105,7 +103,7 @@ def make_blocks(
     """
     everything = [*recordings, *hold_out]
     begin, duration = np.array([_span(r) for r in everything]).T
-    length = np.maximum(np.minimum(BLOCK_SECONDS, duration / FEWEST), 1e-9)
+    length = np.maximum(np.minimum(COMPARE.block_seconds, duration / COMPARE.fewest_blocks), 1e-9)
     count = np.floor(duration / length).astype(int) + 2
     by_name = sorted(range(len(everything)), key=lambda i: _identity(everything[i]))
     offset = np.zeros(len(everything), dtype=int)
@@ -121,5 +119,5 @@ def _span(recording: Recording) -> tuple[float, float]:
 
 
 def _identity(recording: Recording) -> tuple[str, str, float, float]:
-    """What tells recordings apart, parts of one bag too."""
+    """By what recordings differ, parts of one bag too."""
     return recording.path.name, str(recording.path), *_span(recording)

@@ -11,21 +11,16 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
-from leo_diffmodel.compare.known import with_known
-from leo_diffmodel.compare.provenance import provenance
-from leo_diffmodel.compare.scheme import fast_enough, stepped
-from leo_diffmodel.compare.thin import periods, thin
+from leo_diffmodel.compare.known import provenance, with_known
+from leo_diffmodel.compare.pushes import fast_enough, stepped
+from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.torque import missing_torque, MissingTorque
 from leo_diffmodel.compare.where import Where, where
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import at_one_rate, thin, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
-HORIZON_SECONDS = 2.0
-BUDGET_SECONDS = 0.5
-RATES_APART = 1.5
 STAGES = 3
-FITTING = 0.2
 Array = np.ndarray
 
 
@@ -58,7 +53,7 @@ def compare(
         recordings: bags of one robot.
         model: the model.
         step: length of one step [s]; by default the control period of the data.
-        progress: told what comes next; `STAGES` times.
+        progress: called with what comes next; `STAGES` times.
 
     Raises:
         UserError: the recordings are too short for a single window, or a step out of reach; or
@@ -71,8 +66,9 @@ def compare(
     step = errors.step_seconds(recordings, step)
     progress('noise')
     try:
-        windows = windows_up_to(HORIZON_SECONDS, thin(recordings), model, step)
-        ahead = errors.horizon_windows(recordings, model, _near(windows, step))
+        windows = windows_up_to(COMPARE.horizon_seconds, thin(recordings), model, step)
+        one = max(step, float(np.median(windows.dt)))  # a sample, where they are thinned
+        ahead = errors.horizon_windows(recordings, model, one)
         model = fast_enough(model, ahead)
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except np.linalg.LinAlgError as error:
@@ -117,86 +113,57 @@ def _errors(
     model: Model, prediction: errors.Prediction, near: errors.Prediction, step: float
 ) -> dict:
     """One step, observation and horizon, each with its noise floor of the same shape."""
-    one = errors.one_step(near, step)
-    floor = one.pop('noise_floor')
-    horizon = errors.joined(
-        errors.horizon_table(near, step), errors.horizon_table(prediction, step)
-    )
+    one, seen = errors.one_step(near, step), errors.observation_mse(model, near, step)
+    of_one = one.pop('noise_floor')
+    far = errors.horizon_table(prediction, step)
+    coarse = far[0]['steps'] if far else np.inf
+    rows = [r for r in errors.horizon_table(near, step) if r['steps'] < coarse] + far
+    floors = [r.pop('noise_floor') for r in rows]
     return {
         'states': errors.state_names(model),
         'step_seconds': step,
         'one_step': one,
-        'observation': _observation(model, near, step),
-        'horizon': [{k: r[k] for k in ('steps', 'seconds', 'rmse', 'mean')} for r in horizon],
+        'observation': seen and {'mse': seen[0]},
+        'horizon': rows,
         'noise_floor': {
-            'one_step': floor,
-            'observation': _observation_floor(model, near, step),
-            'horizon': [_floor_row(r) for r in horizon],
+            'one_step': of_one,
+            'observation': seen and {'mse': seen[1]},
+            'horizon': [
+                {**row, 'rmse': floor, 'mean': float(np.mean(floor))}
+                for row, floor in zip(rows, floors, strict=True)
+            ],
         },
     }
-
-
-def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
-    """As they are, or thinned where one is sampled half as often again as another."""
-    steps = periods(recordings) or [0.0]
-    return thin(recordings) if max(steps) > RATES_APART * min(steps) else recordings
 
 
 def windows_up_to(
     seconds: float, recordings: Sequence[Recording], model: Model, step: float
 ) -> Windows:
-    """Windows of so many seconds, or as long as fits a good part of the data.
+    """Windows of `seconds`, or of half that and so on until a good part of the data holds them.
 
     Raises:
         ValueError: not even a step fits.
     """
     lengths = np.array([float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes])
-    while seconds > step and not _fits(lengths, seconds + noise.HISTORY):
+
+    def fit(whole: float) -> bool:
+        """Whether windows of that length can start in a good part of the data."""
+        return bool(np.maximum(lengths - whole, 0.0).sum() > COMPARE.fitting * lengths.sum())
+
+    while seconds > step and not fit(seconds + COMPARE.history):
         seconds /= 2
     return errors.horizon_windows(recordings, model, seconds)
-
-
-def _near(windows: Windows, step: float) -> float:
-    """One step, or one sample of the long windows where those are thinned to longer ones [s]."""
-    return max(step, float(np.median(windows.dt)))
-
-
-def _fits(lengths: Array, seconds: float) -> bool:
-    """Whether windows of that length can start in a good part of the data."""
-    return bool(np.maximum(lengths - seconds, 0.0).sum() > FITTING * lengths.sum())
-
-
-def _observation(model: Model, prediction: errors.Prediction, step: float) -> dict | None:
-    if not model.robot.observation:
-        return None
-    return {'mse': errors.observation_mse(model, prediction, step)}
-
-
-def _observation_floor(model: Model, prediction: errors.Prediction, step: float) -> dict | None:
-    if not model.robot.observation:
-        return None
-    return {'mse': errors.observation_floor(model, prediction, step)}
-
-
-def _floor_row(row: dict) -> dict:
-    floor = row['noise_floor']
-    return {
-        'steps': row['steps'],
-        'seconds': row['seconds'],
-        'rmse': floor,
-        'mean': float(np.mean(floor)),
-    }
 
 
 def _budget(prediction: errors.Prediction) -> dict:
     """Shares of the measured motion: what the model explains, what it misses, what is noise.
 
-    The motion is the change of the states within half a second; every state is weighed by its
-    own mean square, so that angles and rates count alike; one that never moves, as those of a
-    held base, counts for nothing. Errors larger than the motion leave nothing explained.
+    The motion is the change of the states within half a second. Every state is divided by its own
+    mean square, so that angles and rates count alike; one that never moves, as those of a held
+    base, does not count. Errors larger than the motion leave nothing explained.
     """
     elapsed = np.cumsum(prediction.windows.dt, axis=1)
-    count = 1 + max(1, int((elapsed.mean(axis=0) <= BUDGET_SECONDS).sum()))
+    count = 1 + max(1, int((elapsed.mean(axis=0) <= COMPARE.budget_seconds).sum()))
     measured = prediction.windows.measured[:, :count]
     motion = ((measured - measured[:, :1]) ** 2).mean(axis=(0, 1))
     error = (prediction.error[:, :count] ** 2).mean(axis=(0, 1))

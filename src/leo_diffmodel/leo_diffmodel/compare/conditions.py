@@ -10,17 +10,20 @@ import math
 
 import numpy as np
 
-from leo_diffmodel.compare.phases import phases
 from leo_diffmodel.compare.pushes import own
+from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import input_unit, is_slide, length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOST_BINS = 8
-FEWEST = 8
 FORWARD, BACKWARD, TURNING = 'forward', 'backward', 'still or turning'
 ON, FREE = 'on', 'free'
+SWING, STANCE, DOUBLE = 'swing', 'stance', 'double support'
+TOUCH_DOWN, LIFT_OFF = 'touch-down', 'lift-off'
+FLIGHT, SINGLE = 'flight', 'single support'
+LYING, HANGING = 'lying', 'hanging'
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,7 @@ class Condition:
 
 
 def conditions(
-    windows: Windows, model: Model, most: int = MOST_BINS, pressed: Array | None = None
+    windows: Windows, model: Model, most: int = COMPARE.most_bins, pressed: Array | None = None
 ) -> list[Condition]:
     """Every condition that at least eight windows were in, each window once per variable.
 
@@ -58,21 +61,20 @@ def conditions(
         pressed: which spheres the ground presses on, shape (W, K+1, P).
     """
     load = carried(windows, model)
-    words = None if pressed is None else phases(model.robot, pressed, windows.held)
+    of_feet = None if pressed is None else phases(model.robot, pressed, windows.held)
     found: list[Condition] = []
     for j in range(len(model.robot.joint_names)):
         for name, unit, values in _ranges(windows, model, load, j):
             found += [Condition(j, name, unit, *b) for b in bands(values, most)]
-        found += [Condition(j, 'direction', '', *c) for c in _classes(_direction(windows, j))]
-        found += [Condition(j, 'motor', '', *c) for c in _classes(_motor(windows, model, j))]
-        if words is not None:
-            found += [Condition(j, 'phase', '', *c) for c in _classes(words[j])]
+        words = {'direction': _direction(windows, j), 'motor': _motor(windows, model, j)}
+        words |= {} if of_feet is None else {'phase': of_feet[j]}
+        found += [Condition(j, name, '', *c) for name, w in words.items() for c in _classes(w)]
         found += _time(windows, j, most)
-    return [c for c in found if c.inside.sum() >= FEWEST]
+    return [c for c in found if c.inside.sum() >= COMPARE.fewest_in_bin]
 
 
 def carried(windows: Windows, model: Model) -> Array:
-    """Size of the torque that each joint's gear transmits, by the model [N m], shape (W, J).
+    """Size of the torque that each joint's gear transmits by the model [N m], shape (W, J).
 
     Motor torque less that of gravity, as in the law of load-dependent friction.
     """
@@ -84,9 +86,9 @@ def carried(windows: Windows, model: Model) -> Array:
     return np.abs(np.asarray(torques.motor) - load).mean(axis=1)
 
 
-def bands(values: Array, most: int = MOST_BINS) -> list[tuple[tuple[float, float], Array]]:
+def bands(values: Array, most: int = COMPARE.most_bins) -> list[tuple[tuple[float, float], Array]]:
     """Ranges that hold about equally many values, and which values are in each."""
-    count = int(np.clip(len(values) // FEWEST, 1, most))
+    count = int(np.clip(len(values) // COMPARE.fewest_in_bin, 1, most))
     edges = np.unique(np.quantile(values, np.linspace(0, 1, count + 1)))
     if len(edges) < 3:
         edges = np.linspace(values.min(), values.max(), 3)
@@ -158,3 +160,64 @@ def _time(windows: Windows, j: int, most: int) -> list[Condition]:
             ends = float(middle[part].min()), float(middle[part].max())
             found.append(Condition(j, 'time', 's', ends, inside, int(bag)))
     return found
+
+
+def carrying(model: Model, states: Array) -> Array:
+    """Which spheres of robot.yaml the ground presses on at sensed states (W, K, 2J), (W, K, P)."""
+    joints = states.shape[-1] // 2
+    true = model.laws.true_state(states[..., :joints], states[..., joints:])
+    forces: Array = model.spheres.forces(*true)
+    return forces > 0.0
+
+
+def phases(robot: Robot, pressed: Array, held: Array) -> list[Array]:
+    """The phase of each window as each joint sees it: J arrays (W,) of words.
+
+    Joints of one leg see their own foot: swing, stance, double support (the other foot carries
+    too), touch-down, lift-off. The others see both feet. All see lying (something other than the
+    feet carries) and hanging (the base is held).
+
+    Args:
+        robot: with feet and spheres.
+        pressed: which spheres the ground presses on, (W, K, P).
+        held: windows with a held base, (W,).
+    """
+    links = [contact.link for contact in robot.contacts]
+    on = np.stack(
+        [pressed[..., [link == foot for link in links]].any(axis=-1) for foot in robot.feet],
+        axis=-1,
+    )
+    elsewhere = pressed[..., [link not in robot.feet for link in links]].any(axis=(1, 2))
+    below = [_feet_below(robot, name) for name in robot.joint_names]
+    words = [_of_leg(on, feet[0]) if len(feet) == 1 else _of_all(on) for feet in below]
+    return [np.where(held, HANGING, np.where(elsewhere, LYING, w)) for w in words]
+
+
+def _feet_below(robot: Robot, joint: str) -> list[int]:
+    """Which feet move with a joint."""
+    moved: set[str] = set()
+    for j in robot.joints:
+        if j.name == joint or j.parent in moved:
+            moved.add(j.child)
+    return [index for index, foot in enumerate(robot.feet) if foot in moved]
+
+
+def _of_leg(on: Array, foot: int) -> Array:
+    """Of windows (W, K, feet), as the leg of one foot sees them, (W,)."""
+    mine, all_feet = on[..., foot], on.all(axis=(1, 2))
+    return np.select(
+        [all_feet, mine.all(axis=1), ~mine.any(axis=1), mine[:, 0] & ~mine[:, -1]],
+        [DOUBLE, STANCE, SWING, LIFT_OFF],
+        TOUCH_DOWN,
+    )
+
+
+def _of_all(on: Array) -> Array:
+    """Of windows (W, K, feet), as the trunk sees them, (W,)."""
+    steady, count = (on == on[:, :1]).all(axis=(1, 2)), on.sum(axis=-1)
+    first, last = count[:, 0], count[:, -1]
+    return np.select(
+        [steady & (first == 0), steady & (first == 1), steady, last < first],
+        [FLIGHT, SINGLE, DOUBLE, LIFT_OFF],
+        TOUCH_DOWN,
+    )

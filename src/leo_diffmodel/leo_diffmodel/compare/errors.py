@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far predictions are off, one step and further ahead, beside what noise alone explains."""
+"""How far predictions are off, one step and further ahead, and what noise alone explains."""
 
 from __future__ import annotations
 
@@ -7,34 +7,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.noise import HISTORY, per_window
 from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import length_unit
-from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 from leo_sim.task.task import observation
 
 Array = np.ndarray
-HORIZONS = (1, 2, 5, 10, 20, 50, 100, 200, 500)
-STATE_STEP = 1e-4
-LONGEST_STEP = 1.0
-MOST_WINDOWS, MOST_ROLLOUTS = 400, 2000
-MOST_SECONDS, DRAWS = 300.0, 6
-"""On the ground: simulated time that predictions may take, and starts drawn for the floor."""
-NEAR_STEPS, NEAR = 0.75, 0.05
-NORMAL = ndtri(0.5 + (np.arange(64) + 0.5) / 128)
-"""Sizes of a standard normal variable, each as likely as the others."""
-REACHED = 0.5
-"""Share of the windows that must be long enough for an error that far ahead."""
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """Windows predicted from their measured start, which is noisy: users start there too.
+    """Windows predicted from their measured start, noisy as it is, as a user would predict them.
 
     Attributes:
         windows: the data.
@@ -50,6 +38,11 @@ class Prediction:
     def error(self) -> Array:
         """Measured minus predicted, shape (W, K+1, 2J)."""
         return self.windows.measured - self.predicted
+
+    def ahead(self, seconds: float) -> tuple[Array, Array]:
+        """Error `seconds` ahead in each window, and the variance of its floor, (W, 2J) each."""
+        at = _at(self, seconds)
+        return at.of(self.error), at.of(self.floor)
 
     def take(self, index: Array) -> Prediction:
         """Some of the windows."""
@@ -73,9 +66,10 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
 
 
 def _moves(model: Model, shape: tuple[int, ...]) -> tuple[Array, int]:
-    """Moves of the starts (W, 2J) in noise sigmas, and how often they hold the whole noise."""
+    """Moves of the starts (W, 2J) in noise sigmas, and how many times they add up to the noise."""
     if model.robot.contacts:
-        return np.random.default_rng(0).standard_normal((DRAWS, *shape)), DRAWS
+        draws = COMPARE.draws
+        return np.random.default_rng(0).standard_normal((draws, *shape)), draws
     return np.eye(shape[-1])[:, None], 1
 
 
@@ -87,31 +81,26 @@ def state_names(model: Model) -> list[dict]:
     ]
 
 
-def step_seconds(recordings: Sequence[Recording], told: float | None = None) -> float:
-    """One step: as told, else one control period.
-
-    That is the median command period, or the sample period where none is known.
+def step_seconds(recordings: Sequence[Recording], step: float | None = None) -> float:
+    """One step [s]: as given, else the median command period, or the sample period without one.
 
     Raises:
-        UserError: the step told is shorter than a sample or longer than the windows.
+        UserError: the given step is shorter than a sample or longer than the windows.
     """
-    if told is not None:
-        return _checked(told, sample_period(recordings))
+    if step is not None:
+        least, most = sample_period(recordings), COMPARE.longest_step
+        if not 0.99 * least <= step <= most:
+            raise UserError(
+                f'a step of {step:g} s cannot be scored; give --step from {least:g} s (one '
+                f'sample) to {most:g} s'
+            )
+        return step
     periods = [r.command_period for r in recordings if np.isfinite(r.command_period)]
     return float(np.median(periods)) if periods else sample_period(recordings)
 
 
-def _checked(step: float, least: float) -> float:
-    if not 0.99 * least <= step <= LONGEST_STEP:
-        raise UserError(
-            f'a step of {step:g} s cannot be scored; give --step from {least:g} s (one sample) '
-            f'to {LONGEST_STEP:g} s'
-        )
-    return step
-
-
 def has_memory(model: Model) -> bool:
-    """Whether predictions need the samples before a window: delay, lag, play, a memory."""
+    """Whether predictions need the samples before a window: delay, lag, backlash, a memory."""
     laws = model.laws
     return bool(laws.dynamic or laws.remembers) or laws.gap is not None
 
@@ -123,121 +112,85 @@ def horizon_windows(
     most: int | None = None,
     remembering: bool = False,
 ) -> Windows:
-    """Overlapping windows of `seconds`, at most `most` of them, evenly spread.
-
-    By default 400, and fewer on robots with many joints, whose floor takes more predictions.
+    """Overlapping windows of `seconds`, at most `most` (`most_windows`), evenly spread.
 
     Windows count samples: where bags differ in rate, those of the fastest last `seconds`. They
-    keep what was before them where the model has a memory, or where they shall be `remembering`.
+    keep what was before them where the model has a memory, or where `remembering` says so.
     """
     total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
     period = sample_period(recordings)
     stride = max(period, total / (most or most_windows(model, seconds)))
     seconds *= period / min(sample_period([r]) for r in recordings)
-    history = HISTORY if remembering or has_memory(model) else 0.0
+    history = COMPARE.history if remembering or has_memory(model) else 0.0
     return cut(recordings, seconds, stride=stride, history=history)
 
 
 def most_windows(model: Model, seconds: float) -> int:
     """How many windows of that length are affordable."""
+    most = COMPARE.most_rollouts // (1 + 2 * len(model.robot.joint_names))
     if model.robot.contacts:
-        return min(MOST_WINDOWS, int(MOST_SECONDS / (seconds * (1 + DRAWS))))
-    return min(MOST_WINDOWS, MOST_ROLLOUTS // (1 + 2 * len(model.robot.joint_names)))
+        most = int(COMPARE.most_seconds / (seconds * (1 + COMPARE.draws)))
+    return min(COMPARE.most_windows, most)
 
 
 def horizon_table(before: Prediction, step: float) -> list[dict]:
     """Errors against horizon: rows {steps, seconds, rmse, mean, noise_floor}."""
     rows = []
-    for steps in HORIZONS:
+    for steps in COMPARE.horizons:
         at = _reached(before, steps * step, step)
         if at is None:
             continue
-        rows.append(
-            {
-                'steps': steps,
-                'seconds': at.seconds,
-                'rmse': _rms(at.of(before.error)),
-                'mean': _mean(_rms(at.of(before.error))),
-                'noise_floor': _root_mean(at.of(before.floor)),
-            }
-        )
+        rmse, floor = (root_mean(x) for x in (at.of(before.error) ** 2, at.of(before.floor)))
+        row = {'steps': steps, 'seconds': at.seconds, 'rmse': rmse, 'mean': float(np.mean(rmse))}
+        rows.append(row | {'noise_floor': floor})
     return rows
-
-
-def joined(near: list[dict], far: list[dict]) -> list[dict]:
-    """Rows of the far table, before them those of the near one that it is too coarse for."""
-    first = far[0]['steps'] if far else np.inf
-    return [row for row in near if row['steps'] < first] + far
 
 
 def one_step(prediction: Prediction, step: float) -> dict:
     """Mean squared and root mean squared error one control step ahead, with its noise floor."""
-    at = _at(prediction, step)
-    error, floor = at.of(prediction.error), at.of(prediction.floor)
+    error, floor = prediction.ahead(step)
+    return {**_of_square(error**2), 'noise_floor': _of_square(floor)}
+
+
+def _of_square(square: Array) -> dict:
+    """What a squared error (W, 2J) is on average."""
     return {
-        'mse': (error**2).mean(axis=0).tolist(),
-        'rmse': _rms(error),
-        'mean_mse': float((error**2).mean()),
-        'mean_rmse': _mean(_rms(error)),
-        'noise_floor': {
-            'mse': floor.mean(axis=0).tolist(),
-            'rmse': _root_mean(floor),
-            'mean_mse': float(floor.mean()),
-            'mean_rmse': _mean(_root_mean(floor)),
-        },
+        'mse': square.mean(axis=0).tolist(),
+        'rmse': root_mean(square),
+        'mean_mse': float(square.mean()),
+        'mean_rmse': float(np.mean(root_mean(square))),
     }
 
 
-def observation_mse(model: Model, prediction: Prediction, step: float) -> float:
-    """Mean squared one-step error over the robot's observation (thesis Table 7)."""
+def observation_mse(
+    model: Model, prediction: Prediction, step: float
+) -> tuple[float, float] | None:
+    """Mean squared one-step error over the observation of a robot (thesis Table 7), and its floor.
+
+    None for a robot without an observation.
+    """
+    if not model.robot.observation:
+        return None
     at, joints = _at(prediction, step), prediction.windows.q.shape[-1]
-    seen, expected = at.of(prediction.windows.measured), at.of(prediction.predicted)
-    measured = observation(model.robot, seen[:, :joints], seen[:, joints:])
-    predicted = observation(model.robot, expected[:, :joints], expected[:, joints:])
-    return float(((measured - predicted) ** 2).mean())
 
+    def seen(states: Array) -> Array:
+        return observation(model.robot, states[..., :joints], states[..., joints:])
 
-def observation_floor(model: Model, prediction: Prediction, step: float) -> float:
-    """Mean squared one-step error over the observation that noise alone causes."""
-    at, joints = _at(prediction, step), prediction.windows.q.shape[-1]
-    expected, variance = at.of(prediction.predicted), at.of(prediction.floor)
-    moves = np.concatenate([np.zeros((1, 2 * joints)), STATE_STEP * np.eye(2 * joints)])
-    states = expected + moves[:, None, :]
-    seen = observation(model.robot, states[..., :joints], states[..., joints:])
-    slope = np.clip((seen[1:] - seen[0]) / STATE_STEP, -1.0, 1.0)  # no quantity is steeper
-    return float((slope**2 * np.moveaxis(variance, -1, 0)[..., None]).sum(axis=0).mean())
-
-
-def errors_ahead(prediction: Prediction, seconds: float) -> Array:
-    """Error of each state `seconds` ahead in each window, (W, 2J)."""
-    return _at(prediction, seconds).of(prediction.error)
-
-
-def ahead(prediction: Prediction, seconds: float) -> list[float]:
-    """Rms error of each state `seconds` ahead."""
-    return _rms(errors_ahead(prediction, seconds))
+    expected = at.of(prediction.predicted)
+    moves = np.concatenate([np.zeros((1, 2 * joints)), COMPARE.state_step * np.eye(2 * joints)])
+    moved = seen(expected + moves[:, None, :])
+    slope = np.clip((moved[1:] - moved[0]) / COMPARE.state_step, -1.0, 1.0)  # none is steeper
+    variance = np.moveaxis(at.of(prediction.floor), -1, 0)[..., None]
+    return (
+        float(((seen(at.of(prediction.windows.measured)) - seen(expected)) ** 2).mean()),
+        float((slope**2 * variance).sum(axis=0).mean()),
+    )
 
 
 def change_at_end(prediction: Prediction, other: Array) -> float:
     """How far other predictions (W, K+1, 2J) are from these at the end, in noise floors (rms)."""
     change = (prediction.predicted - other)[:, -1]
     return float(np.sqrt((change**2 / prediction.floor[:, -1]).mean()))
-
-
-def median_ahead(prediction: Prediction, seconds: float) -> list[float]:
-    """Median absolute error of each state `seconds` ahead, which a few hand pushes do not move."""
-    return np.median(np.abs(_at(prediction, seconds).of(prediction.error)), axis=0).tolist()
-
-
-def floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
-    """The rms error a perfect model would make of each state `seconds` ahead."""
-    return _root_mean(_at(prediction, seconds).of(prediction.floor))
-
-
-def median_floor_ahead(prediction: Prediction, seconds: float) -> list[float]:
-    """The median absolute error a perfect model would make of each state `seconds` ahead."""
-    deviation = np.sqrt(_at(prediction, seconds).of(prediction.floor))
-    return np.median(NORMAL[:, None, None] * deviation, axis=(0, 1)).tolist()
 
 
 @dataclass(frozen=True)
@@ -271,19 +224,12 @@ def _reached(prediction: Prediction, seconds: float, step: float) -> _Instant | 
     """The instant in windows that come near it, by a step or a twentieth; None where few do."""
     at = _at(prediction, seconds)
     elapsed = np.cumsum(prediction.windows.dt, axis=1)[at.windows, at.sample - 1]
-    near = np.abs(elapsed - seconds) <= max(NEAR_STEPS * step, NEAR * seconds)
-    if near.mean() < REACHED:
+    near = np.abs(elapsed - seconds) <= max(COMPARE.near_steps * step, COMPARE.near * seconds)
+    if near.mean() < COMPARE.reached:
         return None
     return _Instant(at.windows[near], at.sample[near], float(elapsed[near].mean()))
 
 
-def _rms(error: Array) -> list[float]:
-    return np.sqrt((error**2).mean(axis=0)).tolist()
-
-
-def _mean(figures: list[float]) -> float:
-    return float(np.mean(figures))
-
-
-def _root_mean(variance: Array) -> list[float]:
-    return np.sqrt(variance.mean(axis=0)).tolist()
+def root_mean(square: Array) -> list[float]:
+    """Root of the mean over windows (W, 2J) of each state."""
+    return np.sqrt(square.mean(axis=0)).tolist()

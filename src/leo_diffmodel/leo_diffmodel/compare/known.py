@@ -1,10 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What recordings say of the robot they were made with: a payload, a length, a gain."""
+"""What is known of data and model: constants of the robot as recorded, where results come from."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+import datetime
+import hashlib
+from importlib.metadata import version
+import json
+from pathlib import Path
+import platform
+import shlex
+import sys
 
 from leo_diffmodel.bags.recording import Recording
 from leo_msgs_py.errors import UserError
@@ -20,8 +28,8 @@ def with_known(model: Model, recordings: Sequence[Recording]) -> Model:
     What a recording knows is not refitted in it, also where the model calls it uncertain.
 
     Raises:
-        UserError: a constant that the robot does not have, a value that it cannot have, or
-            recordings that have one name, by which such constants go.
+        UserError: a constant that the robot does not have, a value that it cannot have, or two
+            recordings of one name, as such constants are kept by the recordings' names.
     """
     own, constants = _taken(model, recordings)
     if any(own.values()) or any(c.per_recording for c in constants.values()):
@@ -55,7 +63,7 @@ def _taken(
 
 
 def _agreed(own: Mapping[str, Mapping[str, float]], count: int) -> list[str]:
-    """Constants that all of so many recordings know to be the same: one value does for them."""
+    """Constants that all `count` recordings know to be the same: one value serves them all."""
     return [
         path
         for path, values in own.items()
@@ -83,3 +91,41 @@ def _apart(recordings: Sequence[Recording]) -> None:
                 'between recordings go; rename one of them'
             )
         seen[recording.name] = recording
+
+
+PACKAGES = ('leo_sim', 'leo_diffmodel', 'numpy', 'scipy', 'pybullet')
+
+
+def provenance(recordings: Sequence[Recording], model: Model) -> dict:
+    """Bags with their hashes, the model, versions, the command line and the date."""
+    return {
+        'bags': [_bag(r) for r in recordings],
+        'robot': model.robot.name,
+        'model_sha256': _digest(model),
+        'effects_in_model': [p.effect.name for p in model.effects],
+        'command': shlex.join([_program(sys.argv[0]), *sys.argv[1:]]),
+        'date': datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds'),
+        'python': platform.python_version(),
+        'versions': {name: version(name) for name in PACKAGES},
+        'seed': 0,
+    }
+
+
+def _program(path: str) -> str:
+    """The program as a person types it: leo, also where Python ran it another way."""
+    return 'leo' if path in ('-c', '-m') or Path(path).name in ('leo', 'cli.py') else path
+
+
+def _bag(recording: Recording) -> dict:
+    """A bag, its hash, and the constants that it knows of itself."""
+    known = {'constants': dict(recording.constants)} if recording.constants else {}
+    return {'path': str(recording.path), 'sha256': recording.sha256, **known}
+
+
+def _digest(model: Model) -> str:
+    """Hash of the physics: the tree, every constant, every effect with its values."""
+    effects = [(p.effect.name, p.where, dict(p.parameters)) for p in model.effects]
+    parts = [model.robot.urdf, model.constants, effects]
+    parts += [model.by_recording] if model.by_recording else []
+    text = json.dumps(parts, sort_keys=True, default=float)
+    return hashlib.sha256(text.encode()).hexdigest()

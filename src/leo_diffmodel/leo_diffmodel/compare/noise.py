@@ -9,39 +9,31 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.pushes import nearer, respond, tame
-from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.compare.pushes import (
+    flat_and_ramp,
+    nearer,
+    respond,
+    small_torques,
+    tame,
+    whitened,
+)
+from leo_diffmodel.compare.settings import COMPARE
+from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
-INTERVALS = 8
-HISTORY = 0.15
-FINEST = 1e-5
-"""No sensor resolves less than this share of its own swing: noise-free data stay regular."""
-STILLEST = 1e-8
-"""rad, rad/s: the noise of a channel that never changes, as a base that is held."""
-MOST_WINDOWS = 3000
-"""Divided by the joints: their noise is then known to 2 %, and more would only take longer."""
-ROUNDS = 8
-SETTLED = 1e-5
-"""Change of the noise in a round, as a share of it, after which no further one follows."""
-ON_GROUND_WINDOWS, FEWEST_OF_BAG = 60, 30
-ON_GROUND_SHARE = 0.25
-"""Of the short windows of a robot on the ground, the quiet ones tell the noise."""
-SMOOTH, SURELY = 3, 0.8
-"""Degree of the curve that a quiet stretch follows; noise about it counts if so much less."""
-ROUNDED = 0.5
-"""Values are taken for rounded where fewer than this share of them are distinct."""
+HISTORY = COMPARE.history
+"""What windows keep before them [s]."""
 
 
 def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
-    """The short windows of each recording that its noise is read from: eight intervals each.
+    """The short windows of each recording that its noise is read from.
 
     Raises:
         ValueError: a recording is too short for a single one.
     """
-    return [cut([r], INTERVALS * sample_period([r]), history=HISTORY) for r in recordings]
+    count, before = COMPARE.noise_intervals, COMPARE.history
+    return [cut([r], count * sample_period([r]), history=before) for r in recordings]
 
 
 def estimate(model: Model, short: Sequence[Windows]) -> Array:
@@ -53,23 +45,18 @@ def estimate(model: Model, short: Sequence[Windows]) -> Array:
     are judged on their own: an encoder reads them, while a rate may be late or smoothed, and
     what it is off by then counts as its noise.
     """
-    most = max(FEWEST_OF_BAG, ON_GROUND_WINDOWS // len(short))
+    most = max(COMPARE.ground_noise_fewest, COMPARE.ground_noise_windows // len(short))
     return np.stack([_estimate(model, windows, most) for windows in short])
 
 
-def per_window(sigma: Array, windows: Windows) -> Array:
-    """The noise of the recording each window comes from, shape (W, 1, 2J)."""
-    return sigma[windows.source][:, None, :]
-
-
 def _estimate(model: Model, windows: Windows, most: int) -> Array:
-    """The noise of one recording; of a robot on the ground from so many windows at `most`."""
+    """The noise of one recording, on the ground from `most` windows, shape (2J,)."""
     quantile = 0.5
     if model.robot.contacts:
-        quantile, windows = ON_GROUND_SHARE, spread_out(windows, most)
+        quantile, windows = COMPARE.ground_quiet, spread_out(windows, most)
     finest = _finest(windows)
-    windows = spread_out(windows, MOST_WINDOWS // windows.q.shape[-1])
-    torques = _torques(model, windows)
+    windows = spread_out(windows, COMPARE.noise_windows // windows.q.shape[-1])
+    torques = small_torques(model, windows, *flat_and_ramp(windows), _along(windows))
     predicted, columns = respond(model, windows, windows.measured[:, 0], torques)
     sigma = _read(windows.measured - predicted, columns, quantile)
     if model.robot.contacts:
@@ -80,7 +67,7 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
             again = _read((windows.measured - predicted)[sane], columns[sane], quantile)
             sigma = np.minimum(again, sigma)
         smooth = _about_curves(windows, quantile)
-        sigma = np.where(smooth < SURELY * sigma, smooth, sigma)
+        sigma = np.where(smooth < COMPARE.curve_surely * sigma, smooth, sigma)
     return np.maximum(sigma, finest)
 
 
@@ -90,19 +77,13 @@ def _about_curves(windows: Windows, quantile: float) -> Array:
     A wrong height of the ground, or of the sensor above it, is in every window with contact, and
     no start state takes it up.
     """
-    curves = np.polynomial.legendre.legvander(np.linspace(-1, 1, windows.steps + 1), SMOOTH)
-    basis = np.linalg.qr(curves)[0]
+    degree = COMPARE.curve_degree
+    even = np.linspace(-1, 1, windows.steps + 1)
+    basis = np.linalg.qr(np.polynomial.legendre.legvander(even, degree))[0]
     rest = windows.measured - basis @ (basis.T @ windows.measured)
-    degrees = windows.steps - SMOOTH
+    degrees = windows.steps - degree
     square = np.quantile((rest**2).sum(axis=1), quantile, axis=0)
     return np.sqrt(square / _chi2(quantile, np.array(degrees)))
-
-
-def spread_out(windows: Windows, most: int) -> Windows:
-    """At most so many of the windows, evenly chosen."""
-    if windows.count <= most:
-        return windows
-    return windows.take(np.linspace(0, windows.count - 1, most).astype(int))
 
 
 def _read(residual: Array, columns: Array, quantile: float) -> Array:
@@ -117,10 +98,10 @@ def _read(residual: Array, columns: Array, quantile: float) -> Array:
 
 def _rounds(residual: Array, columns: Array, sigma: Array, quantile: float, free: Array) -> Array:
     """The noise once the `free` (2J,) channels have settled."""
-    for _ in range(ROUNDS):
+    for _ in range(COMPARE.noise_rounds):
         before = sigma
         sigma = np.where(free, _reweighted(residual, columns, before, quantile), before)
-        if (np.abs(sigma - before) < SETTLED * before).all():
+        if (np.abs(sigma - before) < COMPARE.noise_settled * before).all():
             break
     return sigma
 
@@ -132,28 +113,22 @@ def _finest(windows: Windows) -> Array:
     swing = measured.std(axis=(0, 1))
     joints = windows.q.shape[-1]
     swing[:joints] = np.minimum(swing[:joints], np.pi)  # turns are counted, not measured
-    return np.maximum(np.maximum(rounding, FINEST * swing), STILLEST)
+    return np.maximum(np.maximum(rounding, COMPARE.finest * swing), COMPARE.stillest)
 
 
 def _resolution(values: Array) -> float:
     """The step in which values are rounded; 0 where hardly any value repeats."""
     distinct = np.unique(values)
-    if len(distinct) > ROUNDED * values.size or len(distinct) < 3:
+    if len(distinct) > COMPARE.rounded * values.size or len(distinct) < 3:
         return 0.0
     steps = np.diff(distinct)
-    return float(steps[steps > FINEST * np.ptp(distinct)].min())
+    return float(steps[steps > COMPARE.finest * np.ptp(distinct)].min())
 
 
-def _torques(model: Model, windows: Windows) -> Array:
-    """Small torques at each joint: constant, a ramp, and along the input; shape (3J, W, K, J)."""
-    joints = windows.q.shape[-1]
-    size = 1e-3 * torque_scale(model.robot)
-    flat = np.ones_like(windows.dt)
-    ramp = np.broadcast_to(np.linspace(-1, 1, windows.steps), flat.shape)
+def _along(windows: Windows) -> Array:
+    """A torque that goes with the inputs, (W, K)."""
     along = windows.inputs.sum(axis=-1)
-    along = along / max(float(np.abs(along).max()), 1e-12)
-    shapes = [s[..., None] * np.eye(joints)[j] for j in range(joints) for s in (flat, ramp, along)]
-    return size * np.stack(shapes)
+    return np.asarray(along / max(float(np.abs(along).max()), 1e-12))
 
 
 def _reweighted(residual: Array, columns: Array, sigma: Array, quantile: float) -> Array:
@@ -162,25 +137,19 @@ def _reweighted(residual: Array, columns: Array, sigma: Array, quantile: float) 
     The share `quantile` of the windows has less left than the noise it is rescaled to.
     """
     channels = residual.shape[-1]
-    e = (residual / sigma).reshape(len(residual), -1)
-    a = (columns / sigma[:, None]).reshape(len(residual), -1, columns.shape[-1])
-    basis = _orthonormal(a)
+    e, a = whitened(residual, columns, sigma)
+    left, size, _ = np.linalg.svd(a, full_matrices=False)
+    basis = left * (size > 1e-7 * size[..., :1])[..., None, :]  # columns that vanish left out
     rest = e - (basis @ (np.swapaxes(basis, -1, -2) @ e[..., None]))[..., 0]
     free = 1.0 - (basis**2).sum(axis=-1)
     square = (rest**2).reshape(len(rest), -1, channels).sum(axis=1)
     degrees = free.reshape(len(rest), -1, channels).sum(axis=1)
     typical = np.median(degrees, axis=0)
     ratio = np.quantile(square / np.maximum(degrees, 1e-3), quantile, axis=0)
-    return np.maximum(sigma * np.sqrt(ratio * typical / _chi2(quantile, typical)), STILLEST)
-
-
-def _orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of each window's columns; columns that vanish are left out."""
-    left, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return left * (size > 1e-7 * size[..., :1])[..., None, :]
+    scale = np.sqrt(ratio * typical / _chi2(quantile, typical))
+    return np.maximum(sigma * scale, COMPARE.stillest)
 
 
 def _chi2(share: float, degrees: Array) -> Array:
     """Quantile of chi-squared; scipy.stats takes a second to load."""
-    found: Array = 2.0 * gammaincinv(0.5 * degrees, share)
-    return found
+    return np.asarray(2.0 * gammaincinv(0.5 * degrees, share))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several models of one robot on the same recordings, best first, and which cannot be told apart.
+"""Several models of one robot on the same recordings, best first, and which are as good.
 
-Errors are counted as shares of the measured motion: the mean square of what a state is off by,
-over that of how far it moved, all states of one unit together, and the mean over units. A joint
-that hardly moves so counts as little as it moves, and angles as much as rates.
+Errors are shares of the measured motion: the mean square error over the mean square of how far the
+states moved, all states of one unit together, then the mean over units. A joint counts as much as
+it moves, and angles as much as rates.
 """
 
 from __future__ import annotations
@@ -17,17 +17,14 @@ from scipy.special import stdtrit
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
-from leo_diffmodel.compare.comparison import at_one_rate, beyond, BUDGET_SECONDS, windows_up_to
-from leo_diffmodel.compare.known import with_known
-from leo_diffmodel.compare.provenance import provenance
-from leo_diffmodel.compare.scheme import stepped
-from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.comparison import beyond, windows_up_to
+from leo_diffmodel.compare.known import provenance, with_known
+from leo_diffmodel.compare.pushes import stepped
+from leo_diffmodel.compare.settings import COMPARE
+from leo_diffmodel.compare.windows import at_one_rate, thin, Windows
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
-SURE = 0.975
-"""A two-sided 95 % interval."""
 STAGES = 2
 Array = np.ndarray
 
@@ -57,16 +54,16 @@ def rank(
 ) -> dict:
     """Score models half a second ahead on the same windows: the contents of ranking.json.
 
-    Nothing is fitted, so all data are held out, but from a model that was fitted to one of these
-    bags: then all are scored on blocks of time that no fit saw (every fourth, `Blocks.held`). The
-    difference of each model to the best is averaged in each block of 2 s (an eighth of a shorter
-    bag); where its 95 % t interval over the blocks holds 0, the two are not distinguishable.
+    Nothing is fitted, so all data are held out. Where a model was fitted to one of these bags, all
+    are scored on blocks of time that no fit saw (every fourth, `Blocks.held`). The difference of
+    each model to the best is averaged in each block of 2 s (an eighth of a shorter bag); where its
+    95 % t interval over the blocks holds 0, the two are not distinguishable.
 
     Args:
         recordings: bags of one robot.
-        models: by the names to tell them by, all with the joints and the input of that robot.
+        models: by their names, all with the joints and the input of that robot.
         step: the shortest window [s]; by default the control period of the data.
-        progress: told what comes next; `STAGES` times for each model.
+        progress: called with what comes next; `STAGES` times for each model.
 
     Raises:
         UserError: models of different robots, recordings too short, or as `compare`.
@@ -96,12 +93,10 @@ def rank(
 
 
 def _same_robot(models: Mapping[str, Model]) -> None:
-    (first, *_), (known, *rest) = models, models.values()
-    for name, model in zip(list(models)[1:], rest, strict=True):
-        if (model.robot.joint_names, model.robot.input) != (
-            known.robot.joint_names,
-            known.robot.input,
-        ):
+    first, known = next(iter(models.items()))
+    wanted = known.robot.joint_names, known.robot.input
+    for name, model in models.items():
+        if (model.robot.joint_names, model.robot.input) != wanted:
             raise UserError(
                 f'{name} is of the robot {model.robot.name} and {first} of {known.robot.name}; '
                 'models that are compared have the same joints and input'
@@ -122,14 +117,20 @@ def _data(
 ) -> tuple[Windows, Array]:
     """Windows of half a second, with the past that any model needs, and the noise (R, 2J).
 
+    The noise is the least that any model leaves.
+
     Raises:
         UserError: too short for a single window, or rates that no model can follow.
     """
     needy = max(models.values(), key=errors.has_memory)
     try:
         shortest = errors.step_seconds(recordings, step)
-        windows = windows_up_to(BUDGET_SECONDS, thin(recordings), needy, shortest)
-        return windows, _noise(recordings, models, progress)
+        windows = windows_up_to(COMPARE.budget_seconds, thin(recordings), needy, shortest)
+        found = []
+        for name, model in models.items():
+            progress(f'noise with {name}')
+            found.append(noise.estimate(model, noise.short_windows(recordings)))
+        return windows, np.min(found, axis=0)
     except np.linalg.LinAlgError as error:
         raise UserError(beyond(recordings)) from error
     except ValueError as error:
@@ -146,17 +147,6 @@ def _held(windows: Windows, blocks: Blocks, recordings: Sequence[Recording]) -> 
     return windows.take(held)
 
 
-def _noise(
-    recordings: Sequence[Recording], models: Mapping[str, Model], progress: Callable[[str], None]
-) -> Array:
-    """The noise of the data: the least that any model leaves, (R, 2J)."""
-    found = []
-    for name, model in models.items():
-        progress(f'noise with {name}')
-        found.append(noise.estimate(model, noise.short_windows(recordings)))
-    return np.min(found, axis=0)
-
-
 def _score(model: Model, windows: Windows, sigma: Array, units: Sequence[str]) -> _Scored:
     prediction = errors.predict_windows(stepped(model, windows, sigma), windows, sigma)
     square, floor = prediction.error[:, -1] ** 2, prediction.floor[:, -1]
@@ -164,7 +154,7 @@ def _score(model: Model, windows: Windows, sigma: Array, units: Sequence[str]) -
     share, beneath = np.zeros(windows.count), 0.0
     for unit in dict.fromkeys(units):
         mine = np.array([u == unit for u in units])
-        moved = max(motion[:, mine].mean(), noise.STILLEST**2)
+        moved = max(motion[:, mine].mean(), COMPARE.stillest**2)
         share += square[:, mine].mean(axis=1) / moved
         beneath += float(floor[:, mine].mean() / moved)
     kinds = len(set(units))
@@ -172,18 +162,18 @@ def _score(model: Model, windows: Windows, sigma: Array, units: Sequence[str]) -
 
 
 def _rows(scored: Mapping[str, _Scored], block: Array) -> list[dict]:
-    names = sorted(scored, key=lambda name: scored[name].share.mean())
-    best = scored[names[0]].share
+    ordered = sorted(scored.items(), key=lambda pair: pair[1].share.mean())
+    best = ordered[0][1].share
     return [
         {
             'model': name,
-            'share': float(scored[name].share.mean()),
-            'noise_share': scored[name].noise,
-            'rmse': np.sqrt(scored[name].square.mean(axis=0)).tolist(),
-            'noise_floor': np.sqrt(scored[name].floor.mean(axis=0)).tolist(),
-            'behind': behind(scored[name].share - best, block),
+            'share': float(model.share.mean()),
+            'noise_share': model.noise,
+            'rmse': errors.root_mean(model.square),
+            'noise_floor': errors.root_mean(model.floor),
+            'behind': behind(model.share - best, block),
         }
-        for name in names
+        for name, model in ordered
     ]
 
 
@@ -201,5 +191,5 @@ def behind(difference: Array, block: Array) -> dict:
     value, count = float(means.mean()), len(means)
     if count < 2:
         return {'value': value, 'ci95': None, 'distinguishable': False}
-    half = float(stdtrit(count - 1, SURE) * means.std(ddof=1) / np.sqrt(count))
+    half = float(stdtrit(count - 1, COMPARE.sure) * means.std(ddof=1) / np.sqrt(count))
     return {'value': value, 'ci95': [value - half, value + half], 'distinguishable': value > half}

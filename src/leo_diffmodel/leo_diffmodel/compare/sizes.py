@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Typical sizes of a robot: what its motors can give, what its links weigh."""
+"""Typical sizes of a robot: what motors give, what links weigh, what is large in a unit."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 import math
 
 import numpy as np
 
+from leo_diffmodel.compare.settings import COMPARE
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.units import powers
 from leo_sim.description.constants import BODY_UNITS, COM
 from leo_sim.description.robot import Actuator, Robot
+from leo_sim.effects import Parameter
 
 EARTH = 9.81
-"""m/s2."""
-SMALLEST = 1e-3
-"""m: no link is smaller."""
+"""Standard gravity [m/s2]."""
+SYMBOLS = ('N', 'm', 's', 'rad', 'kg', 'V')
+COUNTS = ('', '1', '1/turn', '1/m')
+"""Units of plain numbers: shares, scales, how often in a turn (on a slide in 2 pi m)."""
 
 
 def stall_torque(robot: Robot, joint: str) -> float | None:
@@ -74,7 +80,7 @@ def force_scale(robot: Robot) -> float:
 
 
 def push_scale(robot: Robot) -> np.ndarray:
-    """What counts as a large torque or force at each joint, (J,) [N m, N]: slides carry all."""
+    """A large torque or force at each joint, (J,) [N m, N]: slides carry the whole weight."""
     weight = _gravity(robot) * sum(link.body.mass for link in robot.links)
     turn = torque_scale(robot)
     return np.array([weight if is_slide(robot, j) else turn for j in robot.joint_names])
@@ -82,14 +88,13 @@ def push_scale(robot: Robot) -> np.ndarray:
 
 def gravity_scale(robot: Robot) -> float:
     """The largest weight of a moving link times its extent [N m]; never 0."""
-    mass = {link: robot.constants[f'links.{link}.mass'].value for link in robot.moving_links}
-    return _gravity(robot) * max(mass[link] * _extent(robot, link) for link in mass)
+    links = robot.moving_links
+    return _gravity(robot) * max(_mass(robot, link) * _extent(robot, link) for link in links)
 
 
 def inertia_scale(robot: Robot) -> float:
     """The largest inertia of a link about its own joint [kg m2]."""
-    values = {path: c.value for path, c in robot.constants.items()}
-    return max(_inertia(values, f'links.{link}.') for link in robot.moving_links)
+    return max(_inertia(robot, link) for link in robot.moving_links)
 
 
 def reach(robot: Robot) -> float:
@@ -110,7 +115,11 @@ def reach(robot: Robot) -> float:
 
 def mass_scale(robot: Robot) -> float:
     """Mass of the heaviest moving link [kg]."""
-    return max(robot.constants[f'links.{link}.mass'].value for link in robot.moving_links)
+    return max(_mass(robot, link) for link in robot.moving_links)
+
+
+def _mass(robot: Robot, link: str) -> float:
+    return robot.constants[f'links.{link}.mass'].value
 
 
 def _strongest(robot: Robot, joints: list[str]) -> float:
@@ -118,7 +127,7 @@ def _strongest(robot: Robot, joints: list[str]) -> float:
 
 
 def _gravity(robot: Robot) -> float:
-    """What weights are told by [m/s2]: Earth's for a robot that lies flat."""
+    """By which weights are computed [m/s2]: Earth's for a robot that lies flat."""
     return robot.constants['gravity'].value or EARTH
 
 
@@ -127,14 +136,19 @@ def _extent(robot: Robot, link: str) -> float:
 
     The distance of its centre of mass, or its radius of gyration: of a wheel the first is 0.
     """
-    values = {key: robot.constants[f'links.{link}.{key}'].value for key in BODY_UNITS}
-    gyration = math.sqrt(values['inertia'] / values['mass']) if values['mass'] else 0.0
-    return max(math.hypot(*(values[key] for key in COM)), gyration, SMALLEST)
+    value = _body(robot, link)
+    gyration = math.sqrt(value['inertia'] / value['mass']) if value['mass'] else 0.0
+    return max(math.hypot(*(value[key] for key in COM)), gyration, COMPARE.smallest_extent)
 
 
-def _inertia(values: dict[str, float], path: str) -> float:
-    com = np.array([values[path + key] for key in COM])
-    return float(values[path + 'inertia'] + values[path + 'mass'] * com @ com)
+def _inertia(robot: Robot, link: str) -> float:
+    value = _body(robot, link)
+    com = np.array([value[key] for key in COM])
+    return float(value['inertia'] + value['mass'] * com @ com)
+
+
+def _body(robot: Robot, link: str) -> dict[str, float]:
+    return {key: robot.constants[f'links.{link}.{key}'].value for key in BODY_UNITS}
 
 
 def _torque_per_input(actuator: Actuator) -> float:
@@ -145,3 +159,61 @@ def _torque_per_input(actuator: Actuator) -> float:
 
 def _actuator(robot: Robot, joint: str) -> Actuator | None:
     return next((a for a in robot.actuators if a.joint == joint), None)
+
+
+@dataclass(frozen=True)
+class UnitSizes:
+    """What is large of each quantity; of seconds an angle at a rate, or a length at a speed.
+
+    Attributes:
+        torque: N m.
+        rate: rad/s.
+        angle: rad.
+        force: N.
+        speed: m/s.
+        length: m.
+        inertia: kg m2.
+        mass: kg.
+        input: at a motor [V].
+    """
+
+    torque: float
+    rate: float
+    angle: float
+    force: float
+    speed: float
+    length: float
+    inertia: float
+    mass: float
+    input: float
+
+    def of(self, unit: str) -> float | None:
+        """Large in a unit: torque / rate in N m s/rad; None where the unit has other symbols.
+
+        With rad, or with N and m as N m, it is one of turning; otherwise one of sliding.
+        """
+        if unit in COUNTS:
+            return 1.0
+        if unit == 'kg m2':
+            return self.inertia
+        power = powers(unit.replace('Nm', 'N m'))
+        if power.keys() - {*SYMBOLS, '1'}:
+            return None
+        n, m, s, rad, kg, v = (power.get(symbol, 0) for symbol in SYMBOLS)
+        size = self.mass**kg * self.input**v
+        if rad or m == n:
+            size = size * self.torque**n * self.length ** (m - n)
+            return size / self.rate**s / self.angle ** -(s + rad)
+        return size * self.force**n / self.speed**s / self.length ** -(s + m)
+
+    def large(self, effect: str, parameter: Parameter) -> float:
+        """Large for a parameter: by its unit, else the span of its bounds; UserError without."""
+        known = self.of(parameter.unit)
+        if known is not None:
+            return known
+        if math.isfinite(parameter.high - parameter.low):
+            return parameter.high - parameter.low
+        raise UserError(
+            f'{effect}.{parameter.name}: how large is large in {parameter.unit!r}? '
+            f'Give it low and high, or a unit of {", ".join(SYMBOLS)}'
+        )

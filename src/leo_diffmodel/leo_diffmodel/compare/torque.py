@@ -10,26 +10,15 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.conditions import carrying
 from leo_diffmodel.compare.errors import has_memory
-from leo_diffmodel.compare.noise import HISTORY, per_window, spread_out
-from leo_diffmodel.compare.phases import carrying
-from leo_diffmodel.compare.pushes import nearer, predict, respond
+from leo_diffmodel.compare.pushes import nearer, predict, respond, small_torques, whitened
+from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import push_scale, torque_scale
-from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.compare.windows import cut, per_window, sample_period, spread_out, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
-INTERVALS = 5
-SHORTEST = 0.05
-TELLING = 0.1
-"""Of the robot's own torque: what a window must be able to show."""
-ON_GROUND_WINDOWS = 200
-MOST_BEND = 0.03
-"""On the ground: windows that stand for all of them, and how bent their answer may be."""
-WEAK = 1e-6
-"""Weight of the assumption that what is missing is no larger than the robot's own torque."""
-ROUNDING = 1e-12
-"""Of a scaled normal matrix: columns that are alike to this share cannot be told apart."""
 NO_ARRAYS = ('windows', 'untrusted')
 """Attributes of `MissingTorque` that have no row for each window."""
 
@@ -48,8 +37,8 @@ class MissingTorque:
         windows: the short windows.
         carrying: which spheres the ground presses on at each sample, shape (W, K+1, P); None for
             a robot without a ground.
-        bend: mean square, in noise sigmas, of what the estimate leaves unsaid because a contact
-            begins or ends on the way, shape (W,); None for a robot without a ground.
+        bend: how far from linear the answer to the torque is (mean square, in noise variances),
+            as where a contact begins or ends, shape (W,); None for a robot without a ground.
         untrusted: share of the windows that were left out because of that.
     """
 
@@ -70,7 +59,7 @@ class MissingTorque:
         return np.isfinite(self.spread)
 
     def take(self, index: Array) -> MissingTorque:
-        """Return the estimates of the windows `index`."""
+        """The estimates of the windows `index`."""
         arrays = {
             f.name: getattr(self, f.name)[index]
             for f in fields(self)
@@ -85,33 +74,31 @@ def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) 
     Windows in which no torque would show are left out (a joint that dry friction holds still),
     unless there are no others.
     """
-    windows = torque_windows(recordings, model, HISTORY if has_memory(model) else 0.0)
+    windows = torque_windows(recordings, model, COMPARE.history if has_memory(model) else 0.0)
     return trusted(estimate(model, windows, sigma), model)
 
 
 def torque_windows(recordings: Sequence[Recording], model: Model, history: float) -> Windows:
-    """Short windows back to back, with so much before each [s]; on the ground some of them.
+    """Short windows next to each other, `history` [s] before each; on the ground some of them.
 
     Raises:
         ValueError: no episode holds one.
     """
     windows = cut(recordings, window_seconds(recordings), history=history)
-    return spread_out(windows, ON_GROUND_WINDOWS) if model.robot.contacts else windows
+    return spread_out(windows, COMPARE.ground_torque_windows) if model.robot.contacts else windows
 
 
 def trusted(found: MissingTorque, model: Model) -> MissingTorque:
-    """The windows in which a torque would show; on the ground, those sure of their contacts."""
-    if found.bend is None:
-        return found.take(telling(found, model))
-    return _sure(found, model, found.bend < MOST_BEND)
+    """The windows in which a torque would show; all of them where none would show in any.
 
-
-def _sure(found: MissingTorque, model: Model, sure: Array) -> MissingTorque:
-    """The windows that are `sure` (W,) of their contacts, and in them what would show.
-
-    A standing foot hides one torque and not another, so that is asked of every joint by itself.
+    On the ground those whose answer is linear, and in them the joints at which it would show: a
+    standing foot hides one torque and not another.
     """
-    shown = found.spread < TELLING * push_scale(model.robot)
+    if found.bend is None:
+        clear = np.all(found.spread < COMPARE.torque_shown * torque_scale(model.robot), axis=1)
+        return found.take(np.flatnonzero(clear if clear.any() else ~clear))
+    sure = found.bend < COMPARE.most_bend
+    shown = found.spread < COMPARE.torque_shown * push_scale(model.robot)
     kept = np.flatnonzero((sure if sure.any() else ~sure) & shown.any(axis=1))
     if not kept.size:
         return found
@@ -119,15 +106,9 @@ def _sure(found: MissingTorque, model: Model, sure: Array) -> MissingTorque:
     return replace(found.take(kept), untrusted=float(1.0 - sure.mean()))
 
 
-def telling(found: MissingTorque, model: Model) -> Array:
-    """Indices of the windows in which a torque would show; all of them where none does."""
-    told = np.all(found.spread < TELLING * torque_scale(model.robot), axis=1)
-    return np.flatnonzero(told if told.any() else ~told)
-
-
 def window_seconds(recordings: Sequence[Recording]) -> float:
-    """Five samples, or 0.05 s where samples are closer: less would show little but noise [s]."""
-    return max(INTERVALS * sample_period(recordings), SHORTEST)
+    """How long the windows are in which a torque is estimated [s]: five samples at least."""
+    return max(COMPARE.torque_intervals * sample_period(recordings), COMPARE.torque_seconds)
 
 
 def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
@@ -139,18 +120,17 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
         sigma: noise of each recording and channel, shape (R, 2J).
     """
     joints = windows.q.shape[-1]
-    unit = 1e-3 * torque_scale(model.robot)
-    flat = np.broadcast_to(np.eye(joints)[:, None, None], (joints, *windows.dt.shape, joints))
+    unit = COMPARE.small_torque * torque_scale(model.robot)
+    torques = small_torques(model, windows, np.ones_like(windows.dt))
     start = windows.measured[:, 0]
-    predicted, columns = respond(model, windows, start, unit * flat)
+    predicted, columns = respond(model, windows, start, torques)
     noise = per_window(sigma, windows)
     if model.robot.contacts:
         start = nearer(windows, predicted, columns, noise)
-        predicted, columns = respond(model, windows, start, unit * flat)
-    e = ((windows.measured - predicted) / noise).reshape(windows.count, -1, 1)
-    a = (columns / noise[..., None]).reshape(windows.count, e.shape[1], -1)
+        predicted, columns = respond(model, windows, start, torques)
+    e, a = whitened(windows.measured - predicted, columns, noise)
     inverse = _covariance(a)
-    found = (inverse @ (np.swapaxes(a, -1, -2) @ e))[..., 0]
+    found = (inverse @ (np.swapaxes(a, -1, -2) @ e[..., None]))[..., 0]
     variance = np.diagonal(inverse, axis1=-2, axis2=-1)[:, -joints:]
     states = None
     if model.robot.contacts:
@@ -185,7 +165,7 @@ def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> Miss
 def in_parts(
     work: Callable[[Windows], MissingTorque], windows: Windows, most: int
 ) -> Generator[bool, None, MissingTorque]:
-    """What `work` makes of the windows, so many at a time; yields after each part."""
+    """What `work` makes of the windows, `most` at a time; yields after each part."""
     parts = []
     for first in range(0, windows.count, most):
         parts.append(work(windows.take(np.arange(first, min(first + most, windows.count)))))
@@ -204,7 +184,7 @@ def _covariance(a: Array) -> Array:
     Scaled to unit diagonal before it is inverted: in a window in which a contact makes the motion
     very sensitive, the columns differ by more than floating-point numbers resolve.
     """
-    normal = np.swapaxes(a, -1, -2) @ a + WEAK * np.eye(a.shape[-1])
+    normal = np.swapaxes(a, -1, -2) @ a + COMPARE.weak * np.eye(a.shape[-1])
     size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
     scale = size[..., None] * size[..., None, :]
-    return np.linalg.inv(normal / scale + ROUNDING * np.eye(a.shape[-1])) / scale
+    return np.linalg.inv(normal / scale + COMPARE.rounding * np.eye(a.shape[-1])) / scale

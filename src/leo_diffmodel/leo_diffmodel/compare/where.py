@@ -9,20 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.compare.conditions import BACKWARD, Condition, conditions, FORWARD
+from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import in_volts, stall_torque, torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
 Array = np.ndarray
-WORST_WINDOWS = 5
-STANDARD_ERRORS = 4.0
-CHANCE = 3.0
-MARKED = 1.2
-EVENT = 9.0
-FAR = 9.0
-"""Squared, in noise sigmas: on the ground a window may be further off and count as this."""
-FEW, FEW_SHARE = 3, 0.01
 
 
 @dataclass(frozen=True)
@@ -30,9 +23,8 @@ class Where:
     """Shares of the missing torque's square beyond noise.
 
     Torques of different joints are compared in units of their joint's own noise, which is how
-    far they move the joint.
-
-    Single events (a push, a glitch: a few windows far above all others) take no part.
+    far they move the joint. Single events (a push, a glitch: a few windows far above all others)
+    take no part.
 
     Attributes:
         joints: rows {joint, share, torque_nm (on slides N, as torque_unit says), noise_nm,
@@ -78,21 +70,20 @@ def single_events(missing: MissingTorque) -> Array:
     """Windows far above all others at a joint, where they are few, shape (W, J)."""
     size = np.abs(missing.torque)
     typical = np.maximum(_median(size, missing), _median(missing.spread, missing))
-    far = size > EVENT * typical
-    few = far.sum(axis=0) <= max(FEW, FEW_SHARE * len(size))
+    far = size > COMPARE.event * typical
+    few = far.sum(axis=0) <= max(COMPARE.few_events, COMPARE.few_events_share * len(size))
     return far & few
 
 
 def _events(missing: MissingTorque, robot: Robot, single: Array) -> list[dict]:
-    windows = missing.windows
-    length = windows.dt.sum(axis=1)
+    names, spans = robot.joint_names, missing.windows.spans
     found = [
         {
-            'joint': robot.joint_names[j],
+            'joint': names[j],
             'torque_nm': float(missing.torque[w, j]),
-            'torque_unit': torque_unit(robot, robot.joint_names[j]),
-            'window': [float(windows.start[w]), float(windows.start[w] + length[w])],
-            'bag': int(windows.source[w]),
+            'torque_unit': torque_unit(robot, names[j]),
+            'window': spans[w].tolist(),
+            'bag': int(missing.windows.source[w]),
         }
         for w, j in np.argwhere(single)
     ]
@@ -115,8 +106,8 @@ def ranked(rows: Sequence[dict]) -> list[dict]:
 def stands_out(row: dict) -> bool:
     """Whether a bin has more of the error than its part of the time, and not by chance."""
     even = row['data_share'] * row['joint_share']
-    more: bool = row['share'] - even > CHANCE * row['share_error']
-    return more and row['share'] > even * MARKED
+    by_chance = row['share'] - even <= COMPARE.chance * row['share_error']
+    return bool(not by_chance and row['share'] > even * COMPARE.marked)
 
 
 def against_motion(rows: Sequence[dict]) -> list[tuple[str, float, float, str]]:
@@ -128,7 +119,7 @@ def against_motion(rows: Sequence[dict]) -> list[tuple[str, float, float, str]]:
         if word != FORWARD or other is None:
             continue
         error = np.hypot(row['mean_error_nm'], other['mean_error_nm'])
-        if abs(row['mean_nm'] - other['mean_nm']) > CHANCE * error:
+        if abs(row['mean_nm'] - other['mean_nm']) > COMPARE.chance * error:
             found.append((joint, row['mean_nm'], other['mean_nm'], row['torque_unit']))
     return found
 
@@ -145,8 +136,8 @@ def noise_only(missing: MissingTorque) -> bool:
     """Whether the torques are no larger than their own noise, at four standard errors."""
     square = ((missing.torque / missing.spread) ** 2)[missing.seen]
     if missing.carrying is not None:
-        square = np.minimum(square, FAR)
-    return bool(square.mean() < 1.0 + STANDARD_ERRORS * np.sqrt(2.0 / square.size))
+        square = np.minimum(square, COMPARE.far)
+    return bool(square.mean() < 1.0 + COMPARE.standard_errors * np.sqrt(2.0 / square.size))
 
 
 def _excess(missing: MissingTorque) -> Array:
@@ -180,8 +171,9 @@ def _row(
 ) -> dict:
     j, inside = condition.joint, condition.inside
     windows = missing.windows
-    worst = np.flatnonzero(inside)[np.argsort(-np.abs(missing.torque[inside, j]))][:WORST_WINDOWS]
-    length = windows.dt.sum(axis=1)
+    worst = np.flatnonzero(inside)[np.argsort(-np.abs(missing.torque[inside, j]))][
+        : COMPARE.worst_windows
+    ]
     scatter = float(np.sqrt(inside.sum()) * excess[inside, j].std()) / total
     return {
         **_part(missing, robot, excess, total, j, inside),
@@ -191,8 +183,8 @@ def _row(
         'bag': condition.bag,
         'share_error': scatter,
         'data_share': float(inside.mean()),
-        'windows': [[float(windows.start[w]), float(windows.start[w] + length[w])] for w in worst],
-        'bags': [int(windows.source[w]) for w in worst],
+        'windows': windows.spans[worst].tolist(),
+        'bags': windows.source[worst].tolist(),
     }
 
 

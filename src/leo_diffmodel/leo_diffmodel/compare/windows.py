@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cut recordings into windows of equal sample count, the unit every score is computed on."""
+"""Windows of equal sample count, the unit of every score, cut from recordings at one rate."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.compare.settings import COMPARE
 
 Array = np.ndarray
 
@@ -52,8 +53,13 @@ class Windows:
         return self.dt.shape[1]
 
     @property
+    def spans(self) -> Array:
+        """Begin and end of each window [s], shape (W, 2)."""
+        return np.stack([self.start, self.start + self.dt.sum(axis=1)], axis=1)
+
+    @property
     def measured(self) -> Array:
-        """Angle and rate side by side, shape (W, K+1, 2J)."""
+        """Angles, then rates, shape (W, K+1, 2J)."""
         return np.concatenate([self.q, self.dq], axis=-1)
 
     def take(self, index: Array) -> Windows:
@@ -117,25 +123,19 @@ def _pieces(
 def _stack(
     pieces: list[tuple[Episode, int, int]], count: int, past: int, recordings: Sequence[Recording]
 ) -> Windows:
-    def states(name: str) -> Array:
-        return np.stack([getattr(e, name)[i : i + count + 1] for e, i, _ in pieces])
+    def rows(name: str, first: int, last: int) -> Array:
+        return np.stack([getattr(e, name)[i + first : i + last] for e, i, _ in pieces])
 
-    def held(name: str) -> Array:
-        return np.stack([getattr(e, name)[i : i + count] for e, i, _ in pieces])
-
-    def before(name: str) -> Array:
-        return np.stack([getattr(e, name)[i - past : i] for e, i, _ in pieces])
-
-    times, source = states('t'), np.array([s for _, _, s in pieces])
-    history = None
+    source, history = np.array([s for _, _, s in pieces]), None
     if past:
-        gaps = np.stack([np.diff(e.t[i - past : i + 1]) for e, i, _ in pieces])
-        history = (before('q'), before('dq'), before('inputs'), before('enabled'), gaps)
+        q, dq, u, on = (rows(name, -past, 0) for name in ('q', 'dq', 'inputs', 'enabled'))
+        history = (q, dq, u, on, np.diff(rows('t', -past, 1), axis=1))
+    times = rows('t', 0, count + 1)
     return Windows(
-        q=states('q'),
-        dq=states('dq'),
-        inputs=held('inputs'),
-        enabled=held('enabled'),
+        q=rows('q', 0, count + 1),
+        dq=rows('dq', 0, count + 1),
+        inputs=rows('inputs', 0, count),
+        enabled=rows('enabled', 0, count),
         dt=np.diff(times, axis=1),
         start=times[:, 0],
         source=source,
@@ -143,3 +143,81 @@ def _stack(
         history=history,
         recordings=tuple(r.name for r in recordings),
     )
+
+
+def spread_out(windows: Windows, most: int) -> Windows:
+    """At most `most` of the windows, evenly chosen."""
+    if windows.count <= most:
+        return windows
+    return windows.take(np.linspace(0, windows.count - 1, most).astype(int))
+
+
+def per_window(sigma: Array, windows: Windows) -> Array:
+    """The noise of the recording each window comes from, shape (W, 1, 2J)."""
+    return sigma[windows.source][:, None, :]
+
+
+def thin(recordings: Sequence[Recording]) -> list[Recording]:
+    """The recordings with every n-th state, as near as that comes to the period of the slowest.
+
+    A search costs in proportion to the samples, and a faster log would cost most of the time.
+    Each episode has its own n: one bag may hold logs of several rates. The common period is
+    5 ms to 10 ms. States are left out and not averaged, so their noise stays white; inputs become
+    the mean over the longer steps.
+    """
+    shortest, longest = COMPARE.shortest_period, COMPARE.longest_period
+    period = min(max([shortest, *_periods(recordings)]), longest)
+    return [_kept(r, [max(1, round(period / _period(e))) for e in r.episodes]) for r in recordings]
+
+
+def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
+    """As they are, or thinned where one is sampled half as often again as another."""
+    steps = _periods(recordings) or [0.0]
+    return thin(recordings) if max(steps) > COMPARE.rates_apart * min(steps) else recordings
+
+
+def every(recording: Recording, stride: int) -> Recording:
+    """The recording with every n-th state, and the mean inputs between them."""
+    return _kept(recording, [stride] * len(recording.episodes))
+
+
+def _periods(recordings: Sequence[Recording]) -> list[float]:
+    """Median time between states of each episode that is long enough to have one [s]."""
+    episodes = (e for r in recordings for e in r.episodes)
+    return [_period(e) for e in episodes if len(e.t) >= COMPARE.fewest_samples]
+
+
+def _kept(recording: Recording, strides: Sequence[int]) -> Recording:
+    if max(strides) == 1:
+        return recording
+    both = zip(recording.episodes, strides, strict=True)
+    episodes = tuple(_shorter(e, n) for e, n in both if len(e.t) > n)
+    if not episodes:
+        return recording
+    period = max(recording.command_period, sample_period([replace(recording, episodes=episodes)]))
+    return replace(recording, episodes=episodes, command_period=period)
+
+
+def _period(episode: Episode) -> float:
+    """Median time between its states [s]."""
+    return float(np.median(np.diff(episode.t)))
+
+
+def _shorter(episode: Episode, stride: int) -> Episode:
+    kept = np.arange(0, len(episode.t), stride)
+    return Episode(
+        t=episode.t[kept],
+        q=episode.q[kept],
+        dq=episode.dq[kept],
+        inputs=_mean(episode, episode.inputs, kept),
+        enabled=_mean(episode, episode.enabled.astype(float), kept) > 0.5,
+        effort=None if episode.effort is None else episode.effort[kept],
+    )
+
+
+def _mean(episode: Episode, held: Array, kept: Array) -> Array:
+    """Means over the longer steps of what is held over the short ones; the last row as it is."""
+    area = np.cumsum(held[:-1] * np.diff(episode.t)[:, None], axis=0)
+    until = np.vstack([np.zeros((1, held.shape[1])), area])[kept]
+    width = np.diff(episode.t[kept])[:, None]
+    return np.vstack([np.diff(until, axis=0) / width, held[kept[-1:]]])

@@ -14,8 +14,7 @@ from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
-from leo_diffmodel.compare.known import with_known
-from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.explain.decide import decision
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fitted import Fit

@@ -3,7 +3,7 @@
 
 What the motion takes is what gravity, motor and losses give. Each is known from the log and the
 model up to a factor, and the factors are fitted, so that a model whose friction is not known
-still tells whether gravity pulls the way it should and whether the motor does.
+still shows whether gravity pulls the way it should and whether the motor does.
 """
 
 from __future__ import annotations
@@ -13,18 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.compare.sizes import is_slide
+from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.samples import block_covariance, reweighted
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOVING, FEWEST = 0.5, 30
-"""Share of an instant in which the joint moves, and how many such instants are needed."""
-BLOCK = 1.0
-"""Errors so far apart [s] are taken for independent."""
-ROUNDS, HUBER = 12, 1.5
-"""Of reweighting; standard deviations from which on an instant counts less."""
-LATEST, GRID = 0.4, 0.02
-"""s: how far inputs may be from their stamps, and the steps in which that is tried first."""
 GIVEN = ('weight', 'across', 'motor', 'late')
 
 
@@ -42,7 +37,7 @@ class Figure:
     @property
     def half(self) -> float:
         """Half of the interval in which it is, whatever the model lacks."""
-        return 1.96 * self.sd + self.worst
+        return LIMITS.sigmas * self.sd + self.worst
 
 
 @dataclass(frozen=True)
@@ -56,12 +51,10 @@ class Balance:
         gained: what is left over with the best delay, as a share of what is left with the best
             of those that a good log has.
         shares: rms of what each gives, as a share of that of all torques.
-        rest: share of the torques that is left over (rms, instants that stand out weigh less).
     """
 
     figures: Mapping[str, Figure]
     shares: Mapping[str, float]
-    rest: float
     gained: float = 1.0
 
 
@@ -76,8 +69,8 @@ def balance(
         j: the joint.
         usual: delays of the inputs that a good log has, least and most [s].
     """
-    fitted = flow.moving[:, j] > MOVING
-    if fitted.sum() < FEWEST:
+    fitted = flow.moving[:, j] > LIMITS.moving
+    if fitted.sum() < LIMITS.fewest_instants:
         return None
     motor, target = flow.motor[:, j], _target(flow, j)
     rest = _columns(flow, model, j)
@@ -91,7 +84,7 @@ def balance(
     if 'late' not in found.figures:
         return found
     nearer = _seconds(found, late).value
-    if abs(nearer - late) <= GRID and abs(nearer) <= LATEST:
+    if abs(nearer - late) <= LIMITS.late_grid and abs(nearer) <= LIMITS.latest:
         losses[nearer], late = loss(nearer), nearer
         found = _fitted(flow, fitted, target, rest | _motor(flow, motor, late))
     good = min(size for at, size in losses.items() if usual[0] <= at <= usual[1])
@@ -116,13 +109,8 @@ def _columns(flow: Flow, model: Model, j: int) -> dict[str, Array]:
     dq, sign, load = (x[:, j] for x in (flow.dq, flow.sign, flow.load))
     turned = flow.q.copy()
     turned[:, j] += 0.5 * np.pi
-    hinge = (
-        model.robot.joints[
-            [x.name for x in model.robot.joints].index(model.robot.joint_names[j])
-        ].kind
-        != 'prismatic'
-    )
-    across = model.rigid.load(turned)[:, j] if hinge else np.zeros_like(load)
+    slides = is_slide(model.robot, model.robot.joint_names[j])
+    across = np.zeros_like(load) if slides else model.rigid.load(turned)[:, j]
     return {
         'weight': load,
         'across': across,
@@ -136,8 +124,8 @@ def _columns(flow: Flow, model: Model, j: int) -> dict[str, Array]:
 
 
 def _delays(motor: Array) -> Array:
-    count = round(LATEST / GRID) if np.abs(motor).max() > 1e-12 else 0
-    return GRID * np.arange(-count, count + 1)
+    count = round(LIMITS.latest / LIMITS.late_grid) if np.abs(motor).max() > 1e-12 else 0
+    return LIMITS.late_grid * np.arange(-count, count + 1)
 
 
 def _motor(flow: Flow, motor: Array, late: float) -> dict[str, Array]:
@@ -182,26 +170,20 @@ def _fitted(flow: Flow, fitted: Array, target: Array, columns: dict[str, Array])
     }
     whole = max(float(np.sqrt((y**2).mean())), 1e-300)
     shares = {name: abs(float(v)) / whole for name, v in zip(used, amounts, strict=True)}
-    return Balance(figures, shares, rms / whole)
+    return Balance(figures, shares)
 
 
 def _robust(a: Array, y: Array) -> tuple[Array, Array]:
-    weight = np.ones(len(y))
+    def solve(weight: Array) -> Array:
+        return np.asarray(np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y)))
+
     floor = 1e-9 * float(np.abs(y).max()) + 1e-300
-    for _ in range(ROUNDS):
-        amounts = np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y))
-        left = np.abs(y - a @ amounts)
-        scale = 1.4826 * float(np.median(left)) + floor
-        weight = np.minimum(1.0, HUBER * scale / np.maximum(left, 1e-300))
-    return amounts, weight
+    return reweighted(solve, a, y, LIMITS.balance_huber, LIMITS.rounds, floor)
 
 
 def _spread(a: Array, left: Array, inverse: Array, flow: Flow, fitted: Array) -> Array:
     """Standard deviations from blocks of 1 s."""
-    times = (flow.time[fitted] / BLOCK).astype(int)
+    times = (flow.time[fitted] / LIMITS.block).astype(int)
     _, block = np.unique(np.stack([flow.episode[fitted], times]), axis=1, return_inverse=True)
-    block = block.ravel()
-    sums = np.stack([np.bincount(block, s) for s in (left[:, None] * a).T], axis=1)
-    blocks, count = sums.shape
-    covariance = inverse @ (sums.T @ sums) @ inverse * blocks / max(blocks - count, 1)
+    covariance = block_covariance(inverse, left[:, None] * a, block.ravel())
     return np.sqrt(np.maximum(covariance.diagonal(), 0))

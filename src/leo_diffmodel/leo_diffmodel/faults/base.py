@@ -4,17 +4,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any, ClassVar
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.faults.settings import LIMITS
 
 Array = np.ndarray
 Patch = Mapping[str, Any]
 """Keys of one joint in a topic map, or of the map itself, that undo a fault."""
+COLUMNS = {'angle': 'q', 'speed': 'dq', 'input': 'inputs'}
+"""Of an episode, by channel."""
 
 
 class Fault:
@@ -30,6 +33,8 @@ class Fault:
         harmless_words: the same where it is not a size in the fault's unit.
         looks_like, confused_with, costs: a sentence each; the last says what it does to an
             answer if it is not seen.
+        todo: what to do where no map undoes it.
+        whole_log: it is one for all joints.
     """
 
     name: ClassVar[str]
@@ -42,8 +47,8 @@ class Fault:
     looks_like: ClassVar[str]
     confused_with: ClassVar[str]
     costs: ClassVar[str]
+    todo: ClassVar[str] = ''
     whole_log: ClassVar[bool] = False
-    """Whether it is one for all joints."""
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
         """The episode as a log with this fault has it.
@@ -54,15 +59,18 @@ class Fault:
             a: its actuator, where it has one.
             value: size of the fault.
         """
+        name, column = COLUMNS[self.channel], a if self.channel == 'input' else j
+        values = getattr(e, name).copy()
+        values[:, column] = self.logged(e.t, values[:, column], value)
+        return replace(e, **{name: values})
+
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        """What a log has of its channel x (T,) at times t (T,) [s]."""
         raise NotImplementedError
 
     def patch(self, value: float) -> Patch:
         """What undoes it in a topic map; empty where no map can."""
         return {}
-
-    def todo(self, value: float) -> str:
-        """What to do where no map undoes it."""
-        return ''
 
 
 @dataclass(frozen=True)
@@ -99,7 +107,7 @@ class Found:
     @property
     def ci95(self) -> tuple[float, float]:
         """Of the value."""
-        return self.value - 1.96 * self.sd, self.value + 1.96 * self.sd
+        return self.value - LIMITS.sigmas * self.sd, self.value + LIMITS.sigmas * self.sd
 
     @property
     def patch(self) -> Patch:
@@ -139,7 +147,7 @@ class Found:
             'unit': self.fault.unit,
             'ci95': list(self.ci95),
             'sure': self.error,
-            'mend': self.line or self.fault.todo(self.value),
+            'mend': self.line or self.fault.todo,
             'what': self.what,
             'evidence': self.evidence,
             'otherwise': list(self.otherwise),

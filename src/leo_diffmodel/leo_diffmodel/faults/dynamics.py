@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,27 +13,10 @@ from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.faults.balance import Balance, balance, Figure
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import flow
 from leo_diffmodel.outside.rate import with_true_rates
 from leo_sim.model import Model
-
-GAINED = 0.65
-"""What is left over with a delay, as a share of what is left without: on 39 joints of real
-recordings whose inputs are right 0.72 or more, of those moved by 0.1 and 0.18 s 0.43 to 0.58
-where the motor shows at all."""
-ABOUT_ONE = (0.5, 2.0)
-"""A factor of gravity or motor that no fault of the log has changed."""
-ALIKE = 0.3
-"""Natural logarithm: as far apart the factors of weight and motor may be that stretched time
-changes alike."""
-
-DRIVES = 0.25
-"""Of all torques: what the weight must give to be told anything by, and a motor whose factor may
-be near 0: that of a motor that others move against is, whatever its unit."""
-CLEAR = 0.5
-"""Relative: the weight's factor must be known so well for others to be told against it."""
-CLEAR_ANGLE = 0.6
-"""rad: where gravity pulls to must be known so well for a zero to be told."""
 
 
 def balances(recording: Recording, model: Model) -> dict[str, Balance]:
@@ -45,28 +29,20 @@ def balances(recording: Recording, model: Model) -> dict[str, Balance]:
     usual = FAULTS['input_late'].harmless
     with np.errstate(all='ignore'):
         found = {name: balance(seen, model, j, usual) for j, name in enumerate(recording.joints)}
-    return {
-        name: b
-        for name, b in found.items()
-        if b is not None and name not in model.robot.base_joints
-    }
+    base = model.robot.base_joints
+    return {name: b for name, b in found.items() if b is not None and name not in base}
 
 
 def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Found]:
-    """What is wrong with inputs, zeros and time.
-
-    Args:
-        recording: whose kinematics are in order.
-        found: its balances.
-    """
+    """What is wrong with inputs, zeros and time, by the balances of a log without other faults."""
     out: list[Found] = []
     for name, b in found.items():
         out += list(_zero(name, b)) or list(_compensated(name, b))
         if name in recording.actuators and recording.input != 'position':
             out += _motor(name, b)
     if recording.input in ('voltage', 'torque'):
-        out += _late([(n, b) for n, b in found.items() if n in recording.actuators], recording)
-    return [*out, *([] if out else _time(found))]
+        out += _late([b for n, b in found.items() if n in recording.actuators], recording)
+    return out or list(_time([*found.values()]))
 
 
 def _motor(joint: str, b: Balance) -> Iterator[Found]:
@@ -74,7 +50,7 @@ def _motor(joint: str, b: Balance) -> Iterator[Found]:
     if gain is None:
         return
     size = abs(gain.value)
-    if b.shares['motor'] < DRIVES and size - gain.half < low:
+    if b.shares['motor'] < LIMITS.drives and size - gain.half < low:
         return
     if gain.value + gain.half < 0 and _near_one(b.figures.get('weight')):
         what = f'{joint} goes against its motor'
@@ -82,9 +58,8 @@ def _motor(joint: str, b: Balance) -> Iterator[Found]:
     too_small, too_large = size + gain.half < low, size - gain.half > high
     if (too_small or too_large) and _near_one(b.figures.get('weight')):
         scale = Figure(1 / size, gain.sd / size**2, gain.worst / size**2)
-        what = (
-            f'{joint} is moved by {size:.3g} ± {gain.half:.2g} of what the log of its input says'
-        )
+        share = f'{size:.3g} ± {gain.half:.2g}'
+        what = f'{joint} is moved by {share} of what the log of its input says'
         yield _found('input_scale', joint, scale, what)
 
 
@@ -94,14 +69,15 @@ def _gain(b: Balance) -> Figure | None:
     An inertia that the model lacks makes both small alike.
     """
     motor, weight = b.figures.get('motor'), b.figures.get('weight')
-    if motor is None or weight is None or weight.half > CLEAR * weight.value:
+    if motor is None or weight is None or weight.half > LIMITS.clear * weight.value:
         return motor
     return Figure(motor.value / weight.value, motor.sd / weight.value, motor.worst / weight.value)
 
 
 def _near_one(figure: Figure | None) -> bool:
     """Whether gravity, where there is some, does not contradict itself."""
-    return figure is None or ABOUT_ONE[0] - figure.half < figure.value < ABOUT_ONE[1] + figure.half
+    low, high = LIMITS.about_one
+    return figure is None or low - figure.half < figure.value < high + figure.half
 
 
 def _zero(joint: str, b: Balance) -> Iterator[Found]:
@@ -110,13 +86,13 @@ def _zero(joint: str, b: Balance) -> Iterator[Found]:
         return
     along, across = b.figures['weight'], b.figures['across']
     size = float(np.hypot(along.value, across.value))
-    if not ABOUT_ONE[0] < size < ABOUT_ONE[1]:
+    low, high = LIMITS.about_one
+    if not low < size < high:
         return
     zero = -float(np.arctan2(across.value, along.value))
-    off = Figure(
-        zero, float(np.hypot(along.sd, across.sd)) / size, max(along.worst, across.worst) / size
-    )
-    if off.half < CLEAR_ANGLE and abs(zero) - off.half > FAULTS['angle_zero'].harmless[1]:
+    sd, worst = float(np.hypot(along.sd, across.sd)), max(along.worst, across.worst)
+    off = Figure(zero, sd / size, worst / size)
+    if off.half < LIMITS.clear_angle and abs(zero) - off.half > FAULTS['angle_zero'].harmless[1]:
         what = f'gravity pulls {joint} as if its zero were off by {zero:.2f} ± {off.half:.2f} rad'
         yield _found('angle_zero', joint, off, what)
 
@@ -126,7 +102,8 @@ def _compensated(joint: str, b: Balance) -> Iterator[Found]:
         return
     weight, motor = b.figures['weight'], b.figures['motor']
     missing = 1 - weight.value
-    moved = ABOUT_ONE[0] < motor.value < ABOUT_ONE[1] and motor.half < ABOUT_ONE[0]
+    low, high = LIMITS.about_one
+    moved = low < motor.value < high and motor.half < low
     least = FAULTS['gravity_compensated'].harmless[1]
     if moved and least < missing - weight.half and missing < 1 + weight.half:
         what = (
@@ -136,38 +113,32 @@ def _compensated(joint: str, b: Balance) -> Iterator[Found]:
         yield _found('gravity_compensated', joint, Figure(missing, weight.sd, weight.worst), what)
 
 
-def _late(found: Sequence[tuple[str, Balance]], recording: Recording) -> Iterator[Found]:
-    """One clock for all inputs: the joint that tells best, and none that contradicts it."""
-    told = [(b.figures['late'], b) for _, b in found if 'late' in b.figures]
-    if not told:
+def _late(found: Sequence[Balance], recording: Recording) -> Iterator[Found]:
+    """One clock for all inputs: the joint that is surest, and none that contradicts it."""
+    shown = [(b.figures['late'], b) for b in found if 'late' in b.figures]
+    if not shown:
         return
-    late, b = min(told, key=lambda t: t[0].half)
-    agree = all(abs(other.value - late.value) < other.half + late.half for other, _ in told)
+    late, b = min(shown, key=lambda pair: pair[0].half)
+    agree = all(abs(other.value - late.value) < other.half + late.half for other, _ in shown)
     low, high = FAULTS['input_late'].harmless
-    if not agree or b.gained > GAINED or _within(late, low - sample_period([recording]), high):
-        return
-    way = 'after' if late.value > 0 else 'before'
-    what = f'inputs act {1e3 * abs(late.value):.0f} ± {1e3 * late.half:.0f} ms {way} their stamps'
-    yield _found('input_late', '', late, what)
+    low -= sample_period([recording])
+    may_be_good = late.value - late.half < high and late.value + late.half > low
+    if agree and not (b.gained > LIMITS.gained or may_be_good):
+        way = 'after' if late.value > 0 else 'before'
+        size = f'{1e3 * abs(late.value):.0f} ± {1e3 * late.half:.0f} ms'
+        yield _found('input_late', '', late, f'inputs act {size} {way} their stamps')
 
 
-def _within(figure: Figure, low: float, high: float) -> bool:
-    return figure.value - figure.half < high and figure.value + figure.half > low
-
-
-def _time(found: dict[str, Balance]) -> Iterator[Found]:
-    """Whether gravity swings the joints faster or slower than the model, by the best joint.
+def _time(found: Sequence[Balance]) -> Iterator[Found]:
+    """Whether gravity swings the joints faster or slower than the model, by the surest joint.
 
     Slower may be an inertia as well that the model lacks, and is no error.
     """
-    told = [
-        (b.figures['weight'], b.figures.get('motor'))
-        for b in found.values()
-        if b.shares.get('weight', 0.0) > DRIVES
-    ]
-    if not told:
+    heavy = [b.figures for b in found if b.shares.get('weight', 0.0) > LIMITS.drives]
+    if not heavy:
         return
-    weight, motor = min(told, key=lambda t: t[0].half)
+    figures = min(heavy, key=lambda f: f['weight'].half)
+    weight, motor = figures['weight'], figures.get('motor')
     if weight.value <= 0 or weight.value - weight.half <= 0:
         return
     if motor is not None and not _alike(weight, motor):
@@ -179,24 +150,15 @@ def _time(found: dict[str, Balance]) -> Iterator[Found]:
     edges = ((weight.value + weight.half) ** -0.5, (weight.value - weight.half) ** -0.5)
     if edges[0] > high or edges[1] < low:
         what = f'swings last {stretch:.3f} ± {factor.half:.2f} times as long as gravity has them'
-        slower = '' if stretch < 1 else 'an inertia is missing in the model (armature)'
-        yield Found(
-            FAULTS['time_stretch'],
-            '',
-            stretch,
-            factor.sd,
-            what,
-            not slower,
-            'balance',
-            factor.worst,
-            otherwise=(slower,) if slower else (),
-        )
+        slower = () if stretch < 1 else ('an inertia is missing in the model (armature)',)
+        fault = _found('time_stretch', '', factor, what)
+        yield replace(fault, error=not slower, otherwise=slower)
 
 
 def _alike(weight: Figure, motor: Figure) -> bool:
     """Whether the motor's factor may be the weight's, a gain that is a bit off apart."""
     apart = abs(np.log(max(motor.value, 1e-3) / weight.value))
-    return bool(apart < ALIKE + motor.half / max(motor.value, 1e-3))
+    return bool(apart < LIMITS.alike + motor.half / max(motor.value, 1e-3))
 
 
 def _found(name: str, joint: str, figure: Figure, what: str) -> Found:

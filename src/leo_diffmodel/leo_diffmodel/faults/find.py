@@ -73,8 +73,8 @@ def _still_there(
 ) -> list[Found]:
     """Faults of single sensors that stay once the kinematics are put right.
 
-    An angle that stands beside a speed that is not 0 is not frozen where the speed's zero is
-    wrong, or its filter still forgets what was before.
+    An angle that stands while the speed is not 0 is not frozen where the speed's zero is wrong,
+    or its filter still forgets what was before.
     """
     if not moves or all(f.fault.name != 'frozen' for f in found):
         return [*found]

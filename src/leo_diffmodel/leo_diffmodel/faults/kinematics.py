@@ -11,23 +11,11 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
-from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion, REACH
+from leo_diffmodel.faults.motion import Channels, coarse, grain, Law, Motion
+from leo_diffmodel.faults.settings import LIMITS
 
 Array = np.ndarray
-FASTEST = 200.0
-"""Hz: every so many samples are taken of what comes more often."""
-STRETCH, MOST = 2.0, 1600
-"""s; samples: the stretches that move most are looked at, up to so many samples in all."""
-FEWEST = 60
-"""Samples that a stretch must have."""
-CLEAR = 0.1
-"""Of the scale: the largest standard deviation with which anything is said."""
-TOLD_APART = 5.0
-"""Nats by which a delay must fit better than a filter, or worse, to be told from it."""
-SIGMAS = 1.96
-"""Of an interval."""
-SHOWS = 3.0
-"""Standard deviations from which on a size shows at all."""
+BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
 
 
 @dataclass(frozen=True)
@@ -77,17 +65,15 @@ def relate(recording: Recording, j: int) -> Relation | None:
     full = motion.tuned(coarse(parts, motion.period))
     law, kind, sure = _simplest(motion, full)
     scale, sd = law.of('scale')
-    if sd > CLEAR * abs(scale) or np.abs(law.theta[1:3]).max() >= REACH:
+    if sd > LIMITS.clear_scale * abs(scale) or np.abs(law.theta[1:3]).max() >= LIMITS.reach:
         return None
     speed = float(np.sqrt(np.mean((motion.dq - law.theta[3]) ** 2))) / abs(scale)
-    step = np.abs(np.diff(motion.dq))
-    grain = float(np.quantile(step[step > 0], 0.02)) if step.any() else 0.0
     usual = float(np.abs(motion.dq - law.theta[3]).mean())
-    return Relation(law, kind, sure, motion.period, speed, grain, usual)
+    return Relation(law, kind, sure, motion.period, speed, grain([motion.dq]), usual)
 
 
 def kinematic_faults(relation: Relation, joint: str) -> list[Found]:
-    """What is wrong with the speed of a joint, or with its angle: the kinematics cannot tell."""
+    """What is wrong with the speed of a joint or its angle: kinematics do not say with which."""
     return [*_scales(relation, joint), *_zero(relation, joint), *_late(relation, joint)]
 
 
@@ -106,9 +92,9 @@ def _simplest(motion: Motion, full: Law) -> tuple[Law, str, bool]:
     }
     kind = min(found, key=lambda k: found[k].loss)
     law = found[kind]
-    if late * tau > 0 and law.loss - full.loss > TOLD_APART:
+    if late * tau > 0 and law.loss - full.loss > LIMITS.kind_nats:
         return full, kind, False
-    apart = abs(found['speed_late'].loss - found['speed_filter'].loss) > TOLD_APART
+    apart = abs(found['speed_late'].loss - found['speed_filter'].loss) > LIMITS.kind_nats
     return law, kind, apart
 
 
@@ -118,10 +104,10 @@ def _scales(relation: Relation, joint: str) -> Iterator[Found]:
         what = f'the logged speed of {joint} has the other sign than the change of its angle'
         yield Found(FAULTS['speed_sign'], joint, -1.0, sd, what, True, 'kinematics')
     low, high = FAULTS['speed_scale'].harmless
-    if outside(abs(scale), SHOWS * sd + relation.rounded, low, high):
+    if outside(abs(scale), LIMITS.shows * sd + relation.rounded, low, high):
         what = (
-            f'the logged speed of {joint} is {abs(scale):.4g} ± {SIGMAS * sd:.2g} times the '
-            'change of its angle'
+            f'the logged speed of {joint} is {abs(scale):.4g} ± {LIMITS.sigmas * sd:.2g} times '
+            'the change of its angle'
         )
         yield Found(FAULTS['speed_scale'], joint, abs(scale), sd, what, True, 'kinematics')
 
@@ -130,62 +116,46 @@ def _zero(relation: Relation, joint: str) -> Iterator[Found]:
     zero, sd = relation.law.of('zero')
     fault = FAULTS['speed_zero']
     most = max(fault.harmless[1] * relation.speed * abs(relation.law.theta[0]), relation.grain)
-    if abs(zero) > most + SHOWS * sd:
-        what = (
-            f'the logged speed of {joint} is {zero:.3g} ± {SIGMAS * sd:.1g} rad/s where it stands'
-        )
+    if abs(zero) > most + LIMITS.shows * sd:
+        figure = f'{zero:.3g} ± {LIMITS.sigmas * sd:.1g} rad/s'
+        what = f'the logged speed of {joint} is {figure} where it stands'
         yield Found(fault, joint, zero, sd, what, True, 'kinematics')
 
 
 def _late(relation: Relation, joint: str) -> Iterator[Found]:
     late, sd = relation.late
-    trifle = max(LEAST_LATE, LATE_PERIODS * relation.period)
-    if abs(late) < trifle + SHOWS * sd:
+    trifle = max(LIMITS.least_late, LIMITS.late_periods * relation.period)
+    if abs(late) < trifle + LIMITS.shows * sd:
         return
     by = BY[relation.kind] if relation.sure else 'by a delay or a filter'
     frames = late / relation.period
-    rows = f', {abs(round(frames))} rows' if _whole(frames) else ''
+    whole = abs(round(frames)) >= 1 and abs(frames - round(frames)) < LIMITS.whole_row
+    rows = f', {abs(round(frames))} rows' if whole else ''
     way = 'late' if late > 0 else 'early'
     what = (
-        f'the logged speed of {joint} is {abs(1e3 * late):.1f} ± {1e3 * SIGMAS * sd:.1g} ms '
-        f'{way} against its angle, {by}{rows}'
+        f'the logged speed of {joint} is {abs(1e3 * late):.1f} ± '
+        f'{1e3 * LIMITS.sigmas * sd:.1g} ms {way} against its angle, {by}{rows}'
     )
     kinds = [relation.kind] if relation.sure else [*BY]
-    error = all(outside(late, SIGMAS * sd, *FAULTS[kind].harmless) for kind in kinds)
+    error = all(outside(late, LIMITS.sigmas * sd, *FAULTS[kind].harmless) for kind in kinds)
     yield Found(FAULTS[relation.kind], joint, late, sd, what, error, 'kinematics')
-
-
-BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
-LEAST_LATE, LATE_PERIODS = 0.002, 0.5
-"""s; periods: what happens between two samples, as after a step of the voltage, looks like a
-lag so long."""
-WHOLE = 0.1
-"""Of a row: how near a whole number of rows a lateness is that is told so."""
-
-
-def _whole(frames: float) -> bool:
-    return abs(round(frames)) >= 1 and abs(frames - round(frames)) < WHOLE
 
 
 def _stretches(recording: Recording, j: int) -> list[Channels]:
     """The stretches in which the joint moves most, thinned, each of some seconds."""
     parts = [p for e in recording.episodes for p in _cut(e, j)]
     parts.sort(key=lambda p: -float(np.ptp(p.q)))
-    taken, count = [], 0
-    for part in parts:
-        if count >= MOST:
-            break
-        taken.append(part)
-        count += len(part.t)
+    before = np.cumsum([0, *(len(p.t) for p in parts[:-1])])
+    taken = [p for p, count in zip(parts, before, strict=False) if count < LIMITS.most_samples]
     return sorted(taken, key=lambda p: p.t[0])
 
 
 def _cut(e: Episode, j: int) -> Iterator[Channels]:
     period = float(np.median(np.diff(e.t)))
-    every = max(1, int(1 / (FASTEST * period)))
+    every = max(1, int(1 / (LIMITS.fastest * period)))
     t, q, dq = (x[::every] for x in (e.t, e.q[:, j], e.dq[:, j]))
-    count = max(FEWEST, round(STRETCH / (every * period)))
+    count = max(LIMITS.fewest, round(LIMITS.stretch / (every * period)))
     for k in range(max(1, len(t) // count)):
         rows = slice(k * count, (k + 1) * count if k < len(t) // count - 1 else None)
-        if len(t[rows]) >= FEWEST:
+        if len(t[rows]) >= LIMITS.fewest:
             yield Channels(t[rows], q[rows], dq[rows])

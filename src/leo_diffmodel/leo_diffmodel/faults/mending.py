@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Undo faults by what a topic map can say: in memory, or as the lines of a map."""
+"""Undo faults of one log or several by what a topic map can say, in memory or as its lines."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import groupby
+import math
 from typing import Any
 
 import numpy as np
@@ -14,12 +17,11 @@ from leo_diffmodel.bags.mend import mended as by_map
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.settings import LIMITS
 from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import INTERFACES
 
 FACTORS = ('scale', 'speed_scale', 'input_scale', 'time_scale')
-AROUND, SHORTEST = 0.05, 0.5
-"""s: left out about a stretch without measurements; the shortest piece that is kept."""
 
 
 def map_of(faults: Sequence[Found]) -> TopicMap:
@@ -41,7 +43,9 @@ def mended(recording: Recording, faults: Sequence[Found]) -> Recording:
     """
     left = without(recording, [f for f in faults if f.cuts])
     if left is None:
-        raise UserError(f'{recording.path}: no {SHORTEST} s in which all sensors measure')
+        raise UserError(
+            f'{recording.path}: no {LIMITS.shortest_piece} s in which all sensors measure'
+        )
     return mapped(left, faults)
 
 
@@ -53,28 +57,68 @@ def mapped(recording: Recording, faults: Sequence[Found]) -> Recording:
 
 def without(recording: Recording, found: Sequence[Found]) -> Recording | None:
     """The recording without the stretches of faults; None where nothing is left."""
-    spans = sorted((a - AROUND, b + AROUND) for f in found for a, b in f.where)
-    return kept(recording, [*merged(spans, AROUND)], SHORTEST) if spans else recording
+    around = LIMITS.around
+    spans = sorted((a - around, b + around) for f in found for a, b in f.where)
+    if not spans:
+        return recording
+    return kept(recording, [*merged(spans, around)], LIMITS.shortest_piece)
 
 
 def runs_of(recording: Recording) -> list[Run]:
     """Its episodes as what a bag is written from; speeds only where they were measured."""
-    return [
-        Run(
-            e.t,
-            recording.joints,
-            e.q,
-            e.dq if recording.rates == 'measured' else None,
-            e.effort,
-            {}
-            if recording.input == 'none'
-            else {
-                joint: {
-                    INTERFACES[recording.input]: e.inputs[:, a],
-                    'enabled': e.enabled[:, a].astype(np.float64),
-                }
-                for a, joint in enumerate(recording.actuators)
-            },
-        )
-        for e in recording.episodes
-    ]
+    measured, sent = recording.rates == 'measured', INTERFACES.get(recording.input)
+    runs = []
+    for e in recording.episodes:
+        inputs = {
+            joint: {sent: e.inputs[:, a], 'enabled': e.enabled[:, a].astype(np.float64)}
+            for a, joint in enumerate(recording.actuators)
+            if sent
+        }
+        runs.append(Run(e.t, recording.joints, e.q, e.dq if measured else None, e.effort, inputs))
+    return runs
+
+
+def pooled(faults: Sequence[Found]) -> list[Found]:
+    """One entry for each fault and joint, by all logs in which it is an error (or any)."""
+    groups = groupby(sorted(faults, key=_which), _which)
+    return sorted((_one(list(g)) for _, g in groups), key=lambda f: not f.error)
+
+
+def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list[Recording]:
+    """Each recording without the errors that can be undone.
+
+    A wrong unit or sign that the log itself shows is mended in the logs that show it, with the
+    value of all of them; what only torques show is mended in every log. Stretches are left out
+    of the log that they are of.
+    """
+    errors = pooled([f for f in faults if f.error and f.patch])
+    out = []
+    for r in recordings:
+        own = [f for f in faults if f.bag == str(r.path) and f.error]
+        shown = set(map(_which, own))
+        here = [f for f in errors if f.evidence == 'balance' or _which(f) in shown]
+        out.append(mended(r, [*(f for f in own if f.cuts), *here]))
+    return out
+
+
+def _which(f: Found) -> tuple[str, str]:
+    return f.fault.name, f.joint
+
+
+def _one(group: Sequence[Found]) -> Found:
+    """The mean of a fault's estimates, weighted by how sure they are."""
+    sure = [f for f in group if f.error] or [*group]
+    spread = np.array([max(np.hypot(f.sd, f.worst), 1e-12) for f in sure])
+    weight = spread**-2 / (spread**-2).sum()
+    first = sure[int(np.argmin(spread))]
+    apart = [math.remainder(f.value - first.value, first.fault.turn) for f in sure]
+    value = first.value + float(weight @ apart)
+    bags = len({f.bag for f in sure})
+    others = 'log' if bags == 2 else 'logs'
+    more = f' (and in {bags - 1} other {others})' if bags > 1 else ''
+    return replace(
+        first,
+        value=value,
+        sd=float((spread**-2).sum() ** -0.5) if bags > 1 else first.sd,
+        what=first.what + more,
+    )

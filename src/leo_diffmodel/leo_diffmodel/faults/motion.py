@@ -14,27 +14,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import huber
 
+from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.faults.spline import Knots, Rows, solved
+from leo_diffmodel.outside.samples import block_covariance, noise, spread
 
 Array = np.ndarray
 NAMES = ('scale', 'late', 'filter', 'zero')
-KNOTS = 1.5
-"""Periods between two knots: fewer blur the motion, more follow the noise."""
-REACH = 0.6
-"""Latest that a channel may be against the other [s]."""
-HUBER = 2.0
-"""Standard deviations from which on a sample counts less."""
-MOST_STEPS, NEAR = 25, 0.02
-"""Gauss-Newton steps at most, and the share of a standard deviation that ends them."""
-FARTHEST = 3.0
-"""Periods that `late` may change by in a step."""
-BLOCK = 1.0
-"""Errors so far apart [s] are taken for independent."""
-TUNINGS, PROBES = 2, 4
-"""Rounds of noise estimates; random vectors for their degrees of freedom (Hutchinson)."""
-FLOOR = 1e-7
-"""Of the range of a channel: the least noise it is given."""
 
 
 class Channels(NamedTuple):
@@ -76,13 +63,13 @@ class Motion:
         self.q, self.dq = (
             np.concatenate([getattr(p, n) for p in self.parts]) for n in ('q', 'dq')
         )
-        self.knots, self.count = _knots(self.parts, KNOTS * self.period)
+        self.knots, self.count = _knots(self.parts, LIMITS.knots * self.period)
         self.block = _blocks(self.parts)
         self.sigma = np.array([_noise(self.parts, n) for n in ('q', 'dq')])
 
     def tuned(self, start: Array) -> Law:
         """All four parameters, and the noise of both channels with them."""
-        for _ in range(TUNINGS):
+        for _ in range(LIMITS.tunings):
             law = self.fit(NAMES, start)
             self.sigma, start = self._noises(law), law.theta
         return self.fit(NAMES, start)
@@ -91,26 +78,17 @@ class Motion:
         """The robust least-squares fit of the `free` parameters, the others as in `start`."""
         theta, index = np.array(start, float), [NAMES.index(name) for name in free]
         weight = np.ones(2 * len(self.q))
-        for _ in range(MOST_STEPS):
+        for _ in range(LIMITS.most_steps):
             rest, slope = self._linearised(theta, weight, index)
-            size = 1.4826 * float(np.median(np.abs(rest)))
-            weight = np.minimum(1.0, HUBER * size / np.maximum(np.abs(rest), 1e-300))
+            size = spread(rest)
+            weight = np.minimum(1.0, LIMITS.motion_huber * size / np.maximum(np.abs(rest), 1e-300))
             inverse = np.linalg.pinv(slope.T @ (weight[:, None] * slope))
             step = inverse @ (slope.T @ (weight * rest))
-            most = FARTHEST * self.period
-            held = min(
-                [
-                    1.0,
-                    *(
-                        most / abs(s)
-                        for i, s in zip(index, step, strict=True)
-                        if i in (1, 2) and abs(s) > most
-                    ),
-                ]
-            )
-            theta[index] += held * step
-            theta[1:3] = np.clip(theta[1:3], -REACH, REACH)
-            if (np.abs(step) < NEAR * size * np.sqrt(inverse.diagonal())).all():
+            most = LIMITS.farthest * self.period
+            times = [abs(s) for i, s in zip(index, step, strict=True) if i in (1, 2)]
+            theta[index] += most / max([most, *times]) * step
+            theta[1:3] = np.clip(theta[1:3], -LIMITS.reach, LIMITS.reach)
+            if (np.abs(step) < LIMITS.step_near * size * np.sqrt(inverse.diagonal())).all():
                 break
         return self._law(theta, weight, index)
 
@@ -118,23 +96,19 @@ class Motion:
         rest, slope = self._linearised(theta, weight, index)
         inverse = np.linalg.pinv(slope.T @ (weight[:, None] * slope))
         scores = (weight * rest)[:, None] * slope
-        sums = np.stack([np.bincount(self.block, s) for s in scores.T], axis=1)
         covariance = np.zeros((len(NAMES), len(NAMES)))
-        covariance[np.ix_(index, index)] = self._covariance(inverse, sums, weight * rest**2)
-        far = np.abs(rest)
-        loss = np.where(far < HUBER, 0.5 * far**2, HUBER * (far - 0.5 * HUBER))
-        return Law(theta, covariance, float(loss.sum()), weight)
+        covariance[np.ix_(index, index)] = self._covariance(inverse, scores, weight * rest**2)
+        return Law(theta, covariance, float(huber(LIMITS.motion_huber, rest).sum()), weight)
 
-    def _covariance(self, inverse: Array, sums: Array, squares: Array) -> Array:
-        """The larger of what blocks and what single samples say, and what a grid blurs.
+    def _covariance(self, inverse: Array, scores: Array, squares: Array) -> Array:
+        """The larger of what blocks and what single samples say, (P, P).
 
         Args:
             inverse: of the normal matrix, shape (P, P).
-            sums: of the scores in each block, shape (B, P).
+            scores: of each sample, shape (2N, P).
             squares: weighted residuals, shape (2N,).
         """
-        blocks, count = sums.shape
-        apart = inverse @ (sums.T @ sums) @ inverse * blocks / max(blocks - count, 1)
+        apart = block_covariance(inverse, scores, self.block)
         alone = inverse * float(squares.sum()) / max(2 * len(self.q) - self.count, 1)
         ratio = np.sqrt(np.maximum(alone.diagonal() / np.maximum(apart.diagonal(), 1e-300), 1.0))
         return apart * np.outer(ratio, ratio)
@@ -184,7 +158,7 @@ class Motion:
     def _noises(self, law: Law) -> Array:
         """Noise of both channels from what is left over and its degrees of freedom."""
         (rows, y), root = self._whitened(law.theta), np.sqrt(law.weight)
-        probes = np.random.default_rng(0).choice([-1.0, 1.0], (len(y), PROBES))
+        probes = np.random.default_rng(0).choice([-1.0, 1.0], (len(y), LIMITS.probes))
         weighted = root * rows
         found = solved(weighted, self.count, np.column_stack([root * y, probes]))
         rest = root * (y - rows @ found[:, 0])
@@ -193,13 +167,13 @@ class Motion:
         )
         left = np.maximum((law.weight - spent).reshape(2, -1).sum(axis=1), 0.02 * len(self.q))
         sizes = np.sqrt((rest**2).reshape(2, -1).sum(axis=1) / left)
-        least = FLOOR * np.array([np.ptp(self.q), np.ptp(self.dq)]) + 1e-12
+        least = LIMITS.floor * np.array([np.ptp(self.q), np.ptp(self.dq)]) + 1e-12
         return np.maximum(self.sigma * sizes, least)
 
 
 def coarse(parts: Sequence[Channels], period: float) -> Array:
     """Where to start: scale and lateness of the speed by cross-correlation, filter and zero 0."""
-    reach = int(REACH / period)
+    reach = int(LIMITS.reach / period)
     crossed, power = np.zeros(2 * reach + 1), 0.0
     for part in parts:
         grid = np.arange(part.t[0], part.t[-1], period)
@@ -221,8 +195,8 @@ def _knots(parts: Sequence[Channels], step: float) -> tuple[list[Knots], int]:
     """Knots of each stretch, which go on beyond it, and how many coefficients there are."""
     out, offset = [], 0
     for part in parts:
-        count = int(np.ceil((part.t[-1] - part.t[0] + 2 * REACH) / step)) + 4
-        out.append(Knots(float(part.t[0]) - REACH, step, count, offset))
+        count = int(np.ceil((part.t[-1] - part.t[0] + 2 * LIMITS.reach) / step)) + 4
+        out.append(Knots(float(part.t[0]) - LIMITS.reach, step, count, offset))
         offset += count
     return out, offset
 
@@ -231,7 +205,7 @@ def _blocks(parts: Sequence[Channels]) -> Array:
     """Number of the block of each sample of both channels."""
     numbers, first = [], 0
     for part in parts:
-        numbers.append(first + ((part.t - part.t[0]) / BLOCK).astype(int))
+        numbers.append(first + ((part.t - part.t[0]) / LIMITS.block).astype(int))
         first = int(numbers[-1][-1]) + 1
     return np.concatenate([*numbers, *numbers])
 
@@ -239,9 +213,11 @@ def _blocks(parts: Sequence[Channels]) -> Array:
 def _noise(parts: Sequence[Channels], name: str) -> float:
     """A first guess of a channel's noise: third differences, and the steps of its sensor."""
     values = [getattr(part, name) for part in parts]
-    rough = np.abs(np.concatenate([np.diff(v, 3) for v in values]))
-    step = np.abs(np.concatenate([np.diff(v) for v in values]))
-    grain = float(np.quantile(step[step > 0], 0.02)) / np.sqrt(12) if step.any() else 0.0
     span = max(float(np.ptp(v)) for v in values)
-    usual = 1.4826 * float(np.median(rough)) / np.sqrt(20)
-    return max(usual, grain, FLOOR * span + 1e-12)
+    return max(noise(values), grain(values) / np.sqrt(12), LIMITS.floor * span + 1e-12)
+
+
+def grain(values: Sequence[Array]) -> float:
+    """Step of a sensor, from its values in stretches (T,)."""
+    step = np.abs(np.concatenate([np.diff(v) for v in values]))
+    return float(np.quantile(step[step > 0], LIMITS.grain)) if step.any() else 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 
@@ -13,21 +14,25 @@ from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.dynamics import balances
 from leo_diffmodel.faults.mending import mapped
-from leo_diffmodel.faults.units import ANGLES, SPEEDS, unit_of
+from leo_diffmodel.faults.settings import LIMITS
 from leo_sim.model import Model
 
-TOLD_APART = 0.3
-"""Natural logarithm: by so much nearer to 1 the factor of gravity must be under one reading than
-under another. A clock that is off by a sixth changes it by that, an inertia of a third that
-the model lacks by as much."""
-CLEAR = 0.5
-"""Relative: a factor must be known so well to tell anything."""
-LEAST, WRONG_WAY = 0.02, 2.0
-"""The smallest factor that is told from none; what a joint against its motor is off by."""
-SAME = 0.02
-"""Relative: how near the scales of two joints must be to come from one clock."""
-STRETCHES = (0.5, 2.0)
-"""Rates of clocks that are mistaken for each other differ by less."""
+ANGLES = {
+    180 / math.pi: 'degrees',
+    1 / (2 * math.pi): 'turns',
+    200 / math.pi: 'gons',
+    4096 / (2 * math.pi): 'counts of 12 bits',
+    1000.0: 'milliradians',
+}
+"""How many of a unit are one radian."""
+SPEEDS = {
+    180 / math.pi: 'degrees per second',
+    30 / math.pi: 'revolutions per minute',
+    1 / (2 * math.pi): 'revolutions per second',
+    30 / math.pi / 0.229: 'steps of 0.229 rpm',
+    1000.0: 'milliradians per second',
+}
+"""How many of a unit are one radian per second."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,7 @@ def _explains(clock: Found, other: Found) -> bool:
     if other.fault.name not in ('speed_scale', 'time_stretch', 'angle_scale'):
         return False
     scale = 1 / other.value if other.fault.name == 'angle_scale' else other.value
-    return abs(scale / clock.value - 1) < SAME
+    return abs(scale / clock.value - 1) < LIMITS.same_clock
 
 
 def _resolved(
@@ -84,33 +89,23 @@ def _resolved(
         out.append(_chosen(recording, model, [*rest, *signed], _scales(mine['speed_scale'])))
     if 'speed_sign' in mine:
         sign = mine['speed_sign']
-        other = replace(
-            sign,
-            fault=FAULTS['angle_sign'],
-            what=(
-                f'the logged angle of {joint} has the other sign than its speed and its torques'
-            ),
-        )
+        what = f'the logged angle of {joint} has the other sign than its speed and its torques'
+        other = replace(sign, fault=FAULTS['angle_sign'], what=what)
         out.append(_chosen(recording, model, [*rest, *out], [sign, other]))
     return out
 
 
 def _scales(found: Found) -> list[Found]:
     """Speed, angle or clock: what each would have to be off by."""
-    k, joint = found.value, found.joint
-    inverse = replace(
-        found,
-        fault=FAULTS['angle_scale'],
-        value=1 / k,
-        sd=found.sd / k**2,
-        what=f'the logged angle of {joint} is {1 / k:.4g} ± {1.96 * found.sd / k**2:.2g} times '
-        'what its speed adds up to',
-    )
+    k, sd = found.value, found.sd / found.value**2
+    size = f'{1 / k:.4g} ± {LIMITS.sigmas * found.sd / k**2:.2g}'
+    what = f'the logged angle of {found.joint} is {size} times what its speed adds up to'
+    inverse = replace(found, fault=FAULTS['angle_scale'], value=1 / k, sd=sd, what=what)
     out = [_with_unit(found, SPEEDS), _with_unit(inverse, ANGLES)]
-    if STRETCHES[0] < k < STRETCHES[1]:
+    if LIMITS.stretches[0] < k < LIMITS.stretches[1]:
         what = (
-            f'a second of the log lasts {1 / k:.4g} ± {1.96 * found.sd / k**2:.2g} s: its '
-            f'speeds are {k:.4g} times the change of its angles'
+            f'a second of the log lasts {size} s: its speeds are {k:.4g} times the change of its '
+            'angles'
         )
         out.append(replace(found, fault=FAULTS['time_stretch'], joint='', what=what))
     named = [f for f in out if ' that is ' in f.what]
@@ -118,8 +113,11 @@ def _scales(found: Found) -> list[Found]:
 
 
 def _with_unit(found: Found, units: dict[float, str]) -> Found:
-    unit = unit_of(found.value, found.sd, units)
-    return replace(found, what=f'{found.what}; that is {unit}') if unit else found
+    """The fault with the unit in words that its value stands for, if it does for one."""
+    off, unit = min((abs(found.value / m - 1), name) for m, name in units.items())
+    if off >= max(LIMITS.unit_near, 2 * found.sd / abs(found.value)):
+        return found
+    return replace(found, what=f'{found.what}; that is {unit}')
 
 
 def _chosen(
@@ -130,13 +128,14 @@ def _chosen(
     The first one stands where no other balances clearly better.
     """
     seen = [_seen(recording, model, rest, r) for r in readings]
-    clear = [s for s in seen if s.half < CLEAR]
+    clear = [s for s in seen if s.half < LIMITS.clear]
     best = min(clear, key=lambda s: s.off, default=seen[0])
-    first = best if seen[0].off - best.off > TOLD_APART else seen[0]
+    first = best if seen[0].off - best.off > LIMITS.readings_apart else seen[0]
     left = [
         s
         for s in seen
-        if s is not first and (first.half >= CLEAR or s.off - first.off < TOLD_APART + first.half)
+        if s is not first
+        and (first.half >= LIMITS.clear or s.off - first.off < LIMITS.readings_apart + first.half)
     ]
     return replace(first.found, otherwise=tuple(s.found.what for s in left))
 
@@ -152,8 +151,8 @@ def _seen(
     figure = next((mine.figures[n] for n in names if n in mine.figures), None) if mine else None
     if figure is None:
         return Reading(reading, 0.0, np.inf)
-    size = max(figure.value, LEAST)
-    half = (1.96 * figure.sd + 0.5 * figure.worst) / max(abs(figure.value), LEAST)
+    least = LIMITS.least_factor
+    half = (LIMITS.sigmas * figure.sd + 0.5 * figure.worst) / max(abs(figure.value), least)
     if signed:
-        return Reading(reading, 0.0 if figure.value > 0 else WRONG_WAY, half)
-    return Reading(reading, abs(float(np.log(size))), half)
+        return Reading(reading, 0.0 if figure.value > 0 else LIMITS.wrong_way, half)
+    return Reading(reading, abs(float(np.log(max(figure.value, least)))), half)

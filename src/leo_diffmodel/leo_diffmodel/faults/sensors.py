@@ -11,21 +11,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.frozen import frozen, resolution
-
-SAME, EQUAL, FEWEST_GOALS = 0.98, 1e-6, 10
-"""Share of the samples that are the goal where an angle is taken for one; rad by which they may
-differ; changes of the goal that are needed. No servo is at its goal to the last digit."""
-MOVES = 3.0
-"""Steps of the sensor that a joint must go from sample to sample to count as moving."""
-FEWEST = 60
-"""Samples in which it must move."""
-COARSE = 0.02
-"""Of the range moved through: a coarser step of the angle is told."""
-MOST_LOST = 0.02
-"""Of the time: where less is frozen, what is left tells the same."""
-CHANCE = 1.5
-"""Times the longest run of repeated samples that is to be expected."""
+from leo_diffmodel.outside.samples import steps
 
 
 def sensor_faults(recording: Recording) -> list[Found]:
@@ -37,8 +25,8 @@ def sensor_faults(recording: Recording) -> list[Found]:
             *_repeated(recording, j, joint),
             *_coarse(recording, j, joint),
         ]
-    told = {f.joint: _longest(recording, f) for f in out}
-    return [*out, *(f for f in _frozen(recording) if f.value > told.get(f.joint, 0.0))]
+    longest = {f.joint: _longest(recording, f) for f in out}
+    return [*out, *(f for f in _frozen(recording) if f.value > longest.get(f.joint, 0.0))]
 
 
 def _longest(recording: Recording, found: Found) -> float:
@@ -50,9 +38,9 @@ def _longest(recording: Recording, found: Found) -> float:
         return np.inf
     if found.fault.name != 'repeated':
         return 0.0
-    steps = np.concatenate([np.diff(e.t) for e in recording.episodes])
-    runs = np.log(len(steps)) / -np.log(min(found.value, 0.99))
-    return CHANCE * float(runs * np.median(steps))
+    step = steps(recording)
+    runs = np.log(len(step)) / -np.log(min(found.value, 0.99))
+    return LIMITS.chance * float(runs * np.median(step))
 
 
 def is_no_measurement(found: Sequence[Found], joint: str) -> bool:
@@ -73,7 +61,7 @@ def _frozen(recording: Recording) -> Iterator[Found]:
         )
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
         value = _top(recording, joint) if name == 'clipped' else longest
-        error = lost > MOST_LOST * sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
+        error = lost > LIMITS.most_lost * sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
         yield Found(FAULTS[name], joint, value, 0.0, what, error, 'sensor', where=spans)
 
 
@@ -90,10 +78,10 @@ def _goal(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     same = total = moved = 0
     for e in recording.episodes:
         goal, q = e.inputs[:, a], e.q[:, j]
-        near = np.minimum(np.abs(q[1:] - goal[1:]), np.abs(q[1:] - goal[:-1])) < EQUAL
+        near = np.minimum(np.abs(q[1:] - goal[1:]), np.abs(q[1:] - goal[:-1])) < LIMITS.goal_equal
         same, total = same + int(near.sum()), total + len(near)
         moved += int((np.diff(goal) != 0).sum())
-    if moved >= FEWEST_GOALS and same > SAME * total:
+    if moved >= LIMITS.fewest_goals and same > LIMITS.goal_share * total:
         what = f'the angle of {joint} is its goal to the last digit, and no measurement'
         yield Found(FAULTS['goal_as_angle'], joint, same / total, 0.0, what, True, 'sensor')
 
@@ -104,16 +92,16 @@ def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         return
     again = total = 0
     for e in recording.episodes:
-        fast = np.abs(e.dq[:-1, j]) * np.diff(e.t) > MOVES * resolution(e.q[:, j])
+        fast = np.abs(e.dq[:-1, j]) * np.diff(e.t) > LIMITS.moves * resolution(e.q[:, j])
         same = (np.diff(e.q[:, j]) == 0) & (np.diff(e.dq[:, j]) == 0)
         again, total = again + int((same & fast).sum()), total + int(fast.sum())
-    if total < FEWEST:
+    if total < LIMITS.fewest:
         return
     share, sd = again / total, float(np.sqrt(max(again, 1)) / total)
-    if share - 1.96 * sd > FAULTS['repeated'].harmless[1]:
+    if share - LIMITS.sigmas * sd > FAULTS['repeated'].harmless[1]:
         what = (
-            f'{100 * share:.0f} ± {196 * sd:.0f} % of the samples of {joint} repeat the one '
-            'before while it moves'
+            f'{100 * share:.0f} ± {100 * LIMITS.sigmas * sd:.0f} % of the samples of {joint} '
+            'repeat the one before while it moves'
         )
         yield Found(FAULTS['repeated'], joint, share, sd, what, False, 'sensor')
 
@@ -124,6 +112,9 @@ def _coarse(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     if not span or len(values) > len(q) / 2:
         return
     step = float(np.diff(values).min())
-    if step > min(COARSE * span, FAULTS['quantised'].harmless[1]) and len(q) > FEWEST:
+    if (
+        step > min(LIMITS.coarse * span, FAULTS['quantised'].harmless[1])
+        and len(q) > LIMITS.fewest
+    ):
         what = f'the angle of {joint} has {len(values)} different values, {step:.2g} rad apart'
         yield Found(FAULTS['quantised'], joint, step, 0.0, what, False, 'sensor')

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solveh_banded
 
+from leo_diffmodel.faults.settings import LIMITS
+
 Array = np.ndarray
 ORDER = 4
 """Basis functions that are not zero at an instant."""
-RIDGE = 1e-9
-"""Of the mean diagonal: holds coefficients that no sample touches."""
 PIECES = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
 """Coefficients in u, u from 0 to 1 between two knots, of the four basis functions."""
 
@@ -90,7 +90,7 @@ def solved(rows: Rows, count: int, targets: Array) -> Array:
         for b in range(a, ORDER):
             product = rows.values[:, a] * rows.values[:, b]
             bands[b - a] += np.bincount(rows.first + a, product, count)
-    bands[0] += RIDGE * bands[0].mean() + 1e-300
+    bands[0] += LIMITS.ridge * bands[0].mean() + 1e-300
     right = np.stack(
         [
             sum(np.bincount(rows.first + a, rows.values[:, a] * y, count) for a in range(ORDER))

@@ -8,25 +8,18 @@ input leave nothing over.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.outside.samples import integral, period, THIRD
+from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
 
 Array = np.ndarray
-BELL_SECONDS = 0.12
-LEAST_INTERVALS, MOST_INTERVALS = 6, 24
-"""Of one bell: data that come more often are averaged first."""
-PER_BELL = 4
-"""Bells overlap: so many begin within the length of one."""
-TURNED = 0.5
-"""Of what the slowest rate that counts as motion adds up to: an angle that stays within less
-stands, whatever zero the rate has."""
-RATE_ROUGH, STILL_SIGMAS, LEAST_STILL = 20.0, 3.0, 1e-3
 
 
 @dataclass(frozen=True)
@@ -41,7 +34,7 @@ class Flow:
         ddq: accelerations [rad/s2, m/s2], shape (N, J).
         missing: torque that the motion takes less what the model gives [N m, N], shape (N, J).
         motor: torque of the motors by the model, without back-EMF [N m, N], shape (N, J).
-        before: the same some tens of milliseconds earlier, shape (D, N, J).
+        before: the same some tens of milliseconds earlier, shape (N, D, J).
         load: torque of gravity by the model [N m, N], shape (N, J).
         inertial: parts of M ddq by the joint that accelerates [N m, N], shape (N, J, J).
         swing: Coriolis and centrifugal torques by the model [N m, N], shape (N, J).
@@ -79,50 +72,32 @@ class Flow:
 
     @property
     def _turning(self) -> Array:
-        turning: Array = np.abs(np.diagonal(self.inertial, axis1=1, axis2=2))
-        return turning
-
-
-DELAYS = (0.02, 0.06)
-"""s: how much later an input may act than the model says."""
-
-
-def bell_seconds(period: float) -> float:
-    """Length of one bell for data that come every `period` [s]."""
-    return max(BELL_SECONDS, LEAST_INTERVALS * period)
+        return np.asarray(np.abs(np.diagonal(self.inertial, axis1=1, axis2=2)))
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
     """The flow of a recording whose rates are right; None where no episode holds a bell."""
-    steps = [np.diff(e.t) for e in recording.episodes]
-    period = float(np.median(np.concatenate(steps)))
-    grid = max(period, bell_seconds(period) / MOST_INTERVALS)
-    still = still_rates(recording)
-    parts = [
-        _episode(e, i, model, grid, bell_seconds(period), still)
-        for i, e in enumerate(recording.episodes)
-    ]
+    step, still = period(recording), still_rates(recording)
+    bell = max(OUTSIDE.bell_seconds, OUTSIDE.bell_least_intervals * step)
+    grid = max(step, bell / OUTSIDE.bell_most_intervals)
+    parts = [_episode(e, i, model, grid, bell, still) for i, e in enumerate(recording.episodes)]
     found = [p for p in parts if p is not None]
-    return _joined(found) if found else None
-
-
-def _joined(parts: Sequence[Flow]) -> Flow:
-    def all_of(name: str) -> Array:
-        return np.concatenate([getattr(p, name) for p in parts], axis=1 if name == 'before' else 0)
-
+    if not found:
+        return None
     names = [f.name for f in fields(Flow) if f.name != 'bell']
-    return Flow(**{name: all_of(name) for name in names}, bell=parts[0].bell)
+    whole = {name: np.concatenate([getattr(p, name) for p in found]) for name in names}
+    return Flow(**whole, bell=bell)
 
 
 def still_rates(recording: Recording) -> Array:
     """Rate below which a joint may stand, shape (J,): three times the noise of the rate."""
     rough = np.concatenate([np.diff(e.dq, 3, axis=0) for e in recording.episodes])
     if not len(rough):
-        return np.full(len(recording.joints), LEAST_STILL)
+        return np.full(len(recording.joints), OUTSIDE.least_still)
     fast = np.quantile(np.abs(np.concatenate([e.dq for e in recording.episodes])), 0.95, axis=0)
-    noise = 1.4826 * np.median(np.abs(rough), axis=0) / np.sqrt(RATE_ROUGH)
-    limit: Array = np.maximum(np.maximum(STILL_SIGMAS * noise, 0.01 * fast), LEAST_STILL)
-    return limit
+    noise = 1.4826 * np.median(np.abs(rough), axis=0) / np.sqrt(THIRD)
+    moving = np.maximum(OUTSIDE.still_sigmas * noise, OUTSIDE.still_share * fast)
+    return np.asarray(np.maximum(moving, OUTSIDE.least_still))
 
 
 def _episode(
@@ -134,31 +109,29 @@ def _episode(
         return None
     nodes = e.t[0] + grid * np.arange(count + 1)
     raw = _intervals(e, model, nodes, grid, weights, still)
-    every = max(1, len(weights) // PER_BELL)
+    every = max(1, len(weights) // OUTSIDE.per_bell)
     smooth = {name: _smoothed(values, weights, every) for name, values in raw.items()}
     turned = np.ptp(_windows(raw['q'], weights, every), axis=-1)
-    smooth['moving'] *= turned > TURNED * still * bell
+    smooth['moving'] *= turned > OUTSIDE.turned * still * bell
     middle = _smoothed(0.5 * (nodes[1:] + nodes[:-1]), weights, every)
-    before = np.stack([smooth.pop(f'before {d}') for d in DELAYS])
-    return Flow(middle, np.full(len(middle), number), bell=bell, before=before, **smooth)
+    return Flow(middle, np.full(len(middle), number), bell=bell, **smooth)
 
 
 def _bell(count: int) -> Array:
     """Weights of the intervals of one bell, sum 1."""
     x = (np.arange(count) + 0.5) / count * 2 - 1
-    weights: Array = (1 - x**2) ** 2
-    return weights / weights.sum()
+    weights = (1 - x**2) ** 2
+    return np.asarray(weights / weights.sum())
 
 
 def _smoothed(values: Array, weights: Array, every: int) -> Array:
     """Means under the bell, where it lies inside the episode, one every so many intervals."""
-    smooth: Array = _windows(values, weights, every) @ weights
-    return smooth
+    return np.asarray(_windows(values, weights, every) @ weights)
 
 
 def _windows(values: Array, weights: Array, every: int) -> Array:
     """What lies under each bell, along the last axis."""
-    return np.lib.stride_tricks.sliding_window_view(values, len(weights), axis=0)[::every]
+    return sliding_window_view(values, len(weights), axis=0)[::every]
 
 
 def _intervals(
@@ -169,57 +142,49 @@ def _intervals(
     q, dq = model.laws.true_state(q, dq)
     middle, rate = 0.5 * (q[1:] + q[:-1]), 0.5 * (dq[1:] + dq[:-1])
     ddq = np.diff(dq, axis=0) / grid
-    given = _at_motors(model, e)
-    u, on = _mean(e.t, given, nodes), _mean(e.t, e.enabled.astype(float), nodes)
+    given, enabled = _at_motors(model, e), e.enabled.astype(float)
+
+    def acting(late: float) -> tuple[Array, Array]:
+        """Inputs and enabled motors, where they act so much later than the model says."""
+        return _mean(e.t + late, given, nodes), _mean(e.t + late, enabled, nodes)
+
+    u, on = acting(0.0)
     sign = np.clip(rate / still, -1, 1)
-    held, motor = _held(model, middle, rate, u, on, sign)
+    held = _held(model, middle, rate, u, on, sign)
     mass, bias = model.rigid.mass_and_bias(middle, rate)
     load = model.rigid.load(middle)
-    mass = mass + np.broadcast_to(np.diag(_of_joints(model.laws.rotor_inertia, ddq)), mass.shape)
+    rotors = np.asarray(model.laws.rotor_inertia, dtype=float).reshape(-1)
+    mass = mass + np.diag(np.broadcast_to(rotors, ddq.shape[-1:]))
     inertial = mass * ddq[:, None, :]
-    late = {
-        f'before {d}': _motor(
-            model,
-            _mean(e.t + d, given, nodes),
-            _mean(e.t + d, e.enabled.astype(float), nodes),
-            middle,
-        )
-        for d in DELAYS
-    }
     return {
         'q': middle,
         'dq': rate,
         'ddq': ddq,
         'missing': inertial.sum(axis=-1) + bias - held,
-        'motor': motor,
+        'motor': _motor(model, u, on, middle),
         'load': load,
         'inertial': inertial,
         'swing': bias + load,
         'sign': sign,
         'moving': (np.abs(rate) > still).astype(float),
         'enabled': _at_joints(model, on, ddq),
-        **late,
+        'before': np.stack([_motor(model, *acting(d), middle) for d in OUTSIDE.delays], axis=1),
     }
 
 
-def _held(
-    model: Model, q: Array, dq: Array, u: Array, on: Array, sign: Array
-) -> tuple[Array, Array]:
-    """What motors and losses of the model give, and the motors alone without back-EMF."""
+def _held(model: Model, q: Array, dq: Array, u: Array, on: Array, sign: Array) -> Array:
+    """What motors and losses of the model give."""
     load = model.rigid.load(q) if model.laws.needs_load else None
     given = model.laws.torques(q, dq, dq, u, on, load)
     friction = 0.0 if given.level is None else given.level * sign
-    return given.motor + given.joint - friction, _motor(model, u, on, q)
+    return np.asarray(given.motor + given.joint - friction)
 
 
 def _motor(model: Model, u: Array, on: Array, q: Array) -> Array:
+    """What the motors give without back-EMF."""
     still = np.zeros_like(q)
     load = still if model.laws.needs_load else None
     return np.broadcast_to(model.laws.torques(q, still, still, u, on, load).motor, q.shape)
-
-
-def _of_joints(values: Array | float, like: Array) -> Array:
-    return np.broadcast_to(np.asarray(values, dtype=float).reshape(-1), like.shape[-1:])
 
 
 def _at_joints(model: Model, figures: Array, like: Array) -> Array:
@@ -272,16 +237,14 @@ def _noise(values: Array) -> Array:
     if not len(rough):
         return np.full(values.shape[1], 1e-12)
     small = np.sort(rough**2, axis=0)[: max(1, int(0.8 * len(rough)))]
-    noise: Array = np.sqrt(small.mean(axis=0) / RATE_ROUGH) + 1e-12
-    return noise
+    return np.asarray(np.sqrt(small.mean(axis=0) / THIRD) + 1e-12)
 
 
 def _box(t: Array, values: Array, nodes: Array, width: float) -> Array:
     """Means over `width` [s] about the nodes, of values on straight lines between samples."""
     if width < 1.5 * float(np.median(np.diff(t))):
         return np.stack([np.interp(nodes, t, x) for x in values.T], axis=1)
-    mean = 0.5 * (values[1:] + values[:-1]) * np.diff(t)[:, None]
-    area = np.vstack([np.zeros(values.shape[1]), np.cumsum(mean, axis=0)])
+    area = integral(t, values)
     low, high = (np.clip(nodes + s * width / 2, t[0], t[-1]) for s in (-1, 1))
     sums = [np.interp(high, t, a) - np.interp(low, t, a) for a in area.T]
     return np.stack(sums, axis=1) / (high - low)[:, None]

@@ -9,15 +9,10 @@ import numpy as np
 
 from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.outside.samples import integral
+from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
-LEAST_SECONDS = 0.08
-LEAST_SAMPLES = 5
-LEAST_MOVE = 0.02
-RESOLUTIONS = 4.0
-ADJACENT = 0.1
-SLOWEST = 0.05
-"""Of the largest speed: what a sensor of it may be off by where the joint stands."""
 
 
 @dataclass(frozen=True)
@@ -53,16 +48,18 @@ def frozen(recording: Recording) -> list[Frozen]:
             ends = values.min(), values.max()
             found = [(a, b, v in ends) for e in recording.episodes for a, b, v in find(e, j)]
             for at_end in (False, True):
-                spans = merged(((a, b) for a, b, end in found if end == at_end), ADJACENT)
+                same = ((a, b) for a, b, end in found if end == at_end)
+                spans = merged(same, OUTSIDE.frozen_adjacent)
                 out += [Frozen(joint, sensor, a, b, at_end) for a, b in spans]
     return out
 
 
 def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
     """Stretches, with their value, of one angle although the speed adds up."""
-    area = np.r_[0.0, np.cumsum(0.5 * np.diff(e.t) * (e.dq[1:, j] + e.dq[:-1, j]))]
-    least = max(LEAST_MOVE, RESOLUTIONS * resolution(e.q[:, j]))
-    slowest = max(SLOWEST * float(np.abs(e.dq[:, j]).max()), 2 * resolution(e.dq[:, j]))
+    area = integral(e.t, e.dq[:, j])
+    least = max(OUTSIDE.frozen_move, OUTSIDE.frozen_resolutions * resolution(e.q[:, j]))
+    fastest = float(np.abs(e.dq[:, j]).max())
+    slowest = max(OUTSIDE.frozen_slowest * fastest, 2 * resolution(e.dq[:, j]))
     return [
         (float(e.t[a]), float(e.t[b]), float(e.q[a, j]))
         for a, b in _constant(e.t, e.q[:, j])
@@ -72,12 +69,12 @@ def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
 
 def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
     """Stretches, with their value, of one speed that the angle does not go along with."""
-    coarse = RESOLUTIONS * resolution(e.dq[:, j])
+    coarse = OUTSIDE.frozen_resolutions * resolution(e.dq[:, j])
     out = []
     for a, b in _constant(e.t, e.dq[:, j]):
         seconds = float(e.t[b] - e.t[a])
         off = abs(e.q[b, j] - e.q[a, j] - e.dq[a, j] * seconds)
-        if off > LEAST_MOVE + coarse * seconds:
+        if off > OUTSIDE.frozen_move + coarse * seconds:
             out.append((float(e.t[a]), float(e.t[b]), float(e.dq[a, j])))
     return out
 
@@ -86,7 +83,8 @@ def _constant(t: Array, values: Array) -> list[tuple[int, int]]:
     """First and last sample of each stretch of one and the same value."""
     edges = np.flatnonzero(np.diff(values) != 0)
     first, last = np.r_[0, edges + 1], np.r_[edges, len(values) - 1]
-    long = (t[last] - t[first] >= LEAST_SECONDS) & (last - first >= LEAST_SAMPLES - 1)
+    long = t[last] - t[first] >= OUTSIDE.frozen_seconds
+    long &= last - first >= OUTSIDE.frozen_samples - 1
     return list(zip(first[long].tolist(), last[long].tolist(), strict=True))
 
 

@@ -14,20 +14,12 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.samples import reweighted
+from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
 Array = np.ndarray
-ROUNDS = 12
-HUBER = 1.5
-MOST_HERTZ, COARSE = 6.0, 0.25
-BINS_PER_CYCLE, MOST_BINS = 4, 2**20
 ANY = np.inf
-WEAKER = -0.4
-"""Least change of a motor's torque, as a share of it. There is no most: as guessed, or in another
-unit, it may be many times too weak, and what runs as it says is run by it."""
-LIGHTER, HEAVIER, TILT, SPRING = -0.3, 2.0, 0.25, 0.3
-"""Least and most change of a mass, as a share of it; torque across gravity, or the same always,
-in the weight or in what is usually at work; stiffness of a spring, in the weight per radian."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +54,8 @@ def explained(
         flow: of one recording.
         model: its model.
         j: the joint.
-        fitted: the instants that are fitted (N,); those of a joint that stands tell nothing.
-        more: laws beside the ordinary ones.
+        fitted: the instants that are fitted (N,); those of a joint that stands say nothing.
+        more: laws besides the ordinary ones.
     """
     laws = [*ordinary(flow, model, j), *more]
     columns = np.stack([law.torque for law in laws], axis=1)
@@ -79,8 +71,8 @@ def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
     """A sine and a cosine of the frequency that is strongest in the rest (N,)."""
     t, y = time[fitted], rest[fitted]
     span = max(float(np.ptp(t)), 1e-9)
-    about = _coarsest((t - t.min()) / span, y - y.mean(), 2.0 + MOST_HERTZ * span)
-    cycles = about + COARSE * np.linspace(-1, 1, 21)
+    about = _coarsest((t - t.min()) / span, y - y.mean(), 2.0 + OUTSIDE.wave_hertz * span)
+    cycles = about + OUTSIDE.wave_coarse * np.linspace(-1, 1, 21)
     waves = np.exp(2j * np.pi / span * cycles[:, None] * t)
     best = float(cycles[int(np.argmax(np.abs(waves @ (y - y.mean()))))])
     phase = 2 * np.pi * best / span * time
@@ -88,81 +80,71 @@ def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
 
 
 def _coarsest(t: Array, y: Array, most: float) -> float:
-    """The cycles from t = 0 to 1, to `COARSE`, that are strongest in y (N,); 1 to `most`.
+    """The cycles from t = 0 to 1, to a quarter, that are strongest in y (N,); 1 to `most`.
 
     In bins of time, so that a pause of years costs no more: then the fastest are left out.
     """
-    bins = int(min(BINS_PER_CYCLE * most, MOST_BINS))
+    bins = int(min(OUTSIDE.wave_bins_per_cycle * most, OUTSIDE.wave_bins))
     binned = np.bincount(np.minimum((bins * t).astype(int), bins - 1), y, bins)
-    strength = np.abs(np.fft.rfft(binned, round(bins / COARSE)))
-    first, last = round(1 / COARSE), round(min(most, bins / BINS_PER_CYCLE) / COARSE)
-    return COARSE * (first + int(np.argmax(strength[first : last + 1])))
+    coarse = OUTSIDE.wave_coarse
+    strength = np.abs(np.fft.rfft(binned, round(bins / coarse)))
+    most = min(most, bins / OUTSIDE.wave_bins_per_cycle)
+    first, last = round(1 / coarse), round(most / coarse)
+    return coarse * (first + int(np.argmax(strength[first : last + 1])))
 
 
 def _robust(columns: Array, y: Array, bounds: Array) -> Array:
     """Amounts within bounds that fit most instants, whatever the others do."""
-    weight, amounts = np.ones(len(y)), np.zeros(columns.shape[1])
-    floor = 1e-9 * float(np.abs(y).max()) + 1e-15
     low, high = np.minimum(bounds[0], -1e-12), np.maximum(bounds[1], 1e-12)
-    for _ in range(ROUNDS):
+    floor = 1e-9 * float(np.abs(y).max()) + 1e-15
+
+    def solve(weight: Array) -> Array:
         root = np.sqrt(weight)[:, None]
         q, r = np.linalg.qr(columns * root)
-        target = q.T @ (y * root[:, 0])
-        amounts = lsq_linear(r, target, (low, high), method='bvls').x
-        rest = np.abs(y - columns @ amounts)
-        size = 1.4826 * float(np.median(rest)) + floor
-        weight = np.minimum(1.0, (HUBER * size / np.maximum(rest, 1e-300)))
-    return amounts
+        return np.asarray(lsq_linear(r, q.T @ (y * root[:, 0]), (low, high), method='bvls').x)
+
+    return reweighted(solve, columns, y, OUTSIDE.huber, OUTSIDE.rounds, floor)[0]
 
 
 def ordinary(flow: Flow, model: Model, j: int) -> list[Law]:
     """The ordinary effects at joint j and their limits."""
     own = float(np.quantile(flow.own[:, j], 0.9))
-    steep = SPRING * float(np.abs(flow.load[:, j]).max())
+    steep = OUTSIDE.spring * float(np.abs(flow.load[:, j]).max())
     return [
         *_gravity(flow, j),
         *_masses(flow, j),
         *_friction(flow, model, j),
         *_motor(flow, j),
-        Law(np.ones(len(flow.time)), -TILT * own, TILT * own),
+        Law(np.ones(len(flow.time)), -OUTSIDE.tilt * own, OUTSIDE.tilt * own),
         Law(-(flow.q[:, j] - np.median(flow.q[:, j])), 0.0, steep or ANY),
     ]
 
 
 def _gravity(flow: Flow, j: int) -> list[Law]:
     """Another payload, a tilted base or an encoder that is off, link by link."""
-    angles = np.cumsum(flow.q, axis=1)
-    waves = np.concatenate([np.sin(angles), np.cos(angles)], axis=1)
-    load, joints = flow.load[:, j], flow.q.shape[1]
+    angles, load = np.cumsum(flow.q, axis=1), flow.load[:, j]
+    sines, cosines = np.sin(angles), np.cos(angles)
+    waves = np.concatenate([sines, cosines], axis=1)
     amounts = np.linalg.lstsq(waves, load, rcond=1e-6)[0]
-    if np.abs(waves @ amounts - load).max() > 0.05 * np.abs(load).max() + 1e-12:
-        return [Law(load, LIGHTER, HEAVIER)]
+    if np.abs(waves @ amounts - load).max() > OUTSIDE.links_miss * np.abs(load).max() + 1e-12:
+        return [Law(load, OUTSIDE.lighter, OUTSIDE.heavier)]
     out = []
-    for k in range(joints):
-        a, b = amounts[k], amounts[joints + k]
-        pull = a * waves[:, k] + b * waves[:, joints + k]
-        across = a * waves[:, joints + k] - b * waves[:, k]
-        out += [Law(pull, LIGHTER, HEAVIER), Law(across, -TILT, TILT)]
+    for s, c, a, b in zip(sines.T, cosines.T, *amounts.reshape(2, -1), strict=True):
+        out.append(Law(a * s + b * c, OUTSIDE.lighter, OUTSIDE.heavier))
+        out.append(Law(a * c - b * s, -OUTSIDE.tilt, OUTSIDE.tilt))
     return out
 
 
 def _masses(flow: Flow, j: int) -> list[Law]:
     """Other inertias of the links and rotors."""
-    out = [Law(-flow.swing[:, j], LIGHTER, HEAVIER)]
+    out = [Law(-flow.swing[:, j], OUTSIDE.lighter, OUTSIDE.heavier)]
+    moved = max(float(np.abs(flow.ddq[:, j]).sum()), 1e-12)
+    largest = OUTSIDE.heavier * float(np.abs(flow.inertial[:, j, j]).sum() / moved)  # kg m2, kg
     for k in range(flow.q.shape[1]):
-        mine = k == j
-        out.append(Law(-flow.inertial[:, j, k], LIGHTER, HEAVIER))
+        out.append(Law(-flow.inertial[:, j, k], OUTSIDE.lighter, OUTSIDE.heavier))
         if flow.q.shape[1] > 1:
-            largest = HEAVIER * _inertia(flow, j)
-            low = 0.0 if mine else -largest
-            out.append(Law(-flow.ddq[:, k], low, largest))
+            out.append(Law(-flow.ddq[:, k], 0.0 if k == j else -largest, largest))
     return out
-
-
-def _inertia(flow: Flow, j: int) -> float:
-    """Typical inertia that joint j turns [kg m2, kg]."""
-    ddq = flow.ddq[:, j]
-    return float(np.abs(flow.inertial[:, j, j]).sum() / max(float(np.abs(ddq).sum()), 1e-12))
 
 
 def _friction(flow: Flow, model: Model, j: int) -> list[Law]:
@@ -200,7 +182,8 @@ def _motor(flow: Flow, j: int) -> list[Law]:
     top = float(np.abs(motor).max())
     if top < 1e-12:
         return []
-    late = [Law(past[:, j] - motor, -0.3, 1.0) for i, past in enumerate(flow.before)]
-    over = motor - np.clip(motor, -0.6 * top, 0.6 * top)
-    band = np.clip(motor, -0.15 * top, 0.15 * top)
-    return [Law(motor, WEAKER, ANY), Law(-over, 0.0, 1.0), Law(-band, 0.0, 1.0), *late]
+    late = [Law(past - motor, OUTSIDE.earlier, 1.0) for past in flow.before[..., j].T]
+    limit, dead = OUTSIDE.motor_limit * top, OUTSIDE.dead_band * top
+    over = motor - np.clip(motor, -limit, limit)
+    band = np.clip(motor, -dead, dead)
+    return [Law(motor, OUTSIDE.weaker, ANY), Law(-over, 0.0, 1.0), Law(-band, 0.0, 1.0), *late]

@@ -11,32 +11,20 @@ import numpy as np
 
 from leo_diffmodel.bags.episode import kept, merged
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.outside.blocked import blocked
-from leo_diffmodel.outside.bursts import Burst, bursts
-from leo_diffmodel.outside.flow import Flow, flow, PER_BELL, still_rates
+from leo_diffmodel.outside.flow import Flow, flow, still_rates
+from leo_diffmodel.outside.forces import blocked, Burst, bursts, held
 from leo_diffmodel.outside.frozen import frozen
-from leo_diffmodel.outside.held import held
 from leo_diffmodel.outside.ordinary import explained, Ordinary, strongest_wave
 from leo_diffmodel.outside.rate import with_true_rates
+from leo_diffmodel.outside.samples import period
+from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
 Array = np.ndarray
 FORCES = ('push', 'hand', 'blocked')
 LEFT_OUT = (*FORCES, 'held')
 """Kinds of stretches that nothing is learned from; of these, only forces move the robot."""
-MARGIN, LEAST_SECONDS = 0.1, 0.5
-"""s: cut off on each side of a stretch; the shortest piece that is kept."""
-HAND = 0.1
-"""Of the torque that is there to move a joint, what is left over (see `_led`): of a real pendulum
-that a hand leads while its motor carries its weight 0.23, of 39 joints of real robots in other
-runs 0.057 at most."""
-ONE_WAVE, MEAN_OF_RMS = 0.15, 0.8
-LEAST_LED = 2.0
-"""s that a joint must move in all, else it was pushed and not led."""
-LASTING = 1.0
-"""s: a push that lasts so long is a hand."""
-FEWEST = 30
-GAP_PERIODS, GAP_SECONDS = 3.0, 0.01
+HELD = 'all joints: stand before the first input where the model would move; held by a hand?'
 
 
 @dataclass(frozen=True)
@@ -67,9 +55,7 @@ def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[St
     stands on the ground only gaps, frozen sensors and standing before the first input are looked
     for, unless its base is held.
 
-    Args:
-        recordings: of the model's robot.
-        model: it may lack friction, have a payload twice as large, a gain 20 % off.
+    The model may lack friction, have a payload twice as large, a gain 20 % off.
     """
     found = [
         s for i, r in enumerate(recordings) for s in _of_one(i, r, model.of_recordings((r.name,)))
@@ -102,15 +88,15 @@ def without(recordings: Sequence[Recording], stretches: Sequence[Stretch]) -> li
     out = []
     for source, recording in enumerate(recordings):
         spans = cuts(source, stretches)
-        pieces = kept(recording, spans, LEAST_SECONDS) if spans else recording
+        pieces = kept(recording, spans, OUTSIDE.least_piece) if spans else recording
         out += [] if pieces is None else [pieces]
     return out
 
 
 def cuts(source: int, stretches: Sequence[Stretch]) -> list[tuple[float, float]]:
     """Begin and end [s] of what is to be cut out of one recording, in order and apart."""
-    spans = [(a - MARGIN, b + MARGIN) for a, b in _spans(source, stretches)]
-    return list(merged(spans, LEAST_SECONDS))
+    spans = [(a - OUTSIDE.margin, b + OUTSIDE.margin) for a, b in _spans(source, stretches)]
+    return list(merged(spans, OUTSIDE.least_piece))
 
 
 def _spans(source: int, stretches: Sequence[Stretch]) -> list[tuple[float, float]]:
@@ -126,14 +112,22 @@ def _within(t: Array, spans: Iterable[tuple[float, float]]) -> Array:
 
 def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
     true = with_true_rates(recording)
-    found = [*_gaps(recording), *_clipped(recording), *_held(true, model), *_forces(true, model)]
+    clipped = [
+        (f.begin, f.end, f'{f.joint}: its {f.sensor} {f.how} while the joint moves')
+        for f in frozen(recording)
+    ]
+    found = [
+        *_gaps(recording),
+        *(Stretch(0, begin, end, why, 'clipped') for begin, end, why in clipped),
+        *(Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)),
+        *_forces(true, model),
+    ]
     return [replace(s, source=source) for s in found]
 
 
 def _gaps(recording: Recording) -> list[Stretch]:
     """Between episodes that a gap parts, and within episodes where samples are missing."""
-    steps = np.concatenate([np.diff(e.t) for e in recording.episodes])
-    limit = max(GAP_PERIODS * float(np.median(steps)), GAP_SECONDS)
+    limit = max(OUTSIDE.gap_periods * period(recording), OUTSIDE.gap_seconds)
     parted = any('gaps; split there' in w for w in recording.warnings)
     edges = [(float(a.t[-1]), float(b.t[0])) for a, b in pairwise(recording.episodes) if parted]
     inner = [
@@ -148,38 +142,18 @@ def _gaps(recording: Recording) -> list[Stretch]:
     ]
 
 
-def _clipped(recording: Recording) -> list[Stretch]:
-    return [
-        Stretch(
-            0,
-            f.begin,
-            f.end,
-            f'{f.joint}: its {f.sensor} {f.how} while the joint moves',
-            'clipped',
-        )
-        for f in frozen(recording)
-    ]
-
-
-def _held(recording: Recording, model: Model) -> list[Stretch]:
-    why = 'all joints: stand before the first input where the model would move; held by a hand?'
-    return [Stretch(0, begin, end, why, 'held') for begin, end in held(recording, model)]
-
-
 def _forces(recording: Recording, model: Model) -> list[Stretch]:
-    fixed = len(model.robot.base_joints)
-    if model.robot.contacts and not recording.held:
-        return []
-    seen = flow(recording, model)
+    on_ground = model.robot.contacts and not recording.held
+    seen = None if on_ground else flow(recording, model)
     if seen is None:
         return []
-    joints = list(enumerate(recording.joints))[fixed:]
+    joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
     return [s for j, joint in joints for s in _at_joint(seen, model, j, joint)]
 
 
 def _at_joint(seen: Flow, model: Model, j: int, joint: str) -> list[Stretch]:
     fitted = seen.moving[:, j] > 0.5
-    if fitted.sum() < FEWEST:
+    if fitted.sum() < OUTSIDE.fewest_instants:
         return []
     found = explained(seen, model, j, fitted)
     if _led(seen, model, found, j, fitted):
@@ -199,24 +173,24 @@ def _led(seen: Flow, model: Model, found: Ordinary, j: int, fitted: Array) -> bo
     accelerations take, whichever is larger. So a motor that only carries the weight moves
     nothing. A torque that comes and goes like a clock is no hand.
     """
-    if fitted.sum() * float(np.median(np.diff(seen.time))) < LEAST_LED:
+    if fitted.sum() * float(np.median(np.diff(seen.time))) < OUTSIDE.least_led:
         return False
     size = _lasting(found.rest, fitted)
-    if size <= HAND * seen.unbalanced[fitted, j].mean():
+    if size <= OUTSIDE.hand * seen.unbalanced[fitted, j].mean():
         return False
     waving = explained(seen, model, j, fitted, strongest_wave(seen.time, found.rest, fitted))
-    return _lasting(waving.rest, fitted) > ONE_WAVE * size
+    return _lasting(waving.rest, fitted) > OUTSIDE.one_wave * size
 
 
 def _lasting(rest: Array, fitted: Array) -> float:
     """Typical size of the rest that is still there one bell later: noise and jerks are not."""
-    most = float(np.quantile(np.abs(rest[fitted]), 0.9))
+    most, bell = float(np.quantile(np.abs(rest[fitted]), 0.9)), OUTSIDE.per_bell
     short = np.clip(rest, -most, most)
-    both = fitted[PER_BELL:] & fitted[:-PER_BELL]
+    both = fitted[bell:] & fitted[:-bell]
     if not both.any():
         return 0.0
-    again = float((short[PER_BELL:] * short[:-PER_BELL])[both].mean())
-    return MEAN_OF_RMS * max(again, 0.0) ** 0.5
+    again = float((short[bell:] * short[:-bell])[both].mean())
+    return OUTSIDE.mean_of_rms * max(again, 0.0) ** 0.5
 
 
 def _all_of(seen: Flow, joint: str) -> list[Stretch]:
@@ -229,11 +203,11 @@ def _all_of(seen: Flow, joint: str) -> list[Stretch]:
 
 
 def _of_burst(burst: Burst, joint: str) -> Stretch:
-    size = f'{burst.size:.2g}'
-    if burst.stopped:
-        why, kind = f'{joint}: hits something that stops it with {size}', 'blocked'
-    elif burst.end - burst.begin > LASTING:
-        why, kind = f'{joint}: is led by a hand or a cable with up to {size}', 'hand'
+    begin, end, size, stopped = burst
+    if stopped:
+        why, kind = f'{joint}: hits something that stops it with {size:.2g}', 'blocked'
+    elif end - begin > OUTSIDE.lasting:
+        why, kind = f'{joint}: is led by a hand or a cable with up to {size:.2g}', 'hand'
     else:
-        why, kind = f'{joint}: is pushed with up to {size}', 'push'
-    return Stretch(0, burst.begin, burst.end, why, kind)
+        why, kind = f'{joint}: is pushed with up to {size:.2g}', 'push'
+    return Stretch(0, begin, end, why, kind)

@@ -8,9 +8,9 @@ import math
 import numpy as np
 
 from leo_diffmodel.compare.conditions import folded
+from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.torque import MissingTorque
-from leo_diffmodel.compare.where import FAR, STANDARD_ERRORS
 from leo_diffmodel.report.binned import sort
 from leo_sim.description.robot import Robot
 
@@ -25,10 +25,10 @@ def lacking(missing: MissingTorque) -> list[int]:
     count = missing.seen.sum(axis=0)
     square = (missing.torque / missing.spread) ** 2
     if missing.carrying is not None:
-        square = np.minimum(square, FAR)
+        square = np.minimum(square, COMPARE.far)
     mean = square.sum(axis=0) / np.maximum(count, 1)
     order = [int(j) for j in np.argsort(-mean)]
-    beyond = 1.0 + STANDARD_ERRORS * np.sqrt(2.0 / np.maximum(count, 1))
+    beyond = 1.0 + COMPARE.standard_errors * np.sqrt(2.0 / np.maximum(count, 1))
     return [j for j in order if mean[j] > beyond[j]][:MOST_JOINTS] or order[:1]
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.noise import HISTORY, spread_out
+from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.torque import estimate, MissingTorque, supposed, trusted, window_seconds
-from leo_diffmodel.compare.windows import cut
+from leo_diffmodel.compare.windows import cut, spread_out
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.select.search import Search
 from leo_sim.model import Model

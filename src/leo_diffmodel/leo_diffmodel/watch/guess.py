@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.windows import per_window
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.watch.handle import Handle
 from leo_diffmodel.watch.scene import Scene

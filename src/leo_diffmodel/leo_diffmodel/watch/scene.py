@@ -13,9 +13,8 @@ from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.comparison import beyond
 from leo_diffmodel.compare.known import with_known
-from leo_diffmodel.compare.scheme import fast_enough
-from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.compare.pushes import fast_enough
+from leo_diffmodel.compare.windows import cut, spread_out, thin, Windows
 from leo_diffmodel.explain.findings.held_out import held_out
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Candidate
@@ -134,7 +133,7 @@ def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Win
     trained = windows.take(blocks.train(windows))
     if not trained.count:
         raise ValueError('no window lies wholly in data that is not held out')
-    return noise.spread_out(trained, ON_GROUND if model.robot.contacts else MOST_TRAINING)
+    return spread_out(trained, ON_GROUND if model.robot.contacts else MOST_TRAINING)
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,10 @@ from leo_diffmodel.check import traces
 from leo_diffmodel.check.amplitudes import needed, reaches
 from leo_diffmodel.check.check import Bag, check, look_at
 from leo_diffmodel.check.excitation import excitation, judge
+from leo_diffmodel.check.hold import shifted
 from leo_diffmodel.check.pairs import alike
-from leo_diffmodel.check.shift import shifted
-from leo_diffmodel.check.traces import ROUGH, scan_all, traces_of
+from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.check.traces import scan_all, traces_of
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.noise import estimate, short_windows
 from leo_diffmodel.explain.problem import fineness
@@ -193,7 +194,7 @@ def test_the_noise_is_read_once_and_no_longer_windows_are_cut(monkeypatch):
 def test_sensitivities_may_be_further_off_than_for_explain(monkeypatch):
     bag = record(TORQUE, seconds=SECONDS, noise=(1e-7, 1e-7))
     model, scanned = Model(TORQUE, integration_step=1e-4), []
-    monkeypatch.setattr(fineness, '_apart', lambda a, b: 0.0 if a is b else 0.5 * ROUGH)
+    monkeypatch.setattr(fineness, '_apart', lambda a, b: 0.0 if a is b else 0.5 * CHECK.rough)
     monkeypatch.setattr(traces, 'scan_all', lambda problem, *_: scanned.append(problem) or [])
     traces_of([bag], model)
     ((mine,), its) = scanned, pose([bag], (), model).problem

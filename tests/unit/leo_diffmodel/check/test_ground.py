@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """leo check on a robot that hangs, stands and steps."""
 
+from dataclasses import replace
+
 import pytest
 from tests.walker import did, LEO, SIGMA
 
@@ -8,8 +10,9 @@ from leo_diffmodel.check import traces
 from leo_diffmodel.check.amplitudes import reaches
 from leo_diffmodel.check.check import of_all
 from leo_diffmodel.check.excitation import excitation
-from leo_diffmodel.check.faulty import of_faults
-from leo_diffmodel.check.hidden import hidden, nowhere
+from leo_diffmodel.check.finding import of_faults
+from leo_diffmodel.check.pairs import hidden, nowhere
+from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.faults.find import faults_of
@@ -51,7 +54,7 @@ def test_what_only_a_free_base_shows_is_hidden_in_a_held_one(bags, monkeypatch):
     wanted = ('link_mass:torso', 'viscous_friction:left_hip', 'encoder_offset:base_x')
     few = [c for c in candidates(MODEL) if c.label in wanted]
     monkeypatch.setattr(traces, 'candidates', lambda *_: few)
-    monkeypatch.setattr(traces, 'MOST_ON_GROUND', 20)
+    monkeypatch.setattr(traces, 'CHECK', replace(CHECK, trace_windows_on_ground=20))
     found = {}
     for name in ('swinging', 'stepping'):
         data = traces.traces_of([bags[name]], MODEL)

@@ -14,6 +14,8 @@ from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
 
+AHEAD = Headline('median', 0.3)
+
 
 def test_a_right_model_scores_its_noise_floor():
     data = compare([record(TORQUE, seconds=20)], Model(TORQUE)).data
@@ -41,39 +43,41 @@ def test_a_wrong_model_is_above_it_and_says_where():
     assert [s['unit'] for s in result['states']] == ['rad', 'rad/s']
 
 
-def test_the_step_is_the_control_period_unless_told():
+def test_the_step_is_the_control_period_unless_given():
     data = [record(TORQUE, seconds=10)]
     assert compare(data, Model(TORQUE)).data['step_seconds'] == 0.01
-    told = compare(data, Model(TORQUE), step=0.05).data
-    assert told['horizon'][0]['seconds'] == pytest.approx(0.05)
+    given = compare(data, Model(TORQUE), step=0.05).data
+    assert given['horizon'][0]['seconds'] == pytest.approx(0.05)
 
 
 def test_a_few_windows_that_go_astray_do_not_move_the_median():
     windows = errors.horizon_windows([record(TORQUE, seconds=20)], Model(TORQUE), 0.5)
     right = errors.predict_windows(Model(TORQUE), windows, np.array([NOISE]))
-    floor = errors.median_floor_ahead(right, 0.3)
-    np.testing.assert_allclose(errors.median_ahead(right, 0.3), floor, rtol=0.2)
+    floor = AHEAD.floor(right)['median']
+    np.testing.assert_allclose(AHEAD.figures(right)['median'], floor, rtol=0.2)
     astray = right.predicted.copy()
     astray[:: len(astray) // 10] += 3.0
-    told = replace(right, predicted=astray)
-    np.testing.assert_allclose(errors.median_ahead(told, 0.3), floor, rtol=0.3)
-    assert np.all(np.array(errors.ahead(told, 0.3)) > 10 * np.array(floor))
+    given = replace(right, predicted=astray)
+    np.testing.assert_allclose(AHEAD.figures(given)['median'], floor, rtol=0.3)
+    assert np.all(np.array(AHEAD.figures(given)['rmse']) > 10 * np.array(floor))
 
 
 def test_the_median_of_a_mixture_is_that_of_all_its_errors():
     windows = errors.horizon_windows([record(TORQUE, seconds=20)], Model(TORQUE), 0.5)
     count, size = len(windows.dt), windows.measured.shape
     rng = np.random.default_rng(0)
-    for calm in (0.3, 0.45, 0.6):
-        deviation = np.where(np.arange(count) < calm * count, 0.1, 1.0)[:, None, None]
+    for quiet in (0.3, 0.45, 0.6):
+        deviation = np.where(np.arange(count) < quiet * count, 0.1, 1.0)[:, None, None]
         error = deviation * rng.standard_normal(size)
-        told = errors.Prediction(windows, windows.measured - error, deviation**2 + np.zeros(size))
-        found = [errors.median_ahead(told, s) for s in 0.01 * np.arange(1, 50)]
-        floor = errors.median_floor_ahead(told, 0.3)
+        given = errors.Prediction(windows, windows.measured - error, deviation**2 + np.zeros(size))
+        found = [
+            replace(AHEAD, seconds=s).figures(given)['median'] for s in 0.01 * np.arange(1, 50)
+        ]
+        floor = AHEAD.floor(given)['median']
         np.testing.assert_allclose(floor, np.median(found, axis=0), rtol=0.2)
 
 
-def test_a_robot_on_the_ground_is_told_of_by_the_median():
+def test_a_robot_on_the_ground_is_given_the_median():
     assert headline(TORQUE) == headline(TORQUE, 0.49) == Headline('rmse', 0.5)
     assert headline(TORQUE, 0.3).words == 'held-out error 0.3 s ahead'
     assert headline(load_robot('leo')).words == 'median held-out error 0.3 s ahead'

@@ -6,10 +6,8 @@ import pytest
 from tests.ground import KNEE, LEO, NOISE, recorded, SIGMA
 
 from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.conditions import conditions
-from leo_diffmodel.compare.phases import phases
-from leo_diffmodel.compare.pushes import respond
-from leo_diffmodel.compare.scheme import fast_enough
+from leo_diffmodel.compare.conditions import conditions, phases
+from leo_diffmodel.compare.pushes import fast_enough, respond
 from leo_diffmodel.compare.torque import estimate, missing_torque
 from leo_diffmodel.compare.where import where
 from leo_diffmodel.compare.windows import cut

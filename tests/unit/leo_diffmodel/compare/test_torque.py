@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The missing torque is the one that was there."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
+from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.torque import _covariance, missing_torque
+from leo_sim.effects import place
 from leo_sim.model import Model
+
+PERIOD, STILL, MOVING = 0.01, 200, 200
+SIGMA = np.array([[1e-3, 0.03]])
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
@@ -41,3 +48,35 @@ def test_columns_too_far_apart_for_floating_point_still_have_a_covariance():
     variance = np.diagonal(_covariance(columns)[0])
     assert np.all(variance > 0)
     assert variance[2] == pytest.approx(1 / (second @ second), rel=0.2)
+
+
+@pytest.fixture(scope='module')
+def rubbing() -> Model:
+    return Model(PENDULUM, effects=(place(PENDULUM, 'coulomb_friction', 'pivot', c=0.002),))
+
+
+def pushed_about(model: Model, volts: np.ndarray) -> Recording:
+    state, seen = model.start(), []
+    for u in volts[:, None]:
+        seen.append(np.concatenate(model.sense(state)))
+        state = model.step(state, u, PERIOD)
+    q, dq = np.array(seen).T[:, :, None]
+    u = volts[:, None]
+    episode = Episode(np.arange(len(volts)) * PERIOD, q, dq, u, np.ones_like(u, bool))
+    return Recording(
+        Path('bags/stuck'), '0' * 64, ('pivot',), ('pivot',), 'voltage', 0.01, (episode,), {}
+    )
+
+
+def test_windows_that_are_held_still_are_left_out(rubbing):
+    swing = 3.0 * np.sign(np.sin(np.arange(MOVING) * 0.1))
+    found = missing_torque([pushed_about(rubbing, np.r_[np.zeros(STILL), swing])], rubbing, SIGMA)
+    assert found.time.min() > (STILL - 10) * PERIOD
+    assert len(found.time) == len(found.torque) == found.windows.count > 10
+    assert np.abs(found.torque).max() < 1e-4
+
+
+def test_a_run_that_never_moves_says_nothing(rubbing):
+    found = missing_torque([pushed_about(rubbing, np.zeros(STILL))], rubbing, SIGMA)
+    assert np.abs(found.torque).max() == pytest.approx(0.0, abs=1e-6)
+    assert found.spread.min() > 0.01

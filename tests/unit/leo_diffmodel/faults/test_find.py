@@ -13,8 +13,7 @@ from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import faults_of
-from leo_diffmodel.faults.mending import mended
-from leo_diffmodel.faults.pool import all_mended, pooled
+from leo_diffmodel.faults.mending import all_mended, mended, pooled
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model

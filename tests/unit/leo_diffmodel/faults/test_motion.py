@@ -30,7 +30,7 @@ def channels(seed: int, late: float = 0.0, tau: float = 0.0, noise: float = 0.02
     fine = np.arange(-1, 12, 0.001)
     speed = sines(fine - late, True)
     if tau:
-        speed = filtered(fine, speed[:, None], 0, tau)[:, 0]
+        speed = filtered(fine, speed, tau)
     w = 1.3 * np.interp(t, fine, speed) + 0.2 + rng.normal(0, noise, len(t))
     return Channels(t, sines(t, False) + rng.normal(0, 1e-3, len(t)), w)
 

@@ -14,8 +14,7 @@ from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.episode import between
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.check.finding import ERROR
-from leo_diffmodel.check.forces import forces
+from leo_diffmodel.check.finding import ERROR, forces
 from leo_diffmodel.compare.sizes import gravity_scale
 from leo_diffmodel.outside.outside import moved_from_outside, share_outside, without
 from leo_diffmodel.verbs.bag import main

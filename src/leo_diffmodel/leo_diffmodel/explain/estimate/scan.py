@@ -10,14 +10,15 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.compare.sizes import (
+    COUNTS,
     EARTH,
     force_scale,
     inertia_scale,
     mass_scale,
     reach,
     torque_scale,
+    UnitSizes,
 )
-from leo_diffmodel.compare.unit_sizes import COUNTS, UnitSizes
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fitted import Fit

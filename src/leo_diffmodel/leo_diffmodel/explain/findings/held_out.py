@@ -107,7 +107,7 @@ class HeldOut:
 
     def ahead(self, fitted: Fit) -> Array:
         """Errors of each window as far ahead as the headline, (W, 2J)."""
-        return errors.errors_ahead(self._without_floor(fitted), self.headline.seconds)
+        return self._without_floor(fitted).ahead(self.headline.seconds)[0]
 
     def undisturbed(self, fitted: Fit) -> HeldOut:
         """The windows that hold no hand push, by the hypothesis that knows most.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.thin import thin
+from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.outside.outside import (
     LEFT_OUT,

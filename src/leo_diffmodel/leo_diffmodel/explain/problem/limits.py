@@ -19,8 +19,8 @@ from leo_diffmodel.compare.sizes import (
     reach,
     stall_torque,
     torque_scale,
+    UnitSizes,
 )
-from leo_diffmodel.compare.unit_sizes import UnitSizes
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.settings import Grids
 from leo_sim.description.robot import Robot

@@ -12,9 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict, respond, tame
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.settings import Numerics, Settings
 from leo_sim.model import Model

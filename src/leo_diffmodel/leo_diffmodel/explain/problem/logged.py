@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import find_faults
-from leo_diffmodel.faults.pool import all_mended, pooled
+from leo_diffmodel.faults.mending import all_mended, pooled
 from leo_sim.model import Model
 
 
@@ -81,5 +81,5 @@ class Logged:
 
 def _todo(fault: Found) -> str:
     by_map = f'put "{fault.line}" into the topic map' if fault.line else ''
-    todo = by_map or fault.fault.todo(fault.value)
+    todo = by_map or fault.fault.todo
     return f'{todo}, or --mend' if fault.can_be_mended else todo

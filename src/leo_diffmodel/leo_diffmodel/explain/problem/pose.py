@@ -11,9 +11,8 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
-from leo_diffmodel.compare.pushes import respond
-from leo_diffmodel.compare.scheme import fast_enough
-from leo_diffmodel.compare.windows import cut, sample_period, Windows
+from leo_diffmodel.compare.pushes import fast_enough, respond
+from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.fineness import stepped
 from leo_diffmodel.explain.problem.problem import Problem
@@ -135,7 +134,7 @@ def untestable(problem: Problem) -> str | None:
             'record 20 s or more with a changing input'
         )
     joints = windows.q.shape[-1]
-    sigma = noise.per_window(problem.sigma, windows)[:, 0]
+    sigma = per_window(problem.sigma, windows)[:, 0]
     swing = np.ptp(windows.q, axis=1) / sigma[:, :joints]
     speed = np.ptp(windows.dq, axis=1) / sigma[:, joints:]
     moving = np.maximum(swing, speed).max(axis=-1) > gates.least_motion
@@ -178,7 +177,7 @@ def _is_tame(problem: Problem) -> bool:
     none = np.zeros((0, *windows.dt.shape, joints))
     _, columns = respond(problem.base, windows, windows.measured[:, 0], none)
     end = columns[:, -1, :joints]
-    moved = end * noise.per_window(problem.sigma, windows)
+    moved = end * per_window(problem.sigma, windows)
     spread = np.sqrt((moved**2).sum(axis=-1)).max(axis=-1)
     growth = np.abs(end[..., :joints]).max(axis=(1, 2))
     numerics = problem.numerics

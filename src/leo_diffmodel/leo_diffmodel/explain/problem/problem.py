@@ -8,8 +8,7 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.compare.noise import per_window
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import Linearisation
 from leo_diffmodel.explain.problem.shooting import Linear, linearise, typical_size

@@ -16,9 +16,8 @@ import math
 import numpy as np
 from scipy.special import chdtri
 
-from leo_diffmodel.compare.noise import per_window
 from leo_diffmodel.compare.pushes import predict as predict
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.settings import Numerics
 from leo_sim.common.compiled import compiled

@@ -3,11 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault, Patch
-from leo_diffmodel.faults.catalogue.speed_scale import scaled
+from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
 class AngleScale(Fault):
@@ -21,10 +17,8 @@ class AngleScale(Fault):
     confused_with = 'speed_scale, time_stretch; encoder_scale where the speed is scaled as well.'
     costs = 'Gravity does not fit anywhere, and everything else is bent until it does.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Multiply the angle."""
-        return replace(e, q=scaled(e.q, j, value))
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return value * x
 
     def patch(self, value: float) -> Patch:
-        """Divide it again."""
         return {'scale': 1 / value}

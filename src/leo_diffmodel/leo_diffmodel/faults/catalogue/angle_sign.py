@@ -3,11 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault, Patch
-from leo_diffmodel.faults.catalogue.speed_scale import scaled
+from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
 class AngleSign(Fault):
@@ -21,10 +17,8 @@ class AngleSign(Fault):
     confused_with = 'speed_sign.'
     costs = 'As for speed_sign.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Turn the angle about."""
-        return replace(e, q=scaled(e.q, j, -1.0))
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return -x
 
     def patch(self, value: float) -> Patch:
-        """Turn it back."""
         return {'scale': 1 / value}

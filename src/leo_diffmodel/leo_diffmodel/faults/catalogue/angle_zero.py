@@ -3,11 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 import math
 
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault, Patch
+from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
 class AngleZero(Fault):
@@ -21,15 +19,11 @@ class AngleZero(Fault):
     harmless = (-0.5, 0.5)
     """rad: a zero so far off is calibrated badly, and explain tries `encoder_offset`."""
     looks_like = 'Gravity pulls to another angle than the model says.'
-    confused_with = 'encoder_offset (the same, small), a tilted base, a payload beside the axis.'
+    confused_with = 'encoder_offset (the same, small), a tilted base, a payload off the axis.'
     costs = 'Gravity has the wrong sign or direction, and no effect mends that.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Add it to the angle."""
-        q = e.q.copy()
-        q[:, j] += value
-        return replace(e, q=q)
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return x + value
 
     def patch(self, value: float) -> Patch:
-        """Take it off again."""
         return {'offset': -value}

@@ -3,12 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault
+from leo_diffmodel.faults.base import Array, Fault
 
 
 class Clipped(Fault):
@@ -23,12 +20,8 @@ class Clipped(Fault):
     confused_with = 'A motor at its no-load speed: then the angle says so, too.'
     costs = 'Quadratic drag or a weak supply is named.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Limit the speed."""
-        dq = e.dq.copy()
-        dq[:, j] = np.clip(dq[:, j], -value, value)
-        return replace(e, dq=dq)
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return np.clip(x, -value, value)
 
     def patch(self, value: float) -> dict:
-        """Do without this speed."""
         return {'speed': 'none'}

@@ -19,20 +19,16 @@ class Frozen(Fault):
     unit = 's'
     law = 'q(t) = q(t0) for a while'
     harmless = (0.0, 0.0)
-    harmless_words = 'a fiftieth of the time in all: what is left tells the same (a warning)'
+    harmless_words = 'a fiftieth of the time in all: what is left says the same (a warning)'
     looks_like = 'A flat stretch of one channel while the other goes on, and a jump after it.'
     confused_with = 'A joint that stands: then the other channel says so, too.'
     costs = 'Stiction or a blow where there was none.'
+    todo = 'mend encoder or bus; leo bag fix leaves these stretches out'
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Keep the angle of the fastest instant for so long."""
         before = e.t <= e.t[-1] - value
         fastest = int(np.argmax(np.abs(e.dq[:, j]) * before))
         stuck = (e.t >= e.t[fastest]) & (e.t < e.t[fastest] + value)
         q = e.q.copy()
         q[stuck, j] = q[fastest, j]
         return replace(e, q=q)
-
-    def todo(self, value: float) -> str:
-        """What to do."""
-        return 'mend encoder or bus; leo bag fix leaves these stretches out'

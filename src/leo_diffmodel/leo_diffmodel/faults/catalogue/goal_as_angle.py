@@ -19,13 +19,9 @@ class GoalAsAngle(Fault):
     looks_like = 'The angle is the goal to the last digit, in the same row or the next.'
     confused_with = 'Nothing: no servo is that good.'
     costs = 'A robot without mass or friction.'
+    todo = 'log the position that the servo reports (observation, not action)'
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Log the goal."""
         q = e.q.copy()
         q[:, j] = e.inputs[:, a]
         return replace(e, q=q)
-
-    def todo(self, value: float) -> str:
-        """What to do."""
-        return 'log the position that the servo reports (observation, not action)'

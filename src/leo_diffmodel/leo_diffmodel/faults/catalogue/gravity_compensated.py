@@ -17,7 +17,4 @@ class GravityCompensated(Fault):
     looks_like = 'The robot moves as if it weighed nothing.'
     confused_with = 'A spring or a counterweight, link_mass.'
     costs = 'Masses come out near zero.'
-
-    def todo(self, value: float) -> str:
-        """What to do."""
-        return 'log the torque that the motor was sent, the part that carries the weight included'
+    todo = 'log the torque that the motor was sent, the part that carries the weight included'

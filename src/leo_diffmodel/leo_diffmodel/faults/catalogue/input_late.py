@@ -18,15 +18,13 @@ class InputLate(Fault):
     harmless = (0.0, 0.06)
     """s: what explain tries as `command_delay` and `actuator_lag`; a sample before that may be
     how states and inputs share a row."""
-    looks_like = 'The motor acts before or long after it is told to.'
+    looks_like = 'The motor acts before its command, or long after it.'
     confused_with = 'command_delay, actuator_lag (the same, small); friction at turning points.'
     costs = 'Damping, inertia and delays come out wrong together.'
     whole_log = True
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Log inputs so much before they act."""
         return with_inputs_late(e, [-value] * e.inputs.shape[1])
 
     def patch(self, value: float) -> Patch:
-        """Let them act later."""
         return {'input_late': value}

@@ -3,11 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault, Patch
-from leo_diffmodel.faults.catalogue.speed_scale import scaled
+from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
 class InputScale(Fault):
@@ -23,10 +19,8 @@ class InputScale(Fault):
     confused_with = 'torque_scale, voltage_scale (the same, small); link_mass: a weak motor.'
     costs = 'The motor comes out with a gain that no motor has.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Multiply the input."""
-        return replace(e, inputs=scaled(e.inputs, a, value))
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return value * x
 
     def patch(self, value: float) -> Patch:
-        """Divide it again."""
         return {'input_scale': 1 / value}

@@ -3,11 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault, Patch
-from leo_diffmodel.faults.catalogue.speed_scale import scaled
+from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
 class InputSign(Fault):
@@ -21,10 +17,8 @@ class InputSign(Fault):
     confused_with = 'angle and speed both turned about: the same thing, mended at either end.'
     costs = 'A negative gain, or a hand.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Turn the input about."""
-        return replace(e, inputs=scaled(e.inputs, a, -1.0))
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return -x
 
     def patch(self, value: float) -> Patch:
-        """Turn it back."""
         return {'input_scale': -1.0}

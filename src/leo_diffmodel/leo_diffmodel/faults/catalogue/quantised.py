@@ -3,12 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault
+from leo_diffmodel.faults.base import Array, Fault
 
 
 class Quantised(Fault):
@@ -24,13 +21,7 @@ class Quantised(Fault):
     looks_like = 'Few different values, all multiples of one.'
     confused_with = 'Noise; backlash.'
     costs = 'Speeds that are differences of it are noise.'
+    todo = 'log more digits, or the counts of the encoder'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Round the angle."""
-        q = e.q.copy()
-        q[:, j] = value * np.round(q[:, j] / value)
-        return replace(e, q=q)
-
-    def todo(self, value: float) -> str:
-        """What to do."""
-        return 'log more digits, or the counts of the encoder'
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return np.asarray(value * np.round(x / value))

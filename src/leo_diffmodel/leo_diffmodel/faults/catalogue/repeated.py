@@ -22,14 +22,10 @@ class Repeated(Fault):
     looks_like = 'Stairs: every second or third step of the angle is exactly zero.'
     confused_with = 'A coarse encoder at low speed.'
     costs = 'Noise, and a delay of half the time from fresh sample to fresh sample.'
+    todo = 'publish a state when it was measured, stamped then'
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Repeat a share of the samples, drawn with seed 0."""
         again = np.random.default_rng(0).uniform(size=len(e.t)) < value
         again[0] = False
         fresh = np.maximum.accumulate(np.where(again, 0, np.arange(len(e.t))))
         return replace(e, q=e.q[fresh], dq=e.dq[fresh])
-
-    def todo(self, value: float) -> str:
-        """What to do."""
-        return 'publish a state when it was measured, stamped then'

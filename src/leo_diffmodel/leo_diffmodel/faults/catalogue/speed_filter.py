@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Array, Fault
 
 
@@ -22,26 +22,22 @@ class SpeedFilter(Fault):
     """s: drivers do so; explain tries `velocity_lag`."""
     looks_like = 'The speed comes late, and its peaks are lower and rounder than the slope.'
     confused_with = 'speed_late, which leaves the peaks as high as they are.'
-    costs = 'Nothing where velocity_lag is found beside; else damping comes out wrong.'
+    costs = 'Nothing where velocity_lag is found as well; else damping comes out wrong.'
+    todo = 'nothing: leo explain tries velocity_lag; better is to log the raw speed'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Filter the speed."""
-        return replace(e, dq=filtered(e.t, e.dq, j, value))
-
-    def todo(self, value: float) -> str:
-        """What to do."""
-        return 'nothing: leo explain tries velocity_lag; better is to log the raw speed'
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return filtered(t, x, value)
 
 
-def filtered(t: Array, values: Array, j: int, tau: float) -> Array:
-    """One column behind a first-order filter, exact for straight lines between samples."""
-    out = values.copy()
-    y = float(values[0, j])
+def filtered(t: Array, x: Array, tau: float) -> Array:
+    """Values (T,) behind a first-order filter, exact for straight lines between samples."""
+    out = x.copy()
+    y = float(x[0])
     for k, h in enumerate(np.diff(t)):
-        x0, slope = float(values[k, j]), float(values[k + 1, j] - values[k, j]) / h
+        x0, slope = float(x[k]), float(x[k + 1] - x[k]) / h
         steady = x0 - slope * tau
         y = steady + slope * h + (y - steady) * np.exp(-h / tau)
-        out[k + 1, j] = y
+        out[k + 1] = y
     return out
 
 

@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
@@ -24,17 +21,8 @@ class SpeedLate(Fault):
     confused_with = 'speed_filter, which rounds the peaks as well.'
     costs = 'Damping comes out wrong, or a delay of the commands is named.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Hold the speed back."""
-        return replace(e, dq=held_back(e.t, e.dq, j, value))
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return np.interp(t - value, t, x)
 
     def patch(self, value: float) -> Patch:
-        """Bring it forward."""
         return {'speed_late': value}
-
-
-def held_back(t: Array, values: Array, j: int, seconds: float) -> Array:
-    """One column as it was `seconds` ago."""
-    out = values.copy()
-    out[:, j] = np.interp(t - seconds, t, values[:, j])
-    return out

@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
@@ -17,20 +14,11 @@ class SpeedScale(Fault):
     law = 'w = k dq/dt'
     harmless = (0.97, 1.03)
     looks_like = 'The angle changes by another multiple than the speed says, always the same.'
-    confused_with = 'angle_scale, time_stretch: who is right is told by the balance of torques.'
+    confused_with = 'angle_scale, time_stretch: the balance of torques decides who is right.'
     costs = 'Friction and inertia come out wrong by the same factor, or a hand is suspected.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Multiply the speed."""
-        return replace(e, dq=scaled(e.dq, j, value))
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return value * x
 
     def patch(self, value: float) -> Patch:
-        """Divide it again."""
         return {'speed_scale': 1 / value}
-
-
-def scaled(values: Array, j: int, factor: float) -> Array:
-    """One column multiplied."""
-    out = values.copy()
-    out[:, j] *= factor
-    return out

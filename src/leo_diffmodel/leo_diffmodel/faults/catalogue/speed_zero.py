@@ -3,10 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault, Patch
+from leo_diffmodel.faults.base import Array, Fault, Patch
 
 
 class SpeedZero(Fault):
@@ -23,12 +20,8 @@ class SpeedZero(Fault):
     confused_with = 'speed_scale where the joint turns one way only.'
     costs = 'A constant torque or a tilt of the base is named that is not there.'
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Add it to the speed."""
-        dq = e.dq.copy()
-        dq[:, j] += value
-        return replace(e, dq=dq)
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return x + value
 
     def patch(self, value: float) -> Patch:
-        """Take it off again."""
         return {'speed_zero': value}

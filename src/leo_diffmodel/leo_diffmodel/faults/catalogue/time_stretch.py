@@ -23,9 +23,7 @@ class TimeStretch(Fault):
     whole_log = True
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """Stretch the stamps."""
         return replace(e, t=e.t * value)
 
     def patch(self, value: float) -> Patch:
-        """Seconds for one of its seconds."""
         return {'time_scale': 1 / value}

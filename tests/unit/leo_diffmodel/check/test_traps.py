@@ -13,15 +13,11 @@ from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.check.check import Bag, look_at
+from leo_diffmodel.check.angles import angle_units, positions_only
+from leo_diffmodel.check.check import Bag, look_at, traps
 from leo_diffmodel.check.finding import Finding
-from leo_diffmodel.check.traps import traps
-from leo_diffmodel.check.traps.angle_units import angle_units
-from leo_diffmodel.check.traps.asked import asked
-from leo_diffmodel.check.traps.even_stamps import even_stamps, is_even
-from leo_diffmodel.check.traps.frame_shift import frame_shift
-from leo_diffmodel.check.traps.positions_only import positions_only
-from leo_diffmodel.check.traps.slow import slow
+from leo_diffmodel.check.goals import asked, frame_shift
+from leo_diffmodel.check.timing import even_stamps, is_even, slow
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 

@@ -8,8 +8,7 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.thin import thin
-from leo_diffmodel.compare.windows import cut, sample_period
+from leo_diffmodel.compare.windows import cut, sample_period, thin
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 

@@ -3,7 +3,7 @@
 
 import pytest
 
-from leo_diffmodel.compare.unit_sizes import UnitSizes
+from leo_diffmodel.compare.sizes import UnitSizes
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Parameter
 

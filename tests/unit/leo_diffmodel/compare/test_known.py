@@ -6,7 +6,7 @@ import sys
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.compare.provenance import provenance
+from leo_diffmodel.compare.known import provenance
 from leo_sim.model import Model
 
 

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Angles that are no radians, and speeds that are only differences of angles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
+from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.compare.sizes import free_speed
+from leo_diffmodel.outside.frozen import resolution
+from leo_diffmodel.outside.samples import period, steps
+from leo_sim.description.robot import Robot
+from leo_sim.description.urdf import Joint
+
+HINGES = ('revolute', 'continuous')
+WITHOUT_SPEED = {
+    'absent': 'positions only: speeds are their differences',
+    'made': 'positions only: the logged speeds are their differences, and were made anew',
+}
+
+
+def angle_units(recording: Recording, robot: Robot) -> list[Finding]:
+    """One finding per hinge of an imported log whose angles cannot be radians.
+
+    A hinge cannot be far outside the limits of its robot. One without limits turns as often as it
+    likes: it is suspect where nobody said the unit and it turns faster than its motor can.
+    """
+    if 'imported_from' not in recording.metadata:
+        return []
+    hinges = {joint.name: joint for joint in robot.joints if joint.kind in HINGES}
+    said = recording.metadata.get('angle_units_said', '').split(', ')
+    out = []
+    for j, name in enumerate(recording.joints):
+        if name in hinges:
+            possible = max(CHECK.fastest, free_speed(robot, name) or 0.0)
+            out += _judged(recording, j, hinges[name], np.inf if name in said else possible)
+    return out
+
+
+def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> list[Finding]:
+    q = np.concatenate([e.q[:, j] for e in recording.episodes])
+    low, high = float(q.min()), float(q.max())
+    why = _beyond(joint, low, high) or _too_fast(recording, j, fastest)
+    if not why:
+        return []
+    unit = 'degrees' if max(-low, high) > CHECK.per_cent else 'degrees, or per cent of its range'
+    what = f'{joint.name} goes from {low:.4g} to {high:.4g} rad, {why}: that is {unit}'
+    todo = (
+        'import it again with unit: deg, or with scale: rad for 1 %, in the column map; with '
+        'unit: rad where that is right and the joint has no limits'
+    )
+    return [Finding('angle_units', ERROR, what, (), todo)]
+
+
+def _beyond(joint: Joint, low: float, high: float) -> str:
+    """How an angle is outside the limits of its joint, '' where it is not."""
+    lower, upper = joint.limits
+    reach = CHECK.beyond_limits * max(abs(lower), abs(upper))
+    if max(-low, high) <= reach or not np.isfinite(reach):
+        return ''
+    return f'and its limits are {lower:.3g} and {upper:.3g} rad'
+
+
+def _too_fast(recording: Recording, j: int, fastest: float) -> str:
+    """How fast an angle changes where that is beyond `fastest` [rad/s], else ''."""
+    change = np.concatenate([np.diff(e.q[:, j]) for e in recording.episodes])
+    speed = float(np.quantile(np.abs(change / steps(recording)), 0.9))
+    return f'at {speed:.3g} rad/s' if speed > fastest else ''
+
+
+def positions_only(recording: Recording) -> list[Finding]:
+    """How coarse the speeds of a log are that measured none, for the worst joint."""
+    if recording.rates not in WITHOUT_SPEED:
+        return []
+    off, share, joint = max(
+        (_coarseness(recording, j) for j in range(len(recording.joints))), key=lambda c: c[1]
+    )
+    what = (
+        f'{WITHOUT_SPEED[recording.rates]}, coarse to {off:.2g} rad/s at {joint}, '
+        f'{100 * share:.0f} % of how fast it moves'
+    )
+    todo = 'log the speed that the servo itself measures; delays and filters of speeds show there'
+    return [Finding('positions_only', WARNING if share > CHECK.coarse else OK, what, (), todo)]
+
+
+def _coarseness(recording: Recording, j: int) -> tuple[float, float, str]:
+    """What the speeds of joint j are off by [rad/s], the same as a share of its speed, its name.
+
+    A central difference of angles with steps (or noise) of size d, h apart, is off by
+    d / sqrt(12) / (sqrt(2) h) rms.
+    """
+    finest = max(resolution(e.q[:, j]) for e in recording.episodes)
+    off = finest / np.sqrt(24) / period(recording)
+    speed = float(np.sqrt(np.mean(np.concatenate([e.dq[:, j] for e in recording.episodes]) ** 2)))
+    return off, off / speed if speed else 0.0, recording.joints[j]

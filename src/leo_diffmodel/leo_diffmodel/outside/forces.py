@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Forces from outside: shoves and collisions, blocked joints, hands that hold the robot."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.spatial import cKDTree
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.outside.flow import Flow, still_rates
+from leo_diffmodel.outside.ordinary import Ordinary
+from leo_diffmodel.outside.samples import spread
+from leo_diffmodel.outside.settings import OUTSIDE
+from leo_sim.model import Model
+
+Array = np.ndarray
+
+
+Burst = tuple[float, float, float, bool]
+"""Begin [s], end [s], largest torque in it [N m, N], and whether it stops the joint at an end of
+where it ever went."""
+
+
+def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Burst]:
+    """What stands out of the torque left over at joint j (N,).
+
+    It must do so twice: out of what is left over elsewhere, and out of what is left over in
+    states and under inputs like those, so that an unknown law of angle and speed is no push.
+    """
+    limit = _limit(flow, j, spread(rest[fitted]), fitted)
+    out = (np.abs(rest) > limit) & (flow.moving[:, j] > OUTSIDE.burst_moving)
+    if not out.any():
+        return []
+    both = _surely(flow, rest, j, np.abs(rest) > OUTSIDE.burst_wide * limit)
+    sure = out & (both > limit)
+    wide = _runs(flow, both > OUTSIDE.burst_wide * limit)
+    half = 0.25 * flow.bell
+    return [
+        (
+            float(flow.time[run[0]]) - half,
+            float(flow.time[run[-1]]) + half,
+            float(both[run].max()),
+            _stops(flow, rest, j, run),
+        )
+        for run in wide
+        if sure[run].sum() >= OUTSIDE.burst_instants
+    ]
+
+
+def _limit(flow: Flow, j: int, usual: float, fitted: Array) -> Array:
+    own = flow.own[:, j]
+    step = float(np.median(np.diff(flow.time)))
+    half = max(1, round(OUTSIDE.burst_around / max(step, 1e-9)))
+    nearby = OUTSIDE.burst_local * maximum_filter1d(own, 2 * half + 1, mode='nearest')
+    often = OUTSIDE.burst_usual * float(np.quantile(own[fitted], 0.9))
+    return np.asarray(OUTSIDE.burst_sigmas * usual + np.maximum(nearby, often))
+
+
+def _surely(flow: Flow, rest: Array, j: int, wanted: Array) -> Array:
+    """How far each wanted instant stands out of everything that was alike (N,), the least."""
+    one = [flow.q[:, j], flow.dq[:, j], flow.sign[:, j]]
+    before = np.swapaxes(flow.before, 1, 2).reshape(len(rest), -1)
+    whole = [*flow.q.T, *flow.dq.T, *flow.sign.T, *flow.motor.T, *flow.enabled.T, *before.T]
+    joints = flow.q.shape[1]
+    least = np.where(wanted, np.abs(rest), 0.0)
+    for features, angles in ((one, 1), (whole, joints)):
+        turns = [f(x) for x in features[:angles] for f in (np.sin, np.cos)]
+        columns = np.stack([*turns, *features[angles:]], axis=1)
+        alone = rest - _typical(flow.time, rest, columns, wanted)
+        least = np.minimum(least, np.where(rest * alone > 0, np.abs(alone), 0.0))
+    return least
+
+
+def _typical(time: Array, rest: Array, features: Array, wanted: Array) -> Array:
+    """Median of the rest where the features were most alike at other times; 0 if unwanted."""
+    features = features / np.maximum(features.std(axis=0), 1e-9)
+    known = np.unique(np.linspace(0, len(rest) - 1, OUTSIDE.neighbours_among).astype(int))
+    count = min(4 * OUTSIDE.neighbours, len(known))
+    near = known[cKDTree(features[known]).query(features[wanted], k=count)[1]]
+    apart = np.abs(time[near] - time[wanted][:, None]) > OUTSIDE.neighbours_apart
+    first = apart & (np.cumsum(apart, axis=1) <= OUTSIDE.neighbours)
+    out = np.zeros(len(rest))
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', RuntimeWarning)
+        out[wanted] = np.nan_to_num(np.nanmedian(np.where(first, rest[near], np.nan), axis=1))
+    return out
+
+
+def _runs(flow: Flow, inside: Array) -> list[Array]:
+    """Runs of instants that are all inside (N,), within episodes."""
+    cut = (np.diff(flow.episode) != 0) | (np.diff(inside.astype(int)) != 0)
+    runs = np.split(np.arange(len(inside)), np.flatnonzero(cut) + 1)
+    return [run for run in runs if inside[run[0]]]
+
+
+def _stops(flow: Flow, rest: Array, j: int, run: Array) -> bool:
+    """Whether the torque opposes the motion, ends it, and the joint is where it turns back."""
+    low, high = flow.q[:, j].min(), flow.q[:, j].max()
+    at, first = flow.q[run, j], max(run[0] - 1, 0)
+    last = min(run[-1] + 1, len(rest) - 1)
+    peak = run[np.argmax(np.abs(rest[run]))]
+    before, after = flow.dq[first, j], flow.dq[last, j]
+    edge = OUTSIDE.stop_edge * (high - low)
+    outmost = at.max() > high - edge if before > 0 else at.min() < low + edge
+    ends = after * before < OUTSIDE.stop_rest * before**2
+    return bool(outmost and rest[peak] * before < 0 and ends)
+
+
+def blocked(
+    flow: Flow, found: Ordinary, j: int, fitted: Array
+) -> list[tuple[float, float, float]]:
+    """Begin [s], end [s] and torque [N m, N] of the stretches in which joint j is blocked.
+
+    There motor and weight together push far harder than friction takes while the joint moves, in
+    the `fitted` instants (N,), and than in all other stretches of standing.
+    """
+    pushed = np.abs(flow.motor[:, j] + flow.load[:, j])
+    driven = flow.motor[:, j] * (flow.motor[:, j] + flow.load[:, j]) > 0
+    friction = np.abs(found.friction[fitted])
+    least = OUTSIDE.blocked_frictions * float(np.quantile(friction, 0.75))
+    least += OUTSIDE.blocked_share * float(np.quantile(flow.own[fitted, j], 0.9))
+    time, stands = flow.time, flow.moving[:, j] < OUTSIDE.stands
+    runs = [
+        run
+        for run in _runs(flow, stands)
+        if time[run[-1]] - time[run[0]] > OUTSIDE.standing_seconds
+    ]
+    sizes = np.array([float(np.quantile(pushed[run], 0.75)) for run in runs])
+    out = []
+    for i, run in enumerate(runs):
+        others = np.delete(sizes, i).max(initial=0.0)
+        limit = least if driven[run].mean() > 0.5 else OUTSIDE.blocked_undriven * least
+        hard = sizes[i] > max(limit, OUTSIDE.blocked_elsewhere * others)
+        hard &= float(np.quantile(np.abs(found.rest[run]), 0.75)) > OUTSIDE.blocked_left * sizes[i]
+        begin, end = float(time[run[0]]), float(time[run[-1]])
+        if hard and end - begin > OUTSIDE.blocked_seconds:
+            out.append((begin, end, float(sizes[i])))
+    return out
+
+
+def held(recording: Recording, model: Model) -> list[tuple[float, float]]:
+    """Begin and end [s] of what comes before the first input where somebody may hold the robot.
+
+    All joints stand and no motor gets anything, and from that pose the model as given moves. A
+    hand holds the robot, or static friction does: such data cannot say which, and the motion that
+    follows can. A recording with position inputs has none, since its goals hold the robot; nor
+    has one that stands all along.
+    """
+    if recording.input == 'position':
+        return []
+    still, free = still_rates(recording), model.changed(held=recording.held)
+    found = [(e, _acts(e, still)) for e in recording.episodes]
+    if not any(acts.any() for _, acts in found):
+        return []
+    ends = [(e, int(np.argmax(acts)) if acts.any() else len(acts) - 1) for e, acts in found]
+    return [
+        (float(e.t[0]), float(e.t[end])) for e, end in ends if end and _would_move(e, end, free)
+    ]
+
+
+def _acts(e: Episode, still: Array) -> Array:
+    """In which samples a joint moves or a motor gets something, (T,)."""
+    return np.asarray((np.abs(e.dq) > still).any(axis=1) | (e.inputs != 0).any(axis=1))
+
+
+def _would_move(e: Episode, end: int, model: Model) -> bool:
+    """Whether the model leaves the angles that are measured there."""
+    angles = e.q[:end]
+    state = model.state_from(angles.mean(axis=0), np.zeros_like(angles[0]))
+    away, nothing = np.zeros_like(angles[0]), np.zeros(e.inputs.shape[1])
+    step = OUTSIDE.held_ahead / OUTSIDE.held_steps
+    for _ in range(OUTSIDE.held_steps):
+        state = model.step(state, nothing, step, enabled=e.enabled[0])
+        away = np.maximum(away, np.abs(model.sense(state)[0] - angles.mean(axis=0)))
+    return bool((away > OUTSIDE.held_moved + OUTSIDE.held_sigmas * angles.std(axis=0)).any())

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What samples say by themselves: steps in time, noise, and fits that outliers do not move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+
+Array = np.ndarray
+THIRD = 20.0
+"""Variance of third differences of white noise of variance 1: 1 + 9 + 9 + 1."""
+
+
+def steps(recording: Recording) -> Array:
+    """Time from state to state within episodes [s]."""
+    return np.concatenate([np.diff(e.t) for e in recording.episodes])
+
+
+def period(recording: Recording) -> float:
+    """Median time from state to state [s]."""
+    return float(np.median(steps(recording)))
+
+
+def integral(t: Array, values: Array) -> Array:
+    """Of values (T, ...) on straight lines between samples at t (T,), from the first on."""
+    area = 0.5 * np.diff(t) * (values[1:] + values[:-1]).T  # scipy.integrate takes long to load
+    return np.concatenate([np.zeros_like(values[:1]), np.cumsum(area.T, axis=0)])
+
+
+def spread(values: Array) -> float:
+    """Standard deviation of a normal sample about 0, by its median size."""
+    return 1.4826 * float(np.median(np.abs(values)))
+
+
+def noise(parts: Sequence[Array]) -> float:
+    """Of a channel in stretches (T,): what a smooth one would not do from sample to sample."""
+    rough = np.concatenate([np.diff(part, 3) for part in parts])
+    return spread(rough) / np.sqrt(THIRD) if rough.size else 0.0
+
+
+def reweighted(
+    solve: Callable[[Array], Array],
+    columns: Array,
+    y: Array,
+    huber: float,
+    rounds: int,
+    floor: float,
+) -> tuple[Array, Array]:
+    """Amounts of columns (N, P) that fit most of y (N,), whatever the others do; the weights (N,).
+
+    Args:
+        solve: the amounts for weights (N,).
+        columns: what is fitted.
+        y: to this.
+        huber: standard deviations from which on a sample counts less.
+        rounds: of reweighting.
+        floor: added to that deviation.
+    """
+    weight = np.ones(len(y))
+    for _ in range(rounds):
+        amounts = solve(weight)
+        rest = np.abs(y - columns @ amounts)
+        size = spread(rest) + floor
+        weight = np.minimum(1.0, huber * size / np.maximum(rest, 1e-300))
+    return amounts, weight
+
+
+def block_covariance(inverse: Array, scores: Array, block: Array) -> Array:
+    """Of P estimates, where errors are correlated within blocks (the clustered sandwich), (P, P).
+
+    Args:
+        inverse: of the normal matrix, shape (P, P).
+        scores: weighted residual times column of each sample, shape (N, P).
+        block: number of the block of each sample, shape (N,).
+    """
+    sums = np.stack([np.bincount(block, score) for score in scores.T], axis=1)
+    blocks, count = sums.shape
+    return np.asarray(inverse @ (sums.T @ sums) @ inverse * blocks / max(blocks - count, 1))
