@@ -21,9 +21,8 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.drivers import load_driver
+from leo_sim.drivers import EXTRAS, load_driver, MEANT
 from leo_sim.drivers.base import Driver, DriverFault, DriverOptions
-from leo_sim.drivers.foreign import EXTRAS, MEANT
 
 OURS = {'leo_sim', 'leo_msgs_py', 'builtins'}
 

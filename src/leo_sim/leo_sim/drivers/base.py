@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+import time
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,7 +18,6 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
-from leo_sim.drivers.computer import Computer, THIS
 
 INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
 """Unit of a robot's input -> name of the interface its applied values are published under."""
@@ -181,12 +181,43 @@ class NotPossible(Exception):
     """The driver cannot do what was asked; the text says why."""
 
 
+class Computer:
+    """What a driver of hardware has of its computer: time and serial ports.
+
+    Tests bring another, whose time passes only where somebody waits for it.
+    """
+
+    def monotonic(self) -> float:
+        """Time [s] that nobody sets."""
+        return time.monotonic()
+
+    def time_ns(self) -> int:
+        """The wall's time, for stamps."""
+        return time.time_ns()
+
+    def sleep(self, seconds: float) -> None:
+        """Wait [s]."""
+        time.sleep(seconds)
+
+    def serial(self, path: str, baud: int, wait: float) -> Any:
+        """A serial port opened for this process alone; a look for bytes waits at most `wait` [s].
+
+        Raises:
+            OSError: there is none, or it is not ours to open.
+        """
+        from serial import Serial
+
+        return Serial(path, baud, timeout=wait, exclusive=True)
+
+
+THIS = Computer()
+
+
 @dataclass(frozen=True)
 class DriverOptions:
     """What the node passes to every driver; each takes what it needs.
 
     Attributes:
-        robot: the robot's model.
         state_rate: joint states per second [Hz]; 0 takes the robot's own.
         start: 'nominal', 'random' or the name of a start pose.
         seed: of start poses and noise.
@@ -194,9 +225,7 @@ class DriverOptions:
         engine: physics engine of a simulated robot.
         integration_step: [s]; 0 takes the robot's own.
         private: the settings that only the driver may know.
-        bag: recording to replay.
         port: where the hardware is connected, say /dev/ttyUSB0; '' takes robot.yaml's.
-        computer: where the hardware is connected; its time is the driver's.
     """
 
     robot: Robot

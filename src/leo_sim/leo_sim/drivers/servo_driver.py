@@ -26,10 +26,10 @@ from leo_sim.drivers.base import (
     robot_info,
     TransientFault,
 )
-from leo_sim.drivers.pose import farthest, pose_of
 from leo_sim.drivers.servo_goals import motor_units
-from leo_sim.drivers.servo_joints import JointUnits
-from leo_sim.drivers.servo_line import Block, latency_timer, ServoLine
+from leo_sim.drivers.servo_joints import farthest, JointUnits, pose_of
+from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_port import latency_timer
 
 SHARE = 0.4
 """Share of a period [s] that an answer may take on top of its bytes."""
@@ -228,7 +228,7 @@ class ServoDriver(ABC):
     def _greet(self, servo: int) -> None:
         """Check that a servo is there, is what it should be, and is well."""
         model, found = self._models[servo], self._bus.ping(servo)
-        who = self._who(servo)
+        who = self._bus.who(servo)
         if found is None:
             raise UserError(
                 f'{who} does not answer on {self._path} at {self._file.baud} baud; '
@@ -280,13 +280,13 @@ class ServoDriver(ABC):
             if on and not (taken and not self._motors.seems_free(blocks[servo])):
                 self._check_on(servo)
                 if not taken:
-                    raise TransientFault(f'{self._who(servo)} has not taken the last command')
+                    raise TransientFault(f'{self._bus.who(servo)} has not taken the last command')
 
     def _check_on(self, servo: int) -> None:
         """Raise DriverFault where a motor that should be driven is not."""
         if not self._bus.get(servo, 'torque_enable'):
             raise DriverFault(
-                f'{self._who(servo)} is free though nobody asked: it was '
+                f'{self._bus.who(servo)} is free though nobody asked: it was '
                 'restarted, or its supply failed; start the robot again'
             )
 
@@ -300,7 +300,7 @@ class ServoDriver(ABC):
                 self._conditions[servo] = self._said(error)
                 if error & self._bus.get(servo, 'shutdown'):
                     raise DriverFault(
-                        f'{self._who(servo)} has let go: {self._said(error)}; it is free, the '
+                        f'{self._bus.who(servo)} has let go: {self._said(error)}; it is free, the '
                         f'others {self._motors.at_rest}; mend that, then switch its supply off '
                         'and on'
                     )
@@ -314,9 +314,6 @@ class ServoDriver(ABC):
             interface=self.info.interface,
             enabled=self._on.copy(),
         )
-
-    def _who(self, servo: int) -> str:
-        return f'servo {servo} ({self._names[servo]})'
 
     def _said(self, error: int) -> str:
         """A hardware error in words."""

@@ -119,14 +119,14 @@ class GoalUnits(MotorUnits):
         self._reach[:, k] = np.clip((low, high), *own)
         if low < own[0] - 1 or high > own[1] + 1:
             yield (
-                f'{self._who(k)}: goals would be {low} to {high} counts, the servo takes '
+                f'{bus.who(servo)}: goals would be {low} to {high} counts, the servo takes '
                 f'{own[0]} to {own[1]}; those beyond are cut. Look at zero, and at its '
                 'homing offset and position limits'
             )
 
     def _misfits(self, k: int, bus: ServoLine, volts: float) -> Iterator[str]:
         """What of a servo's loop is not as robot.yaml says."""
-        servo, model, who = self.ids[k], self._models[k], self._who(k)
+        servo, model, who = self.ids[k], self._models[k], bus.who(self.ids[k])
         counts = bus.get(servo, 'position_p_gain')
         gain = model.gain_unit * counts
         if gain and self._differs(k, 'position_gain', gain, NEAR):
@@ -156,9 +156,6 @@ class GoalUnits(MotorUnits):
     def _constant(self, k: int, key: str) -> float | None:
         found = self._robot.constants.get(f'actuators.{self._names[k]}.{key}')
         return None if found is None else found.value
-
-    def _who(self, k: int) -> str:
-        return f'servo {self.ids[k]} ({self._names[k]})'
 
 
 def motor_units(robot: Robot, bus: BusFile) -> MotorUnits:

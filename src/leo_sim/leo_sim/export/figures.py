@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_sim.export.needs import slope_and_end
+from leo_sim.export.held import slope_and_end
 from leo_sim.laws.laws import Laws
 from leo_sim.model.model import Model
 

@@ -11,10 +11,12 @@ from typing import Any
 
 from rclpy.node import Node
 
+from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, private_parameter
+from leo_msgs_py.shell_words import leo
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.base import DriverInfo, DriverOptions
 from leo_sim.effects.consent import trust_parameter
 
 NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard deviations'
@@ -41,6 +43,16 @@ class Settings:
     slew: float
     episode: int
     fault_periods: int
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether time moves by commands alone."""
+        return self.realtime_factor == 0.0
+
+    @property
+    def timeout(self) -> float:
+        """`command_timeout`; none in lockstep, where time stands still without commands."""
+        return 0.0 if self.lockstep else self.command_timeout
 
 
 def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
@@ -86,6 +98,15 @@ def read_settings(node: Node) -> Settings:
     )
 
 
+def check_clock(settings: Settings, own_clock: bool) -> None:
+    """Raise UserError where a driver's time is the wall's and another pace is asked for."""
+    if settings.realtime_factor != 1.0 and not own_clock:
+        raise UserError(
+            f'realtime_factor is {settings.realtime_factor:g} (0 is lockstep), but driver '
+            f'{settings.driver!r} runs by the clock on the wall; give 1'
+        )
+
+
 def read_noise(values: Sequence[float]) -> tuple[float, float]:
     """Standard deviations of position [rad] and velocity [rad/s].
 
@@ -118,3 +139,27 @@ def _whole(name: str, value: Any) -> int:
     if not isinstance(value, int) or value < 0:
         raise UserError(f'{name} is {value!r}; give a whole number from 0 up')
     return value
+
+
+def greeting(settings: Settings, info: DriverInfo) -> list[str]:
+    """Lines for the log of a node with a driver."""
+    robot = settings.options.robot
+    pace = f'{settings.realtime_factor:g} x real time' if settings.realtime_factor else 'lockstep'
+    command = topics.COMMANDS[info.interface].name
+    zeros = ', '.join(['0.0'] * len(info.actuators))
+    lines = [
+        f'{robot.name}, driver {settings.driver}, {pace}: states at '
+        f'{info.state_rate:g} Hz, one {info.interface} command each '
+        f'{info.control_period * 1e3:g} ms for {", ".join(info.actuators)}',
+        f'try: leo topic echo /joint_states; leo topic pub -r 20 /{command} '
+        f"std_msgs/msg/Float64MultiArray '{{data: [{zeros}]}}'; leo service call /robot/reset "
+        'std_srvs/srv/Trigger',
+    ]
+    others = [pose for pose in robot.start_poses if pose != settings.options.start]
+    if others and settings.driver == 'simulated':
+        lines.append(
+            f'starts in {settings.options.start}; '
+            f'{leo("param", "set", "/robot", "start", others[-1])} puts it there '
+            f'({", ".join(robot.start_poses)})'
+        )
+    return lines

@@ -25,7 +25,7 @@ from leo_msgs_py.node import declared, fixed_parameter, graph, spare_collector, 
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant
-from leo_sim.drivers.servo_bus.terminal import Terminal
+from leo_sim.drivers.servo_bus.rig import Terminal
 from leo_sim.nodes.parameters import read_options
 
 OVERHEATED, OVERLOADED = 0x04, 0x20

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from functools import partial
 from threading import Lock
 import time
+from typing import Any
 
 from rclpy.node import Node
 
@@ -15,9 +16,18 @@ from leo_msgs_py import topics
 from leo_msgs_py.node import served_apart
 from leo_msgs_py.values import Applied
 from leo_sim.drivers.apart import Apart
-from leo_sim.drivers.base import Driver, DriverFault, Haltable
+from leo_sim.drivers.base import Driver, DriverFault, Haltable, NotPossible, TransientFault
 from leo_sim.drivers.safety import Safety
-from leo_sim.nodes.services import answered
+
+
+def answered(action: Callable[[], str], _request: Any, response: Any) -> Any:
+    """Act, and fill a response with what was done or why it was not possible."""
+    try:
+        response.message, response.success = action(), True
+    except (NotPossible, TransientFault) as error:
+        response.message, response.success = str(error), False
+    return response
+
 
 HURRY = 0.005
 """How long the watchdog waits for a write to end before it halts the motors beside it [s]."""

@@ -15,7 +15,7 @@ from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
-    from leo_sim.drivers.check.suite import Result
+    from leo_sim.drivers.check import Result
 
 _EXAMPLES = """\
   leo check-driver simulated --robot pendulum --move --share 1
@@ -64,7 +64,7 @@ def main(argv: list[str]) -> int:
     from leo_sim.description.robot import load_robot
     from leo_sim.drivers import load_driver
     from leo_sim.drivers.base import DriverOptions
-    from leo_sim.drivers.check.suite import examine, FAILED
+    from leo_sim.drivers.check import examine, FAILED
     from leo_sim.drivers.check.trial import Moving, Trial
 
     if not (0.0 < options.range < 10.0 and 0.0 < options.share <= 1.0):

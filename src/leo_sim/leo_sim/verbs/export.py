@@ -91,8 +91,7 @@ def main(argv: list[str]) -> int:
 
 def _document(model: Model, format_name: str, ref: str, left_out: tuple[str, ...]) -> str:
     """The file: what it is, what it lacks, and the description."""
-    from leo_sim.export.mjcf import mjcf
-    from leo_sim.export.urdf import urdf
+    from leo_sim.export.formats import mjcf, urdf
 
     root = (mjcf if format_name == 'MJCF' else urdf)(model)
     ElementTree.indent(root)

@@ -103,7 +103,7 @@ def _step(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_sim.verbs.skeleton.implied_figures import measure_step
+    from leo_sim.verbs.skeleton.figures import measure_step
 
     before, after, error = measure_step(options.folder)
     data = {'folder': str(options.folder), 'before': before, 'integration_step': after}

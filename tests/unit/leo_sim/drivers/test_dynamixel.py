@@ -15,8 +15,8 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
-from leo_sim.drivers.dynamixel_bus import _Packets
-from leo_sim.drivers.servo_bus.packets import encoded, status
+from leo_sim.drivers.dynamixel import _Packets
+from leo_sim.drivers.servo_bus.dynamixel import encoded, status
 from leo_sim.drivers.servo_joints import DriveUnits
 
 LEO = load_robot('leo')

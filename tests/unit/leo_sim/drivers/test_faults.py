@@ -4,7 +4,7 @@
 import pytest
 
 from leo_sim.drivers.base import DriverFault
-from leo_sim.drivers.faults import Faults
+from leo_sim.drivers.safety import Faults
 
 
 def test_a_good_period_begins_the_count_anew():

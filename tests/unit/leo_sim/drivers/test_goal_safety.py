@@ -8,8 +8,7 @@ import pytest
 
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverOptions, robot_info
-from leo_sim.drivers.goal_safety import GoalSafety, safety_for
-from leo_sim.drivers.safety import BadCommand
+from leo_sim.drivers.safety import BadCommand, GoalSafety, safety_for
 from leo_sim.drivers.simulated import SimulatedDriver
 
 GOALS = np.array([[-1.0, -0.2], [1.0, 1.7]])

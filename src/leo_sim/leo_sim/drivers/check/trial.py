@@ -12,8 +12,7 @@ import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
-from leo_sim.drivers.base import Driver, TransientFault
-from leo_sim.drivers.computer import Computer, THIS
+from leo_sim.drivers.base import Computer, Driver, THIS, TransientFault
 
 LOST_MOST = 5
 """Periods in a row in which a packet may get lost."""

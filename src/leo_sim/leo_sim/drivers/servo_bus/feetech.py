@@ -7,7 +7,7 @@ instruction or error, parameters, and the inverted sum of all but the header.
 
 from __future__ import annotations
 
-from leo_sim.drivers.servo_bus.bus import (
+from leo_sim.drivers.servo_bus.dynamixel import (
     ACTION,
     Bus,
     READ,
@@ -16,7 +16,7 @@ from leo_sim.drivers.servo_bus.bus import (
     SYNC_WRITE,
     WRITE,
 )
-from leo_sim.drivers.servo_bus.packets import BROADCAST, Framing, Packet
+from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
 from leo_sim.drivers.servo_bus.servo import GOALS, Servo
 
 HEADER = b'\xff\xff'
@@ -61,7 +61,7 @@ class FeetechServo(Servo):
         """Nothing: they have no watchdog, and go on."""
 
     def error(self, code: int = 0) -> int:
-        """What is wrong with it, as every status tells."""
+        """What is wrong with it, in every status."""
         return self.get('hardware_error_status')
 
     def _objection(self, name: str, value: int) -> int:
@@ -105,8 +105,3 @@ class FeetechBus(Bus):
         elif packet.instruction == ACTION:
             servo.write(*self._registered.pop(number, (0, b'')))
         return b''
-
-    def _write(self, number: int, address: int, data: bytes) -> None:
-        servo = self._awake().get(number)
-        if servo is not None:
-            servo.write(address, data)

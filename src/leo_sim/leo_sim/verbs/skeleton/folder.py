@@ -15,17 +15,16 @@ from leo_sim.description import urdf
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.urdf import Joint, Link
 from leo_sim.verbs.skeleton import robot_yaml
-from leo_sim.verbs.skeleton.actuators import actuators, Guess
-from leo_sim.verbs.skeleton.description import Description, read_urdf
-from leo_sim.verbs.skeleton.file_units import doubt
-from leo_sim.verbs.skeleton.implied_figures import (
+from leo_sim.verbs.skeleton.description import Description, read_urdf, without
+from leo_sim.verbs.skeleton.figures import (
     check_masses,
+    doubt,
     EXACT,
     gravity_torque,
     integration_step,
 )
 from leo_sim.verbs.skeleton.mjcf import read_mjcf
-from leo_sim.verbs.skeleton.without import without
+from leo_sim.verbs.skeleton.robot_yaml import actuators, Guess
 
 PERIOD = 0.01
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.urdf import rpy
-from leo_sim.references.optional import mujoco
+from leo_sim.references import load_mujoco
 from leo_sim.verbs.skeleton.description import Description
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
@@ -28,7 +28,7 @@ def read_mjcf(path: Path, name: str) -> Description:
     Raises:
         UserError: No package mujoco, a file that MuJoCo refuses, or joints that no robot here has.
     """
-    model = mujoco('an MJCF').compiled(path)
+    model = load_mujoco('an MJCF').compiled(path)
     for i in np.flatnonzero(model.jnt_type < SLIDE).tolist():
         kind = {FREE: 'free', BALL: 'a ball'}[int(model.jnt_type[i])]
         raise UserError(

@@ -16,10 +16,9 @@ from tests.places import RIG, ROOT
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers import computer, load_driver
+from leo_sim.drivers import base, load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
-from leo_sim.drivers.check import contract
-from leo_sim.drivers.check.suite import CHECKS, examine, FAILED, PASSED
+from leo_sim.drivers.check import CHECKS, contract, examine, FAILED, PASSED
 from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.simulated import SimulatedDriver
 
@@ -355,7 +354,7 @@ class _Reversed:
 
 
 def test_the_verb(rig, capsys, monkeypatch):
-    monkeypatch.setattr(computer, 'time', CLOCK)
+    monkeypatch.setattr(base, 'time', CLOCK)
     words = ['check-driver', str(RIG), '--robot', 'servo_pendulum']
     assert main(words) == 0
     assert '0 of 15 checks failed' in capsys.readouterr().out

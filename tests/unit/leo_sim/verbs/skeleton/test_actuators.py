@@ -6,8 +6,8 @@ from tests.gripper import CLAW, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
-from leo_sim.verbs.skeleton.actuators import actuators
 from leo_sim.verbs.skeleton.folder import read_description
+from leo_sim.verbs.skeleton.robot_yaml import actuators
 
 UNITS = {
     'torque': {'limit': 'N', 'rotor_inertia': 'kg'},
