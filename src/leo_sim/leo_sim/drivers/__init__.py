@@ -4,8 +4,6 @@
 What fails in a driver that others wrote is a fault with its place, not a traceback.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.metadata import entry_points
 import inspect

@@ -6,8 +6,6 @@ A new driver is one module with one class of this shape and one line in the entr
 diagnostics come from the node around it. `leo check-driver` tries the contract out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 import time
@@ -73,27 +71,18 @@ class Driver(Protocol):
     starts: int
 
     def connect(self) -> None:
-        """Open the device with motors on at 0, or free where commands are positions.
-
-        UserError says what is missing.
-        """
+        """Open the device, motors on at 0 or free where commands are positions, or UserError."""
 
     def read(self) -> JointStates:
         """The newest measured state, stamped with the time of measurement."""
 
     def write(self, values: np.ndarray) -> Applied | None:
-        """Send values [V, N m or rad], shape (A,); what was really applied, None where not known.
-
-        A goal of NaN frees its motor.
-        """
+        """Send values [V, N m or rad], (A,), NaN frees; what was applied, None where not known."""
 
     def advance(self, seconds: float) -> float:
-        """Go to the next state, nominally `seconds` on; returns how much time that is [s].
+        """Go to the next state, about `seconds` on; the time that is [s]. EndOfRun: there is none.
 
         A simulator integrates, hardware returns `seconds` at once: there time passes by itself.
-
-        Raises:
-            EndOfRun: there is no next state.
         """
 
     def set_torque(self, on: bool) -> None:
@@ -103,10 +92,7 @@ class Driver(Protocol):
         """Go to the start pose; raises NotPossible where the robot cannot by itself."""
 
     def stop(self) -> None:
-        """Leave the motors at 0, or free those that follow goals; close the device.
-
-        Safe to call twice.
-        """
+        """Leave the motors at 0, or free those that follow goals; may be called twice."""
 
 
 @runtime_checkable
@@ -114,11 +100,7 @@ class Placeable(Protocol):
     """What a driver may have besides: start poses that are chosen while it runs."""
 
     def start_in(self, pose: str) -> None:
-        """Begin anew in a start pose, as if restarted: its time is 0 again, resets go there.
-
-        Raises:
-            UserError: there is no such pose; the robot stays as it is.
-        """
+        """Begin anew in a start pose at time 0; resets go there. UserError: there is none."""
 
 
 @runtime_checkable
@@ -126,9 +108,8 @@ class Haltable(Protocol):
     """What a driver of hardware has besides: a way to 0 that does not wait for its other calls."""
 
     def halt(self) -> Applied | None:
-        """Motors to 0 at once, as `write` of zeros does, from another thread than all other calls.
+        """Motors to 0 (those with goals: free) at once, from another thread than all other calls.
 
-        Those that follow goals are freed: 0 is a place.
         A `read` may be waiting for the device meanwhile. It must not wait for that to end.
         """
 
@@ -200,11 +181,7 @@ class Computer:
         time.sleep(seconds)
 
     def serial(self, path: str, baud: int, wait: float) -> Any:
-        """A serial port opened for this process alone; a look for bytes waits at most `wait` [s].
-
-        Raises:
-            OSError: there is none, or it is not ours to open.
-        """
+        """A serial port for this process alone; a look for bytes waits at most `wait` [s]."""
         from serial import Serial
 
         return Serial(path, baud, timeout=wait, exclusive=True)

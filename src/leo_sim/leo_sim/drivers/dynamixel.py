@@ -4,8 +4,6 @@
 PWM mode for volts, current mode for torques, position mode for goals.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping
 import math
@@ -131,22 +129,19 @@ class DynamixelDriver(ServoDriver):
         return super().write(values)
 
     def _configure(self, servo: int) -> None:
-        """Torque off, watchdog cleared; all the PWM there may be, and profiles in rad/s.
-
-        Both matter to position goals alone: PWM mode begins at 0 after this.
-        """
+        """Torque off, watchdog cleared; for position goals all the PWM there may be, and rad/s."""
         self._bus.set(servo, 'torque_enable', 0)
         self._bus.set(servo, 'bus_watchdog', 0)
         self._bus.set(servo, 'status_return_level', 2)
         self._bus.set(servo, 'return_delay_time', 0)
-        if servo in self._motors.ids:
+        if servo in self._ids:
             self._bus.set(servo, 'goal_pwm', self._bus.get(servo, 'pwm_limit'))
             drive = self._bus.get(servo, 'drive_mode')
             self._bus.set(servo, 'drive_mode', drive & ~TIME_BASED)
 
     def _arm(self) -> None:
         waits = math.ceil(self._wait / WATCHDOG_UNIT - 1e-9)
-        for servo in self._motors.ids:
+        for servo in self._ids:
             self._bus.set(servo, 'bus_watchdog', min(max(waits, 1), WATCHDOG_MOST))
         self._armed = True
 

@@ -5,8 +5,6 @@ They have no watchdog: what drives a motor goes on doing so when the cable is pu
 its own brings PWM to 0 when this one is killed; a goal is held.
 """
 
-from __future__ import annotations
-
 from scservo_sdk import PortHandler, protocol_packet_handler
 
 from leo_msgs_py.errors import UserError
@@ -87,7 +85,7 @@ class FeetechDriver(ServoDriver):
         self._bus.set(servo, 'torque_enable', 0)
         self._bus.set(servo, 'status_return_level', 1)
         self._bus.set(servo, 'return_delay_time', 0)
-        if servo in self._motors.ids:
+        if servo in self._ids:
             self._bus.set(servo, 'goal_pwm', 0)
 
     def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:

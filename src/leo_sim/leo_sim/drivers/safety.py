@@ -5,8 +5,6 @@ The same for every driver, and plain classes: they know no ROS and no clock, the
 time. It is not a certified safety function; a real rig also needs a switch that cuts the supply.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 import math
 from typing import ClassVar
@@ -62,7 +60,7 @@ class Safety:
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
-        """Latch a command, shape (A,), that arrived at robot time `now` [s].
+        """Latch a command, (A,), that arrived at robot time `now` [s].
 
         Raises:
             BadCommand: wrong length or a value that is not finite; the command before it holds.
@@ -81,11 +79,9 @@ class Safety:
         self.timed_out = False
 
     def output(self, now: float, blind: bool = False) -> np.ndarray:
-        """The values to write at time `now` [s], shape (A,); 0 when stopped, timed out or blind.
+        """The values to write at time `now` [s], (A,): 0 when stopped, timed out or `blind`.
 
-        Args:
-            now: the caller's time [s].
-            blind: the robot could not be measured, so nothing may drive it now.
+        Blind: the robot could not be measured, so nothing may drive it now.
         """
         if self.stops(now) or blind:
             self._last = self._stopped()
@@ -131,11 +127,9 @@ class Safety:
         self.timed_out = False
 
     def _idle(self) -> np.ndarray:
-        """What is sent before the first command."""
         return np.zeros_like(self._high)
 
     def _stopped(self) -> np.ndarray:
-        """What is sent in place of a command."""
         return self._idle()
 
     def _is_too_old(self, now: float) -> bool:
@@ -209,11 +203,7 @@ class GoalSafety(Safety):
 
 
 def safety_for(info: DriverInfo, timeout: float, slew: float) -> Safety:
-    """The safety for what a driver takes: V, N m or goals.
-
-    Raises:
-        UserError: a limit that is not above 0, or a time or slew below 0.
-    """
+    """The safety for what a driver takes: V, N m or goals."""
     if info.goals is not None:
         return GoalSafety(info.goals, timeout, slew)
     return Safety(info.limits, timeout, slew)

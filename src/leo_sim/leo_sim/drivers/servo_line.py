@@ -47,11 +47,7 @@ class ServoLine:
         self._port: Any = None
 
     def open(self) -> None:
-        """Open the port for this process alone.
-
-        Raises:
-            UserError: there is none, it is not ours to open, or not at this baud rate.
-        """
+        """Open the port for this process alone; UserError says why it cannot be."""
         port: Any = self.port(self._path)
         port.computer, port.slack = self._computer, CONFIGURE
         try:
@@ -109,7 +105,7 @@ class ServoLine:
         return register.decode(bytes(self._asked(servo, name, read)[0]))
 
     def set(self, servo: int, name: str, value: int) -> None:
-        """Write a register; one that is kept without power only where it differs.
+        """Write a register, one that is kept without power only where it differs.
 
         Raises:
             DriverFault: the servo refuses it.
@@ -139,11 +135,7 @@ class ServoLine:
         """All registers from `first` to `last` of all servos, with one instruction.
 
         Returns:
-            When all of it was sent, as of the computer's monotonic time [s], and what each servo
-            answered.
-
-        Raises:
-            TransientFault: an answer is missing or damaged.
+            When it was sent, by the computer's monotonic time [s], and what each servo answered.
         """
         start = self._registers[first].address
         length = self._registers[last].end - start
@@ -179,11 +171,7 @@ class ServoLine:
         return paper.written
 
     def send(self, data: bytes) -> None:
-        """Put bytes on the bus, whatever another thread waits for there.
-
-        Raises:
-            OSError: the port is gone.
-        """
+        """Put bytes on the bus, whatever another thread waits for there; OSError: no port."""
         if self._port is None:
             raise OSError(f'{self._path} is closed')
         self._port.ser.write(data)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Serial ports of servos, as their makers' SDKs use them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 import termios
@@ -21,9 +19,7 @@ BITS = 10
 class Limits:
     """What a port of an SDK is mixed with: a time limit, a clock nobody sets, an end to rubbish.
 
-    Attributes:
-        computer: whose port it is.
-        slack: time an answer may take on top of that of its bytes [s].
+    `slack` is the time an answer may take on top of that of its bytes [s].
     """
 
     ser: Any
@@ -52,11 +48,7 @@ class Limits:
         self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.slack)
 
     def clearPort(self) -> None:
-        """Forget bytes that have come.
-
-        Raises:
-            OSError: the port is gone.
-        """
+        """Forget bytes that have come; OSError: the port is gone."""
         try:
             self.ser.reset_input_buffer()
         except termios.error as error:

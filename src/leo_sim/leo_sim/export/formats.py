@@ -19,13 +19,10 @@ STEP = 0.0005
 
 
 def mjcf(model: Model) -> ElementTree.Element:
-    """A model whose laws are straight lines (see `held`) as MJCF.
+    """A model whose laws are straight lines (see `held`) as MJCF; UserError: none that MJCF holds.
 
     Its numbers are radians, N m and the inputs of the robot; `qpos` is what the encoders read,
     `ctrl` the commands in the order of the actuators.
-
-    Raises:
-        UserError: Inertial figures that no body has, or joints that mimic others.
     """
     robot, found = model.robot, figures(model)
     if robot.copies:
@@ -35,16 +32,13 @@ def mjcf(model: Model) -> ElementTree.Element:
         )
     laws = found.laws
     with_bodies(robot.urdf, laws.bodies)  # refuses what no body has
-    root = tree(
-        robot.joints,
-        laws.bodies,
-        robot.contacts,
-        laws.gravity,
-        laws.ground.slope if laws.ground else 0.0,
-    )
+    slope = laws.ground.slope if laws.ground else 0.0
+    root = tree(robot.joints, laws.bodies, robot.contacts, laws.gravity, slope)
     root.set('model', robot.name)
     step = robot.control_period / math.ceil(robot.control_period / STEP)
-    _option(root).set('timestep', repr(step))
+    option = root.find('option')
+    assert option is not None
+    option.set('timestep', repr(step))
     _joints(root, robot, found, step)
     for pair in root.iter('pair'):
         pair.set('friction', numbers([laws.ground.friction] * 2 + [0.005, 0.0001, 0.0001]))
@@ -55,12 +49,6 @@ def mjcf(model: Model) -> ElementTree.Element:
         added(actuators, tag, name=actuator.joint, joint=actuator.joint, **values)
     _start(root, robot, found)
     return root
-
-
-def _option(root: ElementTree.Element) -> ElementTree.Element:
-    found = root.find('option')
-    assert found is not None
-    return found
 
 
 def _joints(root: ElementTree.Element, robot: Robot, found: Figures, step: float) -> None:
@@ -147,11 +135,7 @@ def _start(root: ElementTree.Element, robot: Robot, found: Figures) -> None:
 
 
 def urdf(model: Model) -> ElementTree.Element:
-    """A model whose laws URDF holds (see `held`), shapes as in its robot's own URDF.
-
-    Raises:
-        UserError: Inertial figures that no body has.
-    """
+    """A model whose laws URDF holds (see `held`), shapes as in its robot's own URDF."""
     root, found = ElementTree.fromstring(model.robot.urdf), figures(model)
     put_bodies(root, {name: b for name, b in found.laws.bodies.items() if b.mass})
     for joint in root.findall('joint'):

@@ -56,13 +56,7 @@ LARGEST = np.array([6.0, 20.0, 5.0, 5.0])
 
 @dataclass(frozen=True)
 class Held:
-    """What of a model a format holds.
-
-    Attributes:
-        model: The model with the effects that are in it, whole or in part.
-        effects: These, one line each.
-        left_out: What is not in it, one line each.
-    """
+    """A model with the effects a format holds; these and what is left out, one line each."""
 
     model: Model
     effects: tuple[str, ...]
@@ -72,16 +66,16 @@ class Held:
 def held(model: Model, format_name: str) -> Held:
     """Sort a model's effects and figures by what 'MJCF' or 'URDF' can hold."""
     kept: list[Placed] = []
-    told, left_out = [], []
+    effects, left_out = [], []
     for placed in model.effects:
         part, lacking = _part(placed, model, format_name, kept)
         if part is not None:
             kept.append(part)
-            told.append(described(part))
+            effects.append(described(part))
         if lacking:
             left_out.append(f'{described(placed)}: {lacking}')
     left_out += _beside(model, format_name)
-    return Held(model.changed(effects=kept), tuple(told), tuple(left_out))
+    return Held(model.changed(effects=kept), tuple(effects), tuple(left_out))
 
 
 def described(placed: Placed) -> str:

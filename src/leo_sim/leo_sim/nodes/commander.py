@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who commands the robot, one at a time and nothing sent long ago; and who else obeys it."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable
 import math
@@ -29,9 +27,6 @@ class Ages:
 
     Args:
         limit: age [s] from which a command is stale; 0 disables.
-
-    Attributes:
-        stale: how many commands were.
     """
 
     def __init__(self, limit: float) -> None:
@@ -64,13 +59,10 @@ class Turns:
         self._fell = -math.inf
 
     def taken(self, number: int | None, now: float) -> bool:
-        """Whether the numbers have fallen twice within the window.
+        """Whether the numbers have fallen twice within the window, at time `now` [s].
 
-        One sender that gives way to another makes them fall once at most.
-
-        Args:
-            number: the how-manieth message of its sender; None where the middleware has none.
-            now: time [s].
+        One sender that gives way to another makes them fall once at most. `number` counts the
+        messages of its sender; None where the middleware does not.
         """
         if number is None:
             return False
@@ -89,10 +81,6 @@ class Commander:
         topic: the command topic.
         callback: called with a message and what the middleware says of it.
         limit: age [s] from which a command is stale; 0 disables.
-
-    Attributes:
-        topic_name: resolved.
-        count: how many could command when `count_them` was last called.
     """
 
     def __init__(
@@ -151,13 +139,7 @@ class Commander:
 
 
 class Neighbours:
-    """Finds nodes that publish the robot's states and listen to its commands, as it does.
-
-    Args:
-        robot: the node itself.
-        states: resolved name of the topic of states.
-        commands: that of the commands.
-    """
+    """Finds nodes that publish the robot's states and listen to its commands, as it does."""
 
     def __init__(self, robot: Node, states: str, commands: str) -> None:
         self._robot, self._states, self._commands = robot, states, commands

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself on /diagnostics once a second."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

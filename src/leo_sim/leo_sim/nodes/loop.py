@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node does each period: state out, command in, time goes on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 import math

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the robot node: declared, checked, and turned into a driver's options."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -56,11 +54,7 @@ class Settings:
 
 
 def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
-    """Declare the parameters that drivers take on `node` and check what was given.
-
-    Args:
-        node: gets the parameters.
-        robot: the one that is taken unless another is given.
+    """Declare the parameters that drivers take and check what was given; `robot` is the default.
 
     Raises:
         UserError: a value is out of range or of a wrong form; an unknown robot.
@@ -81,11 +75,7 @@ def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
 
 
 def read_settings(node: Node) -> Settings:
-    """Declare the parameters of the robot node on `node` and check what was given.
-
-    Raises:
-        UserError: a value is out of range or of a wrong form; an unknown robot.
-    """
+    """Declare the parameters of the robot node and check what was given, as `read_options`."""
     given = partial(fixed_parameter, node)
     return Settings(
         driver=given('driver', 'simulated'),
@@ -108,11 +98,7 @@ def check_clock(settings: Settings, own_clock: bool) -> None:
 
 
 def read_noise(values: Sequence[float]) -> tuple[float, float]:
-    """Standard deviations of position [rad] and velocity [rad/s].
-
-    Raises:
-        UserError: not two numbers, or a negative one.
-    """
+    """Standard deviations of position [rad] and velocity [rad/s]; UserError: none such."""
     if isinstance(values, (str, int, float)) or len(values) != 2:
         raise UserError(f'noise is {values!r}: {NOISE_FORM}, as in -p noise:=[0.001,0.05]')
     if not all(isinstance(v, (int, float)) and math.isfinite(v) and v >= 0 for v in values):
@@ -142,7 +128,7 @@ def _whole(name: str, value: Any) -> int:
 
 
 def greeting(settings: Settings, info: DriverInfo) -> list[str]:
-    """Lines for the log of a node with a driver."""
+    """What the robot node says when it starts: what runs, and what to type next."""
     robot = settings.options.robot
     pace = f'{settings.realtime_factor:g} x real time' if settings.realtime_factor else 'lockstep'
     command = topics.COMMANDS[info.interface].name

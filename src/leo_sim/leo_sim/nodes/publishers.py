@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node publishes: states, what was applied, episodes, what hardware measures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 import os
 from pathlib import Path

@@ -6,8 +6,6 @@ leo run leo_sim robot --ros-args -p robot:=pendulum -p realtime_factor:=0 -p see
 leo run leo_sim robot --ros-args -p robot:=pendulum -p driver:=replay -p bag:=BAG
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from functools import partial
 import time

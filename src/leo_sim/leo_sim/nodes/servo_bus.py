@@ -6,8 +6,6 @@ leo run leo_sim robot --ros-args -p robot:=leo -p driver:=dynamixel -p port:=/tm
 leo param set /servo_bus lose 0.01
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields
 from functools import partial
@@ -22,7 +20,6 @@ from rclpy.node import Node
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, graph, spare_collector, spin
-from leo_sim.description.robot import Robot
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant
 from leo_sim.drivers.servo_bus.rig import Terminal
@@ -56,7 +53,8 @@ class ServoBusNode(Node):
                 f'{options.robot.name} has no servos: give it some in robot.yaml, '
                 'driver: dynamixel or feetech (docs/your_driver.md)'
             )
-        supply = declared(self, 'supply', _nominal(options.robot))
+        nominal = next((a.supply for a in options.robot.actuators if a.supply), 12.0)
+        supply = declared(self, 'supply', nominal)
         plant = Plant(options, supply, given('supply_resistance', 0.0), given('hand', True))
         trouble = Trouble(**{f.name: declared(self, f.name, f.default) for f in fields(Trouble)})
         line = Line(given('baud', 0) or bus.baud, trouble, options.seed)
@@ -110,11 +108,6 @@ class ServoBusNode(Node):
         if name == 'start' and value not in self.rig.plant.robot.start_poses:
             return f'there is no start pose {value!r}'
         return ''
-
-
-def _nominal(robot: Robot) -> float:
-    """The supply voltage of a robot; 12 V where its motors do not say."""
-    return next((a.supply for a in robot.actuators if a.supply), 12.0)
 
 
 @executable

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What brings the motors to 0 whatever the robot node's own thread is waiting for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -61,7 +59,7 @@ class Gate:
 
     @property
     def can_halt(self) -> bool:
-        """Whether the driver can be brought to 0 beside its other calls."""
+        """Whether the driver can be brought to 0 during its other calls."""
         return isinstance(self._driver, Haltable)
 
     def write(self, blind: bool) -> list[Applied]:
@@ -98,7 +96,7 @@ class Gate:
         return applied
 
     def _halted(self) -> list[Applied | None]:
-        """What the driver's process has applied by itself, while nobody told it otherwise."""
+        """What the driver's process has applied by itself, while this one was silent."""
         if not isinstance(self._driver, Apart):
             return []
         halted, self._driver.halted = self._driver.halted, []

@@ -7,14 +7,7 @@ from leo_msgs_py.errors import UserError
 
 
 def load_mujoco(what: str) -> Any:
-    """The module `leo_sim.references.mujoco`.
-
-    Args:
-        what: What is to be done with it, for the error.
-
-    Raises:
-        UserError: mujoco is not installed.
-    """
+    """The module that imports mujoco, which need not be installed; `what` is for the error."""
     try:
         from leo_sim.references import mujoco as module
     except ModuleNotFoundError as error:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """All trials of a driver, one after another, and what came of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -33,7 +31,6 @@ CHECKS: tuple[Callable[[Trial], None], ...] = (
 
 NEEDED = (contract.info, contract.connect, contract.shapes)
 """Without these the rest says nothing."""
-
 CARELESS = (
     ArithmeticError,
     AttributeError,
@@ -46,7 +43,6 @@ CARELESS = (
     ValueError,
 )
 """What code raises that was not meant to raise."""
-
 TYPED = (
     'raise TransientFault for a lost packet, DriverFault for the end, UserError in connect; '
     'the node would end here'
@@ -55,14 +51,7 @@ TYPED = (
 
 @dataclass(frozen=True)
 class Result:
-    """What came of one check.
-
-    Attributes:
-        name: of the check.
-        verdict: PASSED, FAILED or LEFT_OUT.
-        what: what is wrong, or why it was left out; what holds where it passed.
-        mend: what to do about it.
-    """
+    """What came of one check, `mend` is what to do about it."""
 
     name: str
     verdict: str

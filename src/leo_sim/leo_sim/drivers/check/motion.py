@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What shows only when the robot moves: signs, units, limits. Each joint by itself, a little."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,12 +24,7 @@ UNIT = 8.0
 
 @dataclass(frozen=True)
 class Push:
-    """A command on one actuator, held for some periods.
-
-    Attributes:
-        command: V, N m or rad, (A,).
-        states: read meanwhile, the first when it began.
-    """
+    """A command [V, N m or rad], (A,), on one actuator, and the states while it was held."""
 
     command: np.ndarray
     states: list[JointStates]

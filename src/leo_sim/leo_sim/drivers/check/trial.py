@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A driver on trial: its calls in the node's order, and what it did wrong in words."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

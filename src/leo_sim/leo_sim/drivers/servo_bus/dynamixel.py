@@ -4,8 +4,6 @@
 Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/protocol2/
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
@@ -86,16 +84,10 @@ FRAMING = Framing(HEADER, 4, _size, _opened)
 
 
 class Bus:
-    """Servos that hear each other.
+    """Servos by id that hear each other, all but the `silent` ones.
 
     In a sync read each waits for the answer of the one before it: behind a silent one all are
     silent.
-
-    Args:
-        servos: by id.
-
-    Attributes:
-        silent: ids of servos that hear nothing and say nothing.
     """
 
     def __init__(self, servos: Mapping[int, Servo]) -> None:

@@ -5,8 +5,6 @@ Source: Feetech's protocol manual (doc.feetech.cn) and its SCServo library: FF F
 instruction or error, parameters, and the inverted sum of all but the header.
 """
 
-from __future__ import annotations
-
 from leo_sim.drivers.servo_bus.dynamixel import (
     ACTION,
     Bus,
@@ -30,17 +28,13 @@ def encoded(servo: int, code: int, data: bytes = b'') -> bytes:
     return HEADER + body + bytes([~sum(body) & 0xFF])
 
 
-def _size(data: bytes) -> int | None:
-    return data[3] + 4 if len(data) >= 4 else None
-
-
 def _opened(whole: bytes) -> Packet | None:
     if whole[3] < 2 or encoded(whole[2], whole[4], whole[5:-1]) != whole:
         return None
     return Packet(whole[2], whole[4], whole[5:-1])
 
 
-FRAMING = Framing(HEADER, 2, _size, _opened)
+FRAMING = Framing(HEADER, 2, lambda data: data[3] + 4 if len(data) >= 4 else None, _opened)
 
 
 class FeetechServo(Servo):

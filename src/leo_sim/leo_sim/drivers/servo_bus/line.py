@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The wire between computer and servos: packets in a stream, their time, and what goes wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -68,13 +66,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Packet:
-    """An instruction, or the status that answers one.
-
-    Attributes:
-        id: of the servo; BROADCAST for all.
-        instruction: its code.
-        parameters: what follows it; of a status the error first.
-    """
+    """An instruction, or the status that answers one, whose first parameter is the error."""
 
     id: int
     instruction: int
@@ -99,11 +91,7 @@ class Framing:
 
 
 class Reader:
-    """Finds whole packets in a stream of bytes; what fits none is skipped.
-
-    Attributes:
-        damaged: how many had a wrong checksum.
-    """
+    """Finds whole packets in a stream of bytes; what fits none is skipped, and counted."""
 
     def __init__(self, framing: Framing) -> None:
         self._framing = framing

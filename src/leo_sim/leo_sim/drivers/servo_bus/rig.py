@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Servos and the robot behind them: what they answer to bytes, and when.
 
-A Rig is told the time; a Terminal is a rig on a pseudo-terminal, in real time.
+A Rig is given the time; a Terminal is a rig on a pseudo-terminal, in real time.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 import os
@@ -26,10 +24,8 @@ BUSES: dict[str, tuple[type[dynamixel.Bus], Framing]] = {
 }
 DELAY_UNIT = 2e-6
 """s a count of the register return_delay_time."""
-
 SILENCE = 0.002
 """After so long without bytes [s] a packet that has begun is forgotten."""
-
 IDLE = 0.02
 """After so long without bytes [s] the robot moves on by itself. Until then it moves where it is
 asked: an instruction that waited for a step to be integrated would be heard late."""
@@ -38,7 +34,6 @@ asked: an instruction that waited for a step to be integrated would be heard lat
 GIVE_UP = 0.05
 """When this process was kept waiting longer than this [s], no time passed for robot and servos:
 what was sent meanwhile has not come late, and no watchdog expires."""
-
 STALL = 0.02
 """A wait longer than this [s] is logged: motors that were driven meanwhile were so for us."""
 
@@ -106,12 +101,10 @@ class Rig:
             self._write_down(due)
             for status in statuses:
                 carried, late = self._line.carried(status)
-                due += late + self._line.seconds(len(status)) + self._return_delay(status)
+                servo = self.bus.servos.get(status[self._framing.id_at])
+                delay = servo.get('return_delay_time') * DELAY_UNIT if servo else 0.0
+                due += late + self._line.seconds(len(status)) + delay
                 yield due if len(found) == 1 else now, carried
-
-    def _return_delay(self, status: bytes) -> float:
-        servo = self.bus.servos.get(status[self._framing.id_at])
-        return servo.get('return_delay_time') * DELAY_UNIT if servo else 0.0
 
     def _go_on(self, seconds: float) -> None:
         """Move the robot and the servos' watchdogs up to a time [s]."""
@@ -144,9 +137,6 @@ class Terminal(Rig):
         link: where the port can be opened, a symbolic link; '' makes none.
         log: as a rig's, with `time late seconds` each time this process was kept waiting.
         computer: whose time it is.
-
-    Attributes:
-        port: path of the pseudo-terminal; '' while the cable is out of the computer.
     """
 
     def __init__(
@@ -194,7 +184,9 @@ class Terminal(Rig):
         data = self._bytes()
         now = self._now()
         for due, answer in self.serve(data, now):
-            self._send(answer, due)
+            if answer and self._ends:
+                self._computer.sleep(max(0.0, due - (self._computer.monotonic() - self.began)))
+                os.write(self._ends[0], answer)
         self._looked = max(now, self.plant.seconds)
 
     def _now(self) -> float:
@@ -215,8 +207,3 @@ class Terminal(Rig):
             return b''
         ready, _, _ = select.select(self._ends[:1], [], [], SLICE)
         return os.read(self._ends[0], 4096) if ready else b''
-
-    def _send(self, answer: bytes, due: float) -> None:
-        if answer and self._ends:
-            self._computer.sleep(max(0.0, due - (self._computer.monotonic() - self.began)))
-            os.write(self._ends[0], answer)

@@ -46,12 +46,11 @@ class Description:
 
 
 def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
-    """Read a URDF, given as text and parsed; both are of the file at `path`.
-
-    Raises:
-        UserError: It is xacro, or a limit is no number.
-    """
-    if _is_xacro(root):
+    """Read a URDF, given as text and parsed; both are of the file at `path`."""
+    if any(
+        'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
+        for element in root.iter()
+    ):
         raise UserError(
             f'{path} is xacro, not yet a URDF; expand it first: xacro {path} > robot.urdf'
         )
@@ -62,14 +61,6 @@ def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
     if notes or frictions:
         text = ElementTree.tostring(root, encoding='unicode') + '\n'
     return Description(root.get('name', ''), text, efforts, speeds, frictions, tuple(notes))
-
-
-def _is_xacro(root: ElementTree.Element) -> bool:
-    """Whether some tag or attribute still waits for xacro."""
-    return any(
-        'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
-        for element in root.iter()
-    )
 
 
 def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dict[str, float]:
@@ -120,11 +111,7 @@ Value = TypeVar('Value')
 
 
 def without(description: Description, links: Sequence[str], source: str) -> Description:
-    """The description less these links, their joints and everything beyond them.
-
-    Raises:
-        UserError: No such link, the root, or a joint that stays mimics one that goes.
-    """
+    """The description less these links, their joints and everything beyond them."""
     root = ElementTree.fromstring(description.text)
     joints = root.findall('joint')
     known = [link.get('name', '') for link in root.findall('link')]

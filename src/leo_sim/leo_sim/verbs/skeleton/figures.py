@@ -70,10 +70,9 @@ def gravity_torque(robot: Robot) -> np.ndarray:
 def integration_step(robot: Robot) -> tuple[float, float]:
     """The longest step that keeps one control period exact, s, and the error it leaves.
 
-    It is told on stderr while it is measured: a tree of hundreds of joints takes its time.
-
     The error is against steps four times finer, as a share of the change of rates, over states
-    and inputs of the whole range: stiff robots get short steps.
+    and inputs of the whole range: stiff robots get short steps. Progress is on stderr: a tree of
+    hundreds of joints takes its time.
     """
     free = replace(
         robot, joints=tuple(replace(joint, limits=(-math.inf, math.inf)) for joint in robot.joints)
@@ -106,14 +105,7 @@ def _rms(values: np.ndarray) -> np.ndarray:
 
 
 def measure_step(folder: Path) -> tuple[float, float, float]:
-    """Write the longest step that keeps a control period exact into robot.yaml.
-
-    Returns:
-        The step before and now [s], and the error that it leaves, as `integration_step`.
-
-    Raises:
-        UserError: No robot folder, or a robot on the ground, whose steps are of its contacts.
-    """
+    """Write the longest exact step into robot.yaml: the step before and now [s], and its error."""
     if not folder.is_dir():
         raise UserError(f'{folder} is no robot folder; leo robot step takes one of yours')
     robot = load_robot(folder)
@@ -146,12 +138,9 @@ inertia of light links is often made up."""
 
 
 def doubt(links: Sequence[Link], joints: Sequence[Joint], loads: dict[str, float]) -> str:
-    """A question that names the units and why; '' where nothing speaks against m, kg and rad.
+    """Which other units a file may be in, and why, as a question; '' where it seems in ours.
 
-    Args:
-        links: Of the tree.
-        joints: Of the tree.
-        loads: Largest torque of gravity at each joint that moves, N m (N for slides).
+    `loads` are the largest torques of gravity at each joint that moves, N m (N for slides).
     """
     found: dict[str, str] = {}
     hung = {joint.child for joint in joints}

@@ -23,11 +23,7 @@ PLANAR = ((1, 0, 0), (0, 0, 1), (0, 1, 0))
 
 
 def read_mjcf(path: Path, name: str) -> Description:
-    """Read an MJCF file, with all that it includes; its robot is called `name`.
-
-    Raises:
-        UserError: No package mujoco, a file that MuJoCo refuses, or joints that no robot here has.
-    """
+    """Read an MJCF file, with all that it includes; its robot is called `name`."""
     model = load_mujoco('an MJCF').compiled(path)
     for i in np.flatnonzero(model.jnt_type < SLIDE).tolist():
         kind = {FREE: 'free', BALL: 'a ball'}[int(model.jnt_type[i])]
@@ -209,12 +205,8 @@ def _zero(model: Any, joint: int) -> float:
     return float(model.qpos0[model.jnt_qposadr[joint]])
 
 
-def _name(model: Any, body: int) -> str:
-    return str(model.body(body).name)
-
-
 def _link(model: Any, body: int) -> str:
-    return _name(model, body) or f'body_{body}'
+    return str(model.body(body).name) or f'body_{body}'
 
 
 def _joint(model: Any, joint: int) -> str:
