@@ -145,7 +145,7 @@ def test_lockstep_waits_for_a_reader_but_not_for_ever(robot, monkeypatch):
 
 
 class Clock:
-    """A clock that moves when it is told to, or by `step` with every look."""
+    """A clock that moves when it sleeps, or by `step` with every look."""
 
     def __init__(self, step=0.0):
         self.now, self.step = 0.0, step

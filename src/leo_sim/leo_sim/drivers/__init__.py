@@ -32,10 +32,8 @@ GROUP = 'leo.drivers'
 OURS = 'leo_sim'
 METHODS = ('connect', 'read', 'write', 'advance', 'set_torque', 'reset', 'stop')
 """What every driver has."""
-EXTRAS = ('halt', 'start_in', 'readings', 'figures')
-"""What a driver may have besides."""
-MEANT = (UserError, DriverFault, EndOfRun, NotPossible, OSError)
-"""What a driver may raise."""
+EXTRAS = ('halt', 'start_in', 'readings', 'figures')  # what a driver may have besides
+MEANT = (UserError, DriverFault, EndOfRun, NotPossible, OSError)  # what a driver may raise
 RETURNS: dict[str, tuple[type, ...]] = {
     'read': (JointStates,),
     'write': (Applied, NoneType),

@@ -148,7 +148,7 @@ class Served:
         try:
             self._driver.stop()
         except MEANT as error:
-            print(f'the motors could not be told to stop: {error}', file=sys.stderr)
+            print(f'the motors could not be stopped: {error}', file=sys.stderr)
             self._bring_to_rest()
 
     def _made(self, method: str, args: tuple[Any, ...]) -> tuple[Any, Exception | None]:

@@ -23,31 +23,21 @@ INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
 
 @dataclass(frozen=True)
 class DriverInfo:
-    """What the node must know before it moves anything.
+    """What the node must know before it moves anything; J joints, A actuators."""
 
-    Attributes:
-        joints: names, length J, in the order of every state.
-        actuators: joint names, length A, in the order of every command.
-        interface: 'voltage' [V], 'effort' [N m] or 'position' [rad].
-        limits: largest absolute command per actuator [V, N m or rad], shape (A,).
-        control_period: time one command holds [s].
-        state_rate: joint states per second [Hz].
-        urdf: the model's description, never the hidden truth.
-        own_clock: its time is not the wall's: it can wait (lockstep), and `/clock` is published.
-            Hardware has none: its stamps are the wall's time.
-        goals: lowest and highest goal of each actuator [rad], shape (2, A), where the stops allow
-            less than the limits; None where commands are no positions.
-    """
-
-    joints: tuple[str, ...]
-    actuators: tuple[str, ...]
-    interface: str
-    limits: np.ndarray
-    control_period: float
-    state_rate: float
-    urdf: str
+    joints: tuple[str, ...]  # names, in the order of every state
+    actuators: tuple[str, ...]  # names of joints, in the order of every command
+    interface: str  # 'voltage' [V], 'effort' [N m] or 'position' [rad]
+    limits: np.ndarray  # largest absolute command per actuator [V, N m or rad], (A,)
+    control_period: float  # time one command holds [s]
+    state_rate: float  # joint states per second [Hz]
+    urdf: str  # the model's description, never the hidden truth
     own_clock: bool
+    """Its time is not the wall's: it can wait (lockstep), and `/clock` is published. Hardware has
+    none: its stamps are the wall's time."""
     goals: np.ndarray | None = None
+    """Lowest and highest goal of each actuator [rad], (2, A), where the stops allow less than the
+    limits; None where commands are no positions."""
 
     @property
     def bounds(self) -> np.ndarray:
@@ -116,19 +106,12 @@ class Haltable(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """What hardware measures besides angles, at the time of its last state.
+    """What hardware measures besides angles, at its last state; each actuator's, (A,), or None."""
 
-    Attributes:
-        supply: V.
-        current: of each actuator, as the joint's sign is [A], shape (A,); None where not measured.
-        temperature: of each actuator [deg C], shape (A,); None where not measured.
-        condition: what each actuator says is wrong with it, as '', shape (A,).
-    """
-
-    supply: float
-    current: np.ndarray | None = None
-    temperature: np.ndarray | None = None
-    condition: tuple[str, ...] = ()
+    supply: float  # V
+    current: np.ndarray | None = None  # A, as the joint's sign is
+    temperature: np.ndarray | None = None  # deg C
+    condition: tuple[str, ...] = ()  # what each actuator says is wrong with it, or ''
 
 
 @runtime_checkable
@@ -192,30 +175,22 @@ THIS = Computer()
 
 @dataclass(frozen=True)
 class DriverOptions:
-    """What the node passes to every driver; each takes what it needs.
-
-    Attributes:
-        state_rate: joint states per second [Hz]; 0 takes the robot's own.
-        start: 'nominal', 'random' or the name of a start pose.
-        seed: of start poses and noise.
-        noise: standard deviation added to published position [rad] and velocity [rad/s].
-        engine: physics engine of a simulated robot.
-        integration_step: [s]; 0 takes the robot's own.
-        private: the settings that only the driver may know.
-        port: where the hardware is connected, say /dev/ttyUSB0; '' takes robot.yaml's.
-    """
+    """What the node passes to every driver; each takes what it needs."""
 
     robot: Robot
-    state_rate: float = 0.0
-    start: str = 'nominal'
-    seed: int = 0
-    noise: tuple[float, float] = (0.0, 0.0)
-    engine: str = 'pybullet'
-    integration_step: float = 0.0
-    private: Mapping[str, Any] | None = None
-    bag: str = ''
-    port: str = ''
-    computer: Computer = THIS
+    state_rate: float = 0.0  # joint states per second [Hz]; 0 takes the robot's own
+    start: str = 'nominal'  # or 'random', or the name of a start pose
+    seed: int = 0  # of start poses and noise
+    noise: tuple[float, float] = (
+        0.0,
+        0.0,
+    )  # standard deviations of what is published [rad, rad/s]
+    engine: str = 'pybullet'  # of a simulated robot
+    integration_step: float = 0.0  # [s]; 0 takes the robot's own
+    private: Mapping[str, Any] | None = None  # the settings that only the driver may know
+    bag: str = ''  # recording to replay
+    port: str = ''  # of the hardware, say /dev/ttyUSB0; '' takes robot.yaml's
+    computer: Computer = THIS  # where the hardware is connected; its time is the driver's
 
 
 def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) -> DriverInfo:

@@ -20,19 +20,16 @@ from leo_sim.drivers.servo_port import Limits
 
 STUFFED, PLAIN = b'\xff\xff\xfd\xfd', b'\xff\xff\xfd'
 ALERT = 0x80
-TIME_BASED = 0x04
-"""Bit of drive_mode with which profile_velocity is a time."""
+TIME_BASED = 0x04  # bit of drive_mode with which profile_velocity is a time
 WATCHDOG_UNIT, WATCHDOG_MOST = 0.02, 127
-LATE = 0.5
-"""How many periods a servo's clock may fall behind ours from one reading to the next."""
+LATE = 0.5  # how many periods a servo's clock may fall behind ours from one reading to the next
 EXPIRED = -1
 TICKS = 32768
 """A servo's clock counts so many ms and begins anew (realtime_tick, e-Manual of the X series)."""
 KEPT, FEWEST = 64, 16
 """Readings by which the clocks are compared, in each of two halves; before there are so many, a
 question counts as heard when it is sent."""
-TELLS = 0.3e-3
-"""Less than this [s] the clocks of some servos cannot show, as each counts whole ms."""
+TELLS = 0.3e-3  # less than this [s] the clocks of some servos cannot show, as each counts whole ms
 
 
 class _Port(Limits, PortHandler):

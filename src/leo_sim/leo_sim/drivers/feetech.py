@@ -89,7 +89,7 @@ class FeetechDriver(ServoDriver):
             self._bus.set(servo, 'goal_pwm', 0)
 
     def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
-        """Nothing tells: their answers carry no time. What came too late was cleared away."""
+        """Their answers carry no time; what came too late was cleared away."""
 
     def _alerts(self, block: Block) -> bool:
         return bool(block.error)

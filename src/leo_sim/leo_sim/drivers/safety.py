@@ -32,19 +32,15 @@ class Safety:
         timed_out: the last command grew too old; ends with the next command.
         timeouts: how often a command grew too old.
         rejected: how many commands were refused.
-        at_stop: what an e-stop does, in words.
-        when_old: what becomes of a command that grew too old.
-        when_blind: what is sent where the robot could not be measured.
-        at_end: how the motors are left.
 
     Raises:
         UserError: a limit that is not above 0, or a time or slew below 0.
     """
 
-    at_stop: ClassVar[str] = '0'
-    when_old: ClassVar[str] = '0 until the next one'
-    when_blind: ClassVar[str] = '0'
-    at_end: ClassVar[str] = 'motors at 0'
+    at_stop: ClassVar[str] = '0'  # what an e-stop does, in words
+    when_old: ClassVar[str] = '0 until the next one'  # what becomes of a command that grew too old
+    when_blind: ClassVar[str] = '0'  # what is sent where the robot could not be measured
+    at_end: ClassVar[str] = 'motors at 0'  # how the motors are left
 
     def __init__(
         self, limits: Sequence[float] | np.ndarray, timeout: float = 0.2, slew: float = 0.0
@@ -53,10 +49,8 @@ class Safety:
         self._low, self._high = -limits, limits
         self._timeout = _at_least_zero('command_timeout', timeout, 's')
         self._slew = _at_least_zero('slew', slew, 'per s')
-        self.e_stopped = False
-        self.timed_out = False
-        self.timeouts = 0
-        self.rejected = 0
+        self.e_stopped = self.timed_out = False
+        self.timeouts = self.rejected = 0
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:

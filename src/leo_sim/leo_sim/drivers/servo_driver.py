@@ -29,12 +29,9 @@ from leo_sim.drivers.servo_joints import DriveUnits, farthest, JointUnits, Motor
 from leo_sim.drivers.servo_line import Block, ServoLine
 from leo_sim.drivers.servo_port import latency_timer
 
-SHARE = 0.4
-"""Share of a period [s] that an answer may take on top of its bytes."""
-NEAR = 0.15
-"""A joint so close to its start pose is in it [rad or m]."""
-LEAST_SUPPLY = 3.0
-"""No servo works below this [V]."""
+SHARE = 0.4  # share of a period [s] that an answer may take on top of its bytes
+NEAR = 0.15  # a joint so close to its start pose is in it [rad or m]
+LEAST_SUPPLY = 3.0  # no servo works below this [V]
 
 
 class ServoDriver(ABC):
@@ -84,7 +81,7 @@ class ServoDriver(ABC):
         self._rest = self._bus.packet(name, dict.fromkeys(ids, value))
         goals = self._bus.packet(self._motors.goal, dict.fromkeys(ids, 0))
         self._on_its_way = self._bus.seconds(len(goals))
-        self._from = self._bus.earlier(self.first, self._motors.told)
+        self._from = self._bus.earlier(self.first, self._motors.shown)
 
     def connect(self) -> None:
         """Open the bus, check every servo, and leave the motors at 0, or free without a goal."""

@@ -13,12 +13,9 @@ from leo_sim.drivers.servo_line import Block, ServoLine
 
 FAR = 1_048_575
 """Counts either way that a servo takes whose count goes on over a turn (e-Manual, X series)."""
-NEAR = 0.02
-"""A gain this close to that of robot.yaml is the same, as a share of it."""
-NEAR_SUPPLY = 0.1
-"""So is a supply, which a battery does not keep."""
-OFF_GOAL = 3
-"""A servo farther from its goal, counts, has some duty while its torque is on."""
+NEAR = 0.02  # a gain this close to that of robot.yaml is the same, as a share of it
+NEAR_SUPPLY = 0.1  # so is a supply, which a battery does not keep
+OFF_GOAL = 3  # a servo farther from its goal, counts, has some duty while its torque is on
 
 
 class GoalUnits(MotorUnits):
@@ -27,7 +24,7 @@ class GoalUnits(MotorUnits):
     Before the first goal, and where a driver stops, the motors are free.
     """
 
-    goal = told = 'goal_position'
+    goal = shown = 'goal_position'
     rest = 'torque_enable', 0
     at_rest = 'are freed'
     holds = True

@@ -17,7 +17,7 @@ from leo_sim.drivers.servo_line import Block, ServoLine
 Array = np.ndarray
 
 TOLERANCES = {'dynamixel': 0, 'feetech': 20}
-"""How far the PWM that a servo shows may be from the one it was told, counts: a Feetech servo
+"""How far the PWM that a servo shows may be from the one it was sent, counts: a Feetech servo
 measures its duty."""
 
 
@@ -61,26 +61,19 @@ class JointUnits:
 class MotorUnits(ABC):
     """Inputs of the actuators as a register of their servos, and back.
 
-    Attributes:
-        ids: of the servos, in the order of the actuators.
-        goal: the register that drives them.
-        told: the register that shows what a servo was sent; '' where none does.
-        tolerance: how far that may be from what was sent, counts.
-        rest: the register and value that stop a motor.
-        nothing: the input before any command, (A,); NaN leaves a motor free.
-        goals: lowest and highest goal [rad], (2, A); None where inputs are no goals.
-        at_rest: what becomes of the motors when the driver ends, in words.
-        holds: a motor that is left alone holds its joint, and needs nobody to stop it.
+    `ids` are those of the servos, in the order of the actuators.
     """
 
-    goal: str
-    told: str
-    tolerance: int = 0
-    rest: tuple[str, int]
-    nothing: Array
-    goals: Array | None = None
-    at_rest: ClassVar[str]
-    holds: ClassVar[bool]
+    goal: str  # the register that drives them
+    shown: str  # the register that shows what a servo was sent; '' where none does
+    tolerance: int = 0  # how far that may be from what was sent, counts
+    rest: tuple[str, int]  # the register and value that stop a motor
+    nothing: Array  # the input before any command, (A,); NaN leaves a motor free
+    goals: Array | None = None  # lowest and highest [rad], (2, A); None where inputs are no goals
+    at_rest: ClassVar[str]  # what becomes of the motors when the driver ends, in words
+    holds: ClassVar[
+        bool
+    ]  # a motor that is left alone holds its joint, and needs nobody to stop it
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         self._robot = robot
@@ -120,7 +113,7 @@ class MotorUnits(ABC):
 
     def taken(self, block: Block, sent: int) -> bool:
         """Whether a servo shows what was sent, as far as it can."""
-        return not self.told or abs(block.get(self.told) - sent) <= self.tolerance
+        return not self.shown or abs(block.get(self.shown) - sent) <= self.tolerance
 
     def seems_free(self, block: Block) -> bool:
         """Whether a motor that should be on looks as if it were free."""
@@ -147,7 +140,7 @@ class DriveUnits(MotorUnits):
         super().__init__(robot, bus)
         self.by_voltage = robot.input == 'voltage'
         self.goal = 'goal_pwm' if self.by_voltage else 'goal_current'
-        self.told = 'present_pwm' if self.by_voltage else ''
+        self.shown = 'present_pwm' if self.by_voltage else ''
         self.tolerance = TOLERANCES[self._family]
         self.rest = self.goal, 0
         self.nothing = np.zeros(len(self.ids))

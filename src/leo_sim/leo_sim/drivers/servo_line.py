@@ -12,10 +12,8 @@ from leo_sim.description.servos import Family, Register, registers
 from leo_sim.drivers.base import Computer, DriverFault, THIS, TransientFault
 from leo_sim.drivers.servo_port import BITS, Paper, why_closed
 
-CONFIGURE = 0.1
-"""How long an answer may take while nothing moves [s]."""
-TRIES = 3
-"""How often an instruction to one servo is sent before it counts as unanswered."""
+CONFIGURE = 0.1  # how long an answer may take while nothing moves [s]
+TRIES = 3  # how often an instruction to one servo is sent before it counts as unanswered
 COMM_SUCCESS, COMM_RX_CORRUPT = 0, -3002
 """Results of an SDK: success of both, and one that is none."""
 
@@ -33,10 +31,8 @@ class ServoLine:
     family: ClassVar[Family]
     packets: ClassVar[type]
     """The SDK's packet handler; its `size` is how many bytes of data the last status had."""
-    port: ClassVar[type]
-    """The SDK's port, mixed with Limits."""
-    asks: ClassVar[tuple[bool, ...]] = ()
-    """Further arguments of the SDK's sync read."""
+    port: ClassVar[type]  # the SDK's, mixed with Limits
+    asks: ClassVar[tuple[bool, ...]] = ()  # further arguments of the SDK's sync read
 
     def __init__(
         self, path: str, baud: int, names: Mapping[int, str], computer: Computer = THIS
@@ -206,18 +202,12 @@ class ServoLine:
 
 @dataclass(frozen=True)
 class Block:
-    """Neighbouring registers of one servo, as read at once.
+    """Neighbouring registers of one servo, as read at once."""
 
-    Attributes:
-        start: address of the first byte.
-        error: of the status they came with.
-        table: all registers by name.
-    """
-
-    start: int
+    start: int  # address of the first byte
     data: bytes
-    error: int
-    table: Mapping[str, Register]
+    error: int  # of the status they came with
+    table: Mapping[str, Register]  # all registers by name
 
     def get(self, name: str) -> int:
         """The value of a register in it."""

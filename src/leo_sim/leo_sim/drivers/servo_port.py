@@ -8,12 +8,9 @@ from typing import Any
 
 from leo_sim.drivers.base import Computer, TransientFault
 
-POLL = 0.0005
-"""How long one look for bytes waits [s]; the SDK alone looks without a pause."""
-RUBBISH = 5.0
-"""Whatever still comes after so many times the time of an answer is none."""
-BITS = 10
-"""Of a byte on the bus, with its start and stop bit."""
+POLL = 0.0005  # how long one look for bytes waits [s]; the SDK alone looks without a pause
+RUBBISH = 5.0  # whatever still comes after so many times the time of an answer is none
+BITS = 10  # of a byte on the bus, with its start and stop bit
 
 
 class Limits:

@@ -15,46 +15,26 @@ LAG = 'actuator_lag'
 
 @dataclass(frozen=True)
 class Drives:
-    """Of each actuator, (A,); the torque is gain u + bias - back_emf w.
+    """Of each actuator, (A,); the torque is gain u + bias - back_emf w."""
 
-    Attributes:
-        gain: N m per unit of what is on the motor, V or N m.
-        back_emf: N m s/rad.
-        bias: N m.
-        most: What is on the motor at most, V or N m.
-        scale: What is on the motor for a command of 1 V or N m.
-        lag: Time constant of the command, s; 0 for none.
-    """
-
-    gain: Any
-    back_emf: Any
-    bias: Any
-    most: Any
-    scale: Any
-    lag: Any
+    gain: Any  # N m per unit of what is on the motor, V or N m
+    back_emf: Any  # N m s/rad
+    bias: Any  # N m
+    most: Any  # on the motor, V or N m
+    scale: Any  # what is on the motor for a command of 1 V or N m
+    lag: Any  # time constant of the command, s; 0 for none
 
 
 @dataclass(frozen=True)
 class Figures:
-    """Of each joint, (J,), beside its actuator.
+    """Of each joint, (J,), without its actuator."""
 
-    Attributes:
-        armature: kg m2.
-        damping: N m s/rad.
-        friction: N m.
-        stiffness: N m/rad.
-        rest: Angle at which the spring is at rest, rad.
-        zero: What the encoder reads at angle 0, rad.
-        drives: The actuators.
-        laws: The laws they are of.
-    """
-
-    armature: Any
-    damping: Any
-    friction: Any
-    stiffness: Any
-    rest: Any
-    zero: Any
+    armature: Any  # kg m2
+    damping: Any  # N m s/rad
+    friction: Any  # N m
+    stiffness: Any  # N m/rad
+    rest: Any  # of the spring, rad
+    zero: Any  # what the encoder reads at angle 0, rad
     drives: Drives
     laws: Laws
 
@@ -62,20 +42,15 @@ class Figures:
 def figures(model: Model) -> Figures:
     """The figures of a model whose laws are straight lines (see `held`)."""
     laws = model.changed(effects=[p for p in model.effects if p.effect.name != LAG]).laws
-    still = np.zeros(len(laws.joints))
+    still, nothing = np.zeros(len(laws.joints)), np.zeros(len(laws.actuated_joints))
 
     def joint(q: float, dq: float) -> Any:
-        off = np.zeros(len(laws.actuated_joints), dtype=bool)
-        return (
-            still
-            + laws.torques(still + q, still + dq, still + dq, np.zeros(len(off)), off, still).joint
-        )
+        off, rates = nothing.astype(bool), still + dq
+        return still + laws.torques(still + q, rates, rates, nothing, off, still).joint
 
     at_rest = joint(0.0, 0.0)
-    stiffness, level = (
-        at_rest - joint(1.0, 0.0),
-        laws.torques(still, still, still, np.zeros(len(laws.actuated_joints)), None, still).level,
-    )
+    stiffness = at_rest - joint(1.0, 0.0)
+    level = laws.torques(still, still, still, nothing, None, still).level
     sprung = stiffness > 0
     rest = np.where(sprung, at_rest / np.where(sprung, stiffness, 1.0), 0.0)
     bias = np.where(sprung, 0.0, at_rest)[laws.actuated]

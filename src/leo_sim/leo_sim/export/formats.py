@@ -14,8 +14,7 @@ from leo_sim.export.figures import Figures, figures
 from leo_sim.model.model import Model
 from leo_sim.references.mjcf import added, hard_figures, numbers, tree
 
-STEP = 0.0005
-"""Longest time step that is written, s."""
+STEP = 0.0005  # longest time step that is written, s
 
 
 def mjcf(model: Model) -> ElementTree.Element:
@@ -32,8 +31,7 @@ def mjcf(model: Model) -> ElementTree.Element:
         )
     laws = found.laws
     with_bodies(robot.urdf, laws.bodies)  # refuses what no body has
-    slope = laws.ground.slope if laws.ground else 0.0
-    root = tree(robot.joints, laws.bodies, robot.contacts, laws.gravity, slope)
+    root = tree(robot, laws)
     root.set('model', robot.name)
     step = robot.control_period / math.ceil(robot.control_period / STEP)
     option = root.find('option')
@@ -126,12 +124,8 @@ def _start(root: ElementTree.Element, robot: Robot, found: Figures) -> None:
         return
     names = [element.get('name', '') for element in root.iter('joint')]
     zeros = dict(zip(robot.joint_names, found.zero.tolist(), strict=True))
-    added(
-        added(root, 'keyframe'),
-        'key',
-        name='nominal',
-        qpos=numbers([angles.get(name, 0.0) + zeros[name] for name in names]),
-    )
+    qpos = numbers([angles.get(name, 0.0) + zeros[name] for name in names])
+    added(added(root, 'keyframe'), 'key', name='nominal', qpos=qpos)
 
 
 def urdf(model: Model) -> ElementTree.Element:
@@ -143,15 +137,9 @@ def urdf(model: Model) -> ElementTree.Element:
             joint.remove(old)
         if joint.get('name') in model.robot.joint_names:
             i = model.robot.joint_names.index(joint.get('name', ''))
-            if found.damping[i] or found.friction[i]:
-                ElementTree.SubElement(
-                    joint,
-                    'dynamics',
-                    {
-                        'damping': repr(float(found.damping[i])),
-                        'friction': repr(float(found.friction[i])),
-                    },
-                )
+            damping, friction = float(found.damping[i]), float(found.friction[i])
+            if damping or friction:
+                added(joint, 'dynamics', damping=repr(damping), friction=repr(friction))
     _limits(root, model, found)
     return root
 

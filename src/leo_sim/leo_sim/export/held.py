@@ -46,10 +46,8 @@ SPEAKS = {
 }
 """What each format holds."""
 
-TRIED = 200
-"""Random states and torques at which a law is tried."""
-SAME = 1e-9
-"""How far two figures may differ, as a share, that are the same but for rounding."""
+TRIED = 200  # random states and torques at which a law is tried
+SAME = 1e-9  # how far two figures may differ, as a share, that are the same but for rounding
 LARGEST = np.array([6.0, 20.0, 5.0, 5.0])
 """Range of what is tried: angle rad, rate rad/s, motor torque and back-EMF N m."""
 
@@ -74,7 +72,7 @@ def held(model: Model, format_name: str) -> Held:
             effects.append(described(part))
         if lacking:
             left_out.append(f'{described(placed)}: {lacking}')
-    left_out += _beside(model, format_name)
+    left_out += _figures_left_out(model, format_name)
     return Held(model.changed(effects=kept), tuple(effects), tuple(left_out))
 
 
@@ -95,7 +93,12 @@ def _part(
     if robot.input == 'position':
         speaks = speaks - {BIAS}
     lacking = needs(placed, robot) - speaks
-    if not lacking and not _second_lag(placed, kept):
+    second_lag = any(
+        placed.effect.name == other.effect.name == 'actuator_lag'
+        and {*placed.where} & {*other.where}
+        for other in kept
+    )
+    if not lacking and not second_lag:
         return placed, ''
     level = friction_at_speed(placed)
     if level is not None:
@@ -104,26 +107,14 @@ def _part(
     return None, f'{format_name} holds no {" and no ".join(sorted(lacking)) or "second lag"}'
 
 
-def _second_lag(placed: Placed, kept: list[Placed]) -> bool:
-    """Whether an actuator would lag twice."""
-    return any(
-        placed.effect.name == other.effect.name == 'actuator_lag'
-        and {*placed.where} & {*other.where}
-        for other in kept
-    )
-
-
-def _beside(model: Model, format_name: str) -> Iterator[str]:
-    """Figures of a robot and its model, beside the effects, that a format does not hold."""
+def _figures_left_out(model: Model, format_name: str) -> Iterator[str]:
+    """Figures of a robot and its model, without the effects, that a format does not hold."""
     robot, values = model.robot, model.constants
-    if coarse := [
-        joint
-        for joint, sensor in robot.sensors.items()
-        if sensor.angle_resolution or sensor.rate_resolution
-    ]:
+    sensors = robot.sensors.items()
+    if coarse := [joint for joint, s in sensors if s.angle_resolution or s.rate_resolution]:
         yield f'resolution of the encoders of {", ".join(coarse)}: {format_name} holds none'
     if format_name == 'URDF':
-        yield from _beside_urdf(model)
+        yield from _not_in_urdf(model)
     elif robot.contacts:
         yield (
             f'stiffness and damping of the ground: {format_name} has a law of contact of its '
@@ -135,9 +126,8 @@ def _beside(model: Model, format_name: str) -> Iterator[str]:
             'stays when an actuator is disabled'
         )
     for path, what in (('goal_rate', 'the rate of the goals'), ('resolution', "a servo's counts")):
-        if named := [
-            a.joint for a in robot.actuators if values.get(f'actuators.{a.joint}.{path}')
-        ]:
+        joints = (a.joint for a in robot.actuators)
+        if named := [joint for joint in joints if values.get(f'actuators.{joint}.{path}')]:
             yield f'{what} of {", ".join(named)}: {format_name} holds none'
     for path in model.by_recording:
         yield f"{path} of each recording: {format_name} holds one value, the model's own"
@@ -145,7 +135,7 @@ def _beside(model: Model, format_name: str) -> Iterator[str]:
         yield f'difference model {model.difference_model}: {format_name} holds none'
 
 
-def _beside_urdf(model: Model) -> Iterator[str]:
+def _not_in_urdf(model: Model) -> Iterator[str]:
     robot, values = model.robot, model.constants
     for a in robot.actuators:
         if inertia := values[f'actuators.{a.joint}.rotor_inertia']:
@@ -165,17 +155,20 @@ def _beside_urdf(model: Model) -> Iterator[str]:
         yield 'ground and contacts: URDF holds none'
 
 
-def needs(placed: Placed, robot: Robot) -> frozenset[str]:
+def needs(placed: Placed, robot: Robot) -> set[str]:
     """What a format must hold for an effect of a robot to be in it, one or more of the above."""
-    by_hook: dict[str, Callable[[Placed, Robot], set[str]]] = {
-        'body': _body,
-        'drive': _drive,
-        'torque': _torque,
-        'command': _command,
-        'sensor': _sensor,
-        'ground': _ground,
-    }
-    return frozenset(by_hook[placed.effect.hook](placed, robot))
+    effect, p = placed.effect, placed.parameters
+    if effect.hook == 'body':
+        body = effect.body(p, Body(1.0, (0.0,) * 3, (1.0,) * 3 + (0.0,) * 3))
+        return {FORCE} if any(body.force) else {INERTIA}
+    if effect.hook == 'drive':
+        return {PLAY} if effect.drive(p, Drive(1.0, 0.0)).gap else {ARMATURE}
+    if effect.hook == 'ground':
+        before = Ground(1.0, 1.0, 1.0, 0.0)
+        return {SOFT} if effect.ground(p, before)[:2] != before[:2] else {TOUCH}
+    if effect.hook == 'sensor':
+        return {OFFSET} if _shifts(placed) else {SENSOR}
+    return (_command if effect.hook == 'command' else _torque)(placed, robot)
 
 
 def friction_at_speed(placed: Placed) -> float | None:
@@ -186,28 +179,13 @@ def friction_at_speed(placed: Placed) -> float | None:
     return float(levels.flat[0]) if _constant(levels) else None
 
 
-def _body(placed: Placed, _: Robot) -> set[str]:
-    body = placed.effect.body(placed.parameters, Body(1.0, (0.0,) * 3, (1.0,) * 3 + (0.0,) * 3))
-    return {FORCE} if any(body.force) else {INERTIA}
-
-
-def _drive(placed: Placed, _: Robot) -> set[str]:
-    return {PLAY} if placed.effect.drive(placed.parameters, Drive(1.0, 0.0)).gap else {ARMATURE}
-
-
-def _ground(placed: Placed, _: Robot) -> set[str]:
-    before = Ground(1.0, 1.0, 1.0, 0.0)
-    after = placed.effect.ground(placed.parameters, before)
-    return {SOFT} if after[:2] != before[:2] else {TOUCH}
-
-
-def _sensor(placed: Placed, _: Robot) -> set[str]:
+def _shifts(placed: Placed) -> bool:
+    """Whether a sensor reads angles with an offset, and is otherwise true."""
     if placed.effect.late or placed.effect.dynamic:
-        return {SENSOR}
-    q, dq = np.array([0.0, 1.0]), np.array([0.0, 1.0])
+        return False
+    q = dq = np.array([0.0, 1.0])
     angle, rate, _kept = placed.effect.sensor(placed.parameters, q, dq, None, 0.0)
-    shifted = np.allclose(angle - angle[0], q, SAME, SAME) and np.allclose(rate, dq, SAME, SAME)
-    return {OFFSET} if shifted else {SENSOR}
+    return np.allclose(angle - angle[0], q, SAME, SAME) and np.allclose(rate, dq, SAME, SAME)
 
 
 def _command(placed: Placed, robot: Robot) -> set[str]:
@@ -216,15 +194,14 @@ def _command(placed: Placed, robot: Robot) -> set[str]:
     if placed.effect.dynamic:
         return {COMMAND}
     most = max(a.strongest for a in robot.actuators if a.joint in placed.where)
-    u = np.linspace(-most, most, TRIED + 1)[:, None] * np.ones(len(placed.where))
-    there = placed.effect.command(placed.parameters, u, None, 0.0)[0]
-    slope, end = slope_and_end(
-        lambda v: placed.effect.command(
-            placed.parameters, v * np.ones(len(placed.where)), None, 0.0
-        )[0],
-        most,
-    )
-    if not np.allclose(there, np.clip(slope * u, -end, end), SAME, SAME * most):
+    ones = np.ones(len(placed.where))
+    u = np.linspace(-most, most, TRIED + 1)[:, None] * ones
+
+    def law(command: Any) -> Any:
+        return placed.effect.command(placed.parameters, command, None, 0.0)[0]
+
+    slope, end = slope_and_end(lambda v: law(v * ones), most)
+    if not np.allclose(law(u), np.clip(slope * u, -end, end), SAME, SAME * most):
         return {COMMAND}
     return {MOTOR} if np.allclose(end, slope * most, SAME) else {MOTOR, LIMIT}
 

@@ -14,15 +14,14 @@ from leo_msgs_py.topics import Topic
 
 LOOKS = 5
 """A node that was killed is listed for so many seconds, one look each; it is no neighbour."""
-WINDOW = 1.0
-"""Two senders that take turns twice within this time [s] are both commanding."""
+WINDOW = 1.0  # two senders that take turns twice within this time [s] are both commanding
 
 
 class Ages:
     """How long a command was under way, by the time its sender stamped on the message.
 
     A sender whose clock is ahead of ours is taken as it is: the youngest message so far counts
-    as new. One whose clock is behind cannot be told from a slow network, and its commands count
+    as new. One whose clock is behind looks like a slow network, and its commands count
     as old; the clocks of two machines must agree to within the limit.
 
     Args:

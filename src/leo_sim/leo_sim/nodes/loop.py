@@ -17,8 +17,7 @@ from leo_sim.nodes.parameters import Settings
 from leo_sim.nodes.publishers import MeasuredTopics, Publishers
 from leo_sim.nodes.watchdog import Gate
 
-GIVE_UP_LATE = 1.0
-"""A robot later than this [s] does not catch up but goes on from now."""
+GIVE_UP_LATE = 1.0  # a robot later than this [s] does not catch up but goes on from now
 
 
 class Loop:

@@ -22,25 +22,15 @@ NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard d
 
 @dataclass(frozen=True)
 class Settings:
-    """What the robot node runs.
-
-    Attributes:
-        driver: name of a driver.
-        options: for that driver.
-        realtime_factor: robot seconds per wall second; 0 is lockstep.
-        command_timeout: age at which a command is dropped for 0 [s]; 0 disables.
-        slew: largest change of a command [V/s or N m/s]; 0 disables.
-        episode: number of the first episode; negative takes the next one.
-        fault_periods: how many periods in a row the driver may fail before the node ends.
-    """
+    """What the robot node runs."""
 
     driver: str
     options: DriverOptions
-    realtime_factor: float
-    command_timeout: float
-    slew: float
-    episode: int
-    fault_periods: int
+    realtime_factor: float  # robot seconds per wall second; 0 is lockstep
+    command_timeout: float  # age at which a command is dropped for 0 [s]; 0 disables
+    slew: float  # largest change of a command [V/s or N m/s]; 0 disables
+    episode: int  # number of the first episode; negative takes the next one
+    fault_periods: int  # in a row that the driver may fail before the node ends
 
     @property
     def lockstep(self) -> bool:

@@ -24,8 +24,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.drivers.base import Driver, DriverInfo, Instrumented, Readings
 
 MODULUS = 2**32
-PATIENCE = 5.0
-"""How long a reader that takes nothing can hold the robot up in lockstep [s]."""
+PATIENCE = 5.0  # how long a reader that takes nothing can hold the robot up in lockstep [s]
 
 
 class Publishers:

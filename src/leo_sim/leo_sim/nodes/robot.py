@@ -31,10 +31,8 @@ from leo_sim.nodes.loop import Loop
 from leo_sim.nodes.parameters import check_clock, greeting, read_settings
 from leo_sim.nodes.watchdog import answered, watchdog
 
-REPEAT_PERIOD = 0.2
-"""While waiting in lockstep the last state is repeated this often [s]."""
-HOLD = 0.05
-"""A busy machine may hold a loop up so long; motors are not brought to 0 before [s]."""
+REPEAT_PERIOD = 0.2  # while waiting in lockstep the last state is repeated this often [s]
+HOLD = 0.05  # a busy machine may hold a loop up so long; motors are not brought to 0 before [s]
 
 
 class RobotNode(Node):
@@ -112,7 +110,7 @@ class RobotNode(Node):
         try:
             self._driver.stop()
         except (DriverFault, UserError, OSError) as fault:
-            self.get_logger().fatal(f'the motors could not be told to stop: {fault}')
+            self.get_logger().fatal(f'the motors could not be stopped: {fault}')
             if isinstance(fault, DriverBug):  # the device may be as open as before
                 with suppress(DriverFault, UserError, OSError):
                     self._loop.gate.write(blind=True)

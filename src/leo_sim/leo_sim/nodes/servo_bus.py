@@ -26,12 +26,9 @@ from leo_sim.drivers.servo_bus.rig import Terminal
 from leo_sim.nodes.parameters import read_options
 
 OVERHEATED, OVERLOADED = 0x04, 0x20
-NONE = -1
-"""Where a parameter asks for a servo's id: no servo."""
-SWITCH = 1e-4
-"""How long the node may keep the servos' thread waiting for the interpreter [s]."""
-EVENTS = ('restart', 'overheat', 'overload')
-"""What happens to a servo, each time it is set."""
+NONE = -1  # where a parameter asks for a servo's id: no servo
+SWITCH = 1e-4  # how long the node may keep the servos' thread waiting for the interpreter [s]
+EVENTS = ('restart', 'overheat', 'overload')  # what happens to a servo, each time it is set
 
 
 class ServoBusNode(Node):

@@ -28,7 +28,7 @@ def answered(action: Callable[[], str], _request: Any, response: Any) -> Any:
 
 
 HURRY = 0.005
-"""How long the watchdog waits for a write to end before it halts the motors beside it [s]."""
+"""How long the watchdog waits for a write to end before it halts the motors during it [s]."""
 
 
 class Gate:
@@ -36,7 +36,7 @@ class Gate:
 
     Args:
         driver: what moves.
-        safety: what it may be told.
+        safety: what it may be sent.
         clock: the time that `safety` goes by [s].
         silence: time without a write [s] after which the motors are brought to 0, those that
             follow goals excepted; 0 disables.

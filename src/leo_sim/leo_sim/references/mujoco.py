@@ -18,10 +18,9 @@ from leo_sim.description.robot import Contact, Robot
 from leo_sim.dynamics.substep import rested, slowing
 from leo_sim.effects.base import Ground
 from leo_sim.laws.laws import HELD, Laws, Memory
-from leo_sim.references.mjcf import hard_figures, mjcf
+from leo_sim.references.mjcf import hard_figures, tree, written
 
-BASE = 3
-"""Joints of a planar base."""
+BASE = 3  # joints of a planar base
 
 IMMOVABLE = 1e4
 """Inertia of the joints of a held base, kg or kg m2; with more the solver ends too early."""
@@ -36,10 +35,8 @@ class World:
                 'engine mujoco knows no backlash and no friction that depends on the '
                 'load; use engine pybullet or rigid'
             )
-        slope = laws.ground.slope if laws.ground else 0.0
-        text = mjcf(robot.joints, laws.bodies, robot.contacts, laws.gravity, slope)
         try:
-            self._model = mujoco.MjModel.from_xml_string(text)
+            self._model = mujoco.MjModel.from_xml_string(written(tree(robot, laws)))
         except ValueError as error:
             raise UserError(
                 f'MuJoCo refuses {robot.name}: {" ".join(str(error).split())}'

@@ -22,12 +22,10 @@ JOINTS = tuple(
     f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle') for side in ('left', 'right')
 )
 DAMPING = 0.3  # V s/rad
-SHAKEN = 0.85
-"""How much of a random voltage stays after a control period."""
+SHAKEN = 0.85  # how much of a random voltage stays after a control period
 FALLEN_PITCH, FALLEN_HEIGHT = 1.0, 0.15  # rad; of a hip over the feet, m
 LYING_SECONDS = 0.3
-PUT_UP = 1
-"""Control periods that being put up takes."""
+PUT_UP = 1  # control periods that being put up takes
 
 
 @dataclass(frozen=True)

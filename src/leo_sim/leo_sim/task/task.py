@@ -13,8 +13,7 @@ from leo_sim.description.robot_check import OF_JOINTS
 from leo_sim.description.robot_file import RewardFile
 from leo_sim.kinematics.gait import Gait
 
-QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')
-"""Quantities of one joint."""
+QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')  # quantities of one joint
 
 
 class Motion(Protocol):

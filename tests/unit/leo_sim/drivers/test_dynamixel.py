@@ -67,7 +67,7 @@ def test_volts_are_on_the_motors_as_they_are_told_within_a_step_of_pwm(leo):
     asked = np.array([1.0, -2.0, 0.5, 3.0, -8.6, 100.0])
     applied = driver.write(asked)
     wanted = np.clip(asked, -8.6, 8.6)
-    rig.until(lambda: np.allclose(rig.plant.volts, applied.values), 'not what was told')
+    rig.until(lambda: np.allclose(rig.plant.volts, applied.values), 'not what was applied')
     assert applied.values == pytest.approx(wanted, abs=PWM_STEP)
     assert np.abs(applied.values).max() <= 8.6
     assert applied.names == tuple(LEO.joint_names[3:]) and applied.enabled.all()
@@ -131,8 +131,8 @@ def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     assert np.all(np.abs(values) <= np.abs(wanted)) and np.all(values * wanted >= 0.0)
     assert not units.allowed(np.zeros(6), angle, rate).any()
     supplies = np.full(6, supply)
-    told = units.values(units.counts(values, supplies), supplies)
-    assert np.all(np.abs(told) <= 8.6 + 1e-9)
+    found = units.values(units.counts(values, supplies), supplies)
+    assert np.all(np.abs(found) <= 8.6 + 1e-9)
     driving = values * rate <= 0.0
     current = (values - 1.344712182 * rate) / 4.6
     assert np.all(

@@ -29,8 +29,7 @@ CHECKS: tuple[Callable[[Trial], None], ...] = (
     contract.stop_twice,
 )
 
-NEEDED = (contract.info, contract.connect, contract.shapes)
-"""Without these the rest says nothing."""
+NEEDED = (contract.info, contract.connect, contract.shapes)  # without these the rest says nothing
 CARELESS = (
     ArithmeticError,
     AttributeError,

@@ -13,12 +13,9 @@ from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverInfo, Haltable, NotPossible
 from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 
-PERIODS = 50
-"""How many periods are looked at."""
-HALT = 5.0
-"""A halt that takes longer [s] waits for something."""
-WALL = 1.0
-"""A stamp farther from the clock on the wall than this [s] is none."""
+PERIODS = 50  # how many periods are looked at
+HALT = 5.0  # a halt that takes longer [s] waits for something
+WALL = 1.0  # a stamp farther from the clock on the wall than this [s] is none
 
 
 def info(trial: Trial) -> None:

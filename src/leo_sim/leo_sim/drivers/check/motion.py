@@ -12,12 +12,9 @@ from leo_sim.drivers.check.contract import check_applied
 from leo_sim.drivers.check.trial import Broken, LeftOut, Moving, Trial
 from leo_sim.model.model import Model
 
-PUSHES = 4
-"""A joint that does not move is pushed harder so often, up to the whole share."""
-PUSH_SECONDS = 0.3
-"""How long a push lasts at most."""
-STILL = 0.02
-"""A joint that moved less [share of the range] did not."""
+PUSHES = 4  # a joint that does not move is pushed harder so often, up to the whole share
+PUSH_SECONDS = 0.3  # how long a push lasts at most
+STILL = 0.02  # a joint that moved less [share of the range] did not
 UNIT = 8.0
 """A factor between measured and expected motion that is another unit, not another friction."""
 

@@ -12,8 +12,7 @@ from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import Computer, Driver, THIS, TransientFault
 
-LOST_MOST = 5
-"""Periods in a row in which a packet may get lost."""
+LOST_MOST = 5  # periods in a row in which a packet may get lost
 
 
 class Broken(Exception):
@@ -30,15 +29,10 @@ class LeftOut(Exception):
 
 @dataclass(frozen=True)
 class Moving:
-    """What the robot may do on trial.
+    """What the robot may do on trial."""
 
-    Attributes:
-        range: how far each joint may move from where it is [rad or m].
-        share: of the actuators' limits that may be used at most.
-    """
-
-    range: float
-    share: float
+    range: float  # how far each joint may move from where it is [rad or m]
+    share: float  # of the actuators' limits that may be used at most
 
 
 class Trial:

@@ -12,13 +12,11 @@ from leo_sim.drivers.servo_bus.servo import Servo
 HEADER = b'\xff\xff\xfd\x00'
 STUFFED = b'\xff\xff\xfd'
 STATUS = 0x55
-_OVERHEAD = len(HEADER) + 3
-"""Bytes before those that the length counts: header, id, length."""
+_OVERHEAD = len(HEADER) + 3  # bytes before those that the length counts: header, id, length
 PING, READ, WRITE, REG_WRITE, ACTION, REBOOT = 0x01, 0x02, 0x03, 0x04, 0x05, 0x08
 SYNC_READ, SYNC_WRITE, FAST_SYNC_READ, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x8A, 0x92, 0x93
 INSTRUCTION_ERROR = 2
-NEVER, ON_READ = 0, 1
-"""Values of status_return_level below 2, which answers everything."""
+NEVER, ON_READ = 0, 1  # values of status_return_level below 2, which answers everything
 
 
 def crc16(data: bytes) -> int:

@@ -18,8 +18,7 @@ from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
 from leo_sim.drivers.servo_bus.servo import GOALS, Servo
 
 HEADER = b'\xff\xff'
-RANGE = 0x80
-"""What is not there is not answered; the SDK takes no error of this size."""
+RANGE = 0x80  # what is not there is not answered; the SDK takes no error of this size
 
 
 def encoded(servo: int, code: int, data: bytes = b'') -> bytes:

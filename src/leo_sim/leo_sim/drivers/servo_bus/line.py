@@ -6,30 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BITS = 10
-"""Bits a byte takes: a start bit, eight, a stop bit."""
+BITS = 10  # bits a byte takes: a start bit, eight, a stop bit
 BROADCAST = 0xFE
 
 
 @dataclass
 class Trouble:
-    """How often a packet fares badly, either way; each from 0 to 1.
+    """How often a packet fares badly, either way; each from 0 to 1."""
 
-    Attributes:
-        lose: it does not arrive.
-        late: it arrives `late_by` later.
-        late_by: s.
-        cut: its end does not arrive.
-        wrong_crc: one of its bits is flipped.
-        rubbish: random bytes come before it.
-    """
-
-    lose: float = 0.0
-    late: float = 0.0
-    late_by: float = 0.01
-    cut: float = 0.0
-    wrong_crc: float = 0.0
-    rubbish: float = 0.0
+    lose: float = 0.0  # it does not arrive
+    late: float = 0.0  # it arrives `late_by` later
+    late_by: float = 0.01  # s
+    cut: float = 0.0  # its end does not arrive
+    wrong_crc: float = 0.0  # one of its bits is flipped
+    rubbish: float = 0.0  # random bytes come before it
 
 
 class Line:
@@ -75,19 +65,14 @@ class Packet:
 
 @dataclass(frozen=True)
 class Framing:
-    """How packets lie in a stream of bytes.
+    """How packets lie in a stream of bytes."""
 
-    Attributes:
-        header: what each begins with.
-        id_at: where its servo's id is.
-        size: length of the packet that some bytes begin with; None where they are too few.
-        opened: the packet of so many bytes; None where its checksum is wrong.
-    """
-
-    header: bytes
-    id_at: int
+    header: bytes  # what each begins with
+    id_at: int  # where its servo's id is
     size: Callable[[bytes], int | None]
+    """Length of the packet that some bytes begin with; None where they are too few."""
     opened: Callable[[bytes], Packet | None]
+    """The packet of so many bytes; None where its checksum is wrong."""
 
 
 class Reader:

@@ -12,8 +12,7 @@ from leo_sim.drivers.servo_bus.feetech import FeetechServo
 from leo_sim.drivers.servo_bus.servo import Servo
 from leo_sim.drivers.simulated import SimulatedDriver
 
-SLICE = 0.005
-"""Longest time it is integrated at once [s]."""
+SLICE = 0.005  # longest time it is integrated at once [s]
 SUPPLY_ERROR = 0x01
 
 

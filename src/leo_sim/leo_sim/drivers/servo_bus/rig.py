@@ -22,10 +22,8 @@ BUSES: dict[str, tuple[type[dynamixel.Bus], Framing]] = {
     'dynamixel': (dynamixel.Bus, dynamixel.FRAMING),
     'feetech': (feetech.FeetechBus, feetech.FRAMING),
 }
-DELAY_UNIT = 2e-6
-"""s a count of the register return_delay_time."""
-SILENCE = 0.002
-"""After so long without bytes [s] a packet that has begun is forgotten."""
+DELAY_UNIT = 2e-6  # s a count of the register return_delay_time
+SILENCE = 0.002  # after so long without bytes [s] a packet that has begun is forgotten
 IDLE = 0.02
 """After so long without bytes [s] the robot moves on by itself. Until then it moves where it is
 asked: an instruction that waited for a step to be integrated would be heard late."""

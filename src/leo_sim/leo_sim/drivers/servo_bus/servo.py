@@ -13,20 +13,15 @@ from leo_sim.description.servos import (
     ServoModel,
 )
 
-SIZE = 147
-"""Bytes of the control table that are here."""
-FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7
-"""Errors that a status tells."""
-ALERT = 0x80
-"""Added to a status while the register hardware_error_status is not 0."""
-WATCHDOG_UNIT = 0.02
-"""s a count of the register bus_watchdog."""
+SIZE = 147  # bytes of the control table that are here
+FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7  # errors in a status
+ALERT = 0x80  # added to a status while the register hardware_error_status is not 0
+WATCHDOG_UNIT = 0.02  # s a count of the register bus_watchdog
 EXPIRED = -1
 
 POSITION_MODES = {'dynamixel': (3, 4), 'feetech': (0,)}
 """Values of operating_mode in which it follows a goal position; Dynamixel's 3 within one turn."""
-MOST = 1_048_575
-"""Largest goal position, counts, of mode 4."""
+MOST = 1_048_575  # largest goal position, counts, of mode 4
 GOALS = ('goal_pwm', 'goal_current', 'goal_velocity', 'goal_position')
 LIMITS = {'goal_pwm': 'pwm_limit', 'goal_current': 'current_limit'}
 

@@ -17,32 +17,19 @@ SHAPES = ('visual', 'collision')
 
 @dataclass(frozen=True)
 class Description:
-    """A URDF without what no model uses.
+    """A URDF without what no model uses; figures by joint, where given."""
 
-    Attributes:
-        name: Of the robot; empty where the URDF gives none.
-        text: The URDF; as it was where nothing had to go.
-        efforts, speeds: Largest torque N m (N) and rate rad/s (m/s) by joint, where given.
-        frictions: Dry friction that was taken out, N m (N) by joint, as written.
-        notes: What else was left out, one sentence each.
-        rotors: Inertia of rotors by joint, kg m2, where given.
-        springs: Stiffness N m/rad and rest rad by joint, where given.
-        motors: Joints with an actuator; None where it is not said: then all have one.
-        base: 'fixed' or 'planar'.
-        gravity: m/s2.
-    """
-
-    name: str
-    text: str
-    efforts: Mapping[str, float]
-    speeds: Mapping[str, float]
-    frictions: Mapping[str, str]
-    notes: tuple[str, ...]
-    rotors: Mapping[str, float] = field(default_factory=dict)
-    springs: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    motors: frozenset[str] | None = None
-    base: str = 'fixed'
-    gravity: float = 9.81
+    name: str  # of the robot; empty where the URDF gives none
+    text: str  # the URDF; as it was where nothing had to go
+    efforts: Mapping[str, float]  # largest torque, N m (N)
+    speeds: Mapping[str, float]  # largest rate, rad/s (m/s)
+    frictions: Mapping[str, str]  # dry friction that was taken out, N m (N), as written
+    notes: tuple[str, ...]  # what else was left out, one sentence each
+    rotors: Mapping[str, float] = field(default_factory=dict)  # inertia, kg m2
+    springs: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # N m/rad, rest rad
+    motors: frozenset[str] | None = None  # joints with an actuator; None: all of them
+    base: str = 'fixed'  # or 'planar'
+    gravity: float = 9.81  # m/s2
 
 
 def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:

@@ -20,8 +20,7 @@ from leo_sim.model.batch import rollout
 from leo_sim.model.model import Model
 
 STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002)
-EXACT = 5e-4
-"""Largest error of a control period's change of rate, as a share of that change."""
+EXACT = 5e-4  # largest error of a control period's change of rate, as a share of that change
 STATES = 60
 MOST_ANGLES, FEWEST = 1200, 6
 """In all states together that a step is measured at, and states: long chains need fewer."""
@@ -29,11 +28,11 @@ FINER = 4
 LINE = re.compile(r'^integration_step:.*$', re.MULTILINE)
 
 
-def poses(joints: tuple[Joint, ...], count: int = STATES) -> np.ndarray:
-    """Random angles rad (m) within the limits of the moving joints, (count, J)."""
+def poses(joints: tuple[Joint, ...]) -> np.ndarray:
+    """Random angles rad (m) within the limits of the moving joints, (STATES, J)."""
     ranges = np.array([pose_range(joint) for joint in joints if joint.independent])
     rng = np.random.default_rng(0)
-    return np.asarray(rng.uniform(ranges[:, 0], ranges[:, 1], (count, len(ranges))))
+    return np.asarray(rng.uniform(ranges[:, 0], ranges[:, 1], (STATES, len(ranges))))
 
 
 def pose_range(joint: Joint) -> tuple[float, float]:
@@ -78,10 +77,10 @@ def integration_step(robot: Robot) -> tuple[float, float]:
         robot, joints=tuple(replace(joint, limits=(-math.inf, math.inf)) for joint in robot.joints)
     )
     costs = {step: math.ceil(STEPS[0] / step) for step in STEPS}
-    with progress('measuring the integration step', sum(costs.values())) as told:
+    with progress('measuring the integration step', sum(costs.values())) as report:
         for step, cost in costs.items():
             error = _error(free, step)
-            told(f'{step:g} s', cost)
+            report(f'{step:g} s', cost)
             if step <= robot.control_period and error < EXACT:
                 break
     return step, error
@@ -92,12 +91,11 @@ def _error(robot: Robot, step: float) -> float:
     q = poses(robot.joints)[: max(FEWEST, MOST_ANGLES // len(robot.joint_names))]
     dq = rng.uniform(-3, 3, q.shape)
     inputs = rng.uniform(-1, 1, (len(q), 1, len(robot.actuators))) * robot.limits
-    _, coarse = rollout(Model(robot, integration_step=step), q, dq, inputs, robot.control_period)
-    _, fine = rollout(
-        Model(robot, integration_step=step / FINER), q, dq, inputs, robot.control_period
+    coarse, fine = (
+        rollout(Model(robot, integration_step=h), q, dq, inputs, robot.control_period)[1][:, -1]
+        for h in (step, step / FINER)
     )
-    change = _rms(fine[:, -1] - dq)
-    return float(np.max(_rms(coarse[:, -1] - fine[:, -1]) / np.maximum(change, 1e-9)))
+    return float(np.max(_rms(coarse - fine) / np.maximum(_rms(fine - dq), 1e-9)))
 
 
 def _rms(values: np.ndarray) -> np.ndarray:
@@ -126,8 +124,7 @@ def measure_step(folder: Path) -> tuple[float, float, float]:
 
 TURNS = 4 * math.pi
 """Furthest stop of a hinge that is taken for radians, rad: few turn more than twice."""
-PULL = 1e4
-"""Largest torque of gravity that is taken for N m: that of 100 kg at 10 m."""
+PULL = 1e4  # largest torque of gravity that is taken for N m: that of 100 kg at 10 m
 LONG = 10.0
 """Longest way from a joint to the next, to a centre of mass or to a stop, m: links are shorter."""
 HEAVY = 100.0

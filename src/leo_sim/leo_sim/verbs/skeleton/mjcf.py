@@ -18,8 +18,7 @@ FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
 OF_JOINT = 0  # mjtTrn
 LIGHT = 1e-6
 """Mass of a link between two joints of one body, kg; its inertia is as many times smaller."""
-PLANAR = ((1, 0, 0), (0, 0, 1), (0, 1, 0))
-"""Axes of the joints of a planar base."""
+PLANAR = ((1, 0, 0), (0, 0, 1), (0, 1, 0))  # axes of the joints of a planar base
 
 
 def read_mjcf(path: Path, name: str) -> Description:

@@ -15,17 +15,18 @@ from leo_sim.verbs.skeleton.description import Description
 from leo_sim.verbs.skeleton.figures import pose_range
 
 SUPPLY = 12.0
-SPEED, SLIDING = 6.0, 0.1
-"""Without load, rad/s of a hinge and m/s of a slide."""
-TORQUE = 1.0
-"""N m (N)."""
+SPEED, SLIDING = 6.0, 0.1  # without load, rad/s of a hinge and m/s of a slide
+TORQUE = 1.0  # N m (N)
 FULL_DUTY, FULL_DUTY_SLIDE = 0.4, 0.006
 """Error at which a position servo is taken to give all it has, rad (Feetech STS3215 at P 16); m
 of a slide: that angle on a pinion of 15 mm."""
 TURNED, SLID = math.pi, 1.0
 """Largest goal, rad of a hinge and m of a slide; the stops of the URDF hold within it."""
-SPARE = 2.0
-"""How much more than gravity needs a motor is taken to give."""
+SPARE = 2.0  # how much more than gravity needs a motor is taken to give
+
+
+MARK = 'FILL IN'
+PINION = 0.015  # radius that a servo is taken to drive a slide at, m
 
 
 @dataclass(frozen=True)
@@ -54,15 +55,12 @@ def actuators(
         for joint, load in loads.items()
         if description.motors is None or joint in description.motors
     }
-    return {
-        joint: {key: _along(guess) if joint in slides else guess for key, guess in figures.items()}
-        for joint, figures in found.items()
-    }
-
-
-def _along(guess: Guess) -> Guess:
-    """A figure of a slide in units of sliding."""
-    return replace(guess, unit=sliding(guess.unit), source=sliding(guess.source))
+    for joint in slides & found.keys():
+        found[joint] = {
+            key: replace(guess, unit=sliding(guess.unit), source=sliding(guess.source))
+            for key, guess in found[joint].items()
+        }
+    return found
 
 
 def _figures(
@@ -107,9 +105,6 @@ def _rounded(value: float) -> float:
     return float(f'{value:.3g}')
 
 
-MARK = 'FILL IN'
-PINION = 0.015
-"""Radius that a servo is taken to drive a slide at, m."""
 HEAD = """\
 # Made by leo robot init from {source}. It loads as it is; the lines marked FILL IN hold guesses.
 name: {name}
@@ -141,7 +136,6 @@ TAIL = """
 # reward: [{{quantity: angle, joint: {joint}, weight: -1, power: 2}}]
 # termination: [{{quantity: angle, joint: {joint}, low: -3, high: 3}}]
 """
-
 DRIVER = """
 driver:
   dynamixel:

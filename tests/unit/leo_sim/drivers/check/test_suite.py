@@ -47,14 +47,14 @@ def test_the_simulated_driver_passes_everything_that_can_be_tried():
 
 
 def test_nothing_moves_unless_it_is_allowed():
-    told = []
+    written = []
 
     class Watched(SimulatedDriver):
         def write(self, values):
-            told.extend(values)
+            written.extend(values)
             return super().write(values)
 
-    assert failures(simulated(Watched)) == {} and not any(told)
+    assert failures(simulated(Watched)) == {} and not any(written)
 
 
 def changed(**fields):
@@ -70,20 +70,20 @@ def changed(**fields):
 
 @pytest.mark.parametrize('name', ['xl330_pendulum', 'so101'])
 def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_move(name):
-    told, robot = [], load_robot(name)
+    written, robot = [], load_robot(name)
 
     class Watched(SimulatedDriver):
         def write(self, values):
-            told.extend(values)
+            written.extend(values)
             return super().write(values)
 
     def made():
         return Watched(DriverOptions(robot, engine='rigid'))
 
-    assert failures(made(), robot) == {} and np.isnan(told).all()
-    told.clear()
+    assert failures(made(), robot) == {} and np.isnan(written).all()
+    written.clear()
     assert failures(made(), robot, Moving(range=0.2, share=0.5)) == {}
-    goals = np.reshape(told, (-1, len(robot.actuators)))
+    goals = np.reshape(written, (-1, len(robot.actuators)))
     assert np.nanmax(np.ptp(goals[np.isfinite(goals).all(axis=1)], axis=0)) <= 0.21
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Actuators of slides are written and told in m and N, those of hinges in rad and N m."""
+"""Actuators of slides are written and printed in m and N, those of hinges in rad and N m."""
 
 import pytest
 from tests.gripper import CLAW, SLIDES
