@@ -98,11 +98,7 @@ class Moment:
 
 
 def read_moments(path: Path, interface: str) -> list[Moment]:
-    """Every state of a bag (a rosbag2 folder or one .mcap) once; repeats are left out.
-
-    Args:
-        path: the bag.
-        interface: 'voltage', 'effort' or 'position', the unit of the inputs that count.
+    """Every state of a bag once, with the input in 'voltage', 'effort' or 'position'.
 
     Raises:
         UserError: no such bag, no MCAP in it, or no joint states (listing the topics it has).

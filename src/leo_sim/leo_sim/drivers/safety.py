@@ -204,14 +204,7 @@ def safety_for(info: DriverInfo, timeout: float, slew: float) -> Safety:
 
 
 class Faults:
-    """Count the periods in which a packet was lost or damaged on the way to the robot.
-
-    Args:
-        patience: how many in a row are borne.
-
-    Attributes:
-        last: what the last one said.
-    """
+    """Count the periods in which a packet was lost or damaged; `patience` in a row are borne."""
 
     def __init__(self, patience: int) -> None:
         self._patience = patience

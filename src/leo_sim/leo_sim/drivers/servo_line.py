@@ -21,11 +21,7 @@ COMM_SUCCESS, COMM_RX_CORRUPT = 0, -3002
 class ServoLine:
     """Registers of the servos on one port; what an SDK has of its own is in the subclasses.
 
-    Args:
-        path: of the port.
-        baud: bits a second.
-        names: of the servos' joints, by id, for messages.
-        computer: whose port it is.
+    `names` are those of the servos' joints, by id, for messages.
     """
 
     family: ClassVar[Family]

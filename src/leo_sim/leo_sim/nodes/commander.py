@@ -21,11 +21,8 @@ class Ages:
     """How long a command was under way, by the time its sender stamped on the message.
 
     A sender whose clock is ahead of ours is taken as it is: the youngest message so far counts
-    as new. One whose clock is behind looks like a slow network, and its commands count
-    as old; the clocks of two machines must agree to within the limit.
-
-    Args:
-        limit: age [s] from which a command is stale; 0 disables.
+    as new. One whose clock is behind looks like a slow network, and its commands count as old;
+    the clocks of two machines must agree to within `limit` [s], 0 disables.
     """
 
     def __init__(self, limit: float) -> None:
@@ -75,11 +72,7 @@ class Turns:
 class Commander:
     """Listens to the command topic, and judges messages by what the middleware says of them.
 
-    Args:
-        node: the robot's, for its log and graph.
-        topic: the command topic.
-        callback: called with a message and what the middleware says of it.
-        limit: age [s] from which a command is stale; 0 disables.
+    The callback gets both. `limit` is the age [s] from which a command is stale; 0 disables.
     """
 
     def __init__(

@@ -11,11 +11,7 @@ from leo_sim.drivers.safety import Faults, Safety
 
 
 class Health:
-    """Counts of the loop: how long a state takes, how often it came a whole period late.
-
-    Args:
-        period: time between two states on the wall's clock [s]; 0 in lockstep, never late.
-    """
+    """How long a state takes, and how often one is a whole `period` [s] late; 0 is never late."""
 
     def __init__(self, period: float) -> None:
         self._period = period

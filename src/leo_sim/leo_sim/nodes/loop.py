@@ -23,11 +23,6 @@ GIVE_UP_LATE = 1.0  # a robot later than this [s] does not catch up but goes on 
 class Loop:
     """A driver's periods, in lockstep with its commander or paced by the clock on the wall.
 
-    Args:
-        node: the robot's, for its log and topics.
-        driver: not connected yet.
-        settings: of the node.
-
     Attributes:
         period: time between two states [s].
         state: the last one that was read.

@@ -30,11 +30,8 @@ PATIENCE = 5.0  # how long a reader that takes nothing can hold the robot up in 
 class Publishers:
     """The topics of a robot node, but for those of hardware.
 
-    Args:
-        node: whose topics they are.
-        info: of its driver.
-        lockstep: whether readers that are full are waited for.
-        episode: number of the first episode; negative takes the next one.
+    In lockstep readers that are full are waited for. `episode` is the number of the first one;
+    negative takes the next one.
     """
 
     def __init__(self, node: Node, info: DriverInfo, lockstep: bool, episode: int) -> None:
@@ -91,10 +88,7 @@ class Publishers:
 class MeasuredTopics:
     """What hardware measures besides angles: supply and currents with each state, the rest slowly.
 
-    Args:
-        node: whose topics they are.
-        actuators: joint names, in the order of the readings.
-        driver: of one that measures nothing, nothing is published.
+    Of a driver that measures nothing, nothing is published.
     """
 
     def __init__(self, node: Node, actuators: tuple[str, ...], driver: Driver) -> None:

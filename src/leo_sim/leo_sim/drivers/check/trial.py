@@ -44,11 +44,6 @@ class Trial:
         moving: what it may do; None where nothing may move.
         ask: asks a person to do something and waits for it; None where nobody is there.
         computer: the one that the driver was given.
-
-    Attributes:
-        lost: packets that were lost so far.
-        loops: how long reading and writing took [s], one per period.
-        waits: how long `advance` took [s], one per period.
     """
 
     def __init__(

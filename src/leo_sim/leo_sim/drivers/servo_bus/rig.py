@@ -44,11 +44,6 @@ class Rig:
         line: what the bytes go through.
         log: file that every change of what is on the motors is written to, as lines of the time
             (`began` added, s) and the values, NaN where free. '' writes none.
-
-    Attributes:
-        bus_cable: False while the cable between the computer's adapter and the servos is out.
-        packets: how many instructions arrived.
-        began: the computer's time [s] when that of the rig was 0.
     """
 
     def __init__(self, plant: Plant, line: Line, log: str = '') -> None:
@@ -127,7 +122,7 @@ class Rig:
 
 
 class Terminal(Rig):
-    """A rig that carries its bytes over a pseudo-terminal.
+    """A rig that carries its bytes over a pseudo-terminal, `port`; '' while the cable is out.
 
     Args:
         plant: the robot with its servos.
