@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model as MJCF, with motors, friction, springs and encoders' zeros, or as URDF, with less."""
+"""A model as MJCF, with motors, friction, springs and encoders' zeros, or as URDF, with less.
 
+The figures of its laws, which are straight lines, are read off the laws themselves.
+"""
+
+from dataclasses import dataclass
 import math
 from typing import Any
 from xml.etree import ElementTree
@@ -10,11 +14,39 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import put_bodies, with_bodies
-from leo_sim.export.figures import Figures, figures
+from leo_sim.export.held import slope_and_end
+from leo_sim.laws.laws import Laws
 from leo_sim.model.model import Model
 from leo_sim.references.mjcf import added, hard_figures, numbers, tree
 
+LAG = 'actuator_lag'
 STEP = 0.0005  # longest time step that is written, s
+
+
+@dataclass(frozen=True)
+class Drives:
+    """Of each actuator, (A,); the torque is gain u + bias - back_emf w."""
+
+    gain: Any  # N m per unit of what is on the motor, V or N m
+    back_emf: Any  # N m s/rad
+    bias: Any  # N m
+    most: Any  # on the motor, V or N m
+    scale: Any  # what is on the motor for a command of 1 V or N m
+    lag: Any  # time constant of the command, s; 0 for none
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of each joint, (J,), without its actuator."""
+
+    armature: Any  # kg m2
+    damping: Any  # N m s/rad
+    friction: Any  # N m
+    stiffness: Any  # N m/rad
+    rest: Any  # of the spring, rad
+    zero: Any  # what the encoder reads at angle 0, rad
+    drives: Drives
+    laws: Laws
 
 
 def mjcf(model: Model) -> ElementTree.Element:
@@ -160,3 +192,53 @@ def _limits(root: ElementTree.Element, model: Model, found: Figures) -> None:
         if limit is not None:
             for key, value in figures_of.items():
                 limit.set(key, repr(float(value)))
+
+
+def figures(model: Model) -> Figures:
+    """The figures of a model whose laws are straight lines (see `held`)."""
+    laws = model.changed(effects=[p for p in model.effects if p.effect.name != LAG]).laws
+    still, nothing = np.zeros(len(laws.joints)), np.zeros(len(laws.actuated_joints))
+
+    def joint(q: float, dq: float) -> Any:
+        off, rates = nothing.astype(bool), still + dq
+        return still + laws.torques(still + q, rates, rates, nothing, off, still).joint
+
+    at_rest = joint(0.0, 0.0)
+    stiffness = at_rest - joint(1.0, 0.0)
+    level = laws.torques(still, still, still, nothing, None, still).level
+    sprung = stiffness > 0
+    rest = np.where(sprung, at_rest / np.where(sprung, stiffness, 1.0), 0.0)
+    bias = np.where(sprung, 0.0, at_rest)[laws.actuated]
+    return Figures(
+        still + laws.rotor_inertia,
+        at_rest - joint(0.0, 1.0),
+        still if level is None else level,
+        stiffness,
+        rest,
+        laws.sense(still, still, {})[0],
+        _drives(model, laws, bias),
+        laws,
+    )
+
+
+def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
+    """Straight lines of the motors, whatever makes their input (a goal, of servos)."""
+    robot, motors = model.robot, laws.straight
+    still, ones = np.zeros(len(laws.joints)), np.ones(len(laws.actuated_joints))
+
+    def motor(u: float, dq: float) -> Any:
+        torque = motors.torques(still, still, still + dq, u * ones, None, still).motor
+        return (still + torque)[laws.actuated]
+
+    strongest = np.array([a.strongest for a in robot.actuators])
+    scale, most = slope_and_end(
+        lambda share: motors.command(share * strongest, None, {}, 1.0)[0], 1.0
+    )
+    lag = np.zeros(len(ones))
+    for placed in model.effects:
+        if placed.effect.name == LAG:
+            lag[[a.joint in placed.where for a in robot.actuators]] = placed.parameters['tau']
+    zero = motor(0.0, 0.0)
+    return Drives(
+        motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0), bias, most, scale / strongest, lag
+    )
