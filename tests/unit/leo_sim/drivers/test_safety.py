@@ -197,7 +197,7 @@ def test_torque_on_again_waits_for_a_new_goal():
 
 def test_a_goal_that_is_not_finite_is_refused():
     safety = GoalSafety(GOALS)
-    with pytest.raises(BadCommand, match='not small'):
+    with pytest.raises(BadCommand, match='not finite'):
         safety.accept((np.nan, 0.0), 0.0)
 
 
