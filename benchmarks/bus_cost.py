@@ -18,11 +18,10 @@ import time
 import numpy as np
 
 from leo_sim.description.servos import PWM_MODE, registers, servo_model
-from leo_sim.drivers.dynamixel import DynamixelDriver
-from leo_sim.drivers.dynamixel_bus import DynamixelBus
+from leo_sim.drivers.dynamixel import DynamixelBus, DynamixelDriver
 from leo_sim.drivers.servo_bus.line import BITS, Line, Trouble
+from leo_sim.drivers.servo_bus.rig import Terminal
 from leo_sim.drivers.servo_bus.servo import Servo
-from leo_sim.drivers.servo_bus.terminal import Terminal
 
 FIRST, LAST = DynamixelDriver.first, DynamixelDriver.last
 ASK, STATUS, GOAL = 14, 11, 2

@@ -34,7 +34,7 @@ from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py import cdr
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.model import Model
-from leo_sim.references.mjcf import mjcf
+from leo_sim.references.mjcf import tree, written
 
 RIG = Path(__file__).parent / 'rigs/panda'
 SECONDS, PERIOD, SUBSTEPS = 21.0, 1e-3, 10
@@ -81,9 +81,7 @@ def simulated(robot: Robot, seconds: float = SECONDS, seed: int = SEED) -> Sampl
     import mujoco
 
     model, rng = Model(robot), np.random.default_rng(seed)
-    arm = mujoco.MjModel.from_xml_string(
-        mjcf(robot.joints, model.laws.bodies, (), model.laws.gravity, 0.0)
-    )
+    arm = mujoco.MjModel.from_xml_string(written(tree(robot, model.laws)))
     arm.opt.timestep, data = PERIOD / SUBSTEPS, mujoco.MjData(arm)
     data.qpos[:] = model.start('nominal').q
     path = Path7(data.qpos.copy(), rng)

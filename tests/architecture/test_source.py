@@ -67,9 +67,7 @@ NEED_ROS = (
 MAX_FUNCTION_LINES = 60
 DRIVERS = 'leo_sim.drivers'
 HARDWARE = (DRIVERS, 'leo_sim.description.servos', 'dynamixel_sdk', 'scservo_sdk')
-ANY_DRIVER = tuple(
-    f'{DRIVERS}.{name}' for name in ('base', 'safety', 'goal_safety', 'faults', 'apart', 'check')
-)
+ANY_DRIVER = tuple(f'{DRIVERS}.{name}' for name in ('base', 'safety', 'apart', 'check'))
 """What every driver has; what stands between it and a command; the suite that tries any."""
 ONE_DRIVER = (
     DRIVERS,

@@ -21,8 +21,7 @@ from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant
-from leo_sim.drivers.servo_bus.rig import Rig
-from leo_sim.drivers.servo_bus.terminal import Terminal
+from leo_sim.drivers.servo_bus.rig import Rig, Terminal
 from leo_sim.drivers.servo_driver import ServoDriver
 
 BUSES = {'dynamixel': 'dynamixel:\n    watchdog: {value: 2, unit: s}', 'feetech': 'feetech:'}

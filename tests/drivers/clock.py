@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A computer whose time passes only where somebody waits for it, however busy the machine is."""
 
-from leo_sim.drivers.computer import Computer
+from leo_sim.drivers.base import Computer
 
 EPOCH = 1_700_000_000_000_000_000
 """The wall's time [ns] when its monotonic time is 0."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A rig that stands still and does what a test tells it through a file; it writes down all calls.
+"""A rig that stands still and does what a test writes into a file; it writes down all calls.
 
 The file `orders` in the working directory holds one of: `lose N` (the next N reads lose
 their packet), `hold` (the next read waits for the file

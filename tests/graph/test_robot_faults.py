@@ -161,7 +161,7 @@ def test_a_driver_that_cannot_stop_is_written_zero(rig):
     robot.order('bug stop')
     robot.waits_for('end bug', command=1.0)
     assert robot.stop() == 1
-    assert 'could not be told to stop' in robot.said() and 'Traceback' not in robot.said()
+    assert 'could not be stopped' in robot.said() and 'Traceback' not in robot.said()
     assert robot.calls()[-1] == 'write 0.0'
 
 

@@ -13,8 +13,10 @@ from leo_msgs_py import topics
 from leo_msgs_py.node import end, graph, join, spin_until
 from leo_msgs_py.values import Applied, Command, JointStates
 from leo_sim.drivers.base import DriverInfo
+from leo_sim.nodes import loop, publishers
 from leo_sim.nodes import robot as module
-from leo_sim.nodes.robot import GIVE_UP_LATE, RobotNode
+from leo_sim.nodes.loop import GIVE_UP_LATE
+from leo_sim.nodes.robot import RobotNode
 
 pytestmark = pytest.mark.graph
 PERIOD = 0.01
@@ -127,22 +129,23 @@ class Full:
 
 
 def test_lockstep_waits_for_a_reader_but_not_for_ever(robot, monkeypatch):
-    monkeypatch.setattr(module, 'time', Clock(step=1.0))
-    full = robot._states = Full()
-    robot._repeat_state()
+    monkeypatch.setattr(publishers, 'time', Clock(step=1.0))
+    full = robot._topics.states = Full()
+    repeat = robot._loop.repeat_state
+    repeat()
     asked, full.refused = full.refused, 0
-    assert asked == pytest.approx(module.PATIENCE, abs=1.5)
-    robot._repeat_state()
+    assert asked == pytest.approx(publishers.PATIENCE, abs=1.5)
+    repeat()
     assert full.refused == 1, 'once given up, it asks and goes on'
     full.stuck = False
-    robot._repeat_state()
+    repeat()
     full.stuck, full.refused = True, 0
-    robot._repeat_state()
+    repeat()
     assert (full.published, full.refused) == (1, asked), 'it is waited for again'
 
 
 class Clock:
-    """A clock that moves when it is told to, or by `step` with every look."""
+    """A clock that moves when it sleeps, or by `step` with every look."""
 
     def __init__(self, step=0.0):
         self.now, self.step = 0.0, step
@@ -157,13 +160,13 @@ class Clock:
 
 def test_what_is_counted_as_sent_was_published(robot):
     """Also what was read as the signal came."""
-    sent = robot._states = Full()
-    sent.stuck, before = False, robot._sent
+    sending, sent = robot._loop, Full()
+    sending.topics.states, sent.stuck, before = sent, False, sending.sent
     end()
-    robot._publish_state()
-    assert sent.published == robot._sent - before == 1
+    sending.publish_state()
+    assert sent.published == sending.sent - before == 1
     sent.stuck = True
-    robot._publish_state()  # a reader that takes nothing does not keep it from ending
+    sending.publish_state()  # a reader that takes nothing does not keep it from ending
 
 
 @pytest.mark.usefixtures('domain')
@@ -189,7 +192,8 @@ def test_realtime_keeps_the_pace_and_catches_up(driver, monkeypatch, tmp_path, s
     """One state of 21 takes `slow` seconds; what is far too late is not caught up."""
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
     clock, lateness = Clock(), []
-    monkeypatch.setattr(module, 'time', clock)
+    for timed in (module, loop):
+        monkeypatch.setattr(timed, 'time', clock)
     monkeypatch.setattr(module, 'spin_once', clock.sleep)
 
     def act() -> None:
@@ -199,7 +203,7 @@ def test_realtime_keeps_the_pace_and_catches_up(driver, monkeypatch, tmp_path, s
 
     driver.act = act
     with begun(factor=2.0) as robot:
-        monkeypatch.setattr(robot._health, 'note', lambda _, late: lateness.append(late))
+        monkeypatch.setattr(robot._loop.health, 'note', lambda _, late: lateness.append(late))
         robot.run()
     assert clock.now == pytest.approx(PERIOD + 20 * PERIOD / 2 + lost), 'twice real time'
     assert max(lateness) == pytest.approx(slow - PERIOD / 2), 'the slow state was noticed'

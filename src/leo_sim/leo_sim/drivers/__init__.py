@@ -1,23 +1,46 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers by name or file: shipped ones, those of other packages (entry points), and yours."""
+"""Drivers by name or file: shipped ones, those of other packages (entry points), and yours.
 
-from __future__ import annotations
+What fails in a driver that others wrote is a fault with its place, not a traceback.
+"""
 
 from collections.abc import Callable
 from importlib.metadata import entry_points
 import inspect
 from pathlib import Path
+from types import NoneType
+from typing import Any
+
+import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import Applied, JointStates
 from leo_sim.common.names import nearest
 from leo_sim.common.user_code import classes_of, guarded, load_file
-from leo_sim.drivers.base import Driver, DriverOptions
-from leo_sim.drivers.foreign import check_built, guarded_driver, METHODS
+from leo_sim.drivers.base import (
+    Driver,
+    DriverBug,
+    DriverFault,
+    DriverInfo,
+    DriverOptions,
+    EndOfRun,
+    NotPossible,
+    Readings,
+)
 
 GROUP = 'leo.drivers'
 OURS = 'leo_sim'
-
-Build = Callable[[DriverOptions], Driver]
+METHODS = ('connect', 'read', 'write', 'advance', 'set_torque', 'reset', 'stop')
+"""What every driver has."""
+EXTRAS = ('halt', 'start_in', 'readings', 'figures')  # what a driver may have besides
+MEANT = (UserError, DriverFault, EndOfRun, NotPossible, OSError)  # what a driver may raise
+RETURNS: dict[str, tuple[type, ...]] = {
+    'read': (JointStates,),
+    'write': (Applied, NoneType),
+    'halt': (Applied, NoneType),
+    'advance': (int, float),
+    'readings': (Readings, NoneType),
+}
 
 
 def load_driver(name: str, options: DriverOptions) -> Driver:
@@ -32,14 +55,13 @@ def load_driver(name: str, options: DriverOptions) -> Driver:
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name not in found:
         raise UserError(f'no driver is named {name!r}{nearest(name, found)}')
-    build: Build = found[name].load()
+    build: Callable[[DriverOptions], Driver] = found[name].load()
     if isinstance(build, type) and build.__module__.partition('.')[0] != OURS:
         return _foreign(Path(inspect.getfile(build)), build, options)
     return build(options)
 
 
 def _class_in(path: Path) -> type:
-    """The driver that a file defines."""
     drivers = [
         c
         for c in classes_of(load_file(path, 'driver'))
@@ -54,6 +76,45 @@ def _class_in(path: Path) -> type:
 
 
 def _foreign(path: Path, kind: type, options: DriverOptions) -> Driver:
-    driver: Driver = guarded(path, 'driver', guarded_driver(path, kind))(options)
-    check_built(path, driver)
+    """A driver whose calls raise DriverBug where its code fails or returns the wrong type."""
+    calls = {
+        name: _guarded(path, name, getattr(kind, name))
+        for name in (*METHODS, *EXTRAS)
+        if callable(getattr(kind, name, None))
+    }
+    safe = type(kind.__name__, (kind,), {**calls, '__module__': kind.__module__})
+    driver: Driver = guarded(path, 'driver', safe)(options)
+    for name, wanted in (('info', DriverInfo), ('starts', int)):
+        if not isinstance(getattr(driver, name, None), wanted):
+            raise UserError(
+                f'{path}: the driver has no {name} (of type {wanted.__name__}) after '
+                '__init__; see docs/your_driver.md'
+            )
     return driver
+
+
+def _guarded(path: Path, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+    safe = guarded(path, 'driver', call, MEANT, DriverBug)
+
+    def checked(self: Driver, *args: Any) -> Any:
+        result = safe(self, *args)
+        if not isinstance(result, RETURNS.get(name, object)):
+            wanted = ' or '.join(t.__name__ for t in RETURNS[name])
+            raise DriverBug(
+                f'{path}: {name} returned {type(result).__name__}, not {wanted}; mend the driver'
+            )
+        if isinstance(result, JointStates):
+            _check_shapes(path, result, len(self.info.joints))
+        return result
+
+    return checked
+
+
+def _check_shapes(path: Path, state: JointStates, count: int) -> None:
+    for name in ('position', 'velocity'):
+        values = np.asarray(getattr(state, name))
+        if values.shape != (count,) or values.dtype.kind not in 'iuf':
+            raise DriverBug(
+                f'{path}: read returned a {name} of shape {values.shape} and type '
+                f'{values.dtype}, not ({count},) numbers; mend the driver'
+            )

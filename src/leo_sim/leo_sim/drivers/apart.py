@@ -7,9 +7,9 @@ Whoever sends a node 10^5 parameters keeps its process busy for seconds: no thre
 when it should. The driver's process decodes nothing but the calls below.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from itertools import count
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -21,9 +21,8 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.drivers import load_driver
+from leo_sim.drivers import EXTRAS, load_driver, MEANT, METHODS
 from leo_sim.drivers.base import Driver, DriverFault, DriverOptions
-from leo_sim.drivers.foreign import EXTRAS, MEANT
 
 OURS = {'leo_sim', 'leo_msgs_py', 'builtins'}
 
@@ -44,6 +43,13 @@ class Apart:
         halted: what was applied each time this process was silent; None where that is not known.
     """
 
+    connect: Callable[[], None]
+    read: Callable[[], JointStates]
+    write: Callable[[np.ndarray], Applied | None]
+    advance: Callable[[float], float]
+    set_torque: Callable[[bool], None]
+    reset: Callable[[], None]
+
     def __init__(self, driver: Driver, name: str, options: DriverOptions, hold: float) -> None:
         self.info, self.starts = driver.info, driver.starts
         self.halted: list[Applied | None] = []
@@ -60,35 +66,10 @@ class Apart:
         calls.close()
         halts.close()
         self._calls.send((name, options, hold))
-        for extra in EXTRAS:
-            if callable(getattr(driver, extra, None)):
-                setattr(self, extra, self._halt if extra == 'halt' else self._caller(extra))
-
-    def connect(self) -> None:
-        """See Driver."""
-        self._call('connect')
-
-    def read(self) -> JointStates:
-        """See Driver."""
-        state: JointStates = self._call('read')
-        return state
-
-    def write(self, values: np.ndarray) -> Applied | None:
-        """See Driver."""
-        applied: Applied | None = self._call('write', values)
-        return applied
-
-    def advance(self, seconds: float) -> float:
-        """See Driver."""
-        return float(self._call('advance', seconds))
-
-    def set_torque(self, on: bool) -> None:
-        """See Driver."""
-        self._call('set_torque', on)
-
-    def reset(self) -> None:
-        """See Driver."""
-        self._call('reset')
+        for method in {*METHODS, *EXTRAS} - {'stop'}:
+            if callable(getattr(driver, method, None)):
+                call = self._halt if method == 'halt' else partial(self._call, method)
+                setattr(self, method, call)
 
     def stop(self) -> None:
         """See Driver; the process ends, unless the driver fails to."""
@@ -97,9 +78,6 @@ class Apart:
         self._call('stop')
         self._calls.close()
         self._process.wait()
-
-    def _caller(self, method: str) -> Any:
-        return lambda *args: self._call(method, *args)
 
     def _halt(self) -> Applied | None:
         with self._halting:
@@ -140,7 +118,7 @@ class Served:
         self._stopped = False
 
     def serve(self, calls: Connection, halts: Connection) -> None:
-        """Make calls until the other end is gone; those of `halts` beside the others."""
+        """Make calls until the other end is gone; those of `halts` in a thread of their own."""
         Thread(target=self._make_calls, args=(halts,), daemon=True).start()
         try:
             self._make_calls(calls, watched=True)
@@ -162,7 +140,7 @@ class Served:
                 line.send((number, result, error, self._driver.starts, halted))
 
     def _bring_to_rest(self) -> None:
-        with suppress(DriverFault, OSError):  # it stays driven, and is told again
+        with suppress(DriverFault, OSError):  # it stays driven, and is written to again
             self._halted.append(self._driver.write(self._rest))
             self._driven = False
 
@@ -170,17 +148,17 @@ class Served:
         try:
             self._driver.stop()
         except MEANT as error:
-            print(f'the motors could not be told to stop: {error}', file=sys.stderr)
+            print(f'the motors could not be stopped: {error}', file=sys.stderr)
             self._bring_to_rest()
 
     def _made(self, method: str, args: tuple[Any, ...]) -> tuple[Any, Exception | None]:
         try:
             return getattr(self._driver, method)(*args), None
         except MEANT as error:
-            return None, _told(error)
+            return None, _known(error)
 
 
-def _told(error: Exception) -> Exception:
+def _known(error: Exception) -> Exception:
     """An error as one that the other process knows, though a driver has a class of its own."""
     if isinstance(error, OSError) and error.errno is not None:
         return OSError(error.errno, error.strerror, error.filename)

@@ -6,10 +6,9 @@ A new driver is one module with one class of this shape and one line in the entr
 diagnostics come from the node around it. `leo check-driver` tries the contract out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
+import time
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,7 +16,6 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
-from leo_sim.drivers.computer import Computer, THIS
 
 INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
 """Unit of a robot's input -> name of the interface its applied values are published under."""
@@ -25,31 +23,21 @@ INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
 
 @dataclass(frozen=True)
 class DriverInfo:
-    """What the node must know before it moves anything.
+    """What the node must know before it moves anything; J joints, A actuators."""
 
-    Attributes:
-        joints: names, length J, in the order of every state.
-        actuators: joint names, length A, in the order of every command.
-        interface: 'voltage' [V], 'effort' [N m] or 'position' [rad].
-        limits: largest absolute command per actuator [V, N m or rad], shape (A,).
-        control_period: time one command holds [s].
-        state_rate: joint states per second [Hz].
-        urdf: the model's description, never the hidden truth.
-        own_clock: its time is not the wall's: it can wait (lockstep), and `/clock` is published.
-            Hardware has none: its stamps are the wall's time.
-        goals: lowest and highest goal of each actuator [rad], shape (2, A), where the stops allow
-            less than the limits; None where commands are no positions.
-    """
-
-    joints: tuple[str, ...]
-    actuators: tuple[str, ...]
-    interface: str
-    limits: np.ndarray
-    control_period: float
-    state_rate: float
-    urdf: str
+    joints: tuple[str, ...]  # names, in the order of every state
+    actuators: tuple[str, ...]  # names of joints, in the order of every command
+    interface: str  # 'voltage' [V], 'effort' [N m] or 'position' [rad]
+    limits: np.ndarray  # largest absolute command per actuator [V, N m or rad], (A,)
+    control_period: float  # time one command holds [s]
+    state_rate: float  # joint states per second [Hz]
+    urdf: str  # the model's description, never the hidden truth
     own_clock: bool
+    """Its time is not the wall's: it can wait (lockstep), and `/clock` is published. Hardware has
+    none: its stamps are the wall's time."""
     goals: np.ndarray | None = None
+    """Lowest and highest goal of each actuator [rad], (2, A), where the stops allow less than the
+    limits; None where commands are no positions."""
 
     @property
     def bounds(self) -> np.ndarray:
@@ -73,27 +61,18 @@ class Driver(Protocol):
     starts: int
 
     def connect(self) -> None:
-        """Open the device with motors on at 0, or free where commands are positions.
-
-        UserError says what is missing.
-        """
+        """Open the device, motors on at 0 or free where commands are positions, or UserError."""
 
     def read(self) -> JointStates:
         """The newest measured state, stamped with the time of measurement."""
 
     def write(self, values: np.ndarray) -> Applied | None:
-        """Send values [V, N m or rad], shape (A,); what was really applied, None where not known.
-
-        A goal of NaN frees its motor.
-        """
+        """Send values [V, N m or rad], (A,), NaN frees; what was applied, None where not known."""
 
     def advance(self, seconds: float) -> float:
-        """Go to the next state, nominally `seconds` on; returns how much time that is [s].
+        """Go to the next state, about `seconds` on; the time that is [s]. EndOfRun: there is none.
 
         A simulator integrates, hardware returns `seconds` at once: there time passes by itself.
-
-        Raises:
-            EndOfRun: there is no next state.
         """
 
     def set_torque(self, on: bool) -> None:
@@ -103,10 +82,7 @@ class Driver(Protocol):
         """Go to the start pose; raises NotPossible where the robot cannot by itself."""
 
     def stop(self) -> None:
-        """Leave the motors at 0, or free those that follow goals; close the device.
-
-        Safe to call twice.
-        """
+        """Leave the motors at 0, or free those that follow goals; may be called twice."""
 
 
 @runtime_checkable
@@ -114,11 +90,7 @@ class Placeable(Protocol):
     """What a driver may have besides: start poses that are chosen while it runs."""
 
     def start_in(self, pose: str) -> None:
-        """Begin anew in a start pose, as if restarted: its time is 0 again, resets go there.
-
-        Raises:
-            UserError: there is no such pose; the robot stays as it is.
-        """
+        """Begin anew in a start pose at time 0; resets go there. UserError: there is none."""
 
 
 @runtime_checkable
@@ -126,28 +98,20 @@ class Haltable(Protocol):
     """What a driver of hardware has besides: a way to 0 that does not wait for its other calls."""
 
     def halt(self) -> Applied | None:
-        """Motors to 0 at once, as `write` of zeros does, from another thread than all other calls.
+        """Motors to 0 (those with goals: free) at once, from another thread than all other calls.
 
-        Those that follow goals are freed: 0 is a place.
         A `read` may be waiting for the device meanwhile. It must not wait for that to end.
         """
 
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """What hardware measures besides angles, at the time of its last state.
+    """What hardware measures besides angles, at its last state; each actuator's, (A,), or None."""
 
-    Attributes:
-        supply: V.
-        current: of each actuator, as the joint's sign is [A], shape (A,); None where not measured.
-        temperature: of each actuator [deg C], shape (A,); None where not measured.
-        condition: what each actuator says is wrong with it, as '', shape (A,).
-    """
-
-    supply: float
-    current: np.ndarray | None = None
-    temperature: np.ndarray | None = None
-    condition: tuple[str, ...] = ()
+    supply: float  # V
+    current: np.ndarray | None = None  # A, as the joint's sign is
+    temperature: np.ndarray | None = None  # deg C
+    condition: tuple[str, ...] = ()  # what each actuator says is wrong with it, or ''
 
 
 @runtime_checkable
@@ -181,35 +145,52 @@ class NotPossible(Exception):
     """The driver cannot do what was asked; the text says why."""
 
 
-@dataclass(frozen=True)
-class DriverOptions:
-    """What the node passes to every driver; each takes what it needs.
+class Computer:
+    """What a driver of hardware has of its computer: time and serial ports.
 
-    Attributes:
-        robot: the robot's model.
-        state_rate: joint states per second [Hz]; 0 takes the robot's own.
-        start: 'nominal', 'random' or the name of a start pose.
-        seed: of start poses and noise.
-        noise: standard deviation added to published position [rad] and velocity [rad/s].
-        engine: physics engine of a simulated robot.
-        integration_step: [s]; 0 takes the robot's own.
-        private: the settings that only the driver may know.
-        bag: recording to replay.
-        port: where the hardware is connected, say /dev/ttyUSB0; '' takes robot.yaml's.
-        computer: where the hardware is connected; its time is the driver's.
+    Tests bring another, whose time passes only where somebody waits for it.
     """
 
+    def monotonic(self) -> float:
+        """Time [s] that nobody sets."""
+        return time.monotonic()
+
+    def time_ns(self) -> int:
+        """The wall's time, for stamps."""
+        return time.time_ns()
+
+    def sleep(self, seconds: float) -> None:
+        """Wait [s]."""
+        time.sleep(seconds)
+
+    def serial(self, path: str, baud: int, wait: float) -> Any:
+        """A serial port for this process alone; a look for bytes waits at most `wait` [s]."""
+        from serial import Serial
+
+        return Serial(path, baud, timeout=wait, exclusive=True)
+
+
+THIS = Computer()
+
+
+@dataclass(frozen=True)
+class DriverOptions:
+    """What the node passes to every driver; each takes what it needs."""
+
     robot: Robot
-    state_rate: float = 0.0
-    start: str = 'nominal'
-    seed: int = 0
-    noise: tuple[float, float] = (0.0, 0.0)
-    engine: str = 'pybullet'
-    integration_step: float = 0.0
-    private: Mapping[str, Any] | None = None
-    bag: str = ''
-    port: str = ''
-    computer: Computer = THIS
+    state_rate: float = 0.0  # joint states per second [Hz]; 0 takes the robot's own
+    start: str = 'nominal'  # or 'random', or the name of a start pose
+    seed: int = 0  # of start poses and noise
+    noise: tuple[float, float] = (
+        0.0,
+        0.0,
+    )  # standard deviations of what is published [rad, rad/s]
+    engine: str = 'pybullet'  # of a simulated robot
+    integration_step: float = 0.0  # [s]; 0 takes the robot's own
+    private: Mapping[str, Any] | None = None  # the settings that only the driver may know
+    bag: str = ''  # recording to replay
+    port: str = ''  # of the hardware, say /dev/ttyUSB0; '' takes robot.yaml's
+    computer: Computer = THIS  # where the hardware is connected; its time is the driver's
 
 
 def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) -> DriverInfo:

@@ -1,26 +1,107 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dynamixel servos as a robot: PWM mode for volts, current mode for torques, position mode."""
+"""Dynamixel servos as a robot, through ROBOTIS' SDK.
 
-from __future__ import annotations
+PWM mode for volts, current mode for torques, position mode for goals.
+"""
 
+from collections import deque
+from collections.abc import Mapping
 import math
+from statistics import mean, median
 
+from dynamixel_sdk import PortHandler, Protocol2PacketHandler
 import numpy as np
 
 from leo_msgs_py.values import Applied
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
-from leo_sim.drivers.dynamixel_bus import DynamixelBus
-from leo_sim.drivers.servo_clock import ServoClock, TICKS
 from leo_sim.drivers.servo_driver import ServoDriver
-from leo_sim.drivers.servo_line import Block
+from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_port import Limits
 
+STUFFED, PLAIN = b'\xff\xff\xfd\xfd', b'\xff\xff\xfd'
 ALERT = 0x80
-TIME_BASED = 0x04
-"""Bit of drive_mode with which profile_velocity is a time."""
+TIME_BASED = 0x04  # bit of drive_mode with which profile_velocity is a time
 WATCHDOG_UNIT, WATCHDOG_MOST = 0.02, 127
-LATE = 0.5
-"""How many periods a servo's clock may fall behind ours from one reading to the next."""
+LATE = 0.5  # how many periods a servo's clock may fall behind ours from one reading to the next
 EXPIRED = -1
+TICKS = 32768
+"""A servo's clock counts so many ms and begins anew (realtime_tick, e-Manual of the X series)."""
+KEPT, FEWEST = 64, 16
+"""Readings by which the clocks are compared, in each of two halves; before there are so many, a
+question counts as heard when it is sent."""
+TELLS = 0.3e-3  # less than this [s] the clocks of some servos cannot show, as each counts whole ms
+
+
+class _Port(Limits, PortHandler):
+    """The SDK's port."""
+
+
+class _Packets(Protocol2PacketHandler):
+    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FD FF FD FD.
+
+    Attributes:
+        size: how many bytes of data the last status had, which the SDK does not look at.
+    """
+
+    size = 0
+
+    def removeStuffing(self, packet: list[int]) -> list[int]:
+        """A status packet as it was before it was stuffed."""
+        body = bytes(packet[7:-2]).replace(STUFFED, PLAIN)
+        self.size = len(body) - 2
+        length = list((len(body) + 2).to_bytes(2, 'little'))
+        return [*packet[:5], *length, *body, *packet[-2:]]
+
+
+class DynamixelBus(ServoLine):
+    """Registers of the Dynamixel servos on one port."""
+
+    family, packets, port = 'dynamixel', _Packets, _Port
+    asks = (False,)  # no fast sync read, which not all models know
+
+
+class ServoClock:
+    """When servos measured, by their own clocks, each running a little fast or slow.
+
+    Usually a question is heard as soon as it is sent. Where the computer or its adapter held it
+    back, the servos' clocks have gone on meanwhile.
+    """
+
+    def __init__(self) -> None:
+        self._ticks: dict[int, int] = {}
+        self._seconds: dict[int, float] = {}
+        self._ahead: deque[tuple[float, float]] = deque(maxlen=2 * KEPT)
+
+    def moment(self, sent: float, answered: float, ticks: Mapping[int, int]) -> float:
+        """When the servos measured, on our clock [s].
+
+        Args:
+            sent: when they were asked, on our clock [s].
+            answered: when the last answer was there [s].
+            ticks: their clocks, by id [ms]; always of the same servos.
+        """
+        ahead = sent - self._mean(ticks)
+        late = self._usual(sent) - ahead if len(self._ahead) >= FEWEST else 0.0
+        self._ahead.append((sent, ahead))
+        return min(sent + late, answered) if late > TELLS else sent
+
+    def _mean(self, ticks: Mapping[int, int]) -> float:
+        """Mean of the servos' clocks since the first reading [s]."""
+        for servo, tick in ticks.items():
+            passed = (tick - self._ticks.get(servo, tick)) % TICKS
+            self._seconds[servo] = self._seconds.get(servo, 0.0) + passed / 1e3
+            self._ticks[servo] = tick
+        return mean(self._seconds[servo] for servo in ticks)
+
+    def _usual(self, now: float) -> float:
+        """By how much our clock is usually ahead when a question is sent, as of now [s]."""
+        pairs = [*self._ahead]
+        half = len(pairs) // 2
+        (t1, a1), (t2, a2) = (
+            (median(t for t, _ in part), median(a for _, a in part))
+            for part in (pairs[:half], pairs[half:])
+        )
+        return a2 + (a2 - a1) * (now - t2) / (t2 - t1)
 
 
 class DynamixelDriver(ServoDriver):
@@ -45,22 +126,19 @@ class DynamixelDriver(ServoDriver):
         return super().write(values)
 
     def _configure(self, servo: int) -> None:
-        """Torque off, watchdog cleared; all the PWM there may be, and profiles in rad/s.
-
-        Both matter to position goals alone: PWM mode begins at 0 after this.
-        """
+        """Torque off, watchdog cleared; for position goals all the PWM there may be, and rad/s."""
         self._bus.set(servo, 'torque_enable', 0)
         self._bus.set(servo, 'bus_watchdog', 0)
         self._bus.set(servo, 'status_return_level', 2)
         self._bus.set(servo, 'return_delay_time', 0)
-        if servo in self._motors.ids:
+        if servo in self._ids:
             self._bus.set(servo, 'goal_pwm', self._bus.get(servo, 'pwm_limit'))
             drive = self._bus.get(servo, 'drive_mode')
             self._bus.set(servo, 'drive_mode', drive & ~TIME_BASED)
 
     def _arm(self) -> None:
         waits = math.ceil(self._wait / WATCHDOG_UNIT - 1e-9)
-        for servo in self._motors.ids:
+        for servo in self._ids:
             self._bus.set(servo, 'bus_watchdog', min(max(waits, 1), WATCHDOG_MOST))
         self._armed = True
 
@@ -78,7 +156,7 @@ class DynamixelDriver(ServoDriver):
                 late.append(servo)
             self._ticks[servo] = tick, sent
         if late:
-            raise TransientFault(f'{self._who(late[0])} answered late')
+            raise TransientFault(f'{self._bus.who(late[0])} answered late')
 
     def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
         ticks = {servo: block.get('realtime_tick') for servo, block in blocks.items()}
@@ -91,6 +169,6 @@ class DynamixelDriver(ServoDriver):
         super()._check_on(servo)
         if self._bus.get(servo, 'bus_watchdog') == EXPIRED:
             raise DriverFault(
-                f'{self._who(servo)} has stopped itself: no packet came for '
+                f'{self._bus.who(servo)} has stopped itself: no packet came for '
                 f'{self._wait:g} s; start the robot again'
             )

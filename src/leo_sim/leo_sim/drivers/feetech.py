@@ -5,14 +5,49 @@ They have no watchdog: what drives a motor goes on doing so when the cable is pu
 its own brings PWM to 0 when this one is killed; a goal is held.
 """
 
-from __future__ import annotations
+from scservo_sdk import PortHandler, protocol_packet_handler
 
 from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import DriverOptions
-from leo_sim.drivers.feetech_bus import FeetechBus
 from leo_sim.drivers.guardian import Guardian
 from leo_sim.drivers.servo_driver import ServoDriver
-from leo_sim.drivers.servo_line import Block
+from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_port import Limits
+
+
+class _Port(Limits, PortHandler):
+    """The SDK's port."""
+
+
+class _Packets(protocol_packet_handler):
+    """The SDK's packets.
+
+    Attributes:
+        size: how many bytes of data the last status had, which the SDK does not look at.
+    """
+
+    size = 0
+
+    def rxPacket(self, port: _Port) -> tuple[list[int], int]:
+        """A status packet and whether it is one."""
+        packet, result = super().rxPacket(port)
+        self.size = len(packet) - 6
+        return packet, result
+
+
+class FeetechBus(ServoLine):
+    """Registers of the Feetech servos on one port."""
+
+    family, packets, port = 'feetech', _Packets, _Port
+
+    def set(self, servo: int, name: str, value: int) -> None:
+        """Write a register; one that is kept without power only where it differs, unlocked."""
+        if not self._registers[name].kept:
+            super().set(servo, name, value)
+        elif self.get(servo, name) != value:
+            super().set(servo, 'lock', 0)
+            super().set(servo, name, value)
+            super().set(servo, 'lock', 1)
 
 
 class FeetechDriver(ServoDriver):
@@ -50,11 +85,11 @@ class FeetechDriver(ServoDriver):
         self._bus.set(servo, 'torque_enable', 0)
         self._bus.set(servo, 'status_return_level', 1)
         self._bus.set(servo, 'return_delay_time', 0)
-        if servo in self._motors.ids:
+        if servo in self._ids:
             self._bus.set(servo, 'goal_pwm', 0)
 
     def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
-        """Nothing tells: their answers carry no time. What came too late was cleared away."""
+        """Their answers carry no time; what came too late was cleared away."""
 
     def _alerts(self, block: Block) -> bool:
         return bool(block.error)

@@ -7,8 +7,6 @@ It waits until the other end of PIPE is gone, as it is when a process is killed,
 to PORT, some times over.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

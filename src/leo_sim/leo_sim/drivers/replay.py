@@ -3,15 +3,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
+import sys
+from typing import Any
 
+from mcap.records import Channel, Message, Schema
 import numpy as np
+from rosbags.serde import SerdeError
 
+from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions, EndOfRun, NotPossible, robot_info
-from leo_sim.drivers.recording import Moment, read_moments
 
 
 class ReplayDriver:
@@ -24,11 +32,10 @@ class ReplayDriver:
         info = robot_info(options.robot)
         self._moments = read_moments(self._path, info.interface)
         first = self._moments[0].state
-        self.info = replace(
-            info,
-            joints=first.names,
-            state_rate=_median_rate(self._moments, options.robot.state_rate),
-        )
+        gaps = np.diff([moment.state.stamp_ns for moment in self._moments])
+        forward = gaps[gaps > 0]
+        rate = 1e9 / float(np.median(forward)) if len(forward) else options.robot.state_rate
+        self.info = replace(info, joints=first.names, state_rate=rate)
         if set(first.names) != set(options.robot.joint_names):
             raise UserError(
                 f'{self._path} has the joints {list(first.names)}, robot '
@@ -76,7 +83,79 @@ class ReplayDriver:
         return self._moments[self._index]
 
 
-def _median_rate(moments: list[Moment], fallback: float) -> float:
-    gaps = np.diff([moment.state.stamp_ns for moment in moments])
-    forward = gaps[gaps > 0]
-    return 1e9 / float(np.median(forward)) if len(forward) else fallback
+STATES, EPISODE = '/joint_states', '/robot/episode'
+DYNAMIC = '/dynamic_joint_states'
+"""What was applied, in bags of ros2_control robots and in those of before 2026-12."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One recorded state, the input in force at it, and the episode's number."""
+
+    state: JointStates
+    applied: Applied | None
+    episode: int
+
+
+def read_moments(path: Path, interface: str) -> list[Moment]:
+    """Every state of a bag once, with the input in 'voltage', 'effort' or 'position'.
+
+    Raises:
+        UserError: no such bag, no MCAP in it, or no joint states (listing the topics it has).
+    """
+    states: list[tuple[JointStates, int]] = []
+    applied = f'/robot/applied_{interface}'
+    inputs: dict[str, dict[int, Applied]] = {applied: {}, DYNAMIC: {}}
+    episode, found = 0, set[str]()
+    for name, message in _messages(find_files(path), applied, found):
+        if name == EPISODE:
+            episode = int(message.data)
+        elif name == STATES:
+            state = JointStates.from_message(message)
+            if not states or state.stamp_ns != states[-1][0].stamp_ns:
+                states.append((state, episode))
+        else:
+            read = Applied.from_dynamic if name == DYNAMIC else Applied.from_message
+            with suppress(UserError):  # of other joints, or not known
+                value = read(message, interface)
+                inputs[name][value.stamp_ns] = value
+    if not states:
+        raise UserError(f'{path} has no /joint_states; it has {sorted(found) or "no topics"}')
+    # positions among the dynamic joint states are measured ones, no goals
+    known = inputs[applied] or ({} if interface == 'position' else inputs[DYNAMIC])
+    stamps = sorted(known)
+    latest = [None, *(known[stamp] for stamp in stamps)]
+    return [
+        Moment(state, latest[bisect_right(stamps, state.stamp_ns)], number)
+        for state, number in states
+    ]
+
+
+def _messages(files: Iterable[Path], applied: str, found: set[str]) -> Iterator[tuple[str, Any]]:
+    """Wanted topics and their messages that decode; adds every topic it meets to `found`.
+
+    Around what is damaged the rest is read; a line on stderr says how much was left out.
+    """
+    types = {
+        STATES: 'sensor_msgs/msg/JointState',
+        applied: 'sensor_msgs/msg/JointState',
+        DYNAMIC: 'control_msgs/msg/DynamicJointState',
+        EPISODE: 'std_msgs/msg/UInt32',
+    }
+    for file in map(McapFile, files):
+        topics: dict[int, str] = {}
+        schemas: dict[int, str] = {}
+        for record in file.records():
+            if isinstance(record, Schema):
+                schemas[record.id] = record.name
+            elif isinstance(record, Channel):
+                found.add(record.topic)
+                for name, kind in types.items():
+                    if record.topic.endswith(name) and schemas.get(record.schema_id) == kind:
+                        topics[record.id] = name
+            elif isinstance(record, Message) and record.channel_id in topics:
+                name = topics[record.channel_id]
+                with suppress(SerdeError):
+                    yield name, decode(record.data, types[name])
+        if file.damaged:
+            print(f'{file.path}: {file.damaged} damaged records are left out', file=sys.stderr)

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What stands between a command and a motor: time-out, latched e-stop, clip and slew limit.
 
-The same for every driver, and a plain class: it knows no ROS and no clock, the caller brings the
+The same for every driver, and plain classes: they know no ROS and no clock, the caller brings the
 time. It is not a certified safety function; a real rig also needs a switch that cuts the supply.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 import math
@@ -14,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.drivers.base import DriverFault, DriverInfo
 
 
 class BadCommand(ValueError):
@@ -33,19 +32,15 @@ class Safety:
         timed_out: the last command grew too old; ends with the next command.
         timeouts: how often a command grew too old.
         rejected: how many commands were refused.
-        at_stop: what an e-stop does, in words.
-        when_old: what becomes of a command that grew too old.
-        when_blind: what is sent where the robot could not be measured.
-        at_end: how the motors are left.
 
     Raises:
         UserError: a limit that is not above 0, or a time or slew below 0.
     """
 
-    at_stop: ClassVar[str] = '0'
-    when_old: ClassVar[str] = '0 until the next one'
-    when_blind: ClassVar[str] = '0'
-    at_end: ClassVar[str] = 'motors at 0'
+    at_stop: ClassVar[str] = '0'  # what an e-stop does, in words
+    when_old: ClassVar[str] = '0 until the next one'  # what becomes of a command that grew too old
+    when_blind: ClassVar[str] = '0'  # what is sent where the robot could not be measured
+    at_end: ClassVar[str] = 'motors at 0'  # how the motors are left
 
     def __init__(
         self, limits: Sequence[float] | np.ndarray, timeout: float = 0.2, slew: float = 0.0
@@ -54,14 +49,12 @@ class Safety:
         self._low, self._high = -limits, limits
         self._timeout = _at_least_zero('command_timeout', timeout, 's')
         self._slew = _at_least_zero('slew', slew, 'per s')
-        self.e_stopped = False
-        self.timed_out = False
-        self.timeouts = 0
-        self.rejected = 0
+        self.e_stopped = self.timed_out = False
+        self.timeouts = self.rejected = 0
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
-        """Latch a command, shape (A,), that arrived at robot time `now` [s].
+        """Latch a command, (A,), that arrived at robot time `now` [s].
 
         Raises:
             BadCommand: wrong length or a value that is not finite; the command before it holds.
@@ -80,11 +73,9 @@ class Safety:
         self.timed_out = False
 
     def output(self, now: float, blind: bool = False) -> np.ndarray:
-        """The values to write at time `now` [s], shape (A,); 0 when stopped, timed out or blind.
+        """The values to write at time `now` [s], (A,): 0 when stopped, timed out or `blind`.
 
-        Args:
-            now: the caller's time [s].
-            blind: the robot could not be measured, so nothing may drive it now.
+        Blind: the robot could not be measured, so nothing may drive it now.
         """
         if self.stops(now) or blind:
             self._last = self._stopped()
@@ -130,11 +121,9 @@ class Safety:
         self.timed_out = False
 
     def _idle(self) -> np.ndarray:
-        """What is sent before the first command."""
         return np.zeros_like(self._high)
 
     def _stopped(self) -> np.ndarray:
-        """What is sent in place of a command."""
         return self._idle()
 
     def _is_too_old(self, now: float) -> bool:
@@ -149,6 +138,98 @@ class Safety:
             return wanted
         step = self._slew * max(0.0, now - self._last_time)
         return np.clip(wanted, self._last - step, self._last + step)
+
+
+class GoalSafety(Safety):
+    """Turn goals into those that may be sent to position servos now; NaN frees a motor.
+
+    0 is a place to go to and no rest:
+
+    * Before the first command, after a reset, and when the torque is on again: motors free.
+      Nothing moves to where some goal of before was.
+    * No command for as long as the time-out, a state that could not be read, or a loop that
+      hangs: the servo holds the last goal it was sent. Freed, an arm would fall.
+    * E-stop: motors free, latched. A servo that goes on pushing is not stopped; an arm must be
+      held up by other means (a spring, a brake), as when its supply is cut.
+
+    Args:
+        goals: lowest and highest goal of each actuator [rad], shape (2, A).
+        timeout: age [s] at which a command is too old; 0 disables.
+        slew: how fast a goal may move [rad/s], at first from where the joint is; 0 disables.
+    """
+
+    at_stop: ClassVar[str] = 'motors free'
+    when_old: ClassVar[str] = 'the last goal is held until the next one'
+    when_blind: ClassVar[str] = 'the last goal'
+    at_end: ClassVar[str] = 'motors free'
+
+    def __init__(self, goals: np.ndarray, timeout: float = 0.2, slew: float = 0.0) -> None:
+        self._seen = np.full(goals.shape[1], np.nan)
+        super().__init__(np.ones(goals.shape[1]), timeout, slew)
+        self._low, self._high = goals
+
+    def must_halt(self, now: float, silent: bool = False) -> bool:
+        """Whether e-stop forbids any torque; what is only too old, or silent, is held."""
+        return self.e_stopped
+
+    def drives(self, values: np.ndarray) -> bool:
+        """Whether a motor has a goal."""
+        return bool(np.isfinite(values).any())
+
+    def see(self, angles: np.ndarray) -> None:
+        """Where the actuated joints are now [rad], (A,)."""
+        self._seen = np.array(angles, dtype=float)
+
+    def torque_switched(self) -> None:
+        """A free joint moves: goals of before are none of now."""
+        self.release()
+
+    def _idle(self) -> np.ndarray:
+        return np.full_like(self._seen, np.nan)
+
+    def _stopped(self) -> np.ndarray:
+        return self._idle() if self.e_stopped else self._last
+
+    def _slewed(self, wanted: np.ndarray, now: float) -> np.ndarray:
+        free = np.isnan(self._last)
+        self._last = np.where(free, self._seen, self._last)
+        return np.clip(super()._slewed(wanted, now), self._low, self._high)
+
+
+def safety_for(info: DriverInfo, timeout: float, slew: float) -> Safety:
+    """The safety for what a driver takes: V, N m or goals."""
+    if info.goals is not None:
+        return GoalSafety(info.goals, timeout, slew)
+    return Safety(info.limits, timeout, slew)
+
+
+class Faults:
+    """Count the periods in which a packet was lost or damaged; `patience` in a row are borne."""
+
+    def __init__(self, patience: int) -> None:
+        self._patience = patience
+        self.total = self.in_a_row = self._reported = 0
+        self.last = ''
+
+    def note(self, why: str) -> None:
+        """A period is over; `why` says what failed in it, nothing if all went well.
+
+        Raises:
+            DriverFault: more in a row than are borne.
+        """
+        if not why:
+            self.in_a_row = 0
+            return
+        self.total += 1
+        self.in_a_row += 1
+        self.last = why
+        if self.in_a_row > self._patience:
+            raise DriverFault(f'{self.in_a_row} periods in a row failed, the last one: {why}')
+
+    def take_new(self) -> int:
+        """How many there were since the last call."""
+        new, self._reported = self.total - self._reported, self.total
+        return new
 
 
 def _above_zero(limits: Sequence[float] | np.ndarray) -> np.ndarray:

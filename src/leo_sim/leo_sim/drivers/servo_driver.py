@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servos on a bus as a robot: volts as PWM of the measured supply, or goals, whoever made them.
+"""Servos on a bus as a robot, whoever made them: volts as PWM of the measured supply, or goals.
 
 Where it stops by itself it leaves 0 V on motors that are on: they brake. Motors that follow goals
 are freed. A servo that shuts itself down, and /robot/torque false, leave a motor free. See
 docs/your_driver.md.
 """
-
-from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -26,17 +24,14 @@ from leo_sim.drivers.base import (
     robot_info,
     TransientFault,
 )
-from leo_sim.drivers.pose import farthest, pose_of
-from leo_sim.drivers.servo_goals import motor_units
-from leo_sim.drivers.servo_joints import JointUnits
-from leo_sim.drivers.servo_line import Block, latency_timer, ServoLine
+from leo_sim.drivers.servo_goals import GoalUnits
+from leo_sim.drivers.servo_joints import DriveUnits, farthest, JointUnits, MotorUnits, pose_of
+from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_port import latency_timer
 
-SHARE = 0.4
-"""Share of a period [s] that an answer may take on top of its bytes."""
-NEAR = 0.15
-"""A joint so close to its start pose is in it [rad or m]."""
-LEAST_SUPPLY = 3.0
-"""No servo works below this [V]."""
+SHARE = 0.4  # share of a period [s] that an answer may take on top of its bytes
+NEAR = 0.15  # a joint so close to its start pose is in it [rad or m]
+LEAST_SUPPLY = 3.0  # no servo works below this [V]
 
 
 class ServoDriver(ABC):
@@ -60,33 +55,33 @@ class ServoDriver(ABC):
                 f'{robot.name} has no servos: give it some in robot.yaml, driver: '
                 f'{family} (docs/your_driver.md)'
             )
-        self._joints, self._motors = JointUnits(robot, bus), motor_units(robot, bus)
+        kind = GoalUnits if robot.input == 'position' else DriveUnits
+        self._joints = JointUnits(robot, bus)
+        self._motors: MotorUnits = kind(robot, bus)
         self.info = replace(
             robot_info(robot, options.state_rate, own_clock=False), goals=self._motors.goals
         )
         self.starts = 0
-        self._file = bus
         self._models = {s.id: servo_model(s.model, family) for s in bus.servos.values()}
-        self._names = {servo.id: joint for joint, servo in bus.servos.items()}
-        self._path = options.port or bus.port
+        self._path, self._baud = options.port or bus.port, bus.baud
         self._computer = options.computer
-        self._bus = self.line(self._path, bus.baud, self._names, self._computer)
+        names = {servo.id: joint for joint, servo in bus.servos.items()}
+        self._bus = self.line(self._path, bus.baud, names, self._computer)
         self._actuated = list(robot.actuated)
         self._pose = pose_of(robot, options.start)
         self._angles = np.full(len(self.info.joints), np.nan)
-        count = len(self.info.actuators)
-        self._sent = np.zeros(count, dtype=int)
-        self._enabled, self._on = True, np.zeros(count, dtype=bool)
-        self._angle = self._rate = np.zeros(count)
-        self._supply = np.zeros(count)
+        ids = self._ids = self._motors.ids
+        self._sent = np.zeros(len(ids), dtype=int)
+        self._enabled, self._on = True, np.zeros(len(ids), dtype=bool)
+        self._angle = self._rate = self._supply = np.zeros(len(ids))
         self._conditions: dict[int, str] = {}
         self._readings: Readings | None = None
         self._cycle = 0.0
         name, value = self._motors.rest
-        self._rest = self._bus.packet(name, dict.fromkeys(self._motors.ids, value))
-        goals = self._bus.packet(self._motors.goal, dict.fromkeys(self._motors.ids, 0))
+        self._rest = self._bus.packet(name, dict.fromkeys(ids, value))
+        goals = self._bus.packet(self._motors.goal, dict.fromkeys(ids, 0))
         self._on_its_way = self._bus.seconds(len(goals))
-        self._from = self._bus.earlier(self.first, self._motors.told)
+        self._from = self._bus.earlier(self.first, self._motors.shown)
 
     def connect(self) -> None:
         """Open the bus, check every servo, and leave the motors at 0, or free without a goal."""
@@ -108,12 +103,11 @@ class ServoDriver(ABC):
         for servo in self._joints.ids:
             self._greet(servo)
             self._configure(servo)
-        for servo in self._motors.ids:
+        for servo in self._ids:
             for name, value in self._motors.settings(servo).items():
                 self._bus.set(servo, name, value)
-        self._supply = 0.1 * np.array(
-            [self._bus.get(servo, 'present_input_voltage') for servo in self._motors.ids]
-        )
+        volts = [self._bus.get(servo, 'present_input_voltage') for servo in self._ids]
+        self._supply = 0.1 * np.array(volts)
         for line in self._motors.learn(self._bus, self._supply):
             print(line, flush=True)
         self._switch(np.isfinite(self._motors.nothing))
@@ -122,10 +116,8 @@ class ServoDriver(ABC):
     def read(self) -> JointStates:
         """All servos with one instruction, stamped when they measured.
 
-        Raises:
-            TransientFault: an answer is missing, damaged or of an earlier reading, or the last
-                command did not arrive.
-            DriverFault: a servo has let go.
+        An answer that is missing, damaged or of an earlier reading, or a last command that did not
+        arrive, is a TransientFault; a servo that has let go a DriverFault.
         """
         began = self._computer.monotonic()
         sent, blocks = self._bus.sync_read(self._joints.ids, self._from, self.last)
@@ -148,11 +140,8 @@ class ServoDriver(ABC):
         self._switch(wanted)
         allowed = self._motors.allowed(np.where(wanted, values, 0.0), self._angle, self._rate)
         self._sent = np.where(wanted, self._motors.counts(allowed, self._supply), 0)
-        goals = {
-            servo: int(count)
-            for servo, count, on in zip(self._motors.ids, self._sent, wanted, strict=True)
-            if on
-        }
+        each = zip(self._ids, self._sent, wanted, strict=True)
+        goals = {servo: int(count) for servo, count, on in each if on}
         if goals:
             self._bus.sync_write(self._motors.goal, goals)
         return self._applied()
@@ -180,21 +169,17 @@ class ServoDriver(ABC):
 
         That motors are free is not answered for, and said again with each write.
         """
-        free = [n for n, on in zip(self._motors.ids, wanted, strict=True) if not on]
+        free = [n for n, on in zip(self._ids, wanted, strict=True) if not on]
         if free:
             self._bus.sync_write('torque_enable', dict.fromkeys(free, 0))
         for k in np.flatnonzero(wanted & ~self._on):
-            servo = self._motors.ids[k]
+            servo = self._ids[k]
             self._bus.set(servo, self._motors.goal, self._motors.begin(self._bus, servo))
             self._bus.set(servo, 'torque_enable', 1)
         self._on = wanted.copy()
 
     def reset(self) -> None:
-        """Begin anew where somebody has put the robot into its start pose by hand.
-
-        Raises:
-            NotPossible: it is elsewhere.
-        """
+        """Begin anew where somebody has put the robot into its start pose by hand."""
         joint, off = farthest(self._pose, self.info.joints, self._angles)
         if off > NEAR:
             raise NotPossible(
@@ -226,12 +211,11 @@ class ServoDriver(ABC):
         }
 
     def _greet(self, servo: int) -> None:
-        """Check that a servo is there, is what it should be, and is well."""
         model, found = self._models[servo], self._bus.ping(servo)
-        who = self._who(servo)
+        who = self._bus.who(servo)
         if found is None:
             raise UserError(
-                f'{who} does not answer on {self._path} at {self._file.baud} baud; '
+                f'{who} does not answer on {self._path} at {self._baud} baud; '
                 'look at its supply, its cable, its id and its baud rate'
             )
         if found != model.number:
@@ -245,8 +229,7 @@ class ServoDriver(ABC):
             )
 
     def _note(self, blocks: dict[int, Block]) -> None:
-        """Keep what was measured besides angles."""
-        own = [blocks[servo] for servo in self._motors.ids]
+        own = [blocks[servo] for servo in self._ids]
         self._supply = 0.1 * np.array([block.get('present_input_voltage') for block in own])
         if self._supply.min() < LEAST_SUPPLY:
             raise TransientFault(f'a servo measures a supply of {self._supply.min():.1f} V')
@@ -254,11 +237,11 @@ class ServoDriver(ABC):
             supply=float(np.median(self._supply)),
             current=self._motors.currents(blocks),
             temperature=np.array([block.get('present_temperature') for block in own]),
-            condition=tuple(self._conditions.get(servo, '') for servo in self._motors.ids),
+            condition=tuple(self._conditions.get(servo, '') for servo in self._ids),
         )
 
     def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
-        """When the servos measured [s]: when they were asked, unless they can tell."""
+        """When the servos measured [s]: when they were asked, unless they have clocks."""
         return sent
 
     @abstractmethod
@@ -274,19 +257,19 @@ class ServoDriver(ABC):
         """Whether a servo says that something is wrong with it."""
 
     def _check_taken(self, blocks: dict[int, Block]) -> None:
-        """Look whether each motor does as it was told, since sync writes are unanswered."""
-        for servo, sent, on in zip(self._motors.ids, self._sent, self._on, strict=True):
+        """Look whether each motor has taken its command, since sync writes are unanswered."""
+        for servo, sent, on in zip(self._ids, self._sent, self._on, strict=True):
             taken = self._motors.taken(blocks[servo], sent)
             if on and not (taken and not self._motors.seems_free(blocks[servo])):
                 self._check_on(servo)
                 if not taken:
-                    raise TransientFault(f'{self._who(servo)} has not taken the last command')
+                    raise TransientFault(f'{self._bus.who(servo)} has not taken the last command')
 
     def _check_on(self, servo: int) -> None:
         """Raise DriverFault where a motor that should be driven is not."""
         if not self._bus.get(servo, 'torque_enable'):
             raise DriverFault(
-                f'{self._who(servo)} is free though nobody asked: it was '
+                f'{self._bus.who(servo)} is free though nobody asked: it was '
                 'restarted, or its supply failed; start the robot again'
             )
 
@@ -300,26 +283,18 @@ class ServoDriver(ABC):
                 self._conditions[servo] = self._said(error)
                 if error & self._bus.get(servo, 'shutdown'):
                     raise DriverFault(
-                        f'{self._who(servo)} has let go: {self._said(error)}; it is free, the '
+                        f'{self._bus.who(servo)} has let go: {self._said(error)}; it is free, the '
                         f'others {self._motors.at_rest}; mend that, then switch its supply off '
                         'and on'
                     )
 
     def _applied(self) -> Applied:
-        values = self._motors.values(self._sent, self._supply)
-        return Applied(
-            stamp_ns=self._computer.time_ns() + round(1e9 * self._on_its_way),
-            names=self.info.actuators,
-            values=np.where(self._on, values, 0.0),
-            interface=self.info.interface,
-            enabled=self._on.copy(),
-        )
-
-    def _who(self, servo: int) -> str:
-        return f'servo {servo} ({self._names[servo]})'
+        stamp_ns = self._computer.time_ns() + round(1e9 * self._on_its_way)
+        values = np.where(self._on, self._motors.values(self._sent, self._supply), 0.0)
+        info = self.info
+        return Applied(stamp_ns, info.actuators, values, info.interface, self._on.copy())
 
     def _said(self, error: int) -> str:
-        """A hardware error in words."""
         bits = HARDWARE_ERRORS[self.line.family]
         known = [text for bit, text in bits.items() if error & bit]
         return ', '.join(known) or f'hardware error {error}'

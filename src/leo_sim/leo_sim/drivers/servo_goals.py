@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Goals [rad] as counts of position servos, and whether the servos are as robot.yaml says."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,17 +8,14 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
-from leo_sim.drivers.servo_joints import Array, DriveUnits, MotorUnits
+from leo_sim.drivers.servo_joints import Array, column, MotorUnits
 from leo_sim.drivers.servo_line import Block, ServoLine
 
 FAR = 1_048_575
 """Counts either way that a servo takes whose count goes on over a turn (e-Manual, X series)."""
-NEAR = 0.02
-"""A gain this close to that of robot.yaml is the same, as a share of it."""
-NEAR_SUPPLY = 0.1
-"""So is a supply, which a battery does not keep."""
-OFF_GOAL = 3
-"""A servo farther from its goal, counts, has some duty while its torque is on."""
+NEAR = 0.02  # a gain this close to that of robot.yaml is the same, as a share of it
+NEAR_SUPPLY = 0.1  # so is a supply, which a battery does not keep
+OFF_GOAL = 3  # a servo farther from its goal, counts, has some duty while its torque is on
 
 
 class GoalUnits(MotorUnits):
@@ -29,7 +24,7 @@ class GoalUnits(MotorUnits):
     Before the first goal, and where a driver stops, the motors are free.
     """
 
-    goal = told = 'goal_position'
+    goal = shown = 'goal_position'
     rest = 'torque_enable', 0
     at_rest = 'are freed'
     holds = True
@@ -51,16 +46,16 @@ class GoalUnits(MotorUnits):
                     f'{robot.name}: low and high of the servo of {name} leave nothing '
                     'of what its limit and its stops allow'
                 )
-        turn = np.array([servo.direction * servo.gear for servo in self._servos])
-        self._zero = np.array([servo.zero for servo in self._servos])
-        self._angle = np.array([model.angle_unit for model in self._models]) / turn
+        turn = self._direction * column(self._servos, 'gear')
+        self._zero = column(self._servos, 'zero')
+        self._angle = column(self._models, 'angle_unit') / turn
         self._reach = self._inside()
 
     def settings(self, servo: int) -> dict[str, int]:
         """The mode; the servo follows at once, or as fast as robot.yaml's goal_rate says."""
         return super().settings(servo) | {
             'profile_acceleration': 0,
-            'profile_velocity': self._profile(servo),
+            'profile_velocity': self._profile(self.ids.index(servo)),
         }
 
     def learn(self, bus: ServoLine, supply: Array) -> list[str]:
@@ -100,9 +95,8 @@ class GoalUnits(MotorUnits):
         low, high = np.sort(self._zero + self.goals / self._angle, axis=0)
         return np.array([np.ceil(low - 1e-6), np.floor(high + 1e-6)]).astype(int)
 
-    def _profile(self, servo: int) -> int:
+    def _profile(self, k: int) -> int:
         """Register profile_velocity: 0 is as fast as the servo can."""
-        k = self.ids.index(servo)
         rate = self._constant(k, 'goal_rate')
         if rate is None:
             return 0
@@ -119,14 +113,14 @@ class GoalUnits(MotorUnits):
         self._reach[:, k] = np.clip((low, high), *own)
         if low < own[0] - 1 or high > own[1] + 1:
             yield (
-                f'{self._who(k)}: goals would be {low} to {high} counts, the servo takes '
+                f'{bus.who(servo)}: goals would be {low} to {high} counts, the servo takes '
                 f'{own[0]} to {own[1]}; those beyond are cut. Look at zero, and at its '
                 'homing offset and position limits'
             )
 
     def _misfits(self, k: int, bus: ServoLine, volts: float) -> Iterator[str]:
         """What of a servo's loop is not as robot.yaml says."""
-        servo, model, who = self.ids[k], self._models[k], self._who(k)
+        servo, model, who = self.ids[k], self._models[k], bus.who(self.ids[k])
         counts = bus.get(servo, 'position_p_gain')
         gain = model.gain_unit * counts
         if gain and self._differs(k, 'position_gain', gain, NEAR):
@@ -156,16 +150,3 @@ class GoalUnits(MotorUnits):
     def _constant(self, k: int, key: str) -> float | None:
         found = self._robot.constants.get(f'actuators.{self._names[k]}.{key}')
         return None if found is None else found.value
-
-    def _who(self, k: int) -> str:
-        return f'servo {self.ids[k]} ({self._names[k]})'
-
-
-def motor_units(robot: Robot, bus: BusFile) -> MotorUnits:
-    """How inputs of a robot become registers of its servos.
-
-    Raises:
-        UserError: the servos do not take such inputs.
-    """
-    kind = GoalUnits if robot.input == 'position' else DriveUnits
-    return kind(robot, bus)

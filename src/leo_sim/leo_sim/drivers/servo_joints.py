@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Between joints and servos: counts, signs, gears, volts, and what a joint may be asked for."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
 from leo_sim.description.servos import MODES, servo_model
@@ -17,31 +17,30 @@ from leo_sim.drivers.servo_line import Block, ServoLine
 Array = np.ndarray
 
 TOLERANCES = {'dynamixel': 0, 'feetech': 20}
-"""How far the PWM that a servo shows may be from the one it was told, counts: a Feetech servo
+"""How far the PWM that a servo shows may be from the one it was sent, counts: a Feetech servo
 measures its duty."""
+
+
+def column(rows: Sequence[Any], name: str) -> Array:
+    """One attribute of several objects."""
+    return np.array([getattr(row, name) for row in rows])
 
 
 class JointUnits:
     """Angles and rates of all joints from the counts of their servos.
 
-    Args:
-        robot: whose joints they are.
-        bus: its servos.
-
-    Attributes:
-        ids: of the servos, in the order of the joints.
+    `ids` are those of the servos, in the order of the joints.
     """
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         servos = [bus.servos[joint] for joint in robot.joint_names]
         models = [servo_model(servo.model) for servo in servos]
-        turn = np.array([servo.direction * servo.gear for servo in servos])
+        turn = column(servos, 'direction') * column(servos, 'gear')
         self.ids = [servo.id for servo in servos]
-        self._zero = np.array([servo.zero for servo in servos])
-        self._turn = np.array([model.turn for model in models])
-        self._counts = self._zero
-        self._angle = np.array([model.angle_unit for model in models]) / turn
-        self._rate = np.array([model.rate_unit for model in models]) / turn
+        self._counts = self._zero = column(servos, 'zero')
+        self._turn = column(models, 'turn')
+        self._angle = column(models, 'angle_unit') / turn
+        self._rate = column(models, 'rate_unit') / turn
 
     def angles(self, blocks: dict[int, Block]) -> Array:
         """Of the joints [rad or m], (J,), continuous: no servo turns half round in a period.
@@ -62,33 +61,19 @@ class JointUnits:
 class MotorUnits(ABC):
     """Inputs of the actuators as a register of their servos, and back.
 
-    Args:
-        robot: whose actuators they are.
-        bus: its servos.
-
-    Attributes:
-        ids: of the servos, in the order of the actuators.
-        goal: the register that drives them.
-        told: the register in which a servo says what it was told; '' where none does.
-        tolerance: how far that may be from what was sent, counts.
-        rest: the register and value that stop a motor.
-        nothing: the input before any command, (A,); NaN leaves a motor free.
-        goals: lowest and highest goal [rad], (2, A); None where inputs are no goals.
-        at_rest: what becomes of the motors when the driver ends, in words.
-        holds: a motor that is left alone holds its joint, and needs nobody to stop it.
-
-    Raises:
-        UserError: the servos do not take such inputs.
+    `ids` are those of the servos, in the order of the actuators.
     """
 
-    goal: str
-    told: str
-    tolerance: int = 0
-    rest: tuple[str, int]
-    nothing: Array
-    goals: Array | None = None
-    at_rest: ClassVar[str]
-    holds: ClassVar[bool]
+    goal: str  # the register that drives them
+    shown: str  # the register that shows what a servo was sent; '' where none does
+    tolerance: int = 0  # how far that may be from what was sent, counts
+    rest: tuple[str, int]  # the register and value that stop a motor
+    nothing: Array  # the input before any command, (A,); NaN leaves a motor free
+    goals: Array | None = None  # lowest and highest [rad], (2, A); None where inputs are no goals
+    at_rest: ClassVar[str]  # what becomes of the motors when the driver ends, in words
+    holds: ClassVar[
+        bool
+    ]  # a motor that is left alone holds its joint, and needs nobody to stop it
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         self._robot = robot
@@ -97,29 +82,18 @@ class MotorUnits(ABC):
         self._servos = [bus.servos[name] for name in self._names]
         self._models = [servo_model(servo.model) for servo in self._servos]
         self.ids = [servo.id for servo in self._servos]
-        self._direction = np.array([servo.direction for servo in self._servos])
-        self._low = np.array([servo.low for servo in self._servos])
-        self._high = np.array([servo.high for servo in self._servos])
-        self._full = np.array([model.pwm_of_supply for model in self._models])
-        self._ampere = np.array([model.current_unit for model in self._models])
-
-    @property
-    def mode(self) -> int:
-        """The operating mode in which the goal drives."""
-        return MODES[self._family][self.goal]
+        self._direction = column(self._servos, 'direction')
+        self._low, self._high = column(self._servos, 'low'), column(self._servos, 'high')
+        self._full = column(self._models, 'pwm_of_supply')
+        self._ampere = column(self._models, 'current_unit')
 
     def settings(self, servo: int) -> dict[str, int]:
         """Registers that a servo must have before its torque comes on, in this order."""
-        return {'operating_mode': self.mode}
+        return {'operating_mode': MODES[self._family][self.goal]}
 
     @abstractmethod
     def learn(self, bus: ServoLine, supply: Array) -> list[str]:
-        """Read what the servos allow; what of them does not fit robot.yaml, a line each.
-
-        Args:
-            bus: with the servos.
-            supply: that they measure [V], (A,).
-        """
+        """Read what the servos allow, at a supply [V], (A,); what does not fit robot.yaml."""
 
     @abstractmethod
     def begin(self, bus: ServoLine, servo: int) -> int:
@@ -138,8 +112,8 @@ class MotorUnits(ABC):
         """The inputs (A,) of goal registers, at measured supply voltages [V], (A,)."""
 
     def taken(self, block: Block, sent: int) -> bool:
-        """Whether a servo says it was told what was sent, as far as it can say."""
-        return not self.told or abs(block.get(self.told) - sent) <= self.tolerance
+        """Whether a servo shows what was sent, as far as it can."""
+        return not self.shown or abs(block.get(self.shown) - sent) <= self.tolerance
 
     def seems_free(self, block: Block) -> bool:
         """Whether a motor that should be on looks as if it were free."""
@@ -154,12 +128,9 @@ class MotorUnits(ABC):
 
 
 class DriveUnits(MotorUnits):
-    """Volts as PWM of the measured supply, torques as currents.
+    """Volts as PWM of the measured supply, torques as currents; at the end motors brake at 0.
 
-    Where a driver stops it leaves 0 on motors that are on: they brake.
-
-    Attributes:
-        own_limits: what the servos allow, counts, (A,).
+    `own_limits` is what the servos allow, counts, (A,).
     """
 
     at_rest = 'brake at 0 V'
@@ -169,7 +140,7 @@ class DriveUnits(MotorUnits):
         super().__init__(robot, bus)
         self.by_voltage = robot.input == 'voltage'
         self.goal = 'goal_pwm' if self.by_voltage else 'goal_current'
-        self.told = 'present_pwm' if self.by_voltage else ''
+        self.shown = 'present_pwm' if self.by_voltage else ''
         self.tolerance = TOLERANCES[self._family]
         self.rest = self.goal, 0
         self.nothing = np.zeros(len(self.ids))
@@ -186,7 +157,7 @@ class DriveUnits(MotorUnits):
         self._torque = np.array([constant.value if constant else np.nan for constant in constants])
         self._emf = np.array([a.torque_constant or np.nan for a in robot.actuators])
         self._ohm = np.array([a.resistance or np.nan for a in robot.actuators])
-        self._strongest = np.array([a.limit for a in robot.actuators])
+        self._strongest = column(robot.actuators, 'limit')
 
     def learn(self, bus: ServoLine, supply: Array) -> list[str]:
         """Read the largest PWM or current that each servo allows."""
@@ -199,10 +170,9 @@ class DriveUnits(MotorUnits):
         return 0
 
     def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
-        """What may be asked of the actuators [V or N m], (A,), at their angles and rates.
+        """Beyond its range a joint is driven back only; the current stays within its limit.
 
-        Beyond its range a joint is driven back only; the current stays within its limit. Either
-        only ever takes away: 0 stays 0.
+        Either only ever takes away: 0 stays 0.
         """
         low, high = self._within_current(rate)
         values = np.clip(wanted, np.minimum(low, 0.0), np.maximum(high, 0.0))
@@ -210,13 +180,13 @@ class DriveUnits(MotorUnits):
         return np.where(outward, 0.0, values)
 
     def counts(self, values: Array, supply: Array) -> Array:
-        """The goal register for inputs [V or N m], (A,), at measured supply voltages [V], (A,)."""
+        """The goal register within the limits of robot and servos."""
         per_count = self._per_count(supply)
         counts = np.rint(values / per_count).astype(int)
         return np.clip(counts, -self.largest(supply), self.largest(supply))
 
     def values(self, counts: Array, supply: Array) -> Array:
-        """The inputs [V or N m], (A,), of goal registers at measured supply voltages [V], (A,)."""
+        """The inputs [V or N m] of goal registers."""
         return counts * self._per_count(supply)
 
     def largest(self, supply: Array) -> Array:
@@ -239,3 +209,29 @@ class DriveUnits(MotorUnits):
             return -largest, largest
         spread = self._current_limit * self._ohm
         return self._emf * rate - spread, self._emf * rate + spread
+
+
+def pose_of(robot: Robot, name: str) -> dict[str, tuple[float, float]]:
+    """Lowest and highest angle [rad or m] of each joint that a start pose names."""
+    if name not in robot.start_poses:
+        near = nearest(name, robot.start_poses)
+        raise UserError(f'{robot.name} has no start pose {name!r}{near}')
+    angles = robot.start_poses[name].angles
+    return {
+        joint: drawn if isinstance(drawn, tuple) else (drawn, drawn)
+        for joint, drawn in angles.items()
+    }
+
+
+def farthest(
+    pose: Mapping[str, tuple[float, float]], joints: Sequence[str], angles: np.ndarray
+) -> tuple[str, float]:
+    """The joint that is farthest from a pose, and by how much [rad or m]; infinity unmeasured."""
+    off = {
+        joint: max(pose[joint][0] - angle, angle - pose[joint][1], 0.0)
+        if np.isfinite(angle)
+        else np.inf
+        for joint, angle in zip(joints, angles, strict=True)
+        if joint in pose
+    }
+    return max(off.items(), key=lambda item: item[1], default=('', 0.0))

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated robot: the model plus whatever is hidden in it, behind the driver contract."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
@@ -27,12 +25,11 @@ class SimulatedDriver:
         start_seed, noise_seed = np.random.SeedSequence(options.seed).spawn(2)
         self._start_rng = np.random.default_rng(start_seed)
         self._noise_rng = np.random.default_rng(noise_seed)
-        self._model = hidden_model(
-            options.robot, options.private or {}, options.engine, options.integration_step or None
-        )
+        step = options.integration_step or None
+        self._model = hidden_model(robot, options.private or {}, options.engine, step)
         self._ticks = 0
-        self._input = np.zeros(len(self.info.actuators))
-        self._enabled = np.ones(len(self.info.actuators), dtype=bool)
+        self._input = np.zeros(len(robot.actuators))
+        self._enabled = np.ones(len(robot.actuators), dtype=bool)
         self._asked = self._enabled & (self.info.goals is None)
         self._state: State
         self._measured: JointStates
@@ -52,13 +49,8 @@ class SimulatedDriver:
         limited = np.clip(values, *self.info.bounds)
         self._asked = np.isfinite(limited)
         self._input = np.where(self._on, limited, 0.0)
-        return Applied(
-            stamp_ns=self._stamp_ns(),
-            names=self.info.actuators,
-            values=self._input.copy(),
-            interface=self.info.interface,
-            enabled=self._on,
-        )
+        names, interface = self.info.actuators, self.info.interface
+        return Applied(self._stamp_ns(), names, self._input.copy(), interface, self._on)
 
     def advance(self, seconds: float) -> float:
         """Integrate one state period with the values written last."""
@@ -103,13 +95,7 @@ class SimulatedDriver:
         q, dq = self._model.sense(self._state)
         noise = self._noise_rng.standard_normal((2, len(self.info.joints)))
         position, velocity = np.stack([q, dq]) + self._noise[:, None] * noise
-        return JointStates(
-            stamp_ns=self._stamp_ns(),
-            names=self.info.joints,
-            position=position,
-            velocity=velocity,
-            effort=None,
-        )
+        return JointStates(self._stamp_ns(), self.info.joints, position, velocity)
 
     def _stamp_ns(self) -> int:
         return round(self._ticks * 1_000_000_000 / self.info.state_rate)

@@ -26,7 +26,7 @@ from leo_sim.laws.laws import HELD, Laws, TIME
 from leo_sim.model.by_recording import checked_by_recording, chosen
 from leo_sim.model.start_pose import start_pose
 from leo_sim.model.state_check import check_possible, check_sizes, outside
-from leo_sim.references.optional import mujoco
+from leo_sim.references import load_mujoco
 
 MUJOCO_STEP = 0.0005
 """It integrates implicitly: shorter substeps take longer and change little, s."""
@@ -277,7 +277,7 @@ class Model:
     @cached_property
     def _dynamics(self) -> Any:
         if self.engine == 'mujoco':
-            return mujoco('engine mujoco').World(self.robot, self.laws)
+            return load_mujoco('engine mujoco').World(self.robot, self.laws)
         if self.engine != 'pybullet' or self.robot.copies:  # PyBullet has no joints that mimic
             return self.rigid
         from leo_sim.dynamics.pybullet import Bullet
@@ -306,7 +306,7 @@ class Model:
 
             return rk4.integrate
         if self.engine == 'mujoco':
-            return mujoco('engine mujoco').integrate
+            return load_mujoco('engine mujoco').integrate
         return self.integrate
 
     def __getstate__(self) -> dict[str, Any]:

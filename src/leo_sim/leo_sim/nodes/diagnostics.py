@@ -1,28 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself on /diagnostics once a second."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from leo_sim.drivers.safety import Safety
+from leo_sim.drivers.safety import Faults, Safety
 
 
 class Health:
-    """Counts of the loop: how long a state takes, how often it came a whole period late.
-
-    Args:
-        period: time between two states on the wall's clock [s]; 0 in lockstep, never late.
-    """
+    """How long a state takes, and how often one is a whole `period` [s] late; 0 is never late."""
 
     def __init__(self, period: float) -> None:
         self._period = period
         self.missed = 0
-        self._told = 0
+        self._reported = 0
         self._loop_times: list[float] = []
 
     def note(self, loop_time: float, lateness: float) -> None:
@@ -39,59 +33,54 @@ class Health:
 
     def take_missed(self) -> int:
         """Number of deadlines missed since the last call."""
-        new, self._told = self.missed - self._told, self.missed
+        new, self._reported = self.missed - self._reported, self.missed
         return new
 
 
-def robot_status(
+def robot_diagnostics(
     name: str,
+    stamp: Any,
     safety: Safety,
     health: Health,
     torque: bool,
-    new_missed: int,
-    new_faults: int = 0,
-    alarm: str = '',
-    figures: Mapping[str, object] | None = None,
-    neighbours: Sequence[str] = (),
-) -> DiagnosticStatus:
-    """The DiagnosticStatus of a robot node.
+    faults: Faults,
+    alarm: str,
+    figures: Mapping[str, object],
+    neighbours: Sequence[str],
+) -> DiagnosticArray:
+    """What a robot node says, with what is new since the last time.
 
     Args:
         name: of the node.
+        stamp: builtin_interfaces/Time.
         safety: what stands between commands and motors.
         health: of the loop.
         torque: motors on, not free.
-        new_missed: deadlines missed since the last status.
-        new_faults: packets lost or damaged since the last status.
+        faults: packets lost or damaged.
         alarm: what the hardware says is wrong.
         figures: further names and values.
         neighbours: names of other robots that obey the same commands.
     """
     count, mean, largest = health.take_loop_times()
-    status = DiagnosticStatus(name=name)
-    status.level, status.message = _level(
-        safety, torque, new_missed, new_faults, alarm, neighbours
+    level, message = _level(
+        safety, torque, health.take_missed(), faults.take_new(), alarm, neighbours
     )
-    status.values = [
-        KeyValue(key=key, value=str(value))
-        for key, value in (
-            ('states in the last second', count),
-            ('loop time mean ms', f'{mean:.3f}'),
-            ('loop time max ms', f'{largest:.3f}'),
-            ('missed deadlines', health.missed),
-            ('command timeouts', safety.timeouts),
-            ('rejected commands', safety.rejected),
-            ('e-stop', safety.e_stopped),
-            ('torque', torque),
-            ('other robots', ', '.join(neighbours) or 'none'),
-            *(figures or {}).items(),
-        )
-    ]
-    return status
-
-
-def diagnostic_array(status: DiagnosticStatus, stamp: Any) -> DiagnosticArray:
-    """A DiagnosticArray of one status with a builtin_interfaces/Time."""
+    values = {
+        'states in the last second': count,
+        'loop time mean ms': f'{mean:.3f}',
+        'loop time max ms': f'{largest:.3f}',
+        'missed deadlines': health.missed,
+        'command timeouts': safety.timeouts,
+        'rejected commands': safety.rejected,
+        'e-stop': safety.e_stopped,
+        'torque': torque,
+        'other robots': ', '.join(neighbours) or 'none',
+        'driver faults': faults.total,
+        'last driver fault': faults.last,
+        **figures,
+    }
+    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    status = DiagnosticStatus(name=name, level=level, message=message, values=pairs)
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
 
 
@@ -103,6 +92,7 @@ def _level(
     alarm: str,
     neighbours: Sequence[str],
 ) -> tuple[Any, str]:
+    """The worst news."""
     if alarm:
         return DiagnosticStatus.ERROR, alarm
     if safety.e_stopped:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the robot node: declared, checked, and turned into a driver's options."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,10 +9,12 @@ from typing import Any
 
 from rclpy.node import Node
 
+from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, private_parameter
+from leo_msgs_py.shell_words import leo
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.base import DriverInfo, DriverOptions
 from leo_sim.effects.consent import trust_parameter
 
 NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard deviations'
@@ -22,33 +22,29 @@ NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard d
 
 @dataclass(frozen=True)
 class Settings:
-    """What the robot node runs.
-
-    Attributes:
-        driver: name of a driver.
-        options: for that driver.
-        realtime_factor: robot seconds per wall second; 0 is lockstep.
-        command_timeout: age at which a command is dropped for 0 [s]; 0 disables.
-        slew: largest change of a command [V/s or N m/s]; 0 disables.
-        episode: number of the first episode; negative takes the next one.
-        fault_periods: how many periods in a row the driver may fail before the node ends.
-    """
+    """What the robot node runs."""
 
     driver: str
     options: DriverOptions
-    realtime_factor: float
-    command_timeout: float
-    slew: float
-    episode: int
-    fault_periods: int
+    realtime_factor: float  # robot seconds per wall second; 0 is lockstep
+    command_timeout: float  # age at which a command is dropped for 0 [s]; 0 disables
+    slew: float  # largest change of a command [V/s or N m/s]; 0 disables
+    episode: int  # number of the first episode; negative takes the next one
+    fault_periods: int  # in a row that the driver may fail before the node ends
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether time moves by commands alone."""
+        return self.realtime_factor == 0.0
+
+    @property
+    def timeout(self) -> float:
+        """`command_timeout`; none in lockstep, where time stands still without commands."""
+        return 0.0 if self.lockstep else self.command_timeout
 
 
 def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
-    """Declare the parameters that drivers take on `node` and check what was given.
-
-    Args:
-        node: gets the parameters.
-        robot: the one that is taken unless another is given.
+    """Declare the parameters that drivers take and check what was given; `robot` is the default.
 
     Raises:
         UserError: a value is out of range or of a wrong form; an unknown robot.
@@ -69,11 +65,7 @@ def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
 
 
 def read_settings(node: Node) -> Settings:
-    """Declare the parameters of the robot node on `node` and check what was given.
-
-    Raises:
-        UserError: a value is out of range or of a wrong form; an unknown robot.
-    """
+    """Declare the parameters of the robot node and check what was given, as `read_options`."""
     given = partial(fixed_parameter, node)
     return Settings(
         driver=given('driver', 'simulated'),
@@ -86,12 +78,17 @@ def read_settings(node: Node) -> Settings:
     )
 
 
-def read_noise(values: Sequence[float]) -> tuple[float, float]:
-    """Standard deviations of position [rad] and velocity [rad/s].
+def check_clock(settings: Settings, own_clock: bool) -> None:
+    """Raise UserError where a driver's time is the wall's and another pace is asked for."""
+    if settings.realtime_factor != 1.0 and not own_clock:
+        raise UserError(
+            f'realtime_factor is {settings.realtime_factor:g} (0 is lockstep), but driver '
+            f'{settings.driver!r} runs by the clock on the wall; give 1'
+        )
 
-    Raises:
-        UserError: not two numbers, or a negative one.
-    """
+
+def read_noise(values: Sequence[float]) -> tuple[float, float]:
+    """Standard deviations of position [rad] and velocity [rad/s]; UserError: none such."""
     if isinstance(values, (str, int, float)) or len(values) != 2:
         raise UserError(f'noise is {values!r}: {NOISE_FORM}, as in -p noise:=[0.001,0.05]')
     if not all(isinstance(v, (int, float)) and math.isfinite(v) and v >= 0 for v in values):
@@ -118,3 +115,27 @@ def _whole(name: str, value: Any) -> int:
     if not isinstance(value, int) or value < 0:
         raise UserError(f'{name} is {value!r}; give a whole number from 0 up')
     return value
+
+
+def greeting(settings: Settings, info: DriverInfo) -> list[str]:
+    """What the robot node says when it starts: what runs, and what to type next."""
+    robot = settings.options.robot
+    pace = f'{settings.realtime_factor:g} x real time' if settings.realtime_factor else 'lockstep'
+    command = topics.COMMANDS[info.interface].name
+    zeros = ', '.join(['0.0'] * len(info.actuators))
+    lines = [
+        f'{robot.name}, driver {settings.driver}, {pace}: states at '
+        f'{info.state_rate:g} Hz, one {info.interface} command each '
+        f'{info.control_period * 1e3:g} ms for {", ".join(info.actuators)}',
+        f'try: leo topic echo /joint_states; leo topic pub -r 20 /{command} '
+        f"std_msgs/msg/Float64MultiArray '{{data: [{zeros}]}}'; leo service call /robot/reset "
+        'std_srvs/srv/Trigger',
+    ]
+    others = [pose for pose in robot.start_poses if pose != settings.options.start]
+    if others and settings.driver == 'simulated':
+        lines.append(
+            f'starts in {settings.options.start}; '
+            f'{leo("param", "set", "/robot", "start", others[-1])} puts it there '
+            f'({", ".join(robot.start_poses)})'
+        )
+    return lines

@@ -6,8 +6,6 @@ leo run leo_sim robot --ros-args -p robot:=leo -p driver:=dynamixel -p port:=/tm
 leo param set /servo_bus lose 0.01
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields
 from functools import partial
@@ -22,19 +20,15 @@ from rclpy.node import Node
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, graph, spare_collector, spin
-from leo_sim.description.robot import Robot
 from leo_sim.drivers.servo_bus.line import Line, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant
-from leo_sim.drivers.servo_bus.terminal import Terminal
+from leo_sim.drivers.servo_bus.rig import Terminal
 from leo_sim.nodes.parameters import read_options
 
 OVERHEATED, OVERLOADED = 0x04, 0x20
-NONE = -1
-"""Where a parameter asks for a servo's id: no servo."""
-SWITCH = 1e-4
-"""How long the node may keep the servos' thread waiting for the interpreter [s]."""
-EVENTS = ('restart', 'overheat', 'overload')
-"""What happens to a servo, each time it is set."""
+NONE = -1  # where a parameter asks for a servo's id: no servo
+SWITCH = 1e-4  # how long the node may keep the servos' thread waiting for the interpreter [s]
+EVENTS = ('restart', 'overheat', 'overload')  # what happens to a servo, each time it is set
 
 
 class ServoBusNode(Node):
@@ -56,7 +50,8 @@ class ServoBusNode(Node):
                 f'{options.robot.name} has no servos: give it some in robot.yaml, '
                 'driver: dynamixel or feetech (docs/your_driver.md)'
             )
-        supply = declared(self, 'supply', _nominal(options.robot))
+        nominal = next((a.supply for a in options.robot.actuators if a.supply), 12.0)
+        supply = declared(self, 'supply', nominal)
         plant = Plant(options, supply, given('supply_resistance', 0.0), given('hand', True))
         trouble = Trouble(**{f.name: declared(self, f.name, f.default) for f in fields(Trouble)})
         line = Line(given('baud', 0) or bus.baud, trouble, options.seed)
@@ -110,11 +105,6 @@ class ServoBusNode(Node):
         if name == 'start' and value not in self.rig.plant.robot.start_poses:
             return f'there is no start pose {value!r}'
         return ''
-
-
-def _nominal(robot: Robot) -> float:
-    """The supply voltage of a robot; 12 V where its motors do not say."""
-    return next((a.supply for a in robot.actuators if a.supply), 12.0)
 
 
 @executable

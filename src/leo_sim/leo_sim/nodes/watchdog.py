@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What brings the motors to 0 whatever the robot node's own thread is waiting for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from threading import Lock
 import time
+from typing import Any
 
 from rclpy.node import Node
 
@@ -15,12 +14,21 @@ from leo_msgs_py import topics
 from leo_msgs_py.node import served_apart
 from leo_msgs_py.values import Applied
 from leo_sim.drivers.apart import Apart
-from leo_sim.drivers.base import Driver, DriverFault, Haltable
+from leo_sim.drivers.base import Driver, DriverFault, Haltable, NotPossible, TransientFault
 from leo_sim.drivers.safety import Safety
-from leo_sim.nodes.services import answered
+
+
+def answered(action: Callable[[], str], _request: Any, response: Any) -> Any:
+    """Act, and fill a response with what was done or why it was not possible."""
+    try:
+        response.message, response.success = action(), True
+    except (NotPossible, TransientFault) as error:
+        response.message, response.success = str(error), False
+    return response
+
 
 HURRY = 0.005
-"""How long the watchdog waits for a write to end before it halts the motors beside it [s]."""
+"""How long the watchdog waits for a write to end before it halts the motors during it [s]."""
 
 
 class Gate:
@@ -28,7 +36,7 @@ class Gate:
 
     Args:
         driver: what moves.
-        safety: what it may be told.
+        safety: what it may be sent.
         clock: the time that `safety` goes by [s].
         silence: time without a write [s] after which the motors are brought to 0, those that
             follow goals excepted; 0 disables.
@@ -51,7 +59,7 @@ class Gate:
 
     @property
     def can_halt(self) -> bool:
-        """Whether the driver can be brought to 0 beside its other calls."""
+        """Whether the driver can be brought to 0 during its other calls."""
         return isinstance(self._driver, Haltable)
 
     def write(self, blind: bool) -> list[Applied]:
@@ -88,7 +96,7 @@ class Gate:
         return applied
 
     def _halted(self) -> list[Applied | None]:
-        """What the driver's process has applied by itself, while nobody told it otherwise."""
+        """What the driver's process has applied by itself, while this one was silent."""
         if not isinstance(self._driver, Apart):
             return []
         halted, self._driver.halted = self._driver.halted, []

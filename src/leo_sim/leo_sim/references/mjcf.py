@@ -1,33 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot as MuJoCo's own description, MJCF, with the inertial figures of a model."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 import math
 from typing import Any
 from xml.etree import ElementTree
 
-from leo_sim.description.robot import Contact
+from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body, Joint
+from leo_sim.laws.laws import Laws
 
 KINDS = {'revolute': 'hinge', 'continuous': 'hinge', 'prismatic': 'slide'}
 GROUND = 'the ground'
-LEAST = 1e-12
-"""Moments of inertia of point masses, kg m2: MuJoCo takes no zero."""
+LEAST = 1e-12  # moments of inertia of point masses, kg m2: MuJoCo takes no zero
 
 
 HARD, RETURN = 0.9999, 0.02
 """Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
-
-
-def mjcf(
-    joints: Sequence[Joint],
-    bodies: Mapping[str, Body],
-    contacts: Sequence[Contact],
-    gravity: float,
-    slope: float,
-) -> str:
-    """The description as XML."""
-    return written(tree(joints, bodies, contacts, gravity, slope))
 
 
 def written(root: ElementTree.Element) -> str:
@@ -40,20 +29,14 @@ def hard_figures(h: float) -> tuple[tuple[float, float], tuple[float, ...]]:
     return (-HARD * RETURN / h**2, -HARD / h), (HARD, HARD, 1.0, 0.5, 1.0)
 
 
-def tree(
-    joints: Sequence[Joint],
-    bodies: Mapping[str, Body],
-    contacts: Sequence[Contact],
-    gravity: float,
-    slope: float,
-) -> ElementTree.Element:
+def tree(robot: Robot, laws: Laws) -> ElementTree.Element:
     """The description; contacts are spheres that touch the ground alone."""
     root = ElementTree.Element('mujoco')
     added(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
     option = added(
         root,
         'option',
-        gravity=numbers((0.0, 0.0, -gravity)),
+        gravity=numbers((0.0, 0.0, -laws.gravity)),
         cone='elliptic',
         impratio='10',
         integrator='implicitfast',
@@ -61,15 +44,16 @@ def tree(
     )
     added(option, 'flag', warmstart='disable', eulerdamp='enable')
     world = added(root, 'worldbody')
-    if contacts:
+    if robot.contacts:
+        slope = laws.ground.slope if laws.ground else 0.0
         up = (-math.sin(slope), 0.0, math.cos(slope))
         added(world, 'geom', name=GROUND, type='plane', size='0 0 1', zaxis=numbers(up))
-    children = {joint.child for joint in joints}
-    made = {joint.parent: world for joint in joints if joint.parent not in children}
-    for joint in joints:
-        made[joint.child] = _body(made[joint.parent], joint, bodies[joint.child])
+    children = {joint.child for joint in robot.joints}
+    made = {joint.parent: world for joint in robot.joints if joint.parent not in children}
+    for joint in robot.joints:
+        made[joint.child] = _body(made[joint.parent], joint, laws.bodies[joint.child])
     pairs = added(root, 'contact')
-    for contact in contacts:
+    for contact in robot.contacts:
         added(
             made[contact.link],
             'geom',

@@ -18,21 +18,16 @@ from leo_sim.description.robot import Contact, Robot
 from leo_sim.dynamics.substep import rested, slowing
 from leo_sim.effects.base import Ground
 from leo_sim.laws.laws import HELD, Laws, Memory
-from leo_sim.references.mjcf import hard_figures, mjcf
+from leo_sim.references.mjcf import hard_figures, tree, written
 
-BASE = 3
-"""Joints of a planar base."""
+BASE = 3  # joints of a planar base
 
 IMMOVABLE = 1e4
 """Inertia of the joints of a held base, kg or kg m2; with more the solver ends too early."""
 
 
 class World:
-    """A robot in MuJoCo; one state at a time.
-
-    Raises:
-        UserError: An effect MuJoCo has no law for, or a body no real one has.
-    """
+    """A robot in MuJoCo, one state at a time; UserError: what MuJoCo has no law for."""
 
     def __init__(self, robot: Robot, laws: Laws):
         if laws.gap is not None or laws.needs_load:
@@ -40,15 +35,8 @@ class World:
                 'engine mujoco knows no backlash and no friction that depends on the '
                 'load; use engine pybullet or rigid'
             )
-        text = mjcf(
-            robot.joints,
-            laws.bodies,
-            robot.contacts,
-            laws.gravity,
-            laws.ground.slope if laws.ground else 0.0,
-        )
         try:
-            self._model = mujoco.MjModel.from_xml_string(text)
+            self._model = mujoco.MjModel.from_xml_string(written(tree(robot, laws)))
         except ValueError as error:
             raise UserError(
                 f'MuJoCo refuses {robot.name}: {" ".join(str(error).split())}'
@@ -57,7 +45,9 @@ class World:
         self._at = np.array([self._model.joint(name).qposadr[0] for name in robot.joint_names])
         self._rotors = np.zeros(self._model.nv)
         self._rotors[self._at] = laws.rotor_inertia
-        self._pull(laws)
+        for name, body in laws.bodies.items():
+            if any(body.force):  # external, at the centre of mass
+                self._data.xfrc_applied[self._model.body(name).id, :3] = body.force
         ground = laws.ground
         springs = {c.name: _spring(c, ground) for c in robot.contacts} if ground else {}
         self._springs = [springs[self._model.geom(geom).name] for geom in self._model.pair_geom2]
@@ -80,12 +70,6 @@ class World:
         mujoco.mj_step(self._model, self._data, nstep=count)
         return self._data.qpos[self._at].copy(), self._data.qvel[self._at].copy()
 
-    def _pull(self, laws: Laws) -> None:
-        """External forces at the centres of mass."""
-        for name, body in laws.bodies.items():
-            if any(body.force):
-                self._data.xfrc_applied[self._model.body(name).id, :3] = body.force
-
     def _soften(self, h: float) -> None:
         """Contacts as springs and dampers that are stepped implicitly.
 
@@ -106,11 +90,7 @@ class World:
 
 
 def compiled(path: Path) -> Any:
-    """An MJCF file as MuJoCo compiles it, an `MjModel`.
-
-    Raises:
-        UserError: MuJoCo refuses it.
-    """
+    """An MJCF file as MuJoCo compiles it, an `MjModel`; UserError: MuJoCo refuses it."""
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:

@@ -49,13 +49,7 @@ class _System:
     """Derivatives of one model with its input held."""
 
     def __init__(
-        self,
-        laws: Laws,
-        dynamics: Dynamics,
-        u: Array,
-        enabled: np.ndarray | None,
-        memory: Memory,
-        push: Numbers = 0.0,
+        self, laws: Laws, dynamics: Dynamics, u: Array, enabled: Any, memory: Memory, push: Numbers
     ):
         self.laws, self.dynamics, self.u, self.enabled = laws, dynamics, u, enabled
         self.memory, self.push = memory, push

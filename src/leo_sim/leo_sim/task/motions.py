@@ -5,8 +5,6 @@ None of them walks. Hanging, the legs swing freely; standing, the robot rocks on
 stepping, it marches in place until it falls and is put up again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -24,23 +22,15 @@ JOINTS = tuple(
     f'{side}_{joint}' for joint in ('hip', 'knee', 'ankle') for side in ('left', 'right')
 )
 DAMPING = 0.3  # V s/rad
-SHAKEN = 0.85
-"""How much of a random voltage stays after a control period."""
+SHAKEN = 0.85  # how much of a random voltage stays after a control period
 FALLEN_PITCH, FALLEN_HEIGHT = 1.0, 0.15  # rad; of a hip over the feet, m
 LYING_SECONDS = 0.3
-PUT_UP = 1
-"""Control periods that being put up takes."""
+PUT_UP = 1  # control periods that being put up takes
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion and the start pose it begins in.
-
-    Attributes:
-        start: a start pose of the robot.
-        about: what the robot does, in words.
-        script: makes the voltages, given a robot and random numbers.
-    """
+    """A motion: its start pose, what the robot does in words, and what makes its voltages."""
 
     start: str
     about: str
@@ -115,19 +105,11 @@ MOTIONS = {
 
 
 class Routine:
-    """A motion as it is performed: after a fall it begins anew, in another way.
-
-    Args:
-        robot: a walker.
-        motion: of `MOTIONS`.
-        seed: of the motion's figures.
+    """A motion of `MOTIONS` as a walker performs it: after a fall it begins anew, in another way.
 
     Attributes:
         start: the pose to begin in, and to be put into after a fall.
         held: the base does not move there.
-
-    Raises:
-        UserError: an unknown motion, or a robot that lacks its joints, feet or start pose.
     """
 
     def __init__(self, robot: Robot, motion: str, seed: int) -> None:
@@ -154,12 +136,7 @@ class Routine:
 
 
 def check_motion(robot: Robot, motion: str) -> None:
-    """Whether a robot can do a motion.
-
-    Raises:
-        UserError: no such motion; or the robot has other motors, or lacks what it stands on or the
-            pose that the motion begins in.
-    """
+    """Refuse a motion that a robot cannot do: other motors, no feet, or no pose to begin in."""
     if motion not in MOTIONS:
         raise UserError(f'there is no motion {motion!r}{nearest(motion, MOTIONS)}')
     path, start = robot.folder / 'robot.yaml', MOTIONS[motion].start

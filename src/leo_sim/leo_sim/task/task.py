@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Observation, reward and termination as robot.yaml declares them, over any leading axes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
@@ -15,8 +13,7 @@ from leo_sim.description.robot_check import OF_JOINTS
 from leo_sim.description.robot_file import RewardFile
 from leo_sim.kinematics.gait import Gait
 
-QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')
-"""Quantities of one joint."""
+QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')  # quantities of one joint
 
 
 class Motion(Protocol):
@@ -32,11 +29,7 @@ class Motion(Protocol):
 
 
 class Memory(NamedTuple):
-    """What the reward remembers from step to step.
-
-    Attributes:
-        stance: Index in `robot.feet` of the foot that carries, (...).
-    """
+    """What the reward remembers: the index in `robot.feet` of the foot that carries, (...)."""
 
     stance: Any = 0
 
@@ -52,11 +45,7 @@ class _Step(NamedTuple):
 
 
 class Task:
-    """The task of one robot.
-
-    Attributes:
-        robot: Whose task it is.
-    """
+    """The task of one robot."""
 
     def __init__(self, robot: Robot):
         self.robot = robot
@@ -107,15 +96,10 @@ class Task:
         return over
 
     def motor_power(self, dq: Array, volts: Array, dq_next: Array) -> Any:
-        """Electrical power the motors take in a control step, W, (...).
+        """Electrical power the motors take in a control step, W, (...), for volts (..., A).
 
         Sum of max(0, u i), with the current at the mean of the rates before and after: no
         credit for what a driven motor gives back (thesis).
-
-        Args:
-            dq: Rates before, rad/s, (..., J).
-            volts: V, (..., A).
-            dq_next: Rates after, rad/s, (..., J).
         """
         constant, resistance = self._motors
         speed = 0.5 * (np.asarray(dq) + np.asarray(dq_next))[..., list(self.robot.actuated)]

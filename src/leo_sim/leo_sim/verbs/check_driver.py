@@ -15,7 +15,7 @@ from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
-    from leo_sim.drivers.check.suite import Result
+    from leo_sim.drivers.check import Result
 
 _EXAMPLES = """\
   leo check-driver simulated --robot pendulum --move --share 1
@@ -64,16 +64,15 @@ def main(argv: list[str]) -> int:
     from leo_sim.description.robot import load_robot
     from leo_sim.drivers import load_driver
     from leo_sim.drivers.base import DriverOptions
-    from leo_sim.drivers.check.suite import examine, FAILED
+    from leo_sim.drivers.check import examine, FAILED
     from leo_sim.drivers.check.trial import Moving, Trial
 
     if not (0.0 < options.range < 10.0 and 0.0 < options.share <= 1.0):
         raise UserError('--range is above 0 rad, --share above 0 and at most 1')
     robot = load_robot(options.robot)
-    driver = load_driver(
-        options.driver,
-        DriverOptions(robot, state_rate=options.state_rate, port=options.port, bag=options.bag),
-    )
+    rate, port, bag = options.state_rate, options.port, options.bag
+    given = DriverOptions(robot, state_rate=rate, port=port, bag=bag)
+    driver = load_driver(options.driver, given)
     moving = Moving(options.range, options.share) if options.move else None
     if moving and not options.yes:
         _agree(
@@ -97,8 +96,8 @@ def main(argv: list[str]) -> int:
         lost = f'; {trial.lost} packets were lost' if trial.lost else ''
         print(f'{failed} of {len(results)} checks failed{lost}')
         if not failed:
-            given = '-p', f'robot:={options.robot}', '-p', f'driver:={options.driver}'
-            print(f'next: {leo("run", "leo_sim", "robot", "--ros-args", *given)}')
+            words = '-p', f'robot:={options.robot}', '-p', f'driver:={options.driver}'
+            print(f'next: {leo("run", "leo_sim", "robot", "--ros-args", *words)}')
     return 1 if failed else 0
 
 
@@ -120,7 +119,6 @@ def _asker() -> Callable[[str], None]:
 
 
 def _table(results: list[Result]) -> None:
-
     from leo_msgs_py.console import Terminal
 
     table = Table()

@@ -61,48 +61,35 @@ def main(argv: list[str]) -> int:
     format_name = FORMATS[output.suffix]
     found = held(load_model(options.model), format_name)
     write_whole(output, _document(found.model, format_name, options.model, found.left_out))
-    follows = _next(output)
+    follows = leo('robot', 'init', output, '-o', 'FOLDER')
+    if format_name == 'MJCF':
+        follows = shlex.join(['python', '-m', 'mujoco.viewer', f'--mjcf={output}'])
     if options.json:
-        print(
-            json.dumps(
-                {
-                    'file': str(output),
-                    'format': format_name,
-                    'effects': found.effects,
-                    'left_out': found.left_out,
-                    'next': follows,
-                },
-                indent=2,
-            )
-        )
+        data = {
+            'file': str(output),
+            'format': format_name,
+            'effects': found.effects,
+            'left_out': found.left_out,
+            'next': follows,
+        }
+        print(json.dumps(data, indent=2))
         return 0
     print(f'wrote {output}: {found.model.robot.name} as {format_name}')
-    print(
-        '\n'.join(
-            [
-                *(f'holds {line}' for line in found.effects),
-                *(f'left out: {line}' for line in found.left_out),
-                f'next: {follows}',
-            ]
-        )
-    )
+    for line in found.effects:
+        print(f'holds {line}')
+    for line in found.left_out:
+        print(f'left out: {line}')
+    print(f'next: {follows}')
     return 0
 
 
 def _document(model: Model, format_name: str, ref: str, left_out: tuple[str, ...]) -> str:
     """The file: what it is, what it lacks, and the description."""
-    from leo_sim.export.mjcf import mjcf
-    from leo_sim.export.urdf import urdf
+    from leo_sim.export.formats import mjcf, urdf
 
     root = (mjcf if format_name == 'MJCF' else urdf)(model)
     ElementTree.indent(root)
-    told = [f'Made from {ref} by leo export.', *(f'Left out: {line}.' for line in left_out)]
-    remark = re.sub('-(?=-)', '- ', visible('\n'.join(told)))
+    said = [f'Made from {ref} by leo export.', *(f'Left out: {line}.' for line in left_out)]
+    remark = re.sub('-(?=-)', '- ', visible('\n'.join(said)))
     body = ElementTree.tostring(root, encoding='unicode')
     return f'<?xml version="1.0"?>\n<!--\n{remark}\n-->\n{body}\n'
-
-
-def _next(output: Path) -> str:
-    if output.suffix == '.xml':
-        return shlex.join(['python', '-m', 'mujoco.viewer', f'--mjcf={output}'])
-    return leo('robot', 'init', output, '-o', 'FOLDER')

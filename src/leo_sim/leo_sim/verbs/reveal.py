@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo reveal FILE`: open the sealed truth about a robot's hidden effects."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -20,11 +18,7 @@ EXAMPLES = """\
 
 
 def read_sealed(path: str | Path) -> dict[str, Any]:
-    """The truth in a sealed file: {'robot': name, 'effects': [{name, where, parameters}]}.
-
-    Raises:
-        UserError: the file is missing, not sealed, or was changed.
-    """
+    """The truth in a sealed file: {'robot': name, 'effects': [{name, where, parameters}]}."""
     return dict(yaml.safe_load(unseal(Path(path))))
 
 

@@ -23,8 +23,7 @@ _INIT_EXAMPLES = """\
   leo robot init arm.urdf -o arm --driver dynamixel
   leo robot init arm.urdf -o arm --without gripper  # and all beyond that link
 """
-_STEP_EXAMPLES = '  leo robot step arm\n'
-_LIST_EXAMPLES = '  leo robot list\n'
+_STEP_EXAMPLES, _LIST_EXAMPLES = '  leo robot step arm\n', '  leo robot list\n'
 
 
 def main(argv: list[str]) -> int:
@@ -74,20 +73,16 @@ def _init(argv: list[str]) -> int:
     )
     following = leo('compare', 'BAG', '--model', options.output)
     if options.json:
-        print(
-            json.dumps(
-                {
-                    'folder': str(options.output),
-                    **_facts(made.robot),
-                    'integration_step': made.robot.integration_step,
-                    'left_to_fill_in': made.open,
-                    'notes': made.notes,
-                    'warnings': made.doubts,
-                    'next': following,
-                },
-                indent=2,
-            )
-        )
+        found = {
+            'folder': str(options.output),
+            **_facts(made.robot),
+            'integration_step': made.robot.integration_step,
+            'left_to_fill_in': made.open,
+            'notes': made.notes,
+            'warnings': made.doubts,
+            'next': following,
+        }
+        print(json.dumps(found, indent=2))
     else:
         print('\n'.join([*_said(made, options.output), f'next: {following}']))
     return 0
@@ -103,7 +98,7 @@ def _step(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_sim.verbs.skeleton.implied_figures import measure_step
+    from leo_sim.verbs.skeleton.figures import measure_step
 
     before, after, error = measure_step(options.folder)
     data = {'folder': str(options.folder), 'before': before, 'integration_step': after}
@@ -138,12 +133,8 @@ def _list(argv: list[str]) -> int:
 
 def _facts(robot: Robot) -> dict[str, object]:
     limits = {a.joint: a.limit for a in robot.actuators}
-    return {
-        'name': robot.name,
-        'joints': list(robot.joint_names),
-        'input': robot.input,
-        'limits': limits,
-    }
+    joints = list(robot.joint_names)
+    return {'name': robot.name, 'joints': joints, 'input': robot.input, 'limits': limits}
 
 
 def _said(made: Skeleton, folder: Path) -> list[str]:

@@ -15,8 +15,8 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
-from leo_sim.drivers.dynamixel_bus import _Packets
-from leo_sim.drivers.servo_bus.packets import encoded, status
+from leo_sim.drivers.dynamixel import _Packets
+from leo_sim.drivers.servo_bus.dynamixel import encoded, status
 from leo_sim.drivers.servo_joints import DriveUnits
 
 LEO = load_robot('leo')
@@ -67,7 +67,7 @@ def test_volts_are_on_the_motors_as_they_are_told_within_a_step_of_pwm(leo):
     asked = np.array([1.0, -2.0, 0.5, 3.0, -8.6, 100.0])
     applied = driver.write(asked)
     wanted = np.clip(asked, -8.6, 8.6)
-    rig.until(lambda: np.allclose(rig.plant.volts, applied.values), 'not what was told')
+    rig.until(lambda: np.allclose(rig.plant.volts, applied.values), 'not what was applied')
     assert applied.values == pytest.approx(wanted, abs=PWM_STEP)
     assert np.abs(applied.values).max() <= 8.6
     assert applied.names == tuple(LEO.joint_names[3:]) and applied.enabled.all()
@@ -131,8 +131,8 @@ def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     assert np.all(np.abs(values) <= np.abs(wanted)) and np.all(values * wanted >= 0.0)
     assert not units.allowed(np.zeros(6), angle, rate).any()
     supplies = np.full(6, supply)
-    told = units.values(units.counts(values, supplies), supplies)
-    assert np.all(np.abs(told) <= 8.6 + 1e-9)
+    found = units.values(units.counts(values, supplies), supplies)
+    assert np.all(np.abs(found) <= 8.6 + 1e-9)
     driving = values * rate <= 0.0
     current = (values - 1.344712182 * rate) / 4.6
     assert np.all(

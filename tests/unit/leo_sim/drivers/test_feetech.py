@@ -19,9 +19,9 @@ from leo_sim.description.servos import registers, servo_models
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
 from leo_sim.drivers.guardian import TIMES
-from leo_sim.drivers.servo_bus.bus import SYNC_WRITE
+from leo_sim.drivers.servo_bus.dynamixel import SYNC_WRITE
 from leo_sim.drivers.servo_bus.feetech import encoded, FRAMING
-from leo_sim.drivers.servo_bus.packets import BROADCAST, Packet, Reader
+from leo_sim.drivers.servo_bus.line import BROADCAST, Packet, Reader
 from leo_sim.drivers.servo_joints import JointUnits
 
 SUPPLY = 7.4

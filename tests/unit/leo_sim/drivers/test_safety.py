@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Safety: what reaches a motor is bounded, fresh, and 0 while stopped."""
+"""Safety: what reaches a motor is bounded, fresh, and at rest while stopped; lost packets."""
 
 import re
 import shutil
@@ -11,10 +11,15 @@ import pytest
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers.safety import BadCommand, Safety
+from leo_sim.drivers.base import DriverFault, DriverOptions, robot_info
+from leo_sim.drivers.safety import BadCommand, Faults, GoalSafety, Safety, safety_for
+from leo_sim.drivers.simulated import SimulatedDriver
 
 LIMITS = (7.4, 3.0)
 finite = st.floats(-1e6, 1e6)
+GOALS = np.array([[-1.0, -0.2], [1.0, 1.7]])
+ROBOT = load_robot('xl330_pendulum')
+small = st.floats(-1e3, 1e3)
 
 
 def test_zero_before_the_first_command():
@@ -122,3 +127,121 @@ def test_who_is_blind_or_stopped_drives_nothing(commands, e_stopped):
             safety.e_stop()
         assert not safety.output(0.0, blind=not e_stopped).any()
         assert safety.stops(0.0) == e_stopped
+
+
+def free(values) -> bool:
+    return bool(np.isnan(values).all())
+
+
+def test_motors_are_free_until_the_first_goal():
+    assert free(GoalSafety(GOALS).output(0.0))
+
+
+@given(small, small)
+def test_goals_stay_between_their_own_bounds(first, second):
+    safety = GoalSafety(GOALS)
+    safety.accept((first, second), 0.0)
+    assert safety.output(0.0).tolist() == np.clip((first, second), *GOALS).tolist()
+
+
+@given(st.lists(st.tuples(small, small, st.floats(0.0, 0.05))), st.floats(0.1, 20.0))
+def test_a_goal_moves_no_faster_than_the_slew_from_where_the_joint_is(commands, slew):
+    safety = GoalSafety(GOALS, timeout=0.0, slew=slew)
+    before, now = np.array([0.4, 0.9]), 0.0
+    safety.see(before)
+    for first, second, wait in commands:
+        safety.accept((first, second), now)
+        now += wait
+        goals = safety.output(now)
+        assert np.all(np.abs(goals - before) <= slew * wait + 1e-9)
+        before = goals
+
+
+def test_without_a_measured_angle_a_slewed_motor_stays_free():
+    safety = GoalSafety(GOALS, slew=1.0)
+    safety.accept((0.5, 0.5), 0.0)
+    assert free(safety.output(0.0))
+
+
+def test_an_old_goal_and_a_lost_state_hold_the_last_goal():
+    safety = GoalSafety(GOALS, timeout=0.1)
+    safety.accept((0.5, 0.5), 0.0)
+    assert safety.output(0.05).tolist() == [0.5, 0.5]
+    safety.accept((0.8, 0.8), 0.06)
+    assert safety.output(0.07, blind=True).tolist() == [0.5, 0.5]
+    assert safety.output(0.08).tolist() == [0.8, 0.8]
+    assert safety.output(5.0).tolist() == [0.8, 0.8]
+    assert safety.timed_out and safety.timeouts == 1
+    assert not safety.must_halt(5.0) and not safety.must_halt(5.0, silent=True)
+
+
+def test_e_stop_frees_and_its_reset_does_not_go_back_to_a_goal_of_before():
+    safety = GoalSafety(GOALS, timeout=0.0)
+    safety.accept((0.5, 0.5), 0.0)
+    safety.e_stop()
+    assert free(safety.output(0.1)) and safety.must_halt(0.1)
+    safety.accept((0.6, 0.6), 0.2)
+    assert free(safety.output(0.2)) and not safety.drives(safety.output(0.2))
+    safety.e_stop_reset()
+    assert free(safety.output(0.3))
+    safety.accept((0.0, 0.0), 0.4)
+    assert safety.drives(safety.output(0.4))
+
+
+def test_torque_on_again_waits_for_a_new_goal():
+    safety = GoalSafety(GOALS, timeout=0.0)
+    safety.accept((0.5, 0.5), 0.0)
+    safety.torque_switched()
+    assert free(safety.output(0.1))
+
+
+def test_a_goal_that_is_not_finite_is_refused():
+    safety = GoalSafety(GOALS)
+    with pytest.raises(BadCommand, match='not finite'):
+        safety.accept((np.nan, 0.0), 0.0)
+
+
+def test_bounds_are_the_limit_and_the_stops(tmp_path):
+    assert robot_info(ROBOT).bounds.tolist() == [[-np.pi], [np.pi]]
+    assert isinstance(safety_for(robot_info(ROBOT), 0.2, 0.0), GoalSafety)
+    for name in ('robot.urdf', 'robot.yaml'):
+        text = (ROBOT.folder / name).read_text()
+        text = text.replace(
+            '"continuous">',
+            '"revolute">\n    <limit lower="-0.5" upper="9" effort="1" velocity="1"/>',
+        )
+        (tmp_path / name).write_text(text)
+    assert robot_info(load_robot(tmp_path)).bounds.tolist() == [[-0.5], [np.pi]]
+
+
+def test_the_simulated_servo_is_free_without_a_goal_and_says_so():
+    driver = SimulatedDriver(DriverOptions(ROBOT, engine='rigid'))
+    applied = driver.write(np.array([np.nan]))
+    assert np.isnan(applied.nan_where_free).all()
+    applied = driver.write(np.array([9.0]))
+    assert applied.nan_where_free.tolist() == [np.pi]
+    message = applied.to_message()
+    assert list(message.position) == [np.pi] and not list(message.effort)
+    assert applied.from_message(message, 'position').values.tolist() == [np.pi]
+    for _ in range(300):
+        driver.advance(0.01)
+    assert driver.read().position[0] > 1.0
+    driver.set_torque(False)
+    assert not driver.write(np.array([1.0])).enabled.any()
+
+
+def test_a_good_period_begins_the_count_anew():
+    faults = Faults(patience=2)
+    for why in ('lost', 'lost', '', 'lost', 'cut', ''):
+        faults.note(why)
+    assert (faults.total, faults.in_a_row, faults.last) == (4, 0, 'cut')
+    assert (faults.take_new(), faults.take_new()) == (4, 0)
+
+
+@pytest.mark.parametrize('patience', [0, 3])
+def test_more_in_a_row_than_are_borne_end_it(patience):
+    faults = Faults(patience)
+    for _ in range(patience):
+        faults.note('lost')
+    with pytest.raises(DriverFault, match=f'{patience + 1} periods in a row failed.*: no answer'):
+        faults.note('no answer')

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from leo_sim.drivers.servo_clock import ServoClock, TICKS
+from leo_sim.drivers.dynamixel import ServoClock, TICKS
 
 PERIOD = 0.01
 

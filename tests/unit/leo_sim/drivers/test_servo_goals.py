@@ -129,10 +129,10 @@ def test_no_goal_leaves_its_bounds_by_rounding(wanted, zero):
         for joint, s in ARM.driver.bus.servos.items()
     }
     units = GoalUnits(ARM, ARM.driver.bus.model_copy(update={'servos': servos}))
-    told = units.values(units.counts(units.allowed(np.array(wanted), None, None), None), None)
-    assert np.all(told >= ARM.bounds[0]) and np.all(told <= ARM.bounds[1])
+    found = units.values(units.counts(units.allowed(np.array(wanted), None, None), None), None)
+    assert np.all(found >= ARM.bounds[0]) and np.all(found <= ARM.bounds[1])
     inside = np.clip(wanted, *ARM.bounds)
-    assert np.abs(told - inside).max() <= COUNT
+    assert np.abs(found - inside).max() <= COUNT
 
 
 def test_halt_frees_while_a_read_hangs(servo, monkeypatch):

@@ -4,8 +4,8 @@
 import pytest
 
 from leo_sim.effects import place
+from leo_sim.export.formats import urdf
 from leo_sim.export.held import held
-from leo_sim.export.urdf import urdf
 from leo_sim.model import Model
 
 IN_BOTH = {'viscous_friction': {'b': 0.1}, 'coulomb_friction': {'c': 0.1}, 'link_mass': {'m': 0.1}}

@@ -5,19 +5,22 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
-from leo_sim.drivers.safety import Safety
-from leo_sim.nodes.diagnostics import diagnostic_array, Health, robot_status
+from leo_sim.drivers.safety import Faults, Safety
+from leo_sim.nodes.diagnostics import Health, robot_diagnostics
+
+STAMP = Time(sec=1, nanosec=500_000_000)
 
 
-def status(safety=None, health=None, torque=True, new_missed=0, neighbours=()):
-    return robot_status(
-        '/robot',
-        safety or Safety([1.0]),
-        health or Health(0.0),
-        torque,
-        new_missed,
-        neighbours=neighbours,
-    )
+def diagnostics(safety=None, health=None, torque=True, missed=0, neighbours=()):
+    health = health or Health(0.01)
+    for _ in range(missed):
+        health.note(0.0, 1.0)
+    given = safety or Safety([1.0]), health, torque, Faults(5), '', {}, neighbours
+    return robot_diagnostics('/robot', STAMP, *given)
+
+
+def status(**given):
+    return diagnostics(**given).status[0]
 
 
 def stopped():
@@ -38,10 +41,10 @@ def late():
     [
         ({}, DiagnosticStatus.OK, 'running'),
         ({'torque': False}, DiagnosticStatus.OK, 'motors free'),
-        ({'new_missed': 3}, DiagnosticStatus.WARN, '3 deadlines missed'),
+        ({'missed': 3}, DiagnosticStatus.WARN, '3 deadlines missed'),
         ({'neighbours': ['/other']}, DiagnosticStatus.WARN, 'same commands: /other'),
-        ({'safety': late(), 'new_missed': 3}, DiagnosticStatus.WARN, 'timed out'),
-        ({'safety': stopped(), 'new_missed': 3}, DiagnosticStatus.ERROR, 'e-stop'),
+        ({'safety': late(), 'missed': 3}, DiagnosticStatus.WARN, 'timed out'),
+        ({'safety': stopped(), 'missed': 3}, DiagnosticStatus.ERROR, 'e-stop'),
     ],
 )
 def test_the_worst_news_sets_the_level(given, level, said):
@@ -49,11 +52,11 @@ def test_the_worst_news_sets_the_level(given, level, said):
     assert found.level == level and said in found.message
 
 
-def test_counts_and_loop_times_are_told():
+def test_counts_and_loop_times_are_reported():
     health = Health(period=0.01)
     for loop_time, lateness in ((0.001, 0.0), (0.003, 0.005), (0.002, 0.02)):
         health.note(loop_time, lateness)
-    values = {pair.key: pair.value for pair in status(late(), health).values}
+    values = {pair.key: pair.value for pair in status(safety=late(), health=health).values}
     assert values['states in the last second'] == '3'
     assert (values['loop time mean ms'], values['loop time max ms']) == ('2.000', '3.000')
     assert (values['missed deadlines'], values['command timeouts']) == ('1', '1')
@@ -67,7 +70,6 @@ def test_lockstep_is_never_late():
 
 
 def test_the_message_is_stamped():
-    stamp = Time(sec=1, nanosec=500_000_000)
-    message = diagnostic_array(status(), stamp)
-    assert message.header.stamp == stamp
+    message = diagnostics()
+    assert message.header.stamp == STAMP
     assert [s.name for s in message.status] == ['/robot']

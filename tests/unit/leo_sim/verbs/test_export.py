@@ -38,10 +38,10 @@ def test_what_is_left_out_is_printed_and_in_the_file(model, tmp_path, capsys):
 
 def test_json(model, tmp_path, capsys):
     assert main([str(model), '-o', str(tmp_path / 'out.urdf'), '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told['format'] == 'URDF'
-    assert [line.split(' ')[0] for line in told['effects']] == ['viscous_friction']
-    assert any('quadratic_drag' in line for line in told['left_out'])
+    said = json.loads(capsys.readouterr().out)
+    assert said['format'] == 'URDF'
+    assert [line.split(' ')[0] for line in said['effects']] == ['viscous_friction']
+    assert any('quadratic_drag' in line for line in said['left_out'])
 
 
 def test_an_exported_urdf_is_a_robot_again(model, tmp_path, capsys):

@@ -5,8 +5,6 @@ Each takes a Trial and raises Broken (what is wrong, what to mend) or LeftOut (w
 Nothing here drives a motor.
 """
 
-from __future__ import annotations
-
 from threading import Thread
 
 import numpy as np
@@ -15,14 +13,9 @@ from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverInfo, Haltable, NotPossible
 from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 
-PERIODS = 50
-"""How many periods are looked at."""
-
-HALT = 5.0
-"""A halt that takes longer [s] waits for something."""
-
-WALL = 1.0
-"""A stamp farther from the clock on the wall than this [s] is none."""
+PERIODS = 50  # how many periods are looked at
+HALT = 5.0  # a halt that takes longer [s] waits for something
+WALL = 1.0  # a stamp farther from the clock on the wall than this [s] is none
 
 
 def info(trial: Trial) -> None:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What shows only when the robot moves: signs, units, limits. Each joint by itself, a little."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,24 +12,16 @@ from leo_sim.drivers.check.contract import check_applied
 from leo_sim.drivers.check.trial import Broken, LeftOut, Moving, Trial
 from leo_sim.model.model import Model
 
-PUSHES = 4
-"""A joint that does not move is pushed harder so often, up to the whole share."""
-PUSH_SECONDS = 0.3
-"""How long a push lasts at most."""
-STILL = 0.02
-"""A joint that moved less [share of the range] did not."""
+PUSHES = 4  # a joint that does not move is pushed harder so often, up to the whole share
+PUSH_SECONDS = 0.3  # how long a push lasts at most
+STILL = 0.02  # a joint that moved less [share of the range] did not
 UNIT = 8.0
 """A factor between measured and expected motion that is another unit, not another friction."""
 
 
 @dataclass(frozen=True)
 class Push:
-    """A command on one actuator, held for some periods.
-
-    Attributes:
-        command: V, N m or rad, (A,).
-        states: read meanwhile, the first when it began.
-    """
+    """A command [V, N m or rad], (A,), on one actuator, and the states while it was held."""
 
     command: np.ndarray
     states: list[JointStates]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A driver on trial: its calls in the node's order, and what it did wrong in words."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,11 +10,9 @@ import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
-from leo_sim.drivers.base import Driver, TransientFault
-from leo_sim.drivers.computer import Computer, THIS
+from leo_sim.drivers.base import Computer, Driver, THIS, TransientFault
 
-LOST_MOST = 5
-"""Periods in a row in which a packet may get lost."""
+LOST_MOST = 5  # periods in a row in which a packet may get lost
 
 
 class Broken(Exception):
@@ -33,15 +29,10 @@ class LeftOut(Exception):
 
 @dataclass(frozen=True)
 class Moving:
-    """What the robot may do on trial.
+    """What the robot may do on trial."""
 
-    Attributes:
-        range: how far each joint may move from where it is [rad or m].
-        share: of the actuators' limits that may be used at most.
-    """
-
-    range: float
-    share: float
+    range: float  # how far each joint may move from where it is [rad or m]
+    share: float  # of the actuators' limits that may be used at most
 
 
 class Trial:
@@ -53,11 +44,6 @@ class Trial:
         moving: what it may do; None where nothing may move.
         ask: asks a person to do something and waits for it; None where nobody is there.
         computer: the one that the driver was given.
-
-    Attributes:
-        lost: packets that were lost so far.
-        loops: how long reading and writing took [s], one per period.
-        waits: how long `advance` took [s], one per period.
     """
 
     def __init__(

@@ -5,9 +5,7 @@ Source: Feetech's protocol manual (doc.feetech.cn) and its SCServo library: FF F
 instruction or error, parameters, and the inverted sum of all but the header.
 """
 
-from __future__ import annotations
-
-from leo_sim.drivers.servo_bus.bus import (
+from leo_sim.drivers.servo_bus.dynamixel import (
     ACTION,
     Bus,
     READ,
@@ -16,12 +14,11 @@ from leo_sim.drivers.servo_bus.bus import (
     SYNC_WRITE,
     WRITE,
 )
-from leo_sim.drivers.servo_bus.packets import BROADCAST, Framing, Packet
+from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
 from leo_sim.drivers.servo_bus.servo import GOALS, Servo
 
 HEADER = b'\xff\xff'
-RANGE = 0x80
-"""What is not there is not answered; the SDK takes no error of this size."""
+RANGE = 0x80  # what is not there is not answered; the SDK takes no error of this size
 
 
 def encoded(servo: int, code: int, data: bytes = b'') -> bytes:
@@ -30,17 +27,13 @@ def encoded(servo: int, code: int, data: bytes = b'') -> bytes:
     return HEADER + body + bytes([~sum(body) & 0xFF])
 
 
-def _size(data: bytes) -> int | None:
-    return data[3] + 4 if len(data) >= 4 else None
-
-
 def _opened(whole: bytes) -> Packet | None:
     if whole[3] < 2 or encoded(whole[2], whole[4], whole[5:-1]) != whole:
         return None
     return Packet(whole[2], whole[4], whole[5:-1])
 
 
-FRAMING = Framing(HEADER, 2, _size, _opened)
+FRAMING = Framing(HEADER, 2, lambda data: data[3] + 4 if len(data) >= 4 else None, _opened)
 
 
 class FeetechServo(Servo):
@@ -61,7 +54,7 @@ class FeetechServo(Servo):
         """Nothing: they have no watchdog, and go on."""
 
     def error(self, code: int = 0) -> int:
-        """What is wrong with it, as every status tells."""
+        """What is wrong with it, in every status."""
         return self.get('hardware_error_status')
 
     def _objection(self, name: str, value: int) -> int:
@@ -105,8 +98,3 @@ class FeetechBus(Bus):
         elif packet.instruction == ACTION:
             servo.write(*self._registered.pop(number, (0, b'')))
         return b''
-
-    def _write(self, number: int, address: int, data: bytes) -> None:
-        servo = self._awake().get(number)
-        if servo is not None:
-            servo.write(address, data)

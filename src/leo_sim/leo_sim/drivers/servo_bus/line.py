@@ -1,45 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The wire between computer and servos: how long bytes take, and what goes wrong with them."""
+"""The wire between computer and servos: packets in a stream, their time, and what goes wrong."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-BITS = 10
-"""Bits a byte takes: a start bit, eight, a stop bit."""
+BITS = 10  # bits a byte takes: a start bit, eight, a stop bit
+BROADCAST = 0xFE
 
 
 @dataclass
 class Trouble:
-    """How often a packet fares badly, either way; each from 0 to 1.
+    """How often a packet fares badly, either way; each from 0 to 1."""
 
-    Attributes:
-        lose: it does not arrive.
-        late: it arrives `late_by` later.
-        late_by: s.
-        cut: its end does not arrive.
-        wrong_crc: one of its bits is flipped.
-        rubbish: random bytes come before it.
-    """
-
-    lose: float = 0.0
-    late: float = 0.0
-    late_by: float = 0.01
-    cut: float = 0.0
-    wrong_crc: float = 0.0
-    rubbish: float = 0.0
+    lose: float = 0.0  # it does not arrive
+    late: float = 0.0  # it arrives `late_by` later
+    late_by: float = 0.01  # s
+    cut: float = 0.0  # its end does not arrive
+    wrong_crc: float = 0.0  # one of its bits is flipped
+    rubbish: float = 0.0  # random bytes come before it
 
 
 class Line:
-    """A half-duplex serial line.
-
-    Args:
-        baud: bits a second.
-        trouble: what goes wrong on it.
-        seed: of the troubles.
-    """
+    """A half-duplex serial line of `baud` bits a second; `seed` is of its troubles."""
 
     def __init__(self, baud: float, trouble: Trouble, seed: int = 0) -> None:
         self.baud = baud
@@ -58,7 +42,10 @@ class Line:
         if self._happens(trouble.cut):
             data = data[: int(self._rng.integers(1, len(data)))]
         if self._happens(trouble.wrong_crc):
-            data = self._flipped(data)
+            bit = int(self._rng.integers(0, 8 * len(data)))
+            flipped = bytearray(data)
+            flipped[bit // 8] ^= 1 << bit % 8
+            data = bytes(flipped)
         if self._happens(trouble.rubbish):
             data = self._rng.bytes(int(self._rng.integers(1, 9))) + data
         return data, trouble.late_by if self._happens(trouble.late) else 0.0
@@ -66,8 +53,58 @@ class Line:
     def _happens(self, share: float) -> bool:
         return share > 0.0 and self._rng.random() < share
 
-    def _flipped(self, data: bytes) -> bytes:
-        bit = int(self._rng.integers(0, 8 * len(data)))
-        flipped = bytearray(data)
-        flipped[bit // 8] ^= 1 << bit % 8
-        return bytes(flipped)
+
+@dataclass(frozen=True)
+class Packet:
+    """An instruction, or the status that answers one, whose first parameter is the error."""
+
+    id: int
+    instruction: int
+    parameters: bytes = b''
+
+
+@dataclass(frozen=True)
+class Framing:
+    """How packets lie in a stream of bytes."""
+
+    header: bytes  # what each begins with
+    id_at: int  # where its servo's id is
+    size: Callable[[bytes], int | None]
+    """Length of the packet that some bytes begin with; None where they are too few."""
+    opened: Callable[[bytes], Packet | None]
+    """The packet of so many bytes; None where its checksum is wrong."""
+
+
+class Reader:
+    """Finds whole packets in a stream of bytes; what fits none is skipped, and counted."""
+
+    def __init__(self, framing: Framing) -> None:
+        self._framing = framing
+        self._bytes = b''
+        self.damaged = 0
+
+    def feed(self, data: bytes) -> list[Packet]:
+        """The packets that are complete with these bytes."""
+        self._bytes += data
+        found = []
+        while (whole := self._next()) is not None:
+            packet = self._framing.opened(whole)
+            if packet is None:
+                self.damaged += 1
+                self._bytes = self._bytes[1:]
+            else:
+                found.append(packet)
+                self._bytes = self._bytes[len(whole) :]
+        return found
+
+    def clear(self) -> None:
+        """Forget what came of a packet, as a silence on the bus makes a servo do."""
+        self._bytes = b''
+
+    def _next(self) -> bytes | None:
+        """The bytes that the next packet would have; None while they are not all there."""
+        header = self._framing.header
+        start = self._bytes.find(header)
+        self._bytes = self._bytes[start if start >= 0 else 1 - len(header) :]
+        size = self._framing.size(self._bytes) if start >= 0 else None
+        return None if size is None or len(self._bytes) < size else self._bytes[:size]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot behind the servos: their registers drive it, and it is what they measure."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,13 +12,12 @@ from leo_sim.drivers.servo_bus.feetech import FeetechServo
 from leo_sim.drivers.servo_bus.servo import Servo
 from leo_sim.drivers.simulated import SimulatedDriver
 
-SLICE = 0.005
-"""Longest time it is integrated at once [s]."""
+SLICE = 0.005  # longest time it is integrated at once [s]
 SUPPLY_ERROR = 0x01
 
 
 class Plant(SimulatedDriver):
-    """A simulated robot whose motors are told by the registers of servos.
+    """A simulated robot whose motors are driven by the registers of servos.
 
     Where it takes goals, the servos' own loops are part of its model, on the supply of now.
 
@@ -54,34 +51,27 @@ class Plant(SimulatedDriver):
         self.supply_resistance = supply_resistance
         self.seconds = 0.0
         self._hand = self._held = hand
-        self.volts = np.zeros(len(self.info.actuators))
-        self._duty = np.zeros(len(self.info.actuators))
+        self.volts = self._duty = np.zeros(len(self.info.actuators))
         self._loops = self._model.laws.servos
-        self._share = (
-            0.0
-            if self._loops is None
-            else self._loops.loop.supply
-            / np.array([actuator.supply for actuator in self.robot.actuators])
-        )
+        if self._loops is not None:
+            nominal = np.array([actuator.supply for actuator in self.robot.actuators])
+            self._share = self._loops.loop.supply / nominal
         for servo in self.servos.values():
             servo.set('max_voltage_limit', round(13.0 * supply))
             servo.set('min_voltage_limit', round(7.0 * supply))
-        self._set_gains()
-        self.measure()
-
-    def _set_gains(self) -> None:
-        """Give the servos of a robot that takes goals the gains its robot.yaml says."""
-        for actuator in self.robot.actuators if self.info.goals is not None else ():
-            servo = self.servos[actuator.joint]
-            gain = self.robot.constants[f'actuators.{actuator.joint}.position_gain'].value
+        for joint in self.info.actuators if self.info.goals is not None else ():
+            servo = self.servos[joint]
+            gain = self.robot.constants[f'actuators.{joint}.position_gain'].value
             if servo.model.gain_unit:
                 servo.set('position_p_gain', round(gain / servo.model.gain_unit))
+        self.measure()
 
     def run_to(self, seconds: float) -> None:
         """Integrate up to a time [s] with what the registers say now."""
         while seconds - self.seconds > 1e-6:
             self.drive()
-            if self._held and not self._is_driven():
+            driving = self._input if self.info.goals is None else self._enabled  # goal 0 is one
+            if self._held and not driving.any():
                 self.seconds = seconds
                 break
             self._held = False
@@ -90,11 +80,6 @@ class Plant(SimulatedDriver):
             self.seconds += step
             self._sag()
         self.measure()
-
-    def _is_driven(self) -> bool:
-        """Whether a motor has volts, or a goal: 0 is one."""
-        driving = self._input if self.info.goals is None else self._enabled
-        return bool(driving.any())
 
     def start_in(self, pose: str) -> None:
         """Somebody puts the robot into a start pose."""
@@ -113,7 +98,9 @@ class Plant(SimulatedDriver):
     def measure(self) -> None:
         """Put what the sensors say into the registers; a supply out of range is an error."""
         q, dq = self._model.sense(self._state)
-        self._duty = self._loops_ask()
+        if self._loops is not None:  # of motors that follow goals, -1 to 1
+            duty = self._loops.duty(self._input, self._state.q, self._state.dq)
+            self._duty = np.where(self._enabled, duty, 0.0)
         currents, tenths = self._currents(dq), round(10.0 * self.supply)
         for k, joint in enumerate(self.info.joints):
             servo, file = self.servos[joint], self._files[joint]
@@ -129,33 +116,21 @@ class Plant(SimulatedDriver):
                 servo.set('realtime_tick', int(1e3 * self.seconds + begun) % 32768)
             servo.set('present_pwm', self._pwm(joint, servo))
             if servo.model.current_unit and joint in currents:
-                servo.set(
-                    'present_current',
-                    round(file.direction * currents[joint] / servo.model.current_unit),
-                )
+                current = file.direction * currents[joint]
+                servo.set('present_current', round(current / servo.model.current_unit))
 
     def _value(self, joint: str, servo: Servo) -> float | None:
         """What a servo puts on its motor: V, N m or a goal [rad]; None leaves it free."""
         file, kind = self._files[joint], self.robot.input
         if kind == 'position':
-            return None if servo.goal is None else self._angle(file, servo, servo.goal)
+            turn = file.direction * file.gear
+            goal = servo.goal
+            return None if goal is None else (goal - file.zero) * servo.model.angle_unit / turn
         if servo.pwm is not None and kind == 'voltage':
             return file.direction * servo.pwm * self.supply
         if servo.current is not None and file.torque_constant is not None:
             return file.direction * servo.current * file.torque_constant.value
         return 0.0
-
-    @staticmethod
-    def _angle(file: ServoFile, servo: Servo, count: int) -> float:
-        """The angle of a joint [rad] at a count."""
-        return (count - file.zero) * servo.model.angle_unit / (file.direction * file.gear)
-
-    def _loops_ask(self) -> np.ndarray:
-        """Duty of the motors that follow goals, -1 to 1, (A,)."""
-        if self._loops is None:
-            return self._duty
-        duty = self._loops.duty(self._input, self._state.q, self._state.dq)
-        return np.where(self._enabled, duty, 0.0)
 
     @property
     def _on_motors(self) -> np.ndarray:

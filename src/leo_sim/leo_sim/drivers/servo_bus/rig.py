@@ -1,34 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servos and the robot behind them: what they answer to bytes, and when, at times that are given.
+"""Servos and the robot behind them: what they answer to bytes, and when.
 
-Whoever carries the bytes brings the time: `terminal.py` that of the wall.
+A Rig is given the time; a Terminal is a rig on a pseudo-terminal, in real time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
+import os
 from pathlib import Path
 from queue import SimpleQueue
+import select
+from threading import Event
+import tty
 
-from leo_sim.drivers.servo_bus import feetech, packets
-from leo_sim.drivers.servo_bus.bus import Bus
-from leo_sim.drivers.servo_bus.line import Line
-from leo_sim.drivers.servo_bus.packets import Reader
-from leo_sim.drivers.servo_bus.plant import Plant
+from leo_msgs_py.errors import UserError
+from leo_sim.drivers.base import Computer, THIS
+from leo_sim.drivers.servo_bus import dynamixel, feetech
+from leo_sim.drivers.servo_bus.line import Framing, Line, Reader
+from leo_sim.drivers.servo_bus.plant import Plant, SLICE
 
-BUSES: dict[str, tuple[type[Bus], packets.Framing]] = {
-    'dynamixel': (Bus, packets.FRAMING),
+BUSES: dict[str, tuple[type[dynamixel.Bus], Framing]] = {
+    'dynamixel': (dynamixel.Bus, dynamixel.FRAMING),
     'feetech': (feetech.FeetechBus, feetech.FRAMING),
 }
-DELAY_UNIT = 2e-6
-"""s a count of the register return_delay_time."""
-
-SILENCE = 0.002
-"""After so long without bytes [s] a packet that has begun is forgotten."""
-
+DELAY_UNIT = 2e-6  # s a count of the register return_delay_time
+SILENCE = 0.002  # after so long without bytes [s] a packet that has begun is forgotten
 IDLE = 0.02
 """After so long without bytes [s] the robot moves on by itself. Until then it moves where it is
 asked: an instruction that waited for a step to be integrated would be heard late."""
+
+
+GIVE_UP = 0.05
+"""When this process was kept waiting longer than this [s], no time passed for robot and servos:
+what was sent meanwhile has not come late, and no watchdog expires."""
+STALL = 0.02
+"""A wait longer than this [s] is logged: motors that were driven meanwhile were so for us."""
 
 
 class Rig:
@@ -39,11 +44,6 @@ class Rig:
         line: what the bytes go through.
         log: file that every change of what is on the motors is written to, as lines of the time
             (`began` added, s) and the values, NaN where free. '' writes none.
-
-    Attributes:
-        bus_cable: False while the cable between the computer's adapter and the servos is out.
-        packets: how many instructions arrived.
-        began: the computer's time [s] when that of the rig was 0.
     """
 
     def __init__(self, plant: Plant, line: Line, log: str = '') -> None:
@@ -66,16 +66,13 @@ class Rig:
 
     def serve(self, data: bytes, now: float) -> Iterator[tuple[float, bytes]]:
         """Go on up to time `now` [s] and hear bytes; the answers, and when each is due [s]."""
-        self._obey(now)
+        while not self._orders.empty():
+            self._go_on(max(now, self.plant.seconds))
+            self._orders.get_nowait()()
         if data:
             yield from self._hear(data, now)
         elif now - self._last_bytes > IDLE:
             self._go_on(max(now, self.plant.seconds))
-
-    def _obey(self, now: float) -> None:
-        while not self._orders.empty():
-            self._go_on(max(now, self.plant.seconds))
-            self._orders.get_nowait()()
 
     def _hear(self, data: bytes, now: float) -> Iterator[tuple[float, bytes]]:
         """What the servos answer, when it is due.
@@ -97,12 +94,10 @@ class Rig:
             self._write_down(due)
             for status in statuses:
                 carried, late = self._line.carried(status)
-                due += late + self._line.seconds(len(status)) + self._return_delay(status)
+                servo = self.bus.servos.get(status[self._framing.id_at])
+                delay = servo.get('return_delay_time') * DELAY_UNIT if servo else 0.0
+                due += late + self._line.seconds(len(status)) + delay
                 yield due if len(found) == 1 else now, carried
-
-    def _return_delay(self, status: bytes) -> float:
-        servo = self.bus.servos.get(status[self._framing.id_at])
-        return servo.get('return_delay_time') * DELAY_UNIT if servo else 0.0
 
     def _go_on(self, seconds: float) -> None:
         """Move the robot and the servos' watchdogs up to a time [s]."""
@@ -124,3 +119,84 @@ class Rig:
         if self._log is not None:
             with self._log.open('a') as file:
                 file.write(f'{self.began + seconds:.6f} {text}\n')
+
+
+class Terminal(Rig):
+    """A rig that carries its bytes over a pseudo-terminal, `port`; '' while the cable is out.
+
+    Args:
+        plant: the robot with its servos.
+        line: what the bytes go through.
+        link: where the port can be opened, a symbolic link; '' makes none.
+        log: as a rig's, with `time late seconds` each time this process was kept waiting.
+        computer: whose time it is.
+    """
+
+    def __init__(
+        self, plant: Plant, line: Line, link: str = '', log: str = '', computer: Computer = THIS
+    ) -> None:
+        super().__init__(plant, line, log)
+        self.port = ''
+        self._link = Path(link) if link else None
+        self._ends: tuple[int, ...] = ()
+        self._looked = 0.0
+        self._computer = computer
+        self.began = computer.monotonic()
+        self.plug()
+
+    def plug(self) -> None:
+        """Put the cable into the computer: a new port."""
+        if self._ends:
+            return
+        self._ends = os.openpty()
+        tty.setraw(self._ends[1])
+        self.port = os.ttyname(self._ends[1])
+        if self._link is not None:
+            try:
+                self._link.unlink(missing_ok=True)
+                self._link.symlink_to(self.port)
+            except OSError as error:
+                raise UserError(f'cannot make the link {self._link}: {error.strerror}') from error
+
+    def unplug(self) -> None:
+        """Pull the cable out of the computer: the port is gone."""
+        ends, self._ends, self.port = self._ends, (), ''
+        for end in ends:
+            os.close(end)
+        if self._link is not None:
+            self._link.unlink(missing_ok=True)
+
+    def run(self, ended: Event) -> None:
+        """Serve until `ended` is set."""
+        while not ended.is_set():
+            self.step()
+        self.unplug()
+
+    def step(self) -> None:
+        """Carry what has come, waiting for it at most a slice, and what is answered."""
+        data = self._bytes()
+        now = self._now()
+        for due, answer in self.serve(data, now):
+            if answer and self._ends:
+                self._computer.sleep(max(0.0, due - (self._computer.monotonic() - self.began)))
+                os.write(self._ends[0], answer)
+        self._looked = max(now, self.plant.seconds)
+
+    def _now(self) -> float:
+        """Time since the start [s], less what was not caught up."""
+        now = self._computer.monotonic() - self.began
+        late = now - self._looked
+        if late > STALL:
+            self._log_line(now, f'late {late:.6f}')
+        if late > GIVE_UP:
+            self.began += late
+            now = self._looked
+        return now
+
+    def _bytes(self) -> bytes:
+        """What the computer has sent."""
+        if not self._ends:
+            self._computer.sleep(SLICE)
+            return b''
+        ready, _, _ = select.select(self._ends[:1], [], [], SLICE)
+        return os.read(self._ends[0], 4096) if ready else b''

@@ -4,8 +4,6 @@
 Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/x/xm430-w210/
 """
 
-from __future__ import annotations
-
 from leo_sim.description.servos import (
     CURRENT_MODE,
     MODES,
@@ -15,23 +13,15 @@ from leo_sim.description.servos import (
     ServoModel,
 )
 
-SIZE = 147
-"""Bytes of the control table that are here."""
-
-FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7
-"""Errors that a status tells."""
-ALERT = 0x80
-"""Added to a status while the register hardware_error_status is not 0."""
-
-WATCHDOG_UNIT = 0.02
-"""s a count of the register bus_watchdog."""
+SIZE = 147  # bytes of the control table that are here
+FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7  # errors in a status
+ALERT = 0x80  # added to a status while the register hardware_error_status is not 0
+WATCHDOG_UNIT = 0.02  # s a count of the register bus_watchdog
 EXPIRED = -1
 
 POSITION_MODES = {'dynamixel': (3, 4), 'feetech': (0,)}
 """Values of operating_mode in which it follows a goal position; Dynamixel's 3 within one turn."""
-MOST = 1_048_575
-"""Largest goal position, counts, of mode 4."""
-
+MOST = 1_048_575  # largest goal position, counts, of mode 4
 GOALS = ('goal_pwm', 'goal_current', 'goal_velocity', 'goal_position')
 LIMITS = {'goal_pwm': 'pwm_limit', 'goal_current': 'current_limit'}
 
@@ -39,13 +29,8 @@ LIMITS = {'goal_pwm': 'pwm_limit', 'goal_current': 'current_limit'}
 class Servo:
     """A servo's registers and their rules.
 
-    Before torque is on, its goal is the whole PWM: what the register holds in the modes where it
-    is a limit; and position 0. Whoever does not set them first is taught so. It follows a goal
-    position at once: profiles are registers only.
-
-    Args:
-        number: its id.
-        model: what it is.
+    Before torque is on, its goal is the whole PWM, what the register holds in the modes where it
+    is a limit, and position 0. It follows a goal position at once: profiles are registers only.
     """
 
     def __init__(self, number: int, model: ServoModel) -> None:
@@ -84,14 +69,13 @@ class Servo:
 
     def write(self, address: int, data: bytes) -> int:
         """The error for a write instruction; all of it is stored or nothing."""
-        touched = [
-            r
-            for r in self._registers.items()
-            if address <= r[1].address and r[1].end <= address + len(data)
-        ]
-        if not touched:
+        values = {
+            name: r.decode(data[r.address - address :])
+            for name, r in self._registers.items()
+            if address <= r.address and r.end <= address + len(data)
+        }
+        if not values:
             return self.error(ACCESS)
-        values = {name: r.decode(data[r.address - address :]) for name, r in touched}
         for name, value in values.items():
             if error := self._objection(name, value):
                 return self.error(error)
@@ -119,13 +103,13 @@ class Servo:
             self.set(name, 0)
 
     def fail(self, bits: int) -> None:
-        """A hardware error: told with every status; those in `shutdown` take the torque off."""
+        """A hardware error: in every status; those in `shutdown` take the torque off."""
         self.set('hardware_error_status', self.get('hardware_error_status') | bits)
         if bits & self.get('shutdown'):
             self.set('torque_enable', 0)
 
     def error(self, code: int = 0) -> int:
-        """An error as a status tells it."""
+        """An error as a status gives it."""
         return code | (ALERT if self.get('hardware_error_status') else 0)
 
     @property

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Anyone's URDF brought to what a robot folder needs, with a note on all that was left out."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
 from leo_sim.description.ranges import outside
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
@@ -15,41 +17,27 @@ SHAPES = ('visual', 'collision')
 
 @dataclass(frozen=True)
 class Description:
-    """A URDF without what no model uses.
+    """A URDF without what no model uses; figures by joint, where given."""
 
-    Attributes:
-        name: Of the robot; empty where the URDF gives none.
-        text: The URDF; as it was where nothing had to go.
-        efforts, speeds: Largest torque N m (N) and rate rad/s (m/s) by joint, where given.
-        frictions: Dry friction that was taken out, N m (N) by joint, as written.
-        notes: What else was left out, one sentence each.
-        rotors: Inertia of rotors by joint, kg m2, where given.
-        springs: Stiffness N m/rad and rest rad by joint, where given.
-        motors: Joints with an actuator; None where it is not said: then all have one.
-        base: 'fixed' or 'planar'.
-        gravity: m/s2.
-    """
-
-    name: str
-    text: str
-    efforts: Mapping[str, float]
-    speeds: Mapping[str, float]
-    frictions: Mapping[str, str]
-    notes: tuple[str, ...]
-    rotors: Mapping[str, float] = field(default_factory=dict)
-    springs: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    motors: frozenset[str] | None = None
-    base: str = 'fixed'
-    gravity: float = 9.81
+    name: str  # of the robot; empty where the URDF gives none
+    text: str  # the URDF; as it was where nothing had to go
+    efforts: Mapping[str, float]  # largest torque, N m (N)
+    speeds: Mapping[str, float]  # largest rate, rad/s (m/s)
+    frictions: Mapping[str, str]  # dry friction that was taken out, N m (N), as written
+    notes: tuple[str, ...]  # what else was left out, one sentence each
+    rotors: Mapping[str, float] = field(default_factory=dict)  # inertia, kg m2
+    springs: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # N m/rad, rest rad
+    motors: frozenset[str] | None = None  # joints with an actuator; None: all of them
+    base: str = 'fixed'  # or 'planar'
+    gravity: float = 9.81  # m/s2
 
 
 def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
-    """Read a URDF, given as text and parsed; both are of the file at `path`.
-
-    Raises:
-        UserError: It is xacro, or a limit is no number.
-    """
-    if _is_xacro(root):
+    """Read a URDF, given as text and parsed; both are of the file at `path`."""
+    if any(
+        'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
+        for element in root.iter()
+    ):
         raise UserError(
             f'{path} is xacro, not yet a URDF; expand it first: xacro {path} > robot.urdf'
         )
@@ -60,14 +48,6 @@ def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
     if notes or frictions:
         text = ElementTree.tostring(root, encoding='unicode') + '\n'
     return Description(root.get('name', ''), text, efforts, speeds, frictions, tuple(notes))
-
-
-def _is_xacro(root: ElementTree.Element) -> bool:
-    """Whether some tag or attribute still waits for xacro."""
-    return any(
-        'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
-        for element in root.iter()
-    )
 
 
 def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dict[str, float]:
@@ -112,3 +92,73 @@ def _without_friction(root: ElementTree.Element) -> dict[str, str]:
         if friction.strip('0.'):
             found[joint.get('name', '')] = friction
     return found
+
+
+Value = TypeVar('Value')
+
+
+def without(description: Description, links: Sequence[str], source: str) -> Description:
+    """The description less these links, their joints and everything beyond them."""
+    root = ElementTree.fromstring(description.text)
+    joints = root.findall('joint')
+    known = [link.get('name', '') for link in root.findall('link')]
+    for link in links:
+        _check(link, known, joints, source)
+    gone = _beyond(set(links), joints)
+    lost = {joint.get('name', '') for joint in joints if _end(joint, 'child') in gone}
+    _check_copies(joints, lost, source)
+    for element in list(root):
+        name = element.get('name')
+        if (element.tag == 'link' and name in gone) or (element.tag == 'joint' and name in lost):
+            root.remove(element)
+    motors = description.motors
+    note = (
+        f'{", ".join(n for n in known if n in gone)} left out with '
+        f'{", ".join(j.get("name", "") for j in joints if j.get("name") in lost)}'
+    )
+    return replace(
+        description,
+        text=ElementTree.tostring(root, encoding='unicode') + '\n',
+        frictions=_kept(description.frictions, lost),
+        springs=_kept(description.springs, lost),
+        motors=None if motors is None else motors - lost,
+        notes=(*description.notes, note),
+    )
+
+
+def _check(
+    link: str, known: Sequence[str], joints: Sequence[ElementTree.Element], source: str
+) -> None:
+    if link not in known:
+        child = next((_end(j, 'child') for j in joints if j.get('name') == link), '')
+        hint = f'; it is a joint, whose link is {child!r}' if child else nearest(link, known)
+        raise UserError(f'--without: {source} has no link {link!r}{hint}')
+    if link not in {_end(joint, 'child') for joint in joints}:
+        raise UserError(f'--without: {link!r} is the root of {source}; nothing would be left')
+
+
+def _check_copies(joints: Sequence[ElementTree.Element], lost: set[str], source: str) -> None:
+    for joint in joints:
+        copied = joint.find('mimic')
+        if copied is not None and copied.get('joint') in lost and joint.get('name') not in lost:
+            raise UserError(
+                f'{source}: joint {joint.get("name")!r} mimics '
+                f'{copied.get("joint")!r}, which --without takes out; take it out '
+                f'too: --without {_end(joint, "child")}'
+            )
+
+
+def _beyond(gone: set[str], joints: Sequence[ElementTree.Element]) -> set[str]:
+    """These links and all that hang on them."""
+    while more := {_end(j, 'child') for j in joints if _end(j, 'parent') in gone} - gone:
+        gone = gone | more
+    return gone
+
+
+def _end(joint: ElementTree.Element, tag: str) -> str:
+    found = joint.find(tag)
+    return '' if found is None else found.get('link', '')
+
+
+def _kept(figures: Mapping[str, Value], lost: set[str]) -> dict[str, Value]:
+    return {joint: figure for joint, figure in figures.items() if joint not in lost}

@@ -15,31 +15,23 @@ from leo_sim.description import urdf
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.urdf import Joint, Link
 from leo_sim.verbs.skeleton import robot_yaml
-from leo_sim.verbs.skeleton.actuators import actuators, Guess
-from leo_sim.verbs.skeleton.description import Description, read_urdf
-from leo_sim.verbs.skeleton.file_units import doubt
-from leo_sim.verbs.skeleton.implied_figures import (
+from leo_sim.verbs.skeleton.description import Description, read_urdf, without
+from leo_sim.verbs.skeleton.figures import (
     check_masses,
+    doubt,
     EXACT,
     gravity_torque,
     integration_step,
 )
 from leo_sim.verbs.skeleton.mjcf import read_mjcf
-from leo_sim.verbs.skeleton.without import without
+from leo_sim.verbs.skeleton.robot_yaml import actuators, Guess
 
 PERIOD = 0.01
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A robot folder that was made.
-
-    Attributes:
-        robot: As it loads.
-        open: What is left to fill in, one sentence each.
-        notes: What of the file was left out, one sentence each.
-        doubts: What of the file may be wrong, one sentence each.
-    """
+    """A robot folder that was made, with what to fill in, left out or doubted, in sentences."""
 
     robot: Robot
     open: tuple[str, ...]
@@ -48,11 +40,7 @@ class Skeleton:
 
 
 def read_description(path: Path) -> Description:
-    """Read a URDF or MJCF file.
-
-    Raises:
-        UserError: No such file, no XML, xacro, or an MJCF that is no robot of ours.
-    """
+    """Read a URDF or MJCF file; UserError: it is neither, or no robot of ours."""
     text = read_text(path)
     try:
         root = ElementTree.fromstring(text)
@@ -66,7 +54,7 @@ def read_description(path: Path) -> Description:
 def make_folder(
     source: Path, folder: Path, kind: str, servos: bool = False, left_out: Sequence[str] = ()
 ) -> Skeleton:
-    """Write robot.urdf and robot.yaml; nothing where something is wrong.
+    """Write robot.urdf and robot.yaml; UserError, and nothing written, where something is wrong.
 
     Args:
         source: A URDF or MJCF file.
@@ -74,9 +62,6 @@ def make_folder(
         kind: What the actuators take, 'torque' (N m), 'voltage' (V) or 'position' (rad).
         servos: Whether they are Dynamixel servos: then their bus is there to be filled in.
         left_out: Links that are taken out, with everything beyond them.
-
-    Raises:
-        UserError: No robot of ours, or the folder is in use.
     """
     _check_free(folder)
     description = read_description(source)
@@ -98,14 +83,12 @@ def make_folder(
         _put(draft, folder)
     robot = load_robot(folder)
     notes = (*description.notes, *_effects(folder, description, joints))
-    return Skeleton(robot, (*left, *_unphysical(robot)), notes, tuple(_doubts(robot)))
+    asked = doubt(robot.links, robot.joints, _loads(robot))
+    return Skeleton(robot, (*left, *_unphysical(robot)), notes, (asked,) if asked else ())
 
 
-def _doubts(robot: Robot) -> list[str]:
-    """What the figures of the file let one ask."""
-    loads = dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
-    asked = doubt(robot.links, robot.joints, loads)
-    return [asked] if asked else []
+def _loads(robot: Robot) -> dict[str, float]:
+    return dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
 
 
 def _effects(folder: Path, description: Description, joints: Sequence[Joint]) -> list[str]:
@@ -156,7 +139,8 @@ def _drafted(
     moving = [joint for joint in joints if joint.independent]
     zero = dict.fromkeys((joint.name for joint in moving), 0.0)
     timing, reason = {'period': PERIOD, 'step': PERIOD, 'rate': 1 / PERIOD}, ''
-    tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], _mass(links, moving[0]))
+    mass = next(link.body.mass for link in links if link.name == moving[0].child)
+    tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], mass)
 
     def write(motors: dict[str, dict[str, Guess]]) -> Robot:
         text = robot_yaml.head(source, kind, description, timing, reason)
@@ -167,57 +151,49 @@ def _drafted(
     slides = frozenset(j.name for j in moving if j.kind == 'prismatic')
     robot = write(actuators(description, zero, kind, slides))
     check_masses(robot, str(source))
-    loads = dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
-    motors = actuators(description, loads, kind, slides)
+    motors = actuators(description, _loads(robot), kind, slides)
     robot = write(motors)
     timing['step'], error = integration_step(robot)
     reason = f'one control period is off by {100 * error:.1g} % of its change of speed'
-    return write(motors), [*_open(description, motors, kind), *_coarse(error)]
-
-
-def _mass(links: Sequence[Link], joint: Joint) -> float:
-    return next(link.body.mass for link in links if link.name == joint.child)
+    left = _open(description, motors, kind)
+    if error >= EXACT:
+        left.append(
+            'integration_step: a stiff robot, even the shortest step tried is not exact; are '
+            'masses and limits right?'
+        )
+    return write(motors), left
 
 
 def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
     """What the file does not say, and the guesses that stand in for it."""
-    told = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
+    left = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
     if description.motors is None:
-        told.append('actuators: every joint that moves has one; take out those without a motor')
+        left.append('actuators: every joint that moves has one; take out those without a motor')
     if kind != 'torque':
-        told.append(
+        left.append(
             'actuators: supply, limit, torque_constant and resistance of each are '
             'guesses; at the joint side of the gear; uncertain: [low, high] what you '
             'know roughly'
         )
     if kind == 'position':
-        told.append(
+        left.append(
             'actuators: position_gain of each is a guess: docs/your_robot.md has that of '
             'some servos; resolution is left out: a count of the encoder, rad'
         )
     guessed = [j for j, f in motors.items() if kind == 'torque' and f['limit'].open]
     if guessed:
-        told.append(
+        left.append(
             f'actuators: the limit of {", ".join(guessed)} is a guess: the file has no effort'
         )
     if any(f['rotor_inertia'].open for f in motors.values()):
-        told.append(
+        left.append(
             'actuators: rotor_inertia of each is 0; it is the rotor times the gear ratio '
             'squared; then leo robot step measures integration_step again'
         )
     return [
-        *told,
+        *left,
         'start_poses: nominal is a guess',
         'sensors, uncertain masses, and a task for leo learn: optional, see the examples',
-    ]
-
-
-def _coarse(error: float) -> list[str]:
-    if error < EXACT:
-        return []
-    return [
-        'integration_step: a stiff robot, even the shortest step tried is not exact; are '
-        'masses and limits right?'
     ]
 
 

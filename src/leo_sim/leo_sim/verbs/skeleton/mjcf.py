@@ -11,24 +11,19 @@ from scipy.spatial.transform import Rotation
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.urdf import rpy
-from leo_sim.references.optional import mujoco
+from leo_sim.references import load_mujoco
 from leo_sim.verbs.skeleton.description import Description
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
 OF_JOINT = 0  # mjtTrn
 LIGHT = 1e-6
 """Mass of a link between two joints of one body, kg; its inertia is as many times smaller."""
-PLANAR = ((1, 0, 0), (0, 0, 1), (0, 1, 0))
-"""Axes of the joints of a planar base."""
+PLANAR = ((1, 0, 0), (0, 0, 1), (0, 1, 0))  # axes of the joints of a planar base
 
 
 def read_mjcf(path: Path, name: str) -> Description:
-    """Read an MJCF file, with all that it includes; its robot is called `name`.
-
-    Raises:
-        UserError: No package mujoco, a file that MuJoCo refuses, or joints that no robot here has.
-    """
-    model = mujoco('an MJCF').compiled(path)
+    """Read an MJCF file, with all that it includes; its robot is called `name`."""
+    model = load_mujoco('an MJCF').compiled(path)
     for i in np.flatnonzero(model.jnt_type < SLIDE).tolist():
         kind = {FREE: 'free', BALL: 'a ball'}[int(model.jnt_type[i])]
         raise UserError(
@@ -209,12 +204,8 @@ def _zero(model: Any, joint: int) -> float:
     return float(model.qpos0[model.jnt_qposadr[joint]])
 
 
-def _name(model: Any, body: int) -> str:
-    return str(model.body(body).name)
-
-
 def _link(model: Any, body: int) -> str:
-    return _name(model, body) or f'body_{body}'
+    return str(model.body(body).name) or f'body_{body}'
 
 
 def _joint(model: Any, joint: int) -> str:

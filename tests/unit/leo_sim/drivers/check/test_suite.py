@@ -16,10 +16,9 @@ from tests.places import RIG, ROOT
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers import computer, load_driver
+from leo_sim.drivers import base, load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
-from leo_sim.drivers.check import contract
-from leo_sim.drivers.check.suite import CHECKS, examine, FAILED, PASSED
+from leo_sim.drivers.check import CHECKS, contract, examine, FAILED, PASSED
 from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.simulated import SimulatedDriver
 
@@ -48,14 +47,14 @@ def test_the_simulated_driver_passes_everything_that_can_be_tried():
 
 
 def test_nothing_moves_unless_it_is_allowed():
-    told = []
+    written = []
 
     class Watched(SimulatedDriver):
         def write(self, values):
-            told.extend(values)
+            written.extend(values)
             return super().write(values)
 
-    assert failures(simulated(Watched)) == {} and not any(told)
+    assert failures(simulated(Watched)) == {} and not any(written)
 
 
 def changed(**fields):
@@ -71,20 +70,20 @@ def changed(**fields):
 
 @pytest.mark.parametrize('name', ['xl330_pendulum', 'so101'])
 def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_move(name):
-    told, robot = [], load_robot(name)
+    written, robot = [], load_robot(name)
 
     class Watched(SimulatedDriver):
         def write(self, values):
-            told.extend(values)
+            written.extend(values)
             return super().write(values)
 
     def made():
         return Watched(DriverOptions(robot, engine='rigid'))
 
-    assert failures(made(), robot) == {} and np.isnan(told).all()
-    told.clear()
+    assert failures(made(), robot) == {} and np.isnan(written).all()
+    written.clear()
     assert failures(made(), robot, Moving(range=0.2, share=0.5)) == {}
-    goals = np.reshape(told, (-1, len(robot.actuators)))
+    goals = np.reshape(written, (-1, len(robot.actuators)))
     assert np.nanmax(np.ptp(goals[np.isfinite(goals).all(axis=1)], axis=0)) <= 0.21
 
 
@@ -355,7 +354,7 @@ class _Reversed:
 
 
 def test_the_verb(rig, capsys, monkeypatch):
-    monkeypatch.setattr(computer, 'time', CLOCK)
+    monkeypatch.setattr(base, 'time', CLOCK)
     words = ['check-driver', str(RIG), '--robot', 'servo_pendulum']
     assert main(words) == 0
     assert '0 of 15 checks failed' in capsys.readouterr().out

@@ -23,25 +23,24 @@ from tests.drivers.clock import Clock
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_model, servo_models
 from leo_sim.drivers.base import DriverOptions
-from leo_sim.drivers.servo_bus.bus import PING, SYNC_READ
-from leo_sim.drivers.servo_bus.feetech import FeetechServo
-from leo_sim.drivers.servo_bus.line import BITS, Line, Trouble
-from leo_sim.drivers.servo_bus.packets import (
-    BROADCAST,
+from leo_sim.drivers.servo_bus.dynamixel import (
     crc16,
     encoded,
     FRAMING,
     HEADER,
-    Packet,
-    Reader,
+    PING,
     status,
     stuffed,
+    SYNC_READ,
     unstuffed,
 )
+from leo_sim.drivers.servo_bus.feetech import FeetechServo
+from leo_sim.drivers.servo_bus.line import BITS, BROADCAST, Line, Packet, Reader, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant
+from leo_sim.drivers.servo_bus.rig import Terminal
 from leo_sim.drivers.servo_bus.servo import Servo
-from leo_sim.drivers.servo_bus.terminal import Terminal
-from leo_sim.drivers.servo_line import CONFIGURE, Limits
+from leo_sim.drivers.servo_line import CONFIGURE
+from leo_sim.drivers.servo_port import Limits
 
 SDK = Protocol2PacketHandler()
 R = registers()

@@ -9,9 +9,8 @@ from tests.places import DATA
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot, named_robots
-from leo_sim.verbs.skeleton.file_units import doubt
+from leo_sim.verbs.skeleton.figures import doubt, gravity_torque
 from leo_sim.verbs.skeleton.folder import make_folder
-from leo_sim.verbs.skeleton.implied_figures import gravity_torque
 
 LINK = """<robot name="r"><link name="base"/><link name="l1"><inertial>
 <origin xyz="0 0 {com}"/><mass value="{mass}"/><inertia ixx="{moment}" ixy="0" ixz="0"

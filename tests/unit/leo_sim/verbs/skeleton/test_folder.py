@@ -19,9 +19,9 @@ from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
 from leo_sim.verbs.robot import main as robot_verb
-from leo_sim.verbs.skeleton import implied_figures
+from leo_sim.verbs.skeleton import figures
+from leo_sim.verbs.skeleton.figures import EXACT, integration_step
 from leo_sim.verbs.skeleton.folder import make_folder
-from leo_sim.verbs.skeleton.implied_figures import EXACT, integration_step
 
 ARM = DATA / 'arm3.urdf'
 JOINTS = ('joint1', 'joint2', 'joint3')
@@ -78,7 +78,7 @@ def test_a_long_chain_is_measured_in_fewer_states_and_said(tmp_path, capsys, mon
         return rollout(model, q, *rest)
 
     monkeypatch.setattr(progress, 'EVERY', 0.001)
-    monkeypatch.setattr(implied_figures, 'rollout', rolled)
+    monkeypatch.setattr(figures, 'rollout', rolled)
     path = tmp_path / 'chain.urdf'
     path.write_text(chain(40))
     make_folder(path, tmp_path / 'chain', 'torque')

@@ -22,9 +22,9 @@ def test_rotors_that_are_filled_in_allow_longer_steps(tmp_path, capsys):
     assert ROTOR in text
     path.write_text(text.replace(ROTOR, 'rotor_inertia: {value: 0.05, unit: kg m2}'))
     assert main(['step', str(folder), '--json']) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told['before'] == light.integration_step < told['integration_step']
-    assert load_robot(folder).integration_step == told['integration_step']
+    said = json.loads(capsys.readouterr().out)
+    assert said['before'] == light.integration_step < said['integration_step']
+    assert load_robot(folder).integration_step == said['integration_step']
     assert path.read_text().count('integration_step:') == 1
 
 

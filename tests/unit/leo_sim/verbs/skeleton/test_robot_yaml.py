@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Actuators of slides are written and told in m and N, those of hinges in rad and N m."""
+"""Actuators of slides are written and printed in m and N, those of hinges in rad and N m."""
 
 import pytest
 from tests.gripper import CLAW, SLIDES
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
-from leo_sim.verbs.skeleton.actuators import actuators
 from leo_sim.verbs.skeleton.folder import read_description
+from leo_sim.verbs.skeleton.robot_yaml import actuators
 
 UNITS = {
     'torque': {'limit': 'N', 'rotor_inertia': 'kg'},

@@ -4,7 +4,7 @@
 import pytest
 
 from leo_msgs_py.errors import UserError
-from leo_sim.nodes.episode import episode_file, EpisodeNumber
+from leo_sim.nodes.publishers import episode_file, EpisodeNumber
 
 
 def test_a_restart_goes_on_with_the_next_number(tmp_path):

@@ -3,7 +3,7 @@
 
 import pytest
 
-from leo_sim.nodes.senders import Ages, Turns, WINDOW
+from leo_sim.nodes.commander import Ages, Turns, WINDOW
 
 NOW = 1_795_000_000_000_000_000
 MS = 1_000_000

@@ -1,43 +1,91 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the servos on one bus answer to an instruction.
+"""What Dynamixel servos on one bus answer: packets of Protocol 2.0, and their instructions.
 
 Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/protocol2/
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
-from leo_sim.drivers.servo_bus.packets import (
-    BROADCAST,
-    crc16,
-    encoded,
-    HEADER,
-    Packet,
-    sealed,
-    STATUS,
-    status,
-)
+from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
 from leo_sim.drivers.servo_bus.servo import Servo
 
+HEADER = b'\xff\xff\xfd\x00'
+STUFFED = b'\xff\xff\xfd'
+STATUS = 0x55
+_OVERHEAD = len(HEADER) + 3  # bytes before those that the length counts: header, id, length
 PING, READ, WRITE, REG_WRITE, ACTION, REBOOT = 0x01, 0x02, 0x03, 0x04, 0x05, 0x08
 SYNC_READ, SYNC_WRITE, FAST_SYNC_READ, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x8A, 0x92, 0x93
 INSTRUCTION_ERROR = 2
-NEVER, ON_READ = 0, 1
-"""Values of status_return_level below 2, which answers everything."""
+NEVER, ON_READ = 0, 1  # values of status_return_level below 2, which answers everything
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16 of polynomial 0x8005 that starts at 0, most significant bit first."""
+    value = 0
+    for byte in data:
+        value = ((value << 8) & 0xFFFF) ^ _TABLE[(value >> 8) ^ byte]
+    return value
+
+
+def _crc_of(byte: int) -> int:
+    value = byte << 8
+    for _ in range(8):
+        value = (value << 1) ^ (0x8005 if value & 0x8000 else 0)
+    return value & 0xFFFF
+
+
+_TABLE = [_crc_of(byte) for byte in range(256)]
+
+
+def encoded(packet: Packet) -> bytes:
+    """A packet's bytes, stuffed, with its CRC."""
+    return sealed(packet.id, stuffed(bytes([packet.instruction]) + packet.parameters))
+
+
+def sealed(servo: int, body: bytes) -> bytes:
+    """A body that is stuffed already between header and CRC."""
+    data = HEADER + bytes([servo]) + (len(body) + 2).to_bytes(2, 'little') + body
+    return data + crc16(data).to_bytes(2, 'little')
+
+
+def status(servo: int, error: int, data: bytes = b'') -> Packet:
+    """The answer of a servo."""
+    return Packet(servo, STATUS, bytes([error]) + data)
+
+
+def stuffed(body: bytes) -> bytes:
+    """A body in which no header occurs: FF FF FD is followed by another FD."""
+    return body.replace(STUFFED, STUFFED + b'\xfd')
+
+
+def unstuffed(body: bytes) -> bytes:
+    """The body before it was stuffed."""
+    return body.replace(STUFFED + b'\xfd', STUFFED)
+
+
+def _word(data: bytes) -> int:
+    return int.from_bytes(data[:2], 'little')
+
+
+def _size(data: bytes) -> int | None:
+    return _OVERHEAD + _word(data[5:7]) if len(data) >= _OVERHEAD else None
+
+
+def _opened(whole: bytes) -> Packet | None:
+    if len(whole) < _OVERHEAD + 3 or crc16(whole[:-2]) != _word(whole[-2:]):
+        return None
+    body = unstuffed(whole[_OVERHEAD:-2])
+    return Packet(whole[4], body[0], body[1:])
+
+
+FRAMING = Framing(HEADER, 4, _size, _opened)
 
 
 class Bus:
-    """Servos that hear each other.
+    """Servos by id that hear each other, all but the `silent` ones.
 
     In a sync read each waits for the answer of the one before it: behind a silent one all are
     silent.
-
-    Args:
-        servos: by id.
-
-    Attributes:
-        silent: ids of servos that hear nothing and say nothing.
     """
 
     def __init__(self, servos: Mapping[int, Servo]) -> None:
@@ -47,7 +95,8 @@ class Bus:
 
     def answer(self, packet: Packet, now: float) -> list[bytes]:
         """The status packets that follow an instruction heard at time `now` [s], in order."""
-        for servo in self._awake().values():
+        chosen = self._awake()
+        for servo in chosen.values():
             servo.watch(now)
             servo.hear(now)
         several = {
@@ -59,12 +108,11 @@ class Bus:
         }
         if packet.instruction in several:
             return several[packet.instruction](packet.parameters)
-        chosen = self._awake()
         if packet.id != BROADCAST:
             chosen = {number: s for number, s in chosen.items() if number == packet.id}
-        told = [self._one(servo, number, packet) for number, servo in sorted(chosen.items())]
-        quiet = packet.id == BROADCAST and packet.instruction != PING
-        return [] if quiet else [data for data in told if data]
+        said = [self._one(servo, number, packet) for number, servo in sorted(chosen.items())]
+        unanswered = packet.id == BROADCAST and packet.instruction != PING
+        return [] if unanswered else [data for data in said if data]
 
     def watch(self, now: float) -> None:
         """Let the bus watchdogs of all servos see the time [s]."""
@@ -79,8 +127,8 @@ class Bus:
             version = servo.get('firmware_version').to_bytes(1, 'little')
             return encoded(status(number, servo.error(), facts + version))
         if packet.instruction == READ and len(data) == 4:
-            error, found = servo.read(_word(data), _word(data[2:]))
-            return b'' if level == NEVER else encoded(status(number, error, found))
+            found = _read(number, servo, data)
+            return b'' if level == NEVER else found
         error = self._act(servo, number, packet)
         return b'' if level <= ON_READ else encoded(status(number, error))
 
@@ -100,10 +148,7 @@ class Bus:
         return servo.error(INSTRUCTION_ERROR)
 
     def _sync_read(self, data: bytes) -> list[bytes]:
-        return [
-            encoded(status(number, *servo.read(_word(data), _word(data[2:]))))
-            for number, servo in self._in_turn(data[4:])
-        ]
+        return [_read(number, servo, data) for number, servo in self._in_turn(data[4:])]
 
     def _fast_sync_read(self, data: bytes) -> list[bytes]:
         """One status of all: error, id, data and CRC of each; it is not stuffed."""
@@ -119,31 +164,29 @@ class Bus:
             body += crc16(so_far).to_bytes(2, 'little')
         return [sealed(BROADCAST, body[:-2])]
 
+    def _bulk_read(self, data: bytes) -> list[bytes]:
+        wanted = [data[i : i + 5] for i in range(0, len(data) - 4, 5)]
+        found = self._in_turn(bytes(each[0] for each in wanted))
+        return [_read(*one, each[1:]) for one, each in zip(found, wanted, strict=False)]
+
     def _sync_write(self, data: bytes) -> list[bytes]:
         address, length = _word(data), _word(data[2:])
         for start in range(4, len(data) - length, 1 + length):
-            servo = self._awake().get(data[start])
-            if servo is not None:
-                servo.write(address, data[start + 1 : start + 1 + length])
+            self._write(data[start], address, data[start + 1 : start + 1 + length])
         return []
-
-    def _bulk_read(self, data: bytes) -> list[bytes]:
-        wanted = [data[i : i + 5] for i in range(0, len(data) - 4, 5)]
-        found = dict(self._in_turn(bytes(w[0] for w in wanted)))
-        return [
-            encoded(status(w[0], *found[w[0]].read(_word(w[1:]), _word(w[3:]))))
-            for w in wanted
-            if w[0] in found
-        ]
 
     def _bulk_write(self, data: bytes) -> list[bytes]:
         while len(data) > 5:
-            number, address, length = data[0], _word(data[1:]), _word(data[3:])
-            servo = self._awake().get(number)
-            if servo is not None:
-                servo.write(address, data[5 : 5 + length])
+            length = _word(data[3:])
+            self._write(data[0], _word(data[1:]), data[5 : 5 + length])
             data = data[5 + length :]
         return []
+
+    def _write(self, number: int, address: int, data: bytes) -> None:
+        """Write to a servo, which does not answer."""
+        servo = self._awake().get(number)
+        if servo is not None:
+            servo.write(address, data)
 
     def _in_turn(self, ids: bytes) -> Iterator[tuple[int, Servo]]:
         """The servos that answer one after another, up to the first that does not."""
@@ -157,5 +200,6 @@ class Bus:
         return {n: servo for n, servo in self.servos.items() if n not in self.silent}
 
 
-def _word(data: bytes) -> int:
-    return int.from_bytes(data[:2], 'little')
+def _read(number: int, servo: Servo, data: bytes) -> bytes:
+    """The status of a servo for an address and a length, two bytes each."""
+    return encoded(status(number, *servo.read(_word(data), _word(data[2:]))))

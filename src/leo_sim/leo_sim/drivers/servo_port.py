@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Serial ports of servos, as their makers' SDKs use them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+import termios
+from typing import Any
+
+from leo_sim.drivers.base import Computer, TransientFault
+
+POLL = 0.0005  # how long one look for bytes waits [s]; the SDK alone looks without a pause
+RUBBISH = 5.0  # whatever still comes after so many times the time of an answer is none
+BITS = 10  # of a byte on the bus, with its start and stop bit
+
+
+class Limits:
+    """What a port of an SDK is mixed with: a time limit, a clock nobody sets, an end to rubbish.
+
+    `slack` is the time an answer may take on top of that of its bytes [s].
+    """
+
+    ser: Any
+    port_name: str
+    is_open: bool
+    tx_time_per_byte: float
+    packet_timeout: float
+    setPacketTimeoutMillis: Any
+    getTimeSinceStart: Any
+    computer: Computer
+    slack: float
+
+    def setupPort(self, baud: int) -> bool:
+        """Open the port."""
+        self.ser = self.computer.serial(self.port_name, baud, POLL)
+        self.tx_time_per_byte = 1e3 * BITS / baud
+        self.is_open = True
+        return True
+
+    def getCurrentTime(self) -> float:
+        """Time in ms."""
+        return self.computer.monotonic() * 1e3
+
+    def setPacketTimeout(self, packet_length: int) -> None:
+        """Wait for an answer of so many bytes."""
+        self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.slack)
+
+    def clearPort(self) -> None:
+        """Forget bytes that have come; OSError: the port is gone."""
+        try:
+            self.ser.reset_input_buffer()
+        except termios.error as error:
+            raise OSError(*error.args) from error
+
+    def readPort(self, length: int) -> bytes:
+        """Bytes that have come, waiting a little for the first."""
+        if self.packet_timeout and self.getTimeSinceStart() > RUBBISH * self.packet_timeout:
+            raise TransientFault('no whole answer came in time')
+        return bytes(self.ser.read(length))
+
+
+class Paper:
+    """A port that keeps what is written, to send it later."""
+
+    is_using = False
+    written = b''
+
+    def clearPort(self) -> None:
+        """Nothing to clear."""
+
+    def setPacketTimeout(self, packet_length: int) -> None:
+        """Nobody answers."""
+
+    def writePort(self, packet: Sequence[int]) -> int:
+        """Keep a packet."""
+        self.written = bytes(packet)
+        return len(packet)
+
+
+def latency_timer(path: str) -> int | None:
+    """How long a USB adapter keeps bytes back [ms]; None where the port has no such timer."""
+    name = Path(path).resolve().name
+    file = Path(f'/sys/bus/usb-serial/devices/{name}/latency_timer')
+    try:
+        return int(file.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def why_closed(path: str, error: OSError) -> str:
+    """Why a port cannot be opened."""
+    if not Path(path).exists():
+        return 'there is no such port; is the adapter plugged in? (-p port:=, or robot.yaml)'
+    if isinstance(error.__context__, BlockingIOError) or error.errno == 11:
+        return 'another program has it open'
+    if error.errno == 13:
+        return 'permission denied; be in the group dialout'
+    return str(error)

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the robot node does each period: state out, command in, time goes on."""
+
+from collections.abc import Callable
+from functools import partial
+import math
+import time
+
+from rclpy.node import Node
+
+from leo_msgs_py.node import end
+from leo_msgs_py.values import JointStates
+from leo_sim.drivers.base import Driver, EndOfRun, TransientFault
+from leo_sim.drivers.safety import Faults, safety_for
+from leo_sim.nodes.diagnostics import Health
+from leo_sim.nodes.parameters import Settings
+from leo_sim.nodes.publishers import MeasuredTopics, Publishers
+from leo_sim.nodes.watchdog import Gate
+
+GIVE_UP_LATE = 1.0  # a robot later than this [s] does not catch up but goes on from now
+
+
+class Loop:
+    """A driver's periods, in lockstep with its commander or paced by the clock on the wall.
+
+    Attributes:
+        period: time between two states [s].
+        state: the last one that was read.
+        sent: how many states were published.
+        due: when the next state is, by the clock on the wall [s].
+    """
+
+    def __init__(self, node: Node, driver: Driver, settings: Settings) -> None:
+        self._node, self._driver, self._info = node, driver, driver.info
+        self._factor = settings.realtime_factor
+        self.period = 1.0 / self._info.state_rate
+        self.safety = safety_for(self._info, settings.timeout, settings.slew)
+        silence = 0.0 if self._info.own_clock else settings.fault_periods * self.period
+        self.gate = Gate(driver, self.safety, self.now, silence)
+        self.faults = Faults(settings.fault_periods)
+        self.health = Health(0.0 if settings.lockstep else self.period / self._factor)
+        self.topics = Publishers(node, self._info, settings.lockstep, settings.episode)
+        self.measured = MeasuredTopics(node, self._info.actuators, driver)
+        self.state: JointStates | None = None
+        self.sent = self._seen_starts = 0
+        self.due = math.inf
+
+    def now(self) -> float:
+        """The time that commands grow old by [s]: the robot's where it has its own."""
+        if not self._info.own_clock:
+            return time.monotonic()
+        return 0.0 if self.state is None else self.state.stamp
+
+    def tick(self) -> None:
+        """Publish the state of now, apply what is commanded, and get the next state ready.
+
+        Where the state could not be read none is published, and 0 is applied, or the last goal.
+        """
+        began = time.monotonic()
+        unread = self._attempt(self.publish_state)
+        unwritten = self._attempt(partial(self._apply, blind=bool(unread)))
+        self.faults.note(unread or unwritten)
+        try:
+            gap = self._driver.advance(self.period) / self._factor
+        except EndOfRun as over:
+            self._node.get_logger().info(str(over))
+            end()
+            return
+        self.health.note(time.monotonic() - began, began - self.due)
+        late = began - self.due > GIVE_UP_LATE
+        self.due = gap + (began if late else self.due)
+
+    def run_control_period(self, before_last: Callable[[], None]) -> None:
+        """Apply the command for one control period, publishing every state in it.
+
+        Args:
+            before_last: called before the last state of the period, which asks for a command.
+        """
+        states = max(1, round(self._info.state_rate * self._info.control_period))
+        for left in reversed(range(states)):
+            began = time.monotonic()
+            self._apply()
+            self._driver.advance(self.period)
+            if left == 0:
+                before_last()
+            self.publish_state()
+            self.health.note(time.monotonic() - began, 0.0)
+
+    def publish_state(self) -> None:
+        """Read the driver and publish clock and state, before them a new episode's number."""
+        if self._driver.starts != self._seen_starts:
+            self.topics.begin_episodes(self._driver.starts - self._seen_starts)
+            self._seen_starts = self._driver.starts
+        self.state = self._driver.read()
+        self.safety.see(self.state.of(self._info.actuators).position)
+        self.sent += 1
+        self.topics.publish_state(self.state)
+        self.measured.publish(self.state.stamp_ns)
+
+    def repeat_state(self) -> None:
+        """Publish the last state again."""
+        assert self.state is not None
+        self.topics.publish(self.topics.states, self.state.to_message())
+
+    def watch(self) -> None:
+        """Stop what must not be driven; called in the watchdog's thread."""
+        applied = self.gate.watch()
+        if applied is not None:
+            self.topics.applied.publish(applied.to_message())
+        elif self.gate.failure:
+            self._node.get_logger().error(
+                f'the watchdog cannot halt the motors: {self.gate.failure}',
+                throttle_duration_sec=1.0,
+            )
+
+    def _apply(self, blind: bool = False) -> None:
+        """Write what safety allows now and publish what was applied, where that is known."""
+        for applied in self.gate.write(blind):
+            self.topics.publish(self.topics.applied, applied.to_message())
+
+    def _attempt(self, act: Callable[[], None]) -> str:
+        """Act on the driver; what failed, or nothing."""
+        try:
+            act()
+        except TransientFault as fault:
+            self._node.get_logger().warning(
+                f'{fault}; {self.safety.when_blind} in this period '
+                f'({self.faults.total + 1} so far)',
+                throttle_duration_sec=1.0,
+            )
+            return str(fault)
+        return ''
