@@ -13,7 +13,7 @@ from leo_diffmodel.compare.noise import HISTORY, spread_out
 from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, Windows
-from leo_diffmodel.explain.problem.shooting import huber, huber_weight
+from leo_diffmodel.explain.problem.likelihood import huber, huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 

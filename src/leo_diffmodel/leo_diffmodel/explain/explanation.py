@@ -18,16 +18,14 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.provenance import provenance
 from leo_diffmodel.explain.decide.verdict import decision
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.rows import constant_rows, intervals
+from leo_diffmodel.explain.estimate.fitted import constant_rows, Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.problem.cut import Cut
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.logged import Logged
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
+from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import Settings, settings_for
 from leo_diffmodel.explain.tell import rows

@@ -17,9 +17,8 @@ from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.thin import thin
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.findings.windows import held_out
-from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from leo_diffmodel.explain.findings.findings import Findings, Part
+from leo_diffmodel.explain.problem.candidates import at_limit
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
-from leo_diffmodel.explain.problem.limits import at_limit
 
 
 def doubt(findings: Findings, part: Part) -> str:

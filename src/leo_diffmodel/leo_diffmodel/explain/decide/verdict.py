@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from leo_diffmodel.explain.decide.doubts import beside, doubt, doubts, instead
-from leo_diffmodel.explain.estimate.loss import Rest
-from leo_diffmodel.explain.estimate.rows import in_words
+from leo_diffmodel.explain.estimate.fitted import in_words, Rest
 from leo_diffmodel.explain.findings.findings import Findings, Part
 from leo_diffmodel.explain.problem.classes import pair_note
 

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.findings import Own
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
 from leo_diffmodel.explain.problem.problem import Problem
 
@@ -42,7 +42,7 @@ def _of(problem: Problem, final: Fit, bags: Sequence[str], fewest: int, index: i
     recording, with Student's t.
     """
     assert problem.block is not None
-    weight = shooting.robust_weight(
+    weight = likelihood.robust_weight(
         final.residual, final.start.shape[-1], problem.numerics, final.typical
     )
     column = final.columns[..., index]

@@ -12,9 +12,9 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.headline import Figures
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.findings.findings import Part, Rival
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.classes import Facts, same_thing

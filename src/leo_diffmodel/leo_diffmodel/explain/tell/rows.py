@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from leo_diffmodel.compare.headline import Figures
-from leo_diffmodel.explain.estimate.rows import effect_row
+from leo_diffmodel.explain.estimate.fitted import effect_row
 from leo_diffmodel.explain.findings.findings import Findings, Part, Rival
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 

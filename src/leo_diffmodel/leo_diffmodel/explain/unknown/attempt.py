@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import gain, unexplained
+from leo_diffmodel.explain.estimate.fitted import Fit, gain, unexplained
+from leo_diffmodel.explain.estimate.standing import converged
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.select.evidence import Weight
 from leo_diffmodel.explain.unknown.beside import Attempt, beside, scored, trace_of

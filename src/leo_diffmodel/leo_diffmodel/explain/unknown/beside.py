@@ -9,11 +9,10 @@ import numpy as np
 
 from leo_diffmodel.compare.sizes import in_volts
 from leo_diffmodel.explain.estimate.covariance import covariance
-from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.far_ahead import FarAhead
+from leo_diffmodel.explain.estimate.estimator import Estimate, far_ends, far_floor
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
@@ -111,7 +110,7 @@ def beside(
 
 def scored(at: Estimate) -> Scored:
     """A hypothesis with what it predicts of the folds left out, and far ahead."""
-    return replace(score(at), ends=FarAhead().ends(at))
+    return replace(score(at), ends=far_ends(at, far_floor(at.posed)))
 
 
 def _owing(made: Scored, law: Law) -> Scored:
@@ -156,7 +155,7 @@ def linear_fit(
     numerics = problem.numerics
     typical = problem.typical_of(residual)
     block = np.arange(len(train)) if problem.block is None else problem.block
-    spread = shooting.dispersion(residual[train], channels)
+    spread = likelihood.dispersion(residual[train], channels)
     errors = covariance(
         columns[train],
         residual[train],
@@ -173,7 +172,7 @@ def linear_fit(
         theta=theta,
         covariance=errors,
         columns=columns,
-        loss=shooting.loss(residual, channels, numerics, typical),
+        loss=likelihood.loss(residual, channels, numerics, typical),
         residual=residual,
         typical=typical,
     )

@@ -10,8 +10,7 @@ from tests.simulate import PENDULUM
 
 from leo_diffmodel.explain.decide.doubts import beside, doubt, doubts, instead
 from leo_diffmodel.explain.decide.verdict import decide, Named
-from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
-from leo_diffmodel.explain.estimate.loss import Rest
+from leo_diffmodel.explain.estimate.fitted import Certificate, Fit, Rest
 from leo_diffmodel.explain.findings.findings import Choices, Own, Part
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis

@@ -8,7 +8,7 @@ import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.explain.decide.verdict import decide, Named
-from leo_diffmodel.explain.estimate.loss import Rest, rest_of
+from leo_diffmodel.explain.estimate.fitted import Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.settings import SETTINGS, settings_for
 from leo_diffmodel.explain.tell.sentence import sentence
