@@ -40,10 +40,10 @@ Field = Sequence[tuple[Scan, Stand]]
 
 
 class Contact(Estimator):
-    """Fits windows whose contacts are settled; see `Estimator`."""
+    """Fits windows whose contacts are settled."""
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        """The model as given, its windows settled; see `Estimator`."""
+        """The model as given, its windows settled."""
         posed = standing(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))
 
@@ -63,10 +63,7 @@ class Contact(Estimator):
         return Extension(Estimate(posed, null), larger, tuple(scans), limit, tuple(untried))
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The parameters brought to their best, all windows settled anew; see `Estimator`.
-
-        From one start only: what another one costs here is most of a search.
-        """
+        """From one start only: what another one costs here is most of a search."""
         posed, best = polished(at.posed, at.fit) if at.fit.hypothesis.size else at
         ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
         certificate = Certificate(best.decrement, 1, 1, ended)
@@ -156,10 +153,9 @@ def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[
 
 def _gained(null: Fit, stands: Sequence[Stand]) -> float:
     """What the best of them gains [nats]."""
-    spread = min(dispersion(at.fit) for at in stands)
-    problem = stands[0].posed.problem
-    most = most_nats(problem, spread)
-    return max(gains(null, [at.fit for at in stands], problem.train, most)) / spread
+    fits, problem = [at.fit for at in stands], stands[0].posed.problem
+    spread = min(map(dispersion, fits))
+    return max(gains(null, fits, problem.train, most_nats(problem, spread))) / spread
 
 
 def _each(
@@ -169,10 +165,8 @@ def _each(
     assert posed.problem.linearisation
     traces = posed.problem.linearisation.traces
     stands = helper.spread(partial(function, _tracing(posed, {})), points)
-    return [
-        _of(at, point)._replace(posed=_tracing(at.posed, traces))
-        for at, point in zip(stands, points, strict=True)
-    ]
+    stands = [at._replace(posed=_tracing(at.posed, traces)) for at in stands]
+    return [_of(at, point) for at, point in zip(stands, points, strict=True)]
 
 
 def _of(at: Stand, point: Fit) -> Stand:
@@ -218,16 +212,13 @@ def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
     names = [p.name for p in mine.parameters]
     values = dict(zip(names, scan.theta[first:], strict=False))
     rest = scan.theta[first + len(values) :]
-    return [
-        replace(
-            s,
-            theta=np.concatenate(
-                [scan.theta[:first], [values[p.name] for p in s.candidate.parameters], rest]
-            ),
-        )
-        for s in scans
-        if s.candidate.where == mine.where and set(s.candidate.parameters) < set(mine.parameters)
-    ]
+    found = []
+    for other in scans:
+        its = other.candidate.parameters
+        if other.candidate.where == mine.where and set(its) < set(mine.parameters):
+            theta = np.concatenate([scan.theta[:first], [values[p.name] for p in its], rest])
+            found.append(replace(other, theta=theta))
+    return found
 
 
 def _with(null: Fit, scan: Scan) -> Fit:

@@ -111,16 +111,10 @@ class Estimator(ABC):
 
     @abstractmethod
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The chosen hypothesis brought to its best, with its certificate.
-
-        `starts` are other values to begin with than those where the search left it, each (P,).
-        """
+        """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate."""
 
     def ends(self, at: Estimate) -> Array:
-        """Errors of the states predicted far ahead, in noise floors there, (V, 2J).
-
-        The noise floors are found once.
-        """
+        """Errors of the states predicted far ahead, in noise floors found once, (V, 2J)."""
         if self._floor is None:
             self._floor = far_floor(at.posed)
         return far_ends(at, self._floor)

@@ -29,11 +29,8 @@ Array = np.ndarray
 def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
-    Args:
-        problem: the windows.
-        fitted: the hypothesis where the search left it.
-        starts: other values to begin with, each (P,); as many are tried as it takes for two ends
-            to agree. The last two begin a standard error to each side of the best.
+    It begins where the search left it, then at other `starts`, each (P,); as many are tried as it
+    takes for two ends to agree. The last two begin a standard error to each side of the best.
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))

@@ -193,7 +193,6 @@ class _Point:
         start: Array,
         errors: Array | None = None,
     ) -> _Point:
-        """Project the start states out and sum over the windows that are in line."""
         linear = problem.linearised(hypothesis, theta, start, errors)
         rest, slope = eliminate(linear)[:2]
         channels, numerics = start.shape[-1], problem.numerics
@@ -225,7 +224,6 @@ class _Point:
         return float(saved[train].sum())
 
     def step(self, damping: float) -> Step:
-        """The damped Gauss-Newton step that is best within the bounds."""
         theta = self._bounded_step(damping)
         promised = float(self.descent @ theta - 0.5 * theta @ self.matrix @ theta)
         return Step(theta, *self.answer, promised)
@@ -250,21 +248,13 @@ class _Point:
         return step
 
     def as_fit(self) -> Fit:
-        """Loss, residual and covariance here."""
         problem, train, channels = self.problem, self.problem.train, self.start.shape[-1]
         columns = self.slope * leverage_weight(problem, self.slope)
         block = np.arange(len(train)) if problem.block is None else problem.block
         spread = likelihood.dispersion(self.rest[train], channels)
-        variance = covariance(
-            columns[train],
-            self.rest[train],
-            block[train],
-            self.hypothesis.free(self.theta),
-            spread,
-            channels,
-            problem.numerics,
-            self.typical,
-        )
+        free, of_loss = self.hypothesis.free(self.theta), (problem.numerics, self.typical)
+        data = columns[train], self.rest[train], block[train]
+        variance = covariance(*data, free, spread, channels, *of_loss)
         decrement = self.step(problem.numerics.least_damping).promised
         left = self.loss, self.rest, columns, decrement, self.typical
         return Fit(self.hypothesis, self.theta, variance, self.start, *left)

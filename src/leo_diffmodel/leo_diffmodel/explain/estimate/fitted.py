@@ -120,7 +120,7 @@ def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
 
 
 def dispersion(fitted: Fit) -> float:
-    """How many times the residual exceeds white noise; see `likelihood.dispersion`."""
+    """How many times the residual exceeds white noise."""
     return likelihood.dispersion(fitted.residual, fitted.start.shape[-1])
 
 

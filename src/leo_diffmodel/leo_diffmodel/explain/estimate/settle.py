@@ -53,14 +53,10 @@ def settle(
     starts: Sequence[Array],
     by_start: Array | None = None,
 ) -> Settled:
-    """Settle from each of several start states, and keep the best in each window.
+    """Settle from each of several start states (W, 2J), and keep the best in each window.
 
-    Args:
-        problem: the windows.
-        hypothesis: what acts.
-        theta: its values, shape (P,).
-        starts: where to begin, each (W, 2J).
-        by_start: sensitivity of the whitened residual to them, found nearby, (W, N, 2J).
+    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is the sensitivity of the
+    whitened residual to the start states, found nearby.
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))

@@ -34,7 +34,7 @@ Point = tuple[tuple[Candidate, ...], Array]
 
 
 class Smooth(Estimator):
-    """Fits by multiple shooting; see `Estimator`."""
+    """Fits by multiple shooting."""
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""
@@ -43,12 +43,11 @@ class Smooth(Estimator):
     def extended(
         self, base: Estimate, pool: Sequence[Candidate], progress: Progress, few: bool = False
     ) -> Extension:
-        """Scan all, and refit the best alone and in pairs; see `Estimator`."""
+        """Scan all, and refit the best alone and in pairs."""
         problem, numerics = base.problem, base.problem.numerics
         scanner = Scanner(problem, base.fit, self.scales)
-        found = helper.spread_until(
-            problem.until, scanner.scan, pool, lambda c: progress(c.label, STEPS.scan)
-        )
+        done = partial(_said, progress, STEPS.scan)
+        found = helper.spread_until(problem.until, scanner.scan, pool, lambda c: done([c]))
         scans = [replace(s, candidate=pool[i]) for i, s in found.items()]
         scans.sort(key=lambda s: -s.gain)
         limit = threshold(scans, problem.settings)
@@ -62,7 +61,7 @@ class Smooth(Estimator):
         return Extension(base, tuple(larger), tuple(scans), limit, tuple(untried))
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The least loss that several starts lead to; see `Estimator`."""
+        """The least loss that several starts lead to."""
         return Estimate(at.posed, finished(at.problem, at.fit, starts))
 
 
@@ -98,7 +97,7 @@ def best_pairs(
         residual: what the signatures of the scans are to explain, shape (M,).
         most: how many pairs.
         least: by how many nats a pair must be better than the better of its two.
-        settings: how many points of each take part, which are too much alike, how far they reach.
+        settings: points of each that take part, which are too much alike, how far they reach.
     """
     atoms = _atoms(scans, residual, settings.numerics.pair_points)
     if len(atoms) < 2:
@@ -168,18 +167,12 @@ def _fitted(
     """
     null, problem = base.fit, base.problem
     half = 0.5 * (time.monotonic() + problem.until)
-    fits = helper.spread_until(
-        half,
-        partial(_looked_at, problem, null),
-        points,
-        lambda p: progress(_label(p[0]), STEPS.look),
-    )
+    look, done = partial(_looked_at, problem, null), partial(_said, progress, STEPS.look)
+    fits = helper.spread_until(half, look, points, lambda p: done(p[0]))
     further = _leading(problem, fits)
+    follow, done = partial(_followed, problem), partial(_said, progress, STEPS.fit)
     better = helper.spread_until(
-        problem.until,
-        partial(_followed, problem),
-        [fits[i] for i in further],
-        lambda f: progress(_label(f.hypothesis.candidates), STEPS.fit),
+        problem.until, follow, [fits[i] for i in further], lambda f: done(f.hypothesis.candidates)
     )
     fits |= {further[i]: fitted for i, fitted in better.items()}
     own = {i: _with(null.hypothesis, points[i][0]) for i in fits}  # of copies of another process
@@ -187,8 +180,8 @@ def _fitted(
     return larger, [p[0] for i, p in enumerate(points) if i not in fits]
 
 
-def _label(candidates: Sequence[Candidate]) -> str:
-    return ' + '.join(c.label for c in candidates)
+def _said(progress: Progress, steps: int, candidates: Sequence[Candidate]) -> None:
+    progress(' + '.join(c.label for c in candidates), steps)
 
 
 def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
@@ -215,7 +208,6 @@ def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
 
 
 def _followed(problem: Problem, fitted: Fit) -> Fit:
-    """A fit that looked promising, followed on."""
     return fit(problem, fitted.hypothesis, fitted.theta, fitted.start)
 
 

@@ -76,10 +76,7 @@ def _parameters(effect: Effect, model: Model, where: str) -> tuple[Parameter, ..
 def uncertain(model: Model, recordings: Sequence[str] = ('',)) -> tuple[Constant, ...]:
     """The constants that are refitted with every hypothesis, but those known in all recordings.
 
-    Args:
-        model: the model.
-        recordings: names of the recordings; of a constant `per_recording` there is one for each
-            whose own value is not known.
+    Of a constant `per_recording` there is one for each recording whose own value is not known.
     """
     found = []
     for constant in model.robot.constants.values():

@@ -23,8 +23,7 @@ def dispersion(residual: Array, states: int) -> float:
     """How many times less nats count where residuals (W, N) are correlated in time.
 
     1 for white noise. On real data something unmodelled is always left; neighbouring samples then
-    repeat each other. Its size is no matter here: `loss` finds it in each window. `states` start
-    states (2J) were free in each window.
+    repeat each other. `states` start states (2J) were free in each window.
     """
     joints = states // 2
     angles = residual.reshape(len(residual), -1, states)[..., :joints]
@@ -84,10 +83,7 @@ def unexplained(residual: Array, channels: int, numerics: Numerics) -> Array:
 def promised(
     change: Array, residual: Array, channels: int, numerics: Numerics, typical: Array | None = None
 ) -> Array:
-    """What a change (..., W, N) of the residual costs where it was noise before [nats], (..., W).
-
-    The size of `residual`, that before, in each channel stands for the noise.
-    """
+    """What a change of a residual, of which all counts as noise, costs [nats], (..., W)."""
     count, off = residual.shape[-1] // channels, size(residual, channels, numerics, typical)
     square = ((_by_channel(change, channels) / off) ** 2).mean(axis=-2)
     noisy = size(residual, channels, numerics)[..., 0, :] == 1.0

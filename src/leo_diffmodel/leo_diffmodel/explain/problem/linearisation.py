@@ -68,8 +68,7 @@ def settled(
         sigma: noise of each recording and channel, shape (R, 2J).
         settings: of the problem.
         before: the linearisation with another model, to go on from; its windows are all kept.
-        anew: find the sensitivity of all windows again, not only of those where it was off by
-            much.
+        anew: find the sensitivity of all windows again, not of those alone where it was far off.
     """
     active = np.arange(windows.count)
     at = _Settling(model, windows, sigma, settings.numerics, before)

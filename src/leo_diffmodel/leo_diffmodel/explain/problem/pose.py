@@ -58,14 +58,8 @@ def pose(
 ) -> Posed:
     """Cut the data, read its noise, and split training from held-out blocks.
 
-    Args:
-        recordings: what a fit may see.
-        hold_out: what it may not; without any, time blocks of the others.
-        model: the model to explain.
-        settings: travel with the problem; by default those for this robot.
-
-    Raises:
-        ValueError: no window fits.
+    Without any recordings to `hold_out` time blocks of the others are. The settings travel with
+    the problem; by default they are those for this robot. ValueError where no window fits.
     """
     problem, blocks = searched(recordings, hold_out, model, settings)
     problem, everything = finely_enough(problem), [*recordings, *hold_out]
@@ -90,17 +84,9 @@ def searched(
     settings: Settings | None = None,
     sigma: Array | None = None,
 ) -> tuple[Problem, Blocks]:
-    """The problem on short windows, integrated as the model says.
+    """The problem on short windows, integrated as the model says, see `pose`.
 
-    Args:
-        recordings: what a fit may see.
-        hold_out: what it may not.
-        model: the model to explain.
-        settings: travel with the problem; by default those for this robot.
-        sigma: noise of each recording and channel where it is known, shape (R, 2J).
-
-    Raises:
-        ValueError: no window fits.
+    `sigma` is the noise of each recording and channel where it is known, shape (R, 2J).
     """
     everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
     if model.robot.contacts:

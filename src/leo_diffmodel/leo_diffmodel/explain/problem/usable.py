@@ -50,10 +50,7 @@ class Logged:
         mend: bool,
         by_torques: bool,
     ) -> Logged:
-        """Look for faults, by the balance of torques too where `by_torques` says so.
-
-        Those that are sure are undone where `mend` says so.
-        """
+        """Look for faults, `by_torques` in their balance too, and `mend` those that are sure."""
         everything = [*recordings, *hold_out]
         each = find_faults(everything, model, by_torques)
         faults = pooled(each)

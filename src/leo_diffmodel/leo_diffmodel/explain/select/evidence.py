@@ -62,12 +62,10 @@ class Scored:
 
 @dataclass(frozen=True)
 class Saved:
-    """What a hypothesis saves of the loss of another in data that neither was fitted to.
+    """What a hypothesis saves of the loss of another in data that neither was fitted to [nats].
 
-    Attributes:
-        nats: in all folds.
-        error: standard deviation of that sum, from how far the folds are from what the change of
-            the prediction promises in them: a fold that cannot show an effect does not disagree.
+    `error` is the standard deviation, from how far the folds are from what the change of the
+    prediction promises in them: a fold that cannot show an effect does not disagree.
     """
 
     nats: float
@@ -136,17 +134,19 @@ class Weight:
         return self.saves(smaller, larger, limit) and self.surely_ahead(larger, smaller)
 
     def tells_apart(self, smaller: Scored, larger: Scored) -> bool:
-        """Whether a set predicts another thing than a smaller one.
+        """Whether a set predicts something else than a smaller one.
 
         By a part of all that it does, or by some times what it is itself off by (the noise floor
-        at least): mean square over the ends of long windows, predicted from their measured start,
-        at the joint where it is most.
+        at least): mean square over the ends of long windows, at the joint where it is most.
         """
         null = self.null and self.null.ends
         if null is None or smaller.ends is None or larger.ends is None:
             return True
-        added, done = (_at_joints(larger.ends - e) for e in (smaller.ends, null))
-        left = self.gates.far_times**2 * np.maximum(_typical(larger.ends), 1.0)
+        changes = (larger.ends - e for e in (smaller.ends, null))
+        added, done = (_at_joints((c**2).mean(axis=0)) for c in changes)
+        # of errors that are normal but for a few windows, whose square has this median
+        typical = _at_joints(np.median(larger.ends**2, axis=0) / 0.455)
+        left = self.gates.far_times**2 * np.maximum(typical, 1.0)
         least = np.minimum(self.gates.part * (done + 1.0), left)
         return bool((added >= least).any())
 
@@ -200,15 +200,8 @@ def _residual(scored: Scored) -> tuple[Array, int, Numerics]:
     return fitted.residual[train], fitted.start.shape[-1], problem.numerics
 
 
-def _at_joints(change: Array) -> Array:
-    """Mean square of a change of states (V, 2J) at each joint, (J,)."""
-    square = (change**2).mean(axis=0)
-    return np.asarray(square.reshape(2, -1).mean(axis=0))
-
-
-def _typical(errors: Array) -> Array:
-    """Mean square at each joint, (J,), of errors (V, 2J) that are normal but for a few windows."""
-    square = np.median(errors**2, axis=0) / 0.455  # median of the square of a normal variable
+def _at_joints(square: Array) -> Array:
+    """Mean of squares (2J,) of states at each joint, (J,)."""
     return np.asarray(square.reshape(2, -1).mean(axis=0))
 
 

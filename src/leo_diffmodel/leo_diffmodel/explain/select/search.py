@@ -21,15 +21,10 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
+from leo_diffmodel.explain.select import stable
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import best_ended, Names, searched, Sets
-from leo_diffmodel.explain.select.stable import (
-    Alike,
-    canonical,
-    long_horizon_tie_break,
-    narrowed,
-    turns,
-)
+from leo_diffmodel.explain.select.stable import Alike
 from leo_msgs_py.progress import Told
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -97,10 +92,10 @@ def search(
     until: float = np.inf,
     alike: Alike = eq,
 ) -> Search:
-    """Choose the effects that the recordings support.
+    """Choose the effects that the recordings, held-out ones last, support.
 
     Args:
-        recordings: all of them, held-out ones last.
+        recordings: all of them.
         model: the model to explain; its uncertain constants are refitted in every hypothesis.
         posed: the problem made of them, with its settings.
         extra: a user's own effects.
@@ -120,9 +115,9 @@ def search(
     found = Sets(fits, pool, settings, Told.of(progress), first.problem.until)
     best = searched(found, first)
     late = found.late
-    best = canonical(found, best if late else long_horizon_tie_break(found, best))
-    drawn = tuple(s.names for s in turns(found))
-    best = best if late else narrowed(found, best, drawn, alike)
+    best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
+    turns = tuple(s.names for s in stable.turns(found))
+    best = best if late else stable.narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
     scans = found.extensions[frozenset()].scans
     at = _finished(fits, best, scans, until)
@@ -140,7 +135,7 @@ def search(
         scans=scans,
         threshold=found.threshold,
         weight=found.weight,
-        turns=drawn,
+        turns=turns,
         untried=(*found.untried, *(['longer windows'] if late else [])),
     )
 
