@@ -152,7 +152,6 @@ def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[
 
 
 def _gained(null: Fit, stands: Sequence[Stand]) -> float:
-    """What the best of them gains [nats]."""
     fits, problem = [at.fit for at in stands], stands[0].posed.problem
     spread = min(map(dispersion, fits))
     return max(gains(null, fits, problem.train, most_nats(problem, spread))) / spread

@@ -80,10 +80,8 @@ class Fit:
     def reordered(self, order: Sequence[int]) -> Fit:
         """The fit with its effects in another order."""
         full = self.hypothesis
-        first = [full.offset(i) for i in order]
-        counts = [len(full.candidates[i].parameters) for i in order]
-        own = [np.arange(f, f + n) for f, n in zip(first, counts, strict=True)]
-        index = np.concatenate([*own, np.arange(sum(counts), full.size)]).astype(int)
+        own = [np.arange(full.offset(i), full.offset(i + 1)) for i in order]
+        index = np.concatenate([*own, np.arange(full.first_constant, full.size)]).astype(int)
         candidates = tuple(full.candidates[i] for i in order)
         return replace(
             self,

@@ -195,7 +195,6 @@ def _possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
 
 
 def _inside(parameters: Sequence[Parameter], point: Sequence[float]) -> list[float]:
-    """The point nearest to this one within the bounds."""
     return [min(max(v, p.low), p.high) for p, v in zip(parameters, point, strict=True)]
 
 

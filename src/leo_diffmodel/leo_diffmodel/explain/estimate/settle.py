@@ -68,8 +68,6 @@ def settle(
 
 
 class _Settling:
-    """Windows on the way to the start states that fit them best."""
-
     def __init__(self, fixed: Problem, start: Array, by_start: Array | None):
         self._fixed, self._rough = fixed, fixed.roughly
         known = fixed.by_start if by_start is None else by_start
@@ -144,7 +142,6 @@ class _Settling:
         return better | stale | first
 
     def _linearise(self, index: Array) -> None:
-        """Find the sensitivity of some windows again."""
         if index.size:
             part = _linearised(self._rough.take(index), self._at.start[index])
             self._at.by_start[index], self._fresh[index] = part.by_start, True

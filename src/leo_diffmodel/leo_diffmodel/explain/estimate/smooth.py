@@ -46,8 +46,9 @@ class Smooth(Estimator):
         """Scan all, and refit the best alone and in pairs."""
         problem, numerics = base.problem, base.problem.numerics
         scanner = Scanner(problem, base.fit, self.scales)
-        done = partial(_said, progress, STEPS.scan)
-        found = helper.spread_until(problem.until, scanner.scan, pool, lambda c: done([c]))
+        found = helper.spread_until(
+            problem.until, scanner.scan, pool, lambda c: progress(c.label, STEPS.scan)
+        )
         scans = [replace(s, candidate=pool[i]) for i, s in found.items()]
         scans.sort(key=lambda s: -s.gain)
         limit = threshold(scans, problem.settings)
@@ -167,21 +168,23 @@ def _fitted(
     """
     null, problem = base.fit, base.problem
     half = 0.5 * (time.monotonic() + problem.until)
-    look, done = partial(_looked_at, problem, null), partial(_said, progress, STEPS.look)
-    fits = helper.spread_until(half, look, points, lambda p: done(p[0]))
+
+    def done(steps: int, candidates: Sequence[Candidate]) -> None:
+        progress(' + '.join(c.label for c in candidates), steps)
+
+    look, follow = partial(_looked_at, problem, null), partial(_followed, problem)
+    fits = helper.spread_until(half, look, points, lambda p: done(STEPS.look, p[0]))
     further = _leading(problem, fits)
-    follow, done = partial(_followed, problem), partial(_said, progress, STEPS.fit)
     better = helper.spread_until(
-        problem.until, follow, [fits[i] for i in further], lambda f: done(f.hypothesis.candidates)
+        problem.until,
+        follow,
+        [fits[i] for i in further],
+        lambda f: done(STEPS.fit, f.hypothesis.candidates),
     )
     fits |= {further[i]: fitted for i, fitted in better.items()}
     own = {i: _with(null.hypothesis, points[i][0]) for i in fits}  # of copies of another process
     larger = [Estimate(base.posed, replace(f, hypothesis=own[i])) for i, f in fits.items()]
     return larger, [p[0] for i, p in enumerate(points) if i not in fits]
-
-
-def _said(progress: Progress, steps: int, candidates: Sequence[Candidate]) -> None:
-    progress(' + '.join(c.label for c in candidates), steps)
 
 
 def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:

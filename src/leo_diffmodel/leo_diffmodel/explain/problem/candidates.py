@@ -94,7 +94,6 @@ def own_constants(model: Model, recordings: Sequence[Recording]) -> tuple[Consta
 
 
 def _in(model: Model, constant: Constant, recording: str) -> Constant:
-    """A constant as one recording's own."""
     values, path = model.by_recording.get(constant.path, {}), constant.path
     value = float(values.get(recording, model.constants[path]))
     return replace(constant, value=value, recording=recording)

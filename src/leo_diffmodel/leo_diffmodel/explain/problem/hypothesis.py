@@ -150,9 +150,8 @@ class Hypothesis:
 
     def carried(self, other: Hypothesis, theta: Array) -> Array:
         """The vector of this hypothesis with the values of another one that holds all of it."""
-        first = [other.offset(other.candidates.index(c)) for c in self.candidates]
-        counts = [len(c.parameters) for c in self.candidates]
-        own = [theta[i : i + n] for i, n in zip(first, counts, strict=True)]
+        held = [other.candidates.index(c) for c in self.candidates]
+        own = [theta[other.offset(i) : other.offset(i + 1)] for i in held]
         return np.concatenate([*own, theta[len(theta) - len(self.constants) :]])
 
     def offset(self, index: int) -> int:

@@ -145,7 +145,6 @@ def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
 
 
 def _terms(candidate: Candidate) -> set[Parameter]:
-    """What scales an effect: a term of its law each."""
     return {p for p in candidate.parameters if p.scales}
 
 
@@ -204,7 +203,6 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
 
 
 def _parts(scored: Scored) -> set[Names]:
-    """The set less one effect, for each of them."""
     return {scored.names - {c} for c in scored.names}
 
 

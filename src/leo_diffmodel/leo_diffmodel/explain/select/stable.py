@@ -55,7 +55,6 @@ def canonical(sets: Sets, best: Scored) -> Scored:
 
 
 def _supported(sets: Sets) -> list[Scored]:
-    """The sets that could be the answer."""
     known, weight, limit = list(sets.known.values()), sets.weight, sets.threshold
     return [s for s in known if supported(known, s, weight, limit)]
 
