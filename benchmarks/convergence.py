@@ -27,14 +27,12 @@ from rich.progress import track
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import dispersion
-from leo_diffmodel.explain.problem.candidates import candidates, uncertain
-from leo_diffmodel.explain.problem.cut import Cut
+from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
+from leo_diffmodel.explain.problem.candidates import candidates, limited, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.usable import Cut
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_lab.blind.case import draw_case
 from leo_lab.blind.record import record

@@ -9,11 +9,11 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
-from leo_diffmodel.explain.estimate.scan import scales_of
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import settings_for
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

@@ -11,7 +11,7 @@ from tests.simulate import TORQUE
 
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import Scored
@@ -57,7 +57,7 @@ def solved(at: Any, hypothesis: Hypothesis, data: Array, columns: dict[str, Arra
     flat = seen.reshape(data.size, len(names))
     theta = np.linalg.lstsq(flat, data.ravel(), rcond=None)[0]
     residual = data - seen @ theta
-    loss = shooting.loss(residual, STATES, SETTINGS.numerics)
+    loss = likelihood.loss(residual, STATES, SETTINGS.numerics)
     covariance = np.linalg.inv(flat.T @ flat) if names else np.zeros((0, 0))
     start = np.zeros((len(data), STATES))
     return Estimate(at, Fit(hypothesis, theta, covariance, start, loss, residual, -seen))

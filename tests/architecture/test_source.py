@@ -124,7 +124,7 @@ FIT = tuple(
         'estimate.settle',
         'estimate.contact',
         'estimate.smooth',
-        'estimate.own_constants',
+        'estimate.finish',
         'select.sets',
         'select.search',
         'unknown',
@@ -371,7 +371,7 @@ def test_a_room_imports_only_those_before_it(package: str, rooms: tuple[str, ...
     ('package', 'rooms', 'module', 'source'),
     [
         ('leo_sim', ROOMS, 'leo_sim.laws.laws', 'from leo_sim.dynamics import ground'),
-        ('leo_diffmodel', STAGES, f'{EXPLAIN}.problem.cut', 'import leo_diffmodel.check.traces'),
+        ('leo_diffmodel', STAGES, f'{EXPLAIN}.problem.usable', 'import leo_diffmodel.check'),
         (EXPLAIN, EXPLAIN_ROOMS, f'{EXPLAIN}.problem.pose', f'import {EXPLAIN}.estimate.fit'),
     ],
 )

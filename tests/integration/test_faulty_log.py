@@ -11,7 +11,7 @@ from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.explain.explanation import Explanation
-from leo_diffmodel.explain.problem.logged import Logged
+from leo_diffmodel.explain.problem.usable import Logged
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.verbs import bag as bag_verb
 from leo_diffmodel.verbs import explain as explain_verb

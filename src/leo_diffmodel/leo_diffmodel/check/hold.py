@@ -15,7 +15,7 @@ from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, 
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
-from leo_diffmodel.explain.problem.shooting import huber, huber_weight
+from leo_diffmodel.explain.problem.likelihood import huber, huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 

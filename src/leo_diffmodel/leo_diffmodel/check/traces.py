@@ -13,13 +13,13 @@ from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
-from leo_diffmodel.explain.estimate.scan import scales_of, Scan, Scanner
+from leo_diffmodel.explain.estimate.scan import Scan, Scanner, threshold
 from leo_diffmodel.explain.estimate.standing import standing
-from leo_diffmodel.explain.estimate.threshold import threshold
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import finely_enough, Posed, searched
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 

@@ -6,12 +6,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from leo_diffmodel.explain.estimate.loss import Rest
-from leo_diffmodel.explain.estimate.rows import in_words
+from leo_diffmodel.explain.estimate.fitted import in_words, Rest
 from leo_diffmodel.explain.findings.findings import Findings, Part
+from leo_diffmodel.explain.problem.candidates import at_limit
 from leo_diffmodel.explain.problem.classes import pair_note
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
-from leo_diffmodel.explain.problem.limits import at_limit
 
 
 @dataclass(frozen=True)

@@ -17,15 +17,13 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.explain.decide import decision
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.rows import intervals
+from leo_diffmodel.explain.estimate.fitted import Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.problem.cut import Cut
-from leo_diffmodel.explain.problem.logged import Logged
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
+from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.sentence import answer, next_run

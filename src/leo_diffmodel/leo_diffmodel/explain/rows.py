@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from leo_diffmodel.compare.headline import Figures
-from leo_diffmodel.explain.estimate.rows import constant_rows, effect_row
+from leo_diffmodel.explain.estimate.fitted import constant_rows, effect_row
 from leo_diffmodel.explain.findings.findings import Findings, Part
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 

@@ -8,15 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
-from leo_diffmodel.explain.estimate.scan import scales_of
-from leo_diffmodel.explain.estimate.standing import standing
+from leo_diffmodel.explain.estimate.standing import converged, standing
 from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.problem.sizes import scales_of
 
 MOST_WINDOWS = 80
 

@@ -15,13 +15,13 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
-from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.estimate.scan import Scanner
+from leo_diffmodel.explain.problem.candidates import candidates, limited, uncertain
 from leo_diffmodel.explain.problem.classes import Facts, why_same
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.next_run.on_ground import fit_in_turn, linearised
 from leo_msgs_py.errors import UserError

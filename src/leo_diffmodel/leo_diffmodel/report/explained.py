@@ -12,9 +12,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
 from leo_diffmodel.compare.headline import Headline
+from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.where import where as places_of
 from leo_diffmodel.explain.explanation import Explanation
-from leo_diffmodel.explain.problem.shooting import predict
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.report import page
 from leo_diffmodel.report.page import Section

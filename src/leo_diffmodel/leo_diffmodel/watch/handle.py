@@ -20,7 +20,7 @@ class Handle:
     highest value); where no effect is an end of the range, that half is not there.
 
     Attributes:
-        parameter: with the limits of `explain.problem.limits`.
+        parameter: with the limits of `explain.problem.candidates`.
         low: lowest value.
         high: highest value.
     """

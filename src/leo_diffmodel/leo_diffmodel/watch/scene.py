@@ -16,9 +16,8 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut, spread_out, thin, Windows
 from leo_diffmodel.explain.findings.held_out import held_out
-from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect

@@ -20,7 +20,6 @@ from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.check.traces import scan_all, traces_of
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.noise import estimate, short_windows
-from leo_diffmodel.explain.problem import fineness
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
@@ -194,7 +193,7 @@ def test_the_noise_is_read_once_and_no_longer_windows_are_cut(monkeypatch):
 def test_sensitivities_may_be_further_off_than_for_explain(monkeypatch):
     bag = record(TORQUE, seconds=SECONDS, noise=(1e-7, 1e-7))
     model, scanned = Model(TORQUE, integration_step=1e-4), []
-    monkeypatch.setattr(fineness, '_apart', lambda a, b: 0.0 if a is b else 0.5 * CHECK.rough)
+    monkeypatch.setattr(POSE, '_apart', lambda a, b: 0.0 if a is b else 0.5 * CHECK.rough)
     monkeypatch.setattr(traces, 'scan_all', lambda problem, *_: scanned.append(problem) or [])
     traces_of([bag], model)
     ((mine,), its) = scanned, pose([bag], (), model).problem

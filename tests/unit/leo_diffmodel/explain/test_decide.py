@@ -9,8 +9,7 @@ import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.explain.decide import also_chosen, decide, doubt, doubts, instead, Named
-from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
-from leo_diffmodel.explain.estimate.loss import Rest, rest_of
+from leo_diffmodel.explain.estimate.fitted import Certificate, Fit, Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.findings.findings import Choices, Own, Part
 from leo_diffmodel.explain.problem.candidates import candidates

@@ -12,11 +12,17 @@ from tests.ground import candidate, KNEE, LEO, ON_GROUND, recorded, scanned, SIG
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate import contact
-from leo_diffmodel.explain.estimate.contact import converged, finalists, polished, Stand
+from leo_diffmodel.explain.estimate.contact import finalists, gains
 from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Rest
 from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, two_angles
-from leo_diffmodel.explain.estimate.loss import gains, Rest
-from leo_diffmodel.explain.estimate.standing import standing
+from leo_diffmodel.explain.estimate.standing import (
+    converged,
+    polished,
+    Stand,
+    standard_errors_moved,
+    standing,
+)
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
@@ -295,12 +301,12 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
                 numerics=ON_GROUND.numerics,
             )
         )
-        return contact.Stand(posed, fitted, step)
+        return Stand(posed, fitted, step)
 
     def advanced(at):
         return stand(at.fit.hypothesis, at.step + 1), 1.0
 
-    monkeypatch.setattr(contact, '_advanced', advanced)
+    monkeypatch.setattr(contact, 'advanced', advanced)
     monkeypatch.setattr(contact, '_of', lambda at, point: at)
     null = SimpleNamespace(loss=np.full(12, 40.0))
     field, names = [(name, stand(name, 0)) for name in lengths], []
@@ -313,7 +319,7 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
 def test_a_parameter_on_its_bound_does_not_count_as_one_that_still_moves():
     fitted = SimpleNamespace(standard_errors=np.array([0.0, 0.5]))
     stand = Stand(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
-    assert contact._standard_errors_moved(stand) == 2.0
+    assert standard_errors_moved(stand) == 2.0
 
 
 def test_on_the_ground_too_an_answer_is_cut_short_and_says_so():

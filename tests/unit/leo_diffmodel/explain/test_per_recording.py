@@ -25,8 +25,9 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.likelihood import excess
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.problem.shooting import excess, linearise
+from leo_diffmodel.explain.problem.shooting import linearise
 from leo_diffmodel.explain.select.evidence import _moves
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.results import Explanation

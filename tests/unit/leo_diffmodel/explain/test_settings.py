@@ -9,8 +9,14 @@ from tests.searched import FIRST, searched
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.settings import Gates, SETTINGS, Settings, settings_for, texts
-from leo_diffmodel.explain.settings.on_ground import ON_GROUND
+from leo_diffmodel.explain.settings import (
+    Gates,
+    ON_GROUND,
+    SETTINGS,
+    Settings,
+    settings_for,
+    texts,
+)
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model

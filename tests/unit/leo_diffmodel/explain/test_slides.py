@@ -7,8 +7,7 @@ from tests.searched import FIRST, searched
 from tests.simulate import record
 import yaml
 
-from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place

@@ -3,8 +3,7 @@
 
 import pytest
 
-from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.watch.handle import Handle
 from leo_sim.model import Model

@@ -4,78 +4,69 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress, STEPS
-from leo_diffmodel.explain.estimate.far_ahead import FarAhead
-from leo_diffmodel.explain.estimate.fit import fit, looked_at, moved, settled_as, Step
-from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
+from leo_diffmodel.explain.estimate.estimator import (
+    Estimate,
+    Estimator,
+    Extension,
+    Progress,
+    STEPS,
+)
+from leo_diffmodel.explain.estimate.fit import fit, settled_as
+from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.imitation import imitations
-from leo_diffmodel.explain.estimate.loss import dispersion, gain, gains, most_nats
-from leo_diffmodel.explain.estimate.scan import Scales, Scan
-from leo_diffmodel.explain.estimate.standing import resettled, standing
-from leo_diffmodel.explain.estimate.threshold import threshold
+from leo_diffmodel.explain.estimate.scan import Scan, threshold
+from leo_diffmodel.explain.estimate.standing import (
+    advanced,
+    converged,
+    linearised,
+    most_nats,
+    polished,
+    Stand,
+    standing,
+)
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 
 Array = np.ndarray
+Field = Sequence[tuple[Scan, Stand]]
+"""Candidates that are still in the race, and how far their fits have come."""
 
 
-class Stand(NamedTuple):
-    """A hypothesis at some values, linearised there, and the next step of its fit."""
-
-    posed: Posed
-    fit: Fit
-    step: Step
-
-
-@dataclass
-class Contact(FarAhead):
-    """Fits windows whose contacts are settled; see `Estimator`."""
-
-    posed: Posed
-    scales: Scales
+class Contact(Estimator):
+    """Fits windows whose contacts are settled."""
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        """The model as given, its windows settled; see `Estimator`."""
+        """The model as given, its windows settled."""
         posed = standing(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))
 
     def extended(
-        self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
+        self, base: Estimate, pool: Sequence[Candidate], progress: Progress, few: bool = False
     ) -> Extension:
-        """Scan all candidates; the most promising are knocked out one after the other."""
+        """Scan all candidates; the most promising are fitted further and further."""
         posed, null, _ = converged(base.posed, base.fit)
         scanner = GroundScanner(posed.problem, null, self.scales)
-        traced = scanner.trace(pool, lambda c: told(c.label, STEPS.scan))
+        traced = scanner.trace(pool, lambda c: progress(c.label, STEPS.scan))
         scans = sorted(map(scanner.scan, traced), key=lambda s: -s.gain)
         limit = threshold(scans, posed.problem.settings)
-        null, last = successive_halving(posed, null, scans, limit, told)
+        null, last = successive_halving(posed, null, scans, limit, progress)
         larger = tuple(Estimate(at.posed, at.fit) for at in last)
         untried = [] if last else [(s.candidate,) for s in scans]
         untried += [(c,) for c in pool if c not in traced]
         return Extension(Estimate(posed, null), larger, tuple(scans), limit, tuple(untried))
 
-    def refitted(
-        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
-    ) -> Estimate:
-        """Another hypothesis on the same settled windows; see `Estimator`."""
-        return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
-
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The parameters brought to their best, all windows settled anew; see `Estimator`.
-
-        From one start only: what another one costs here is most of a search.
-        """
+        """From one start only: what another one costs here is most of a search."""
         posed, best = polished(at.posed, at.fit) if at.fit.hypothesis.size else at
-        converged = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
-        certificate = Certificate(best.decrement, 1, 1, converged)
+        ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
+        certificate = Certificate(best.decrement, 1, 1, ended)
         return Estimate(posed, replace(best, certificate=certificate))
 
 
@@ -99,24 +90,24 @@ def successive_halving(
     if posed.problem.late():
         return null, []
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
-    last = _each(_linearised, posed, [_with(null, s) for s in first])
+    last = _each(linearised, posed, [_with(null, s) for s in first])
     promised = nats * len(train) / count
     more = numerics.worth_more * limit
     if promised > numerics.worth_all * limit and _gained(null, last) > more:
         last = _each(converged, posed, [at.fit for at in last])
         progress('the last contenders', STEPS.fit * len(last))
-        near, others = _imitating(min(last, key=_loss), scans)
-        first, last = [*first, *near], [*last, *others]
+        last += _imitating(min(last, key=_loss), scans)
     null = _from_others(null, last)
     return null, [at._replace(fit=_from_others(at.fit, last)) for at in last]
 
 
 def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
-) -> tuple[list[tuple[Scan, Stand]], float]:
+) -> tuple[Field, float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
-    stands = _each(_linearised, posed, [_with(null, s) for s in scans])
-    field, numerics = list(zip(scans, stands, strict=True)), posed.problem.numerics
+    stands = _each(linearised, posed, [_with(null, s) for s in scans])
+    field: Field = list(zip(scans, stands, strict=True))
+    numerics = posed.problem.numerics
     for left, behind in numerics.halving:
         field, rising = _further(null, field, left, behind)
         progress(field[0][0].candidate.label, STEPS.look * len(field))
@@ -128,11 +119,9 @@ def _played(
     return field, _gained(null, [at for _, at in field])
 
 
-def _further(
-    null: Fit, field: Sequence[tuple[Scan, Stand]], left: int, behind: float
-) -> tuple[list[tuple[Scan, Stand]], bool]:
+def _further(null: Fit, field: Field, left: int, behind: float) -> tuple[Field, bool]:
     """Those that go on after a step, best first, and whether some do only for what it gained."""
-    stands = helper.spread(_advanced, [at for _, at in field])
+    stands = helper.spread(advanced, [at for _, at in field])
     after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
     spread = min(dispersion(at.fit) for _, at in after)
     problem = after[0][1].posed.problem
@@ -141,22 +130,31 @@ def _further(
     order, lag = np.argsort(saved)[::-1], saved.max() - saved
     close = (saved > 0) & (lag < behind * spread)
     near = [i for i in order[:left] if close[i] or i == order[0]]
-    was, now = (_losses(each, train) for each in (field, after))
+    was, now = (np.array([_loss(at) for _, at in each]) for each in (field, after))
     rises = was - now > problem.numerics.rising * (now - now.min())
     rising = [i for i in order if i not in near and rises[i]]
     return [after[i] for i in (*near, *rising)], bool(rising)
 
 
-def _losses(field: Sequence[tuple[Scan, Stand]], train: Array) -> Array:
-    return np.array([at.fit.loss[train].sum() for _, at in field])
+def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[float]:
+    """What each of several fits saves [nats], as `gain`.
+
+    Where a window may say so much only, all may save the most in all windows. They are compared
+    with one another then: each saves what the best of them does, less what it is behind that.
+    """
+    if not np.isfinite(most):
+        return [gain(null, f, chosen) for f in others]
+    best = others[0]
+    for f in others[1:]:
+        best = f if gain(best, f, chosen, most) > 0 else best
+    saved = gain(null, best, chosen, most)
+    return [saved - gain(f, best, chosen, most) for f in others]
 
 
 def _gained(null: Fit, stands: Sequence[Stand]) -> float:
-    """What the best of them gains [nats]."""
-    spread = min(dispersion(at.fit) for at in stands)
-    problem = stands[0].posed.problem
-    most = most_nats(problem, spread)
-    return max(gains(null, [at.fit for at in stands], problem.train, most)) / spread
+    fits, problem = [at.fit for at in stands], stands[0].posed.problem
+    spread = min(map(dispersion, fits))
+    return max(gains(null, fits, problem.train, most_nats(problem, spread))) / spread
 
 
 def _each(
@@ -166,10 +164,8 @@ def _each(
     assert posed.problem.linearisation
     traces = posed.problem.linearisation.traces
     stands = helper.spread(partial(function, _tracing(posed, {})), points)
-    return [
-        _of(at, point)._replace(posed=_tracing(at.posed, traces))
-        for at, point in zip(stands, points, strict=True)
-    ]
+    stands = [at._replace(posed=_tracing(at.posed, traces)) for at in stands]
+    return [_of(at, point) for at, point in zip(stands, points, strict=True)]
 
 
 def _of(at: Stand, point: Fit) -> Stand:
@@ -190,12 +186,12 @@ def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
     return fitted
 
 
-def _imitating(best: Stand, scans: Sequence[Scan]) -> tuple[list[Scan], list[Stand]]:
+def _imitating(best: Stand, scans: Sequence[Scan]) -> list[Stand]:
     """What can do the same as the best, fitted from there."""
     near = imitations(best.posed.problem, best.fit, scans)
     rest = best.fit.hypothesis.without(len(best.fit.hypothesis.candidates) - 1)
     points = [_with(replace(best.fit, hypothesis=rest), scan) for scan in near]
-    return near, _each(converged, best.posed, points)
+    return _each(converged, best.posed, points)
 
 
 def _loss(at: Stand) -> float:
@@ -211,85 +207,20 @@ def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[S
 
 def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
     """Effects that the candidate holds, as Stribeck friction does Coulomb's, at its values."""
-    hypothesis = null.hypothesis.with_candidate(scan.candidate)
-    index = len(hypothesis.candidates) - 1
-    first, values = hypothesis.offset(index), hypothesis.values(scan.theta, index)
+    mine, first = scan.candidate, null.hypothesis.first_constant
+    names = [p.name for p in mine.parameters]
+    values = dict(zip(names, scan.theta[first:], strict=False))
     rest = scan.theta[first + len(values) :]
-    return [
-        replace(
-            s,
-            theta=np.concatenate(
-                [scan.theta[:first], [values[p.name] for p in s.candidate.parameters], rest]
-            ),
-        )
-        for s in scans
-        if s.candidate.where == scan.candidate.where
-        and set(s.candidate.parameters) < set(scan.candidate.parameters)
-    ]
+    found = []
+    for other in scans:
+        its = other.candidate.parameters
+        if other.candidate.where == mine.where and set(its) < set(mine.parameters):
+            theta = np.concatenate([scan.theta[:first], [values[p.name] for p in its], rest])
+            found.append(replace(other, theta=theta))
+    return found
 
 
 def _with(null: Fit, scan: Scan) -> Fit:
-    """The candidate of a scan beside the others, at its values; not fitted."""
+    """The candidate of a scan next to the others, at its values; not fitted."""
     hypothesis = null.hypothesis.with_candidate(scan.candidate)
     return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
-
-
-def _advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
-    """A step further, or a shorter one, where that is better, and what it gains [nats]."""
-    problem = at.posed.problem
-    for scale in problem.numerics.strides:
-        trial = _linearised(at.posed, moved(at.fit, at.step, scale), finer)
-        most = most_nats(problem, dispersion(trial.fit))
-        if (gained := gain(at.fit, trial.fit, problem.train, most)) > 0:
-            return trial, gained
-    return at, 0.0
-
-
-def converged(posed: Posed, best: Fit) -> Stand:
-    """A hypothesis fitted with its windows linearised anew at every step."""
-    first = at = _linearised(posed, best, finer=True)
-    gained, numerics = 0.0, posed.problem.numerics
-    for _ in range(numerics.ground_iterations if best.hypothesis.size else 0):
-        if posed.problem.late():
-            break
-        at, gained = _advanced(at, finer=True)
-        if gained < numerics.ground_gain_nats:
-            break
-    at = at if at is first else _linearised(at.posed, at.fit, finer=True)
-    return at._replace(fit=replace(at.fit, ended=gained < numerics.ground_gain_nats))
-
-
-def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
-    """A converged hypothesis with all windows linearised anew about their start states.
-
-    Before, only that of windows where it was off by much was: the starts then remember the way on
-    which the parameters came, which holds these back by about a standard deviation. What a single
-    step gains is no judge here: it is less than the few windows say whose contacts settle
-    otherwise. All together must not make it worse.
-    """
-    problem, numerics = posed.problem, posed.problem.numerics
-    at = _linearised(posed, best, finer=True, anew=True)
-    for _ in range(numerics.last_steps):
-        if problem.late():
-            break
-        farthest = _standard_errors_moved(at)
-        if farthest < numerics.last_errors:
-            break
-        fitted = moved(at.fit, at.step, min(1.0, numerics.farthest_errors / farthest))
-        at = _linearised(at.posed, fitted, finer=True, anew=True)
-    spread = dispersion(best)
-    worse = -gain(best, at.fit, problem.train, most_nats(problem, spread)) / spread
-    return (at.posed, at.fit) if worse < problem.gates.margin_nats else (posed, best)
-
-
-def _standard_errors_moved(at: Stand) -> float:
-    """The longest next move of a parameter [standard errors]; one on a bound has none."""
-    errors = at.fit.standard_errors
-    free = errors > 0
-    return float((np.abs(at.step.theta)[free] / errors[free]).max(initial=0.0))
-
-
-def _linearised(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:
-    """The linearisation of a hypothesis at some values."""
-    posed = resettled(posed, point, finer, anew)
-    return Stand(posed, *looked_at(posed.problem, point.hypothesis, point.theta))

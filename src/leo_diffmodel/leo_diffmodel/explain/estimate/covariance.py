@@ -1,29 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Covariance of fitted parameters that holds where the model is wrong."""
+"""Covariance of fitted parameters that holds where the model is wrong.
+
+Columns are the sensitivity of the whitened residual (W, N) to the parameters, shape (W, N, P);
+`channels` and `typical` as in `likelihood`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.special import stdtrit
 
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
 
 
-def gram(columns: Array) -> Array:
-    """Normal matrix (P, P) of columns (W, N, P)."""
-    flat = columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
-    return flat.T @ flat
-
-
 def conditional_errors(columns: Array) -> Array:
-    """Standard error of each parameter with the others fixed, (P,); inf where none shows.
-
-    Args:
-        columns: sensitivity of the whitened residual to the parameters, shape (W, N, P).
-    """
+    """Standard error of each parameter with the others fixed, (P,); inf where none shows."""
     size = np.sqrt((columns**2).sum(axis=(0, 1)))
     return np.divide(1.0, size, out=np.full(size.shape, np.inf), where=size > 0)
 
@@ -46,14 +41,14 @@ def covariance(
     averaged with what the size and the correlation of the residual give, and with Student's t.
 
     Args:
-        columns: sensitivity of the whitened residual to the parameters, shape (W, N, P).
+        columns: shape (W, N, P).
         residual: whitened residual, shape (W, N).
         block: stretch of time of each window, shape (W,).
         free: parameters that are on none of their bounds, shape (P,).
-        spread: times nats count less, see `shooting.dispersion`.
+        spread: times nats count less, see `likelihood.dispersion`.
         channels: how many there are, 2J.
         numerics: of the loss, and how much it may bend the other way.
-        typical: size of each in most windows, see `shooting.loss`.
+        typical: size of each in most windows.
     """
     slopes, touching = derivatives(columns, residual, channels, numerics, typical)
     bent = _bent(slopes, residual, numerics, typical)
@@ -74,12 +69,11 @@ def derivatives(
     numerics: Numerics,
     typical: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Slope of the loss in each window and channel, and curvature of the touching parabola.
+    """Slope of the loss in each window and channel, (W, 2J, P), and curvature, (W, P, P).
 
-    Returns:
-        shapes (W, 2J, P) and (W, P, P).
+    The curvature is that of the parabola that touches the loss.
     """
-    weight = shooting.robust_weight(residual, channels, numerics, typical)
+    weight = likelihood.robust_weight(residual, channels, numerics, typical)
     weighed = columns * weight[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
     shape = len(residual), residual.shape[-1] // channels, channels, columns.shape[-1]
@@ -93,9 +87,9 @@ def _bent(slopes: Array, residual: Array, numerics: Numerics, typical: Array | N
     (Efron and Hinkley 1978) has both.
     """
     channels = slopes.shape[1]
-    off = slopes[shooting.size(residual, channels, numerics)[:, 0] > 1.0]
-    times = shooting.times_told(numerics, typical)
-    return 2.0 * channels / (times * residual.shape[-1]) * off.T @ off
+    off = slopes[likelihood.size(residual, channels, numerics)[:, 0] > 1.0]
+    weight = likelihood.size_weight(numerics, typical)
+    return 2.0 * channels / (weight * residual.shape[-1]) * off.T @ off
 
 
 def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Array:
@@ -114,3 +108,19 @@ def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Arr
     inverse = np.zeros_like(touching)
     inverse[part] = root @ root.T
     return inverse / outer
+
+
+def leverage_weight(problem: Problem, by_theta: Array) -> Array:
+    """Weight of each window that limits its leverage on the parameters (Mallows), (W, 1, 1).
+
+    A contact that comes or goes with a small change of a parameter makes a window many times as
+    sensitive to it as it is to a larger change.
+    """
+    numerics = problem.numerics
+    if not np.isfinite(numerics.most_leverage) or not by_theta.size:
+        return np.ones((len(by_theta), 1, 1))
+    size = np.sqrt((by_theta**2).sum(axis=1))
+    responding = size >= numerics.responding * np.quantile(size, 0.9, axis=0)
+    typical = [np.median(s[a]) for s, a in zip(size.T, responding.T, strict=True)]
+    most = numerics.most_leverage * np.array(typical)
+    return np.where(size > most, most / np.maximum(size, 1e-12), 1.0).min(axis=1)[:, None, None]

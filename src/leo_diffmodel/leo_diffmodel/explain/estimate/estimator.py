@@ -3,25 +3,30 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
+from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.sizes import Scales
 
 Array = np.ndarray
 Progress = Callable[..., None]
-"""Hears what was done, and how many steps that were."""
+"""Is called with what was done, and how many steps that were."""
 
 
 class Steps(NamedTuple):
-    """What each trial costs, by and large, beside the scan of a candidate."""
+    """What each trial costs, by and large, in scans of a candidate."""
 
     scan: int = 1
     look: int = 4
@@ -72,40 +77,59 @@ class Extension:
     untried: tuple[tuple[Candidate, ...], ...] = ()
 
 
-class Estimator(Protocol):
+@dataclass
+class Estimator(ABC):
     """Fits hypotheses to recordings."""
+
+    posed: Posed
+    scales: Scales
+    _floor: Array | None = field(default=None, init=False)
 
     @property
     def most_nats(self) -> float:
         """What a single window may say for or against a hypothesis [nats], of white residuals."""
+        return self.posed.problem.gates.window_nats
 
+    @abstractmethod
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""
 
+    @abstractmethod
     def extended(
-        self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
+        self, base: Estimate, pool: Sequence[Candidate], progress: Progress, few: bool = False
     ) -> Extension:
-        """The most promising effects of a pool, each fitted jointly with what `base` holds.
+        """The most promising effects of a pool, and pairs of them unless `few`.
 
-        Args:
-            base: the hypothesis.
-            pool: the effects.
-            told: hears what is being tried.
-            few: no pairs of effects.
+        Each is fitted jointly with what `base` holds.
         """
 
     def refitted(
         self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
     ) -> Estimate:
         """Another hypothesis on the same windows, from values near those of `at`."""
+        return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
 
+    @abstractmethod
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The chosen hypothesis brought to its best, with its certificate.
-
-        Args:
-            at: the hypothesis where the search left it.
-            starts: other values to begin with, each (P,).
-        """
+        """The chosen hypothesis at its best, also from other `starts` (P,), with a certificate."""
 
     def ends(self, at: Estimate) -> Array:
-        """Errors of the states predicted far ahead, in noise floors there, (V, 2J)."""
+        """Errors of the states predicted far ahead, in noise floors found once, (V, 2J)."""
+        if self._floor is None:
+            self._floor = far_floor(at.posed)
+        return far_ends(at, self._floor)
+
+
+def far_ends(at: Estimate, floor: Array) -> Array:
+    """Errors at the ends of the longest windows there are, from their measured start, (V, 2J)."""
+    problem = at.posed.longer or at.problem
+    windows, model = problem.windows, at.fit.hypothesis.model(problem.base, at.fit.theta)
+    states = predict(model, windows, windows.measured[:, 0])[:, -1]
+    return np.asarray((states - windows.measured[:, -1]) / floor)
+
+
+def far_floor(posed: Posed) -> Array:
+    """Error that the noise of the start makes there with the model as given, median, (2J,)."""
+    problem = posed.longer or posed.problem
+    made = errors.predict_windows(problem.base, problem.windows, posed.problem.sigma)
+    return np.asarray(np.sqrt(np.median(made.floor[:, -1], axis=0)))

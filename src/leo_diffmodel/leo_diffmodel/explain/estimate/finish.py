@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bring a fit to the least loss there is, and say how surely it is there.
+"""A fit brought to the least loss there is, and completed with what held-out recordings own.
 
 The fit is made again from other values until two starts end at the same least loss. Laws with
 corners (dry friction, dead zones, limits) leave kinks and several valleys in the loss, in which a
@@ -14,12 +14,14 @@ from functools import partial
 from itertools import takewhile
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Certificate, Fit
-from leo_diffmodel.explain.estimate.loss import dispersion
+from leo_diffmodel.explain.estimate.fit import fit, read_at
+from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit
 from leo_diffmodel.explain.estimate.settle import settle
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_sim.description.robot import Constant
 
 Array = np.ndarray
 
@@ -27,11 +29,8 @@ Array = np.ndarray
 def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
-    Args:
-        problem: the windows.
-        fitted: the hypothesis where the search left it.
-        starts: other values to begin with, each (P,); as many are tried as it takes for two ends
-            to agree. The last two begin a standard error to each side of the best.
+    It begins where the search left it, then at other `starts`, each (P,); as many are tried as it
+    takes for two ends to agree. The last two begin a standard error to each side of the best.
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
@@ -39,8 +38,9 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     for theta in (*starts, None, None):
         if _reached(problem, ends, best) > 1 or problem.late():
             break
-        begin = _aside(best, len(ends)) if theta is None else theta
-        other = fit(problem, hypothesis, begin, thorough=True)
+        if theta is None:
+            theta = hypothesis.bounded(best.theta + (-1) ** len(ends) * best.standard_errors)
+        other = fit(problem, hypothesis, theta, thorough=True)
         if _loss(problem, other) < _loss(problem, best) - _tolerance(problem, best):
             other = _profiled(problem, other)
         ends.append(other)
@@ -64,21 +64,16 @@ def _tolerance(problem: Problem, fitted: Fit) -> float:
     return problem.numerics.same_nats * dispersion(fitted)
 
 
-def _aside(fitted: Fit, number: int) -> Array:
-    """Values a standard error from those of a fit, to one side or the other."""
-    return fitted.hypothesis.bounded(fitted.theta + (-1) ** number * fitted.standard_errors)
-
-
 def _profiled(problem: Problem, fitted: Fit) -> Fit:
     """The fit from the best value of a profile on, as long as one is better than its end."""
     for _ in range(problem.numerics.profiles):
         if problem.late():
             break
         least, begin = _loss(problem, fitted) - _tolerance(problem, fitted), None
-        told = replace(problem, typical=fitted.typical)
+        weighed = replace(problem, typical=fitted.typical)
         values = _profile(fitted, problem.numerics.profile)
         for theta in takewhile(lambda _: not problem.late(), values):
-            settled = settle(told, fitted.hypothesis, theta, (fitted.start,))
+            settled = settle(weighed, fitted.hypothesis, theta, (fitted.start,))
             loss = float(settled.loss[problem.train].sum())
             if loss < least:
                 least, begin = loss, (theta, settled.start)
@@ -99,3 +94,69 @@ def _profile(fitted: Fit, errors_off: Sequence[float]) -> Iterator[Array]:
 
 def _loss(problem: Problem, fitted: Fit) -> float:
     return float(fitted.loss[problem.train].sum())
+
+
+def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
+    """A fit with the own constants of held-out recordings, each known from a part of its own.
+
+    A payload cannot be known from other recordings. So it is treated as the start state of a
+    window is: found in the recording, all that was learned from the others held fast, and judged
+    by the blocks that it was not found in.
+
+    Args:
+        problem: with the windows that they are found in (`telling`).
+        fitted: a hypothesis; what it says of these constants is where the search for them begins.
+        own: the constants; without any the fit stays as it is.
+    """
+    if problem.telling is None:
+        return fitted
+    able = replace(problem, train=problem.telling).trained
+    own = tuple(c for c in own if c.recording in able)
+    if not own:
+        return fitted
+    rest, theta = _apart(fitted, own)
+    found, starts = _found(problem, rest, Hypothesis(constants=own), theta)
+    columns = np.zeros((*rest.residual.shape, len(own)))
+    columns[~problem.train] = found.columns
+    constants = (*rest.hypothesis.constants, *own)
+    return read_at(
+        problem,
+        replace(
+            rest,
+            hypothesis=replace(rest.hypothesis, constants=constants),
+            start=starts,
+            theta=np.concatenate([rest.theta, found.theta]),
+            covariance=block_diag(rest.covariance, found.covariance),
+            columns=np.concatenate([rest.columns, columns], axis=-1),
+        ),
+    )
+
+
+def _found(problem: Problem, rest: Fit, own: Hypothesis, theta: Array | None) -> tuple[Fit, Array]:
+    """The constants in their windows, and the start states of all windows (W, 2J)."""
+    assert problem.telling is not None
+    outside = np.flatnonzero(~problem.train)
+    part = problem.fixed(rest.hypothesis, rest.theta).take(outside)
+    found = fit(replace(part, train=problem.telling[outside]), own, theta, rest.start[outside])
+    starts, everywhere = rest.start.copy(), np.ones(len(outside), dtype=bool)
+    begun = found.start, part.windows.measured[:, 0]
+    starts[outside] = settle(replace(part, train=everywhere), own, found.theta, begun).start
+    return found, starts
+
+
+def _apart(fitted: Fit, own: Sequence[Constant]) -> tuple[Fit, Array | None]:
+    """A fit without these constants, and their values in it; None where it has none of them."""
+    hypothesis = fitted.hypothesis
+    rest = tuple(c for c in hypothesis.constants if c not in own)
+    count = len(hypothesis.constants) - len(rest)
+    if not count:
+        return fitted, None
+    kept = slice(None, hypothesis.size - count)
+    alone = replace(
+        fitted,
+        theta=fitted.theta[kept],
+        covariance=fitted.covariance[kept, kept],
+        columns=fitted.columns[..., kept],
+        hypothesis=replace(hypothesis, constants=rest),
+    )
+    return alone, fitted.theta[-count:]

@@ -1,14 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A fitted hypothesis."""
+"""A fitted hypothesis: what it saves of another one, what it leaves, and its values as rows."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.settings import Gates
+
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 
@@ -48,7 +55,7 @@ class Fit:
         residual: whitened, start states projected out, shape (W, N).
         columns: its sensitivity to the parameters, shape (W, N, P).
         decrement: what a full Gauss-Newton step still promises to save [nats].
-        typical: size of what it is off by in most windows [noise], (1, 2J), see `shooting.loss`.
+        typical: size of what it is off by in most windows [noise], (1, 2J), see `likelihood`.
         certificate: of one that was brought to its end.
         ended: no step promised anything more; False where the iterations or the time were over.
     """
@@ -67,21 +74,14 @@ class Fit:
 
     def take(self, index: Array) -> Fit:
         """The fit as it is on some of its windows."""
-        return replace(
-            self,
-            start=self.start[index],
-            loss=self.loss[index],
-            residual=self.residual[index],
-            columns=self.columns[index],
-        )
+        names = ('start', 'loss', 'residual', 'columns')
+        return replace(self, **{name: getattr(self, name)[index] for name in names})
 
     def reordered(self, order: Sequence[int]) -> Fit:
         """The fit with its effects in another order."""
         full = self.hypothesis
-        first = [full.offset(i) for i in order]
-        counts = [len(full.candidates[i].parameters) for i in order]
-        own = [np.arange(f, f + n) for f, n in zip(first, counts, strict=True)]
-        index = np.concatenate([*own, np.arange(sum(counts), full.size)]).astype(int)
+        own = [np.arange(full.offset(i), full.offset(i + 1)) for i in order]
+        index = np.concatenate([*own, np.arange(full.first_constant, full.size)]).astype(int)
         candidates = tuple(full.candidates[i] for i in order)
         return replace(
             self,
@@ -90,6 +90,11 @@ class Fit:
             covariance=self.covariance[np.ix_(index, index)],
             columns=self.columns[..., index],
         )
+
+    def with_values(self, values: Array) -> Array:
+        """Its parameters with those of further effects behind those of its own, (P + p,)."""
+        split = self.hypothesis.first_constant
+        return np.concatenate([self.theta[:split], values, self.theta[split:]])
 
     @property
     def standard_errors(self) -> Array:
@@ -102,3 +107,134 @@ class Fit:
         low, high = self.hypothesis.low[index], self.hypothesis.high[index]
         value = float(self.theta[index])
         return max(value - half, float(low)), min(value + half, float(high))
+
+
+def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
+    """What `other` saves of the robust loss of `null` on the chosen windows (W,) [nats].
+
+    No window counts for or against it by more than `most` [nats].
+    """
+    return float(np.clip(null.loss - other.loss, -most, most)[chosen].sum())
+
+
+def dispersion(fitted: Fit) -> float:
+    """How many times the residual exceeds white noise."""
+    return likelihood.dispersion(fitted.residual, fitted.start.shape[-1])
+
+
+def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
+    """Mean squared whitened residual over its expected value: 1 where only noise is left.
+
+    `quantile` is over windows; the median does not see what shows in less than half of them.
+    """
+    return likelihood.excess(fitted.residual, fitted.start.shape[-1], quantile)
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What the supported effects leave.
+
+    Attributes:
+        gates: what counts.
+        ratio: mean squared whitened residual over its expected value, in the median window; on
+            the ground in one worse than most, see `rest_of`.
+        share: of the model's error (beyond noise) that is left.
+        correlation: times by which correlation in time makes what is left less than it seems;
+            1 for white noise.
+    """
+
+    gates: Gates
+    ratio: float
+    share: float
+    correlation: float = 1.0
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is more than noise and a good part of what was missing, or far more."""
+        gates, ratio = self.gates, self.ratio
+        correlated = ratio > gates.correlated and self.correlation > gates.correlation
+        much = ratio > gates.unexplained or correlated
+        return ratio > gates.far or (self.share > gates.share and much)
+
+
+def rest_of(problem: Problem, null: Fit, final: Fit) -> Rest:
+    """What the effects of a fit leave of the error of the model without them (`null`).
+
+    On the ground no law is looked for in what does not matter, so this must see one that acts at
+    times only: a cable that is slack in most windows.
+    """
+    numerics = problem.numerics
+    most = 1.0 - numerics.seen_windows / len(final.residual)
+    quantile = max(0.5, min(numerics.seen_at, most))
+    before, ratio = (unexplained(f, quantile) for f in (null, final))
+    correlation = dispersion(final) / max(1.0, unexplained(final))
+    share = float(np.clip((ratio - 1.0) / max(before - 1.0, 1e-9), 0.0, 1.0))
+    return Rest(problem.gates, ratio, share, correlation)
+
+
+def effect_row(fitted: Fit, index: int) -> dict:
+    """Name, place, file and parameters of candidate `index`, as in explain.json."""
+    candidate = fitted.hypothesis.candidates[index]
+    row = {'name': candidate.effect.name, 'where': candidate.where}
+    source = {'source': candidate.effect.source} if candidate.effect.source else {}
+    return {**row, **source, 'parameters': parameter_rows(fitted, index)}
+
+
+def parameter_rows(fitted: Fit, index: int) -> dict:
+    """Value, unit and 95 % interval of each parameter of candidate `index`, by name."""
+    first, candidate = fitted.hypothesis.offset(index), fitted.hypothesis.candidates[index]
+    return {p.name: _row(fitted, i, p.unit) for i, p in enumerate(candidate.parameters, first)}
+
+
+def constant_rows(fitted: Fit) -> dict[str, dict]:
+    """Value, unit and 95 % interval of each refitted constant, by path.
+
+    Of one that recordings have of their own it is their mean and all that their intervals span,
+    and in `recordings` each of them by name.
+    """
+    hypothesis, rows = fitted.hypothesis, dict[str, dict]()
+    for i, c in enumerate(hypothesis.constants, hypothesis.first_constant):
+        row = _row(fitted, i, c.unit)
+        if c.recording:
+            rows.setdefault(c.path, {'recordings': {}})['recordings'][c.recording] = row
+        else:
+            rows[c.path] = row
+    return {path: _over_recordings(row) for path, row in rows.items()}
+
+
+def _row(fitted: Fit, index: int, unit: str) -> dict:
+    value, interval = float(fitted.theta[index]), list(fitted.ci95(index))
+    return {'value': value, 'unit': unit, 'ci95': interval}
+
+
+def _over_recordings(row: dict) -> dict:
+    if 'recordings' not in row:
+        return row
+    each = list(row['recordings'].values())
+    low, high = zip(*(r['ci95'] for r in each), strict=True)
+    mean = sum(r['value'] for r in each) / len(each)
+    return {'value': mean, 'unit': each[0]['unit'], 'ci95': [min(low), max(high)], **row}
+
+
+def intervals(fitted: Fit, index: int) -> dict[str, tuple[float, float]]:
+    """The 95 % confidence intervals of the parameters of candidate `index`."""
+    first, candidate = fitted.hypothesis.offset(index), fitted.hypothesis.candidates[index]
+    return {p.name: fitted.ci95(i) for i, p in enumerate(candidate.parameters, first)}
+
+
+def in_words(fitted: Fit, index: int) -> str:
+    """The parameters of candidate `index` with units and intervals, as a sentence lists them."""
+    rows = parameter_rows(fitted, index).items()
+    return ', '.join(f'{name} = {_with_error(p)} {p["unit"]}'.rstrip() for name, p in rows)
+
+
+def _with_error(parameter: dict) -> str:
+    """A value with half its 95 % interval, both to the digit that the interval allows."""
+    half = 0.5 * (parameter['ci95'][1] - parameter['ci95'][0])
+    if not half > 0 or half > 10 * abs(parameter['value']):
+        return f'{parameter["value"]:.3g}'
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    if digits > 8:  # zeros that nobody counts
+        figures = digits + 1 + math.floor(math.log10(max(abs(parameter['value']), half)))
+        return f'{parameter["value"]:#.{figures}g} ± {half:#.2g}'
+    return f'{parameter["value"]:.{digits}f} ± {half:.{digits}f}'

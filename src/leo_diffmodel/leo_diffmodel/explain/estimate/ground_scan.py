@@ -3,7 +3,7 @@
 
 What does not change the sign or the size of its answer with its amplitude is run once for each
 of its parameters; some windows stand for all of them; and what a candidate does is kept from
-round to round, since it does much the same beside another effect.
+round to round, since it does much the same next to another effect.
 """
 
 from __future__ import annotations
@@ -11,15 +11,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
+import itertools
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.fit import leverage_weight
+from leo_diffmodel.explain.estimate.covariance import leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner, stretch_limits, stretched
+from leo_diffmodel.explain.estimate.scan import Scan, Scanner, stretch_limits, stretched
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Grids
 from leo_sim.effects import Parameter
 
@@ -52,7 +54,7 @@ class GroundScanner(Scanner):
         super().__init__(problem.take(some), null.take(some), scales)
 
     def trace(
-        self, candidates: Sequence[Candidate], told: Callable[[Candidate], None] = lambda _: None
+        self, candidates: Sequence[Candidate], done: Callable[[Candidate], None] = lambda _: None
     ) -> list[Candidate]:
         """Find out what those candidates do that no earlier round has tried.
 
@@ -61,63 +63,39 @@ class GroundScanner(Scanner):
         """
         new, bare = [c for c in candidates if c not in self._kept], copy(self)
         bare._kept = {}  # too much to be sent along
-        found = helper.spread_until(self._problem.until, bare._trace, new, told)
+        found = helper.spread_until(self._problem.until, bare._trace, new, done)
         self._kept |= {new[i]: trace for i, trace in found.items()}
         return [c for c in candidates if c in self._kept]
 
     def scan(self, candidate: Candidate) -> Scan:
         """The best amplitudes: by least squares where the law is linear, else of a grid."""
         self.trace([candidate])
-        trace = self._kept[candidate]
+        trace, count = self._kept[candidate], self._problem.grids.ground_directions
         change = self._project(trace.change)
-        found = self._solved if is_straight(candidate) else self._picked
-        count = self._problem.grids.ground_directions
-        theta, gain = found(candidate, *turned_to_any(candidate, trace.points, change, count))
-        full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
-        length2 = np.maximum((change**2).sum(-1), 1e-12)
-        unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / self._share
-        return Scan(
-            candidate,
-            full,
-            gain / self._share,
-            unit,
-            float(nats.max()),
-            trace.points,
-            nats,
-            self._split,
-        )
+        search = self._solved if is_straight(candidate) else self._picked
+        theta, gain = search(candidate, *turned_to_any(candidate, trace.points, change, count))
+        return self._found(candidate, theta, gain, change, trace.points, self._share)
 
     def _trace(self, candidate: Candidate) -> Trace:
         points = self._straight_grid(candidate) if is_straight(candidate) else self._few(candidate)
-        hypothesis = self._null.hypothesis.with_candidate(candidate)
-        thetas = self._thetas(hypothesis, candidate, points)
-        return Trace(points, self._first - self._moved(hypothesis, thetas))
-
-    @property
-    def _first(self) -> Array:
-        """Whitened residuals of the null, not projected."""
-        return self._linear.residual
+        return Trace(points, self._first - self._tried(candidate, points))
 
     def _straight_grid(self, candidate: Candidate) -> Array:
         """One point for each parameter that scales the effect, at every shape of it."""
-        parameters = candidate.parameters
-        amplitude = amplitude_indices(parameters)
-        sizes = {
-            i: float(np.sort(np.abs(self._sizes(candidate, parameters[i])))[1]) for i in amplitude
-        }
-        shapes: list[list[float]] = [[]]
-        for i, p in enumerate(parameters):
-            if i not in amplitude:
-                values = two_angles() if p.turns else self._shape(candidate, p)
-                shapes = [[*s, v] for s in shapes for v in values]
-        points = []
-        for shape in shapes:
-            for i in amplitude:
-                rest, point = iter(shape), []
-                for k, p in enumerate(parameters):
-                    point.append(p.neutral if k in amplitude else next(rest))
-                sign = 1.0 if parameters[i].neutral + sizes[i] <= parameters[i].high else -1.0
-                point[i] = parameters[i].neutral + sign * sizes[i]
+        numbered, points = [*enumerate(candidate.parameters)], []
+        sizes = {i: np.abs(self._sizes(candidate, p)) for i, p in numbered if p.scales}
+        amplitude = {i: float(np.sort(size)[1]) for i, size in sizes.items()}
+        shapes = [
+            two_angles() if p.turns else self._shape(candidate, p)
+            for i, p in numbered
+            if i not in amplitude
+        ]
+        for shape in itertools.product(*shapes):
+            for i, size in amplitude.items():
+                rest, scaled = iter(shape), candidate.parameters[i]
+                point = [p.neutral if k in amplitude else next(rest) for k, p in numbered]
+                sign = 1.0 if scaled.neutral + size <= scaled.high else -1.0
+                point[i] = scaled.neutral + sign * size
                 points.append(point)
         return np.array(points)
 
@@ -138,38 +116,33 @@ class GroundScanner(Scanner):
         sizes = super()._sizes(candidate, parameter)
         if is_straight(candidate):
             return sizes
-        return sizes[1::2] if is_inertia(candidate) else sizes[::2]
+        return sizes[1::2] if candidate.parameters[0].unit == 'kg m2' else sizes[::2]
 
     def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
         return super()._shape(candidate, parameter)[: self._problem.numerics.most_shapes]
 
     def _solved(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
         """Least squares over the parameters that scale the effect, for the best of its shapes."""
-        amplitude, numerics = amplitude_indices(candidate.parameters), self._problem.numerics
-        groups = change.reshape(-1, len(amplitude), change.shape[-1])
-        low, high = (
-            np.array([getattr(p, end) for p in candidate.parameters]) for end in ('low', 'high')
-        )
-        best, theta = -np.inf, points[0]
-        for g, rows in enumerate(groups):
-            base = points[g * len(amplitude)].copy()
-            neutral = np.array([p.neutral for p in candidate.parameters])
-            step = np.diagonal(points[g * len(amplitude) :][: len(amplitude), list(amplitude)])
-            step = step - neutral[list(amplitude)]
-            quiet = self._leverage(rows)
-            gram, slope = (rows * quiet) @ rows.T, (rows * quiet) @ self.residual
+        numerics, scaling = self._problem.numerics, [*amplitude_indices(candidate.parameters)]
+        scaled = [candidate.parameters[i] for i in scaling]
+        neutral, low, high = np.array([(p.neutral, p.low, p.high) for p in scaled]).T
+        best, theta, count = -np.inf, points[0], len(scaling)
+        for g, rows in enumerate(change.reshape(-1, count, change.shape[-1])):
+            own = points[g * count :][:count]
+            step = np.diagonal(own[:, scaling]) - neutral
+            weighed = rows * self._leverage(rows)
+            gram, slope = weighed @ rows.T, weighed @ self.residual
             scale = np.maximum(np.diag(gram), 1e-12)
             stretch = np.linalg.solve(gram + numerics.ridge * np.diag(scale), slope)
             if candidate.effect.hook == 'sensor':
                 most = numerics.farthest_stretch
                 stretch = np.clip(stretch, -most, most)
-            moved = neutral[list(amplitude)] + step * stretch
-            moved = np.clip(moved, low[list(amplitude)], high[list(amplitude)])
-            stretch = (moved - neutral[list(amplitude)]) / step
+            moved = np.clip(neutral + step * stretch, low, high)
+            stretch = (moved - neutral) / step
             gain = float(self._saved(stretch @ rows))
             if gain > best:
-                best, theta = gain, base
-                theta[list(amplitude)] = moved
+                best, theta = gain, own[0].copy()
+                theta[scaling] = moved
         return theta, best
 
     def _picked(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
@@ -177,9 +150,9 @@ class GroundScanner(Scanner):
 
         Of points that save the most in all windows, the one that would save most without that.
         """
-        heard = change * np.stack([self._leverage(row[None]) for row in change])
-        length2 = np.maximum((heard * change).sum(-1), 1e-12)
-        along = heard @ self.residual
+        weighed = change * np.stack([self._leverage(row[None]) for row in change])
+        length2 = np.maximum((weighed * change).sum(-1), 1e-12)
+        along = weighed @ self.residual
         low, high = stretch_limits(candidate, self._problem.grids)
         by = self._problem.numerics.between
         stretch = np.clip(along / length2, min(low, 1 / by), max(high, by))
@@ -204,11 +177,6 @@ class GroundScanner(Scanner):
         windows = len(self._null.start)
         each = each.reshape(*each.shape[:-1], windows, -1).sum(axis=-1)
         return np.clip(each, -most, most).sum(axis=-1)
-
-
-def is_inertia(candidate: Candidate) -> bool:
-    """Whether it adds inertia, perhaps many times what a light link has."""
-    return candidate.parameters[0].unit == 'kg m2'
 
 
 def is_straight(candidate: Candidate) -> bool:

@@ -27,9 +27,8 @@ _pools: list[ProcessPoolExecutor] = []
 def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
     """Begin to start the process, where there is a second core; a worker of others gets none.
 
-    Args:
-        first: a function whose module takes longest to import; the process begins with that.
-        wanted: False where what is tried may not be fit to be sent, such as a user's own code.
+    It begins with the module of `first`, which takes longest to import. It is not `wanted` where
+    what is tried may not be fit to be sent, such as a user's own code.
     """
     _started.clear()
     if wanted and cpu_count() > 1 and multiprocessing.parent_process() is None:
@@ -39,24 +38,20 @@ def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
 def spread(
     function: Callable[[Item], Result],
     items: Sequence[Item],
-    told: Callable[[Item], None] = lambda _: None,
+    done: Callable[[Item], None] = lambda _: None,
 ) -> list[Result]:
     """`function` of each item, in order; the other process, once it is there, takes its share.
 
-    Args:
-        function: what to do; what it needs and gives is sent as a copy.
-        items: its arguments.
-        told: called with each item that is done.
+    What the function needs and gives is sent as a copy. `done` is called with each item that is.
     """
-    results = spread_until(np.inf, function, items, told)
-    return [results[number] for number in range(len(items))]
+    return list(spread_until(np.inf, function, items, done).values())
 
 
 def spread_until(
     until: float,
     function: Callable[[Item], Result],
     items: Sequence[Item],
-    told: Callable[[Item], None] = lambda _: None,
+    done: Callable[[Item], None] = lambda _: None,
 ) -> dict[int, Result]:
     """As `spread`, by number of the item; none is begun after a time [s of `time.monotonic`]."""
     results: dict[int, Result] = {}
@@ -74,7 +69,7 @@ def spread_until(
             with alone(bool(lent)):
                 found = {number: function(items[number])}
         for number in found:
-            told(items[number])
+            done(items[number])
         results |= found
     return dict(sorted(results.items()))
 

@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
-from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.effects.motor import Motor
 
@@ -29,47 +29,44 @@ def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Sca
 
     Args:
         problem: with the states at which they are compared.
-        fitted: the fit of the effect beside the others.
+        fitted: the fit of the effect and the others.
         scans: of the candidates; those of another place or of no torque of angle and rate are
             passed over.
     """
     mine, index = fitted.hypothesis.candidates[-1], len(fitted.hypothesis.candidates) - 1
     if not _is_of_state(mine):
         return []
-    first, values = fitted.hypothesis.offset(index), fitted.hypothesis.values(fitted.theta, index)
-    q, dq = _states(problem, mine.where)
-    torque = _torque(mine, np.array([*values.values()]), q, dq)
+    first, after = fitted.hypothesis.offset(index), fitted.hypothesis.first_constant
+    values, (q, dq) = fitted.theta[first:after], _states(problem, mine.where)
+    torque = _torque(mine, values, q, dq)
     others: list[tuple[float, Scan]] = []
     wholes: list[tuple[float, Scan]] = []
     for scan in scans if torque.any() else ():
         if scan.candidate.where != mine.where or not _is_of_state(scan.candidate):
             continue
         itself = scan.candidate == mine
-        for points in _other_wholes(scan, [*values.values()]) if itself else [scan.points]:
+        for points in _other_wholes(scan, values) if itself else [scan.points]:
             point, left = _nearest(scan.candidate, points, q, dq, torque)
-            theta = fitted.theta[:first], point, fitted.theta[first + len(values) :]
-            near = wholes if itself else others
-            near.append((left, replace(scan, theta=np.concatenate(theta))))
+            theta = np.concatenate([fitted.theta[:first], point, fitted.theta[after:]])
+            (wholes if itself else others).append((left, replace(scan, theta=theta)))
     numerics = problem.numerics
-    most = numerics.imitation_left
+    counts = ((others, numerics.imitations), (wholes, numerics.imitations_whole))
     return [
-        *_best(others, most)[: numerics.imitations],
-        *_best(wholes, most)[: numerics.imitations_whole],
+        scan
+        for near, count in counts
+        for left, scan in sorted(near, key=lambda n: n[0])[:count]
+        if left < numerics.imitation_left
     ]
 
 
-def _best(near: Sequence[tuple[float, Scan]], most: float) -> list[Scan]:
-    return [scan for left, scan in sorted(near, key=lambda n: n[0]) if left < most]
-
-
-def _other_wholes(scan: Scan, values: Sequence[float]) -> list[Array]:
+def _other_wholes(scan: Scan, values: Array) -> list[Array]:
     """The scanned points of a law, by its whole numbers; without those that it has."""
     whole = [i for i, p in enumerate(scan.candidate.parameters) if p.whole]
     kinds = np.unique(scan.points[:, whole], axis=0) if whole else ()
     return [
         scan.points[(scan.points[:, whole] == kind).all(axis=1)]
         for kind in kinds
-        if (kind != np.array(values)[whole]).any()
+        if (kind != values[whole]).any()
     ]
 
 
@@ -82,21 +79,20 @@ def _nearest(
     what a constant torque does, and no fit would find the way from there.
     """
     parameters = candidate.parameters
-    scaling = amplitude_indices(parameters)
-    free = [i for i, p in enumerate(parameters) if i in scaling or p.turns]
+    free = [i for i, p in enumerate(parameters) if p.scales or p.turns]
     bounds = [np.array([getattr(parameters[i], end) for i in free]) for end in ('low', 'high')]
     size = np.sqrt((torque**2).mean())
 
-    def beside(values: Array, point: Array) -> Array:
+    def off(values: Array, point: Array) -> Array:
         point[free] = values
         return (_torque(candidate, point, q, dq) - torque) / size
 
     best, least = points[0], np.inf
     for point in points.copy():
         start = np.clip(point[free], *bounds)
-        if np.isfinite(beside(start, point)).all():
-            found = least_squares(beside, start, bounds=bounds, args=(point,))
-            left = float((beside(found.x, point) ** 2).mean())
+        if np.isfinite(off(start, point)).all():
+            found = least_squares(off, start, bounds=bounds, args=(point,))
+            left = float((off(found.x, point) ** 2).mean())
             best, least = (point, left) if left < least else (best, least)
     return best, least
 

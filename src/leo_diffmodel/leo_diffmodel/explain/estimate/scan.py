@@ -4,63 +4,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import itertools
 
 import numpy as np
 
-from leo_diffmodel.compare.sizes import (
-    COUNTS,
-    EARTH,
-    force_scale,
-    inertia_scale,
-    mass_scale,
-    reach,
-    torque_scale,
-    UnitSizes,
-)
-from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.covariance import conditional_errors
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import Grids
-from leo_sim.description.robot import Robot
+from leo_diffmodel.explain.problem.shooting import eliminate
+from leo_diffmodel.explain.problem.sizes import Scales
+from leo_diffmodel.explain.settings import Grids, Settings
 from leo_sim.effects import Parameter
-from leo_sim.model import Model
 
 Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class Scales(UnitSizes):
-    """What is large on this robot and in this data.
-
-    The largest torque of a motor, or else of gravity; rms rates; the largest angle, 1 or more; the
-    way and the rms speed of slides, or else the robot's reach; three times the largest inertia and
-    mass of a link; the weight of such a mass, or the largest force of a motor on a slide; the
-    largest input.
-    """
-
-    def amplitudes(self, effect: str, parameter: Parameter, grids: Grids) -> Array:
-        """Amplitudes of one sign to try, small to large, as change from neutral."""
-        if parameter.role == 'delay':
-            return np.array(grids.delays)
-        if parameter.unit == 'rad':
-            return np.array(grids.angles)
-        return self.large(effect, parameter) * np.array(grids.fractions)
-
-    def shapes(self, effect: str, parameter: Parameter, grids: Grids) -> tuple[float, ...]:
-        """Values to try of a parameter that shapes an effect without scaling it."""
-        if parameter.turns:
-            way = 1.0 if parameter.unit == 'rad' else self.length / np.pi
-            return tuple(way * angle for angle in grids.directions)
-        if parameter.unit == 's':
-            return grids.shape_seconds
-        if parameter.unit in COUNTS:
-            return tuple(float(n) for n in range(1, grids.most_periods + 1))
-        return tuple(self.large(effect, parameter) * share for share in grids.shape_shares)
 
 
 @dataclass(frozen=True)
@@ -96,10 +55,6 @@ class Scan:
         """The best values of the candidate itself, shape (P,)."""
         return self.theta[self.first : self.first + len(self.candidate.parameters)]
 
-    def stretched(self, index: int, by: float) -> Array:
-        """A point of the grid with its amplitudes times a factor, within the bounds."""
-        return stretched(self.candidate, self.points[index], by)
-
 
 class Scanner:
     """Scans candidates on top of one fitted hypothesis."""
@@ -110,99 +65,72 @@ class Scanner:
         A parameter at its bound can take nothing up, so it is no nuisance.
         """
         self._problem, self._null, self._scales = problem, null, scales
-        self._linear = linear = problem.linearised(
-            null.hypothesis,
-            null.theta,
-            null.start,
-            conditional_errors(null.columns[problem.train]),
-        )
-        rest, _, _, _ = shooting.eliminate(linear)
-        weight = shooting.robust_weight(rest, null.start.shape[-1], problem.numerics, null.typical)
+        errors = conditional_errors(null.columns[problem.train])
+        linear = problem.linearised(null.hypothesis, null.theta, null.start, errors)
+        self._first = linear.residual
+        channels, numerics = null.start.shape[-1], problem.numerics
+        weight = likelihood.robust_weight(eliminate(linear)[0], channels, numerics, null.typical)
         self._root = np.sqrt(weight)
         self._basis = np.linalg.qr(linear.by_start * self._root[..., None])[0]
         free = null.hypothesis.free(null.theta)
         self._nuisance = self._constants(linear.by_theta[..., free])
-        self.residual = self._project(linear.residual)
+        self.residual = self._project(self._first)
         self._before = self._project(self._moved(null.hypothesis, null.theta))
 
     def scan(self, candidate: Candidate) -> Scan:
         """The best point of the grid; along each ray the closed form picks the amplitude."""
         grid = self._grid(candidate)
-        hypothesis = self._null.hypothesis.with_candidate(candidate)
-        thetas = self._thetas(hypothesis, candidate, grid)
-        change = self._before - self._project(self._moved(hypothesis, thetas))
+        change = self._before - self._project(self._tried(candidate, grid))
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
         stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
-        theta = stretched(candidate, grid[best], float(stretch[best]))
-        full = np.concatenate([self._null.theta[: self._split], theta, self._tail])
-        unit = change / np.sqrt(length2)[:, None]
-        nats = 0.5 * length2
-        others = [
-            stretched(candidate, grid[i], float(stretch[i]))
-            for i in _other_wholes(candidate, grid, gains)
-        ]
-        return Scan(
-            candidate,
-            full,
-            float(gains[best]),
-            unit,
-            float(nats.max()),
-            grid,
-            nats,
-            self._split,
-            tuple(others),
-        )
+        at = [best, *_other_wholes(candidate, grid, gains)]
+        theta, *others = (stretched(candidate, grid[i], float(stretch[i])) for i in at)
+        found = self._found(candidate, theta, float(gains[best]), change, grid)
+        return replace(found, others=tuple(others))
+
+    def _found(
+        self,
+        candidate: Candidate,
+        theta: Array,
+        gain: float,
+        change: Array,
+        points: Array,
+        share: float = 1.0,
+    ) -> Scan:
+        """The scan of a candidate in a share of the windows."""
+        length2 = np.maximum((change**2).sum(-1), 1e-12)
+        unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / share
+        full, first = self._null.with_values(theta), self._null.hypothesis.first_constant
+        return Scan(candidate, full, gain / share, unit, float(nats.max()), points, nats, first)
+
+    def _tried(self, candidate: Candidate, points: Array) -> Array:
+        """Whitened residuals with a candidate at some points, (S, W, N)."""
+        thetas = np.stack([self._null.with_values(point) for point in points])
+        return self._moved(self._null.hypothesis.with_candidate(candidate), thetas)
 
     def _moved(self, hypothesis: Hypothesis, thetas: Array) -> Array:
         """Whitened residuals of a hypothesis at some values, (..., W, N)."""
         problem, start = self._problem, self._null.start
         starts = np.broadcast_to(start, (*thetas.shape[:-1], *start.shape))
         model = hypothesis.model(problem.rough, thetas) if thetas.shape[-1] else problem.rough
-        predicted = shooting.predict(model, problem.windows, starts)
-        return shooting.whiten(
-            problem.windows, predicted, problem.sigma, problem.numerics.farthest
-        )
-
-    @property
-    def _split(self) -> int:
-        return self._null.hypothesis.size - len(self._null.hypothesis.constants)
-
-    @property
-    def _tail(self) -> Array:
-        return self._null.theta[self._split :]
-
-    def _thetas(self, hypothesis: Hypothesis, candidate: Candidate, grid: Array) -> Array:
-        thetas = np.empty((len(grid), hypothesis.size))
-        first, count = self._split, len(candidate.parameters)
-        thetas[:, :first] = self._null.theta[:first]
-        thetas[:, first : first + count] = grid
-        thetas[:, first + count :] = self._tail
-        return thetas
+        return problem.residual(starts, model)
 
     def _grid(self, candidate: Candidate) -> Array:
         """All points to try, shape (S, parameters of the effect)."""
         parameters = candidate.parameters
-        amplitude = amplitude_indices(parameters)
+        numbered, amplitude = [*enumerate(parameters)], amplitude_indices(parameters)
         rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
-        shapes = [
-            self._shape(candidate, p) for i, p in enumerate(parameters) if i not in amplitude
-        ]
+        shapes = [self._shape(candidate, p) for i, p in numbered if i not in amplitude]
         sizes = np.stack([self._sizes(candidate, parameters[i]) for i in amplitude], axis=1)
         if _is_linear(candidate):
             sizes = sizes[1:2]
         points = []
         for ray, size, *shape in itertools.product(rays, sizes, *shapes):
-            rest = iter(shape)
-            moves = dict(zip(amplitude, np.multiply(ray, size), strict=True))
-            points.append(
-                [
-                    p.neutral + moves[i] if i in moves else next(rest)
-                    for i, p in enumerate(parameters)
-                ]
-            )
+            rest, move = iter(shape), dict(zip(amplitude, np.multiply(ray, size), strict=True))
+            points.append([p.neutral + move[i] if i in move else next(rest) for i, p in numbered])
         possible = [p for p in points if _possible(parameters, p)]
         return np.array(possible or [_inside(parameters, p) for p in points])
 
@@ -253,8 +181,7 @@ def stretched(candidate: Candidate, point: Array, by: float) -> Array:
     """A point with the amplitudes of an effect times a factor, within its bounds."""
     parameters = candidate.parameters
     neutral = np.array([p.neutral for p in parameters])
-    scaled = [i in amplitude_indices(parameters) for i in range(len(parameters))]
-    moved = np.where(scaled, neutral + by * (point - neutral), point)
+    moved = np.where([p.scales for p in parameters], neutral + by * (point - neutral), point)
     return np.clip(moved, [p.low for p in parameters], [p.high for p in parameters])
 
 
@@ -268,7 +195,6 @@ def _possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
 
 
 def _inside(parameters: Sequence[Parameter], point: Sequence[float]) -> list[float]:
-    """The point nearest to this one within the bounds."""
     return [min(max(v, p.low), p.high) for p, v in zip(parameters, point, strict=True)]
 
 
@@ -286,34 +212,21 @@ def stretch_limits(candidate: Candidate, grids: Grids) -> tuple[float, float]:
     return (1.0, 1.0) if bent and hook in ('command', 'drive') else grids.bent_stretch
 
 
-def scales_of(model: Model, windows: Windows) -> Scales:
-    """Sizes of this robot and this data, for choosing amplitudes."""
-    robot = model.robot
-    states = model.laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
-    applied = model.laws.at_motors(windows.inputs, *states)
-    mass, rate = 3 * mass_scale(robot), max(float(np.sqrt((windows.dq**2).mean())), 1e-3)
-    length, speed = _sliding(robot, windows) or (reach(robot), reach(robot) * rate)
-    return Scales(
-        torque=torque_scale(robot),
-        rate=rate,
-        angle=max(float(np.abs(windows.q).max(initial=0.0)), 1.0),
-        force=max(EARTH * mass, force_scale(robot)),
-        speed=speed,
-        length=length,
-        inertia=3 * inertia_scale(robot),
-        mass=mass,
-        input=max(float(np.abs(applied).max(initial=0.0)), 1e-9),
-    )
+def threshold(scans: Sequence[Scan], settings: Settings) -> float:
+    """Gain [nats] that a bag of this robot, length and excitation shows without any effect.
 
-
-def _sliding(robot: Robot, windows: Windows) -> tuple[float, float] | None:
-    """The farthest position [m] and the rms speed [m/s] of slides; None without, but a base's."""
-    slides = [
-        i
-        for i, name in enumerate(robot.joint_names)
-        if name in robot.slides.difference(robot.base_joints)
-    ]
-    if not slides:
-        return None
-    way = float(np.abs(windows.q[..., slides]).max(initial=0.0))
-    return max(way, 1e-3), max(float(np.sqrt((windows.dq[..., slides] ** 2).mean())), 1e-3)
+    A no-effect run is noise with the whitening applied: white, of unit variance, nuisances
+    projected out. Its gain along each signature is known in closed form, so a hundred runs
+    cost one matrix product. The quantile over runs of the best gain of all candidates is
+    raised by a safety factor for noise that is known only roughly.
+    """
+    gates, at_once = settings.gates, settings.numerics.at_once
+    if not scans:
+        return gates.least_nats
+    columns = np.concatenate([s.signatures for s in scans]).astype(np.float32)
+    rng, best = np.random.default_rng(0), []
+    for _ in range(settings.numerics.draws // at_once):
+        draws = rng.standard_normal((columns.shape[1], at_once)).astype(np.float32)
+        best.append(0.5 * np.maximum(columns @ draws, 0.0).max(axis=0) ** 2)
+    noise = gates.noise_times * float(np.quantile(best, gates.noise_quantile))
+    return max(gates.least_nats, noise)

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.shooting import Linear
 
 Array = np.ndarray
 
@@ -52,14 +53,10 @@ def settle(
     starts: Sequence[Array],
     by_start: Array | None = None,
 ) -> Settled:
-    """Settle from each of several start states, and keep the best in each window.
+    """Settle from each of several start states (W, 2J), and keep the best in each window.
 
-    Args:
-        problem: the windows.
-        hypothesis: what acts.
-        theta: its values, shape (P,).
-        starts: where to begin, each (W, 2J).
-        by_start: sensitivity of the whitened residual to them, found nearby, (W, N, 2J).
+    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is the sensitivity of the
+    whitened residual to the start states, found nearby.
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))
@@ -71,22 +68,19 @@ def settle(
 
 
 class _Settling:
-    """Windows on the way to the start states that fit them best."""
-
     def __init__(self, fixed: Problem, start: Array, by_start: Array | None):
-        self._fixed = fixed
+        self._fixed, self._rough = fixed, fixed.roughly
         known = fixed.by_start if by_start is None else by_start
         if known is None:
             linear = _linearised(fixed, start)
             residual, known = linear.residual, linear.by_start
         else:
-            residual = residual_at(fixed, start)
-        loss = shooting.loss(residual, start.shape[-1], fixed.numerics, fixed.typical)
-        self._first, self._rough = Settled(start, loss, residual, known), fixed.roughly
+            residual = fixed.residual(start)
+        self._first = Settled(start, self._lost(residual), residual, known)
         self._at = Settled(*(x.copy() for x in vars(self._first).values()))
         self._added: Array | None = None
         if self._rough is not fixed:
-            self._added = residual - residual_at(self._rough, start)
+            self._added = residual - self._rough.residual(start)
         self._fresh = np.full(len(start), by_start is None or fixed.by_start is not None)
 
     def settled(self) -> Settled:
@@ -104,15 +98,15 @@ class _Settling:
 
     def _checked(self) -> Settled:
         """The windows predicted finely; those that are worse than at first stay there."""
-        first, last, at = self._first, self._at, self._at.start
-        residual = residual_at(self._fixed, at)
+        first, at = self._first, self._at
+        residual = self._fixed.residual(at.start)
         loss = self._lost(residual)
         better = loss < first.loss
         return Settled(
-            np.where(better[:, None], at, first.start),
+            np.where(better[:, None], at.start, first.start),
             np.where(better, loss, first.loss),
             np.where(better[:, None], residual, first.residual),
-            last.by_start,
+            at.by_start,
         )
 
     def _planned(self, index: Array, dampings: Sequence[float]) -> tuple[Array, Array]:
@@ -123,13 +117,14 @@ class _Settling:
         return steps, self._at.loss[index] - self._lost(ahead)
 
     def _lost(self, residual: Array) -> Array:
-        channels = self._at.start.shape[-1]
-        return shooting.loss(residual, channels, self._fixed.numerics, self._fixed.typical)
+        fixed = self._fixed
+        channels = 2 * fixed.windows.q.shape[-1]
+        return likelihood.loss(residual, channels, fixed.numerics, fixed.typical)
 
     def _step(self, index: Array, steps: Array, promised: Array) -> Array:
         """Move the windows by their best step; which of them may have another one, (w,)."""
         at, starts = self._at, self._at.start[index] + steps
-        residuals = residual_at(self._rough.take(index), starts)
+        residuals = self._rough.take(index).residual(starts)
         if self._added is not None:
             residuals += self._added[index]
         losses = self._lost(residuals)
@@ -143,11 +138,10 @@ class _Settling:
         stale = (gained < self._fixed.numerics.kept * promised) & (better | ~self._fresh[index])
         stale &= self._fixed.by_start is None
         first, self._fresh[moved] = len(steps) == 1, False
-        self._refresh(index[stale])
+        self._linearise(index[stale])
         return better | stale | first
 
-    def _refresh(self, index: Array) -> None:
-        """Find the sensitivity of some windows again."""
+    def _linearise(self, index: Array) -> None:
         if index.size:
             part = _linearised(self._rough.take(index), self._at.start[index])
             self._at.by_start[index], self._fresh[index] = part.by_start, True
@@ -157,7 +151,7 @@ def _damped_steps(
     fixed: Problem, residual: Array, by_start: Array, dampings: Sequence[float]
 ) -> Array:
     """The Levenberg-Marquardt steps of each window's start state, (D, w, 2J)."""
-    weight = shooting.robust_weight(residual, by_start.shape[-1], fixed.numerics, fixed.typical)
+    weight = likelihood.robust_weight(residual, by_start.shape[-1], fixed.numerics, fixed.typical)
     weighed = np.swapaxes(by_start * weight[..., None], -1, -2)
     matrix, slope = weighed @ by_start, weighed @ residual[..., None]
     size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 1e-30))
@@ -166,11 +160,5 @@ def _damped_steps(
     return -np.linalg.solve(damped, slope / size[..., None])[..., 0] / size
 
 
-def _linearised(fixed: Problem, start: Array) -> shooting.Linear:
+def _linearised(fixed: Problem, start: Array) -> Linear:
     return fixed.linearised(Hypothesis(), np.zeros(0), start)
-
-
-def residual_at(fixed: Problem, start: Array) -> Array:
-    """Whitened residual of the problem as it stands from some start states, (W, N)."""
-    predicted = shooting.predict(fixed.base, fixed.windows, start)
-    return shooting.whiten(fixed.windows, predicted, fixed.sigma, fixed.numerics.farthest)

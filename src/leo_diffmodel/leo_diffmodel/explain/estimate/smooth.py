@@ -1,74 +1,68 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Estimator for motion without contact: every candidate scanned, the best refitted jointly."""
+"""Estimator for motion without contact: every candidate scanned, the best refitted jointly.
+
+Which two effects explain most together is found by the linear answer of what was scanned.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 import time
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, Progress, STEPS
-from leo_diffmodel.explain.estimate.far_ahead import FarAhead
+from leo_diffmodel.explain.estimate.estimator import (
+    Estimate,
+    Estimator,
+    Extension,
+    Progress,
+    STEPS,
+)
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.pairs import best_pairs, leading
-from leo_diffmodel.explain.estimate.scan import Scales, Scan, Scanner
-from leo_diffmodel.explain.estimate.threshold import threshold
+from leo_diffmodel.explain.estimate.scan import Scan, Scanner, stretch_limits, stretched, threshold
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.settings import Numerics
+from leo_diffmodel.explain.settings import Numerics, Settings
 
 Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
 
 
-@dataclass
-class Smooth(FarAhead):
-    """Fits by multiple shooting; see `Estimator`."""
-
-    posed: Posed
-    scales: Scales
+class Smooth(Estimator):
+    """Fits by multiple shooting."""
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""
         return Estimate(self.posed, fit(self.posed.problem, hypothesis))
 
     def extended(
-        self, base: Estimate, pool: Sequence[Candidate], told: Progress, few: bool = False
+        self, base: Estimate, pool: Sequence[Candidate], progress: Progress, few: bool = False
     ) -> Extension:
-        """Scan all, and refit the best alone and in pairs; see `Estimator`."""
+        """Scan all, and refit the best alone and in pairs."""
         problem, numerics = base.problem, base.problem.numerics
-        pairs = numerics.pairs if base.names else numerics.first_pairs
         scanner = Scanner(problem, base.fit, self.scales)
         found = helper.spread_until(
-            problem.until, scanner.scan, pool, lambda c: told(c.label, STEPS.scan)
+            problem.until, scanner.scan, pool, lambda c: progress(c.label, STEPS.scan)
         )
         scans = [replace(s, candidate=pool[i]) for i, s in found.items()]
         scans.sort(key=lambda s: -s.gain)
         limit = threshold(scans, problem.settings)
         points = _singles(scans, limit, numerics)
-        leaders = leading(scans, scanner.residual, numerics) if scans else []
-        points += best_pairs(
-            leaders, scanner.residual, 0 if few else pairs, limit, problem.settings
-        )
-        larger, untried = _fitted(base, points, told)
+        if scans and not few:
+            pairs = numerics.pairs if base.names else numerics.first_pairs
+            leaders = leading(scans, scanner.residual, numerics)
+            points += best_pairs(leaders, scanner.residual, pairs, limit, problem.settings)
+        larger, untried = _fitted(base, points, progress)
         untried += [(c,) for i, c in enumerate(pool) if i not in found]
         return Extension(base, tuple(larger), tuple(scans), limit, tuple(untried))
 
-    def refitted(
-        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
-    ) -> Estimate:
-        """Another hypothesis on the same windows; see `Estimator`."""
-        return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
-
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The least loss that several starts lead to; see `Estimator`."""
+        """The least loss that several starts lead to."""
         return Estimate(at.posed, finished(at.problem, at.fit, starts))
 
 
@@ -79,8 +73,94 @@ def _singles(scans: Sequence[Scan], limit: float, numerics: Numerics) -> list[Po
     return [((s.candidate,), v) for s in worth for v in (s.own, *s.others)[: numerics.wholes]]
 
 
+def leading(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[Scan]:
+    """The first of scans, best first, of as many different answers: of those alike, one.
+
+    `residual` is what their signatures are to explain, shape (M,).
+    """
+    kept: list[Scan] = []
+    rows = np.zeros((0, len(residual)))
+    for scan in scans:
+        row = scan.signatures[int(np.argmax(scan.signatures @ residual))]
+        if len(kept) < numerics.leaders and (np.abs(rows @ row) < numerics.parallel).all():
+            kept.append(scan)
+            rows = np.vstack([rows, row])
+    return kept
+
+
+def best_pairs(
+    scans: Sequence[Scan], residual: Array, most: int, least: float, settings: Settings
+) -> list[Point]:
+    """The pairs that save most, each with the values at which it does.
+
+    Args:
+        scans: of the candidates.
+        residual: what the signatures of the scans are to explain, shape (M,).
+        most: how many pairs.
+        least: by how many nats a pair must be better than the better of its two.
+        settings: points of each that take part, which are too much alike, how far they reach.
+    """
+    atoms = _atoms(scans, residual, settings.numerics.pair_points)
+    if len(atoms) < 2:
+        return []
+    owner = np.array([o for o, _ in atoms])
+    rows = np.array([scans[o].signatures[k] for o, k in atoms])
+    along = rows @ residual
+    saved, stretch = _saved(along, rows @ rows.T, scans, atoms, settings)
+    best = np.zeros(len(scans))
+    np.maximum.at(best, owner, 0.5 * np.maximum(along, 0.0) ** 2)
+    both = np.maximum(best[owner][:, None], best[owner][None, :])
+    saved = np.where(saved > both + least, saved, -np.inf)
+    found: dict[frozenset[int], Point] = {}
+    for flat in np.argsort(-saved, axis=None)[: settings.numerics.pair_looks * most]:
+        i, j = map(int, np.unravel_index(flat, saved.shape))
+        if not np.isfinite(saved[i, j]) or len(found) == most:
+            break
+        key = frozenset((atoms[i][0], atoms[j][0]))
+        if len(key) == 2 and key not in found:
+            by = float(stretch[i, j]), float(stretch[j, i])
+            found[key] = _point(scans, (atoms[i], atoms[j]), by)
+    return list(found.values())
+
+
+def _atoms(scans: Sequence[Scan], residual: Array, most: int) -> list[tuple[int, int]]:
+    """The points that explain most of each candidate, as numbers of scan and point."""
+    found = []
+    for number, scan in enumerate(scans):
+        along = np.maximum(scan.signatures @ residual, 0.0)
+        points = np.argsort(-along)[:most]
+        found += [(number, int(k)) for k in points if scan.nats[k] > 0.5]
+    return found
+
+
+def _saved(
+    along: Array,
+    cosine: Array,
+    scans: Sequence[Scan],
+    atoms: Sequence[tuple[int, int]],
+    settings: Settings,
+) -> tuple[Array, Array]:
+    """Nats that atoms i and j save together, and the stretch of i then; -inf where impossible."""
+    free = np.where(np.abs(cosine) < settings.numerics.parallel, 1 - cosine**2, np.inf)
+    share = (along[:, None] - cosine * along[None, :]) / free
+    lengths = np.array([[np.sqrt(2 * scans[o].nats[k])] for o, k in atoms])
+    stretch = share / lengths
+    limits = np.array([stretch_limits(scans[o].candidate, settings.grids) for o, _ in atoms])
+    able = (stretch >= 0.5 * limits[:, :1]) & (stretch <= 2 * limits[:, 1:])
+    saved = 0.5 * (share * along[:, None] + share.T * along[None, :])
+    return np.where(able & able.T, saved, -np.inf), np.clip(stretch, limits[:, :1], limits[:, 1:])
+
+
+def _point(
+    scans: Sequence[Scan], atoms: Sequence[tuple[int, int]], stretch: Sequence[float]
+) -> Point:
+    taken = [(scans[o], k, by) for (o, k), by in zip(atoms, stretch, strict=True)]
+    values = [stretched(s.candidate, s.points[k], by) for s, k, by in taken]
+    return tuple(s.candidate for s, _, _ in taken), np.concatenate(values)
+
+
 def _fitted(
-    base: Estimate, points: Sequence[Point], told: Progress
+    base: Estimate, points: Sequence[Point], progress: Progress
 ) -> tuple[list[Estimate], list[tuple[Candidate, ...]]]:
     """A look from each point, the better half followed on, and what there was no time to look at.
 
@@ -88,37 +168,36 @@ def _fitted(
     """
     null, problem = base.fit, base.problem
     half = 0.5 * (time.monotonic() + problem.until)
-    fits = helper.spread_until(
-        half, partial(_looked_at, problem, null), points, lambda p: told(_label(p[0]), STEPS.look)
-    )
+
+    def done(steps: int, candidates: Sequence[Candidate]) -> None:
+        progress(' + '.join(c.label for c in candidates), steps)
+
+    look, follow = partial(_looked_at, problem, null), partial(_followed, problem)
+    fits = helper.spread_until(half, look, points, lambda p: done(STEPS.look, p[0]))
     further = _leading(problem, fits)
     better = helper.spread_until(
         problem.until,
-        partial(_followed, problem),
+        follow,
         [fits[i] for i in further],
-        lambda f: told(_label(f.hypothesis.candidates), STEPS.fit),
+        lambda f: done(STEPS.fit, f.hypothesis.candidates),
     )
     fits |= {further[i]: fitted for i, fitted in better.items()}
-    named = [Estimate(base.posed, _named(f, null, points[i][0])) for i, f in fits.items()]
-    return named, [p[0] for i, p in enumerate(points) if i not in fits]
-
-
-def _label(candidates: Sequence[Candidate]) -> str:
-    return ' + '.join(c.label for c in candidates)
+    own = {i: _with(null.hypothesis, points[i][0]) for i in fits}  # of copies of another process
+    larger = [Estimate(base.posed, replace(f, hypothesis=own[i])) for i, f in fits.items()]
+    return larger, [p[0] for i, p in enumerate(points) if i not in fits]
 
 
 def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
     """A first look from where a scan points; a fit from neutral where that leads nowhere."""
     added, values = point
-    hypothesis = _with(null.hypothesis, added)
-    fitted = fit(problem, hypothesis, _between(null, values), null.start, problem.numerics.look)
+    hypothesis, numerics = _with(null.hypothesis, added), problem.numerics
+    fitted = fit(problem, hypothesis, null.with_values(values), null.start, numerics.look)
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
     parameters = [p for c in added for p in c.parameters]
     neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
-    return fit(
-        problem, hypothesis, _between(null, neutral), null.start, problem.numerics.neutral_look
-    )
+    theta = null.with_values(neutral)
+    return fit(problem, hypothesis, theta, null.start, numerics.neutral_look)
 
 
 def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
@@ -132,22 +211,8 @@ def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
 
 
 def _followed(problem: Problem, fitted: Fit) -> Fit:
-    """A fit that looked promising, followed on."""
     return fit(problem, fitted.hypothesis, fitted.theta, fitted.start)
 
 
-def _between(null: Fit, values: Array) -> Array:
-    """Parameters of a hypothesis with these values after those of the effects it holds."""
-    split = null.hypothesis.size - len(null.hypothesis.constants)
-    return np.concatenate([null.theta[:split], values, null.theta[split:]])
-
-
 def _with(hypothesis: Hypothesis, added: Sequence[Candidate]) -> Hypothesis:
-    for candidate in added:
-        hypothesis = hypothesis.with_candidate(candidate)
-    return hypothesis
-
-
-def _named(fitted: Fit, null: Fit, added: Sequence[Candidate]) -> Fit:
-    """The fit with the very candidates asked for, of which another process gives copies."""
-    return replace(fitted, hypothesis=_with(null.hypothesis, added))
+    return replace(hypothesis, candidates=(*hypothesis.candidates, *added))

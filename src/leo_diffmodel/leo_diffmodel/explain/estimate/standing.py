@@ -1,13 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A problem on the ground, its windows settled."""
+"""Steps of a fit on the ground, each with windows settled on contacts of their own."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
-from leo_diffmodel.explain.estimate.fitted import Fit
+import numpy as np
+
+from leo_diffmodel.explain.estimate.fit import looked_at, moved, Step
+from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, gain
 from leo_diffmodel.explain.problem.linearisation import refined, settled
 from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.problem.problem import Problem
+
+
+class Stand(NamedTuple):
+    """A hypothesis at some values, linearised there, and the next step of its fit."""
+
+    posed: Posed
+    fit: Fit
+    step: Step
 
 
 def standing(posed: Posed) -> Posed:
@@ -19,20 +32,81 @@ def standing(posed: Posed) -> Posed:
     return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
 
 
-def resettled(posed: Posed, fitted: Fit, finer: bool = False, anew: bool = False) -> Posed:
-    """This problem on the ground with the linearisation of a fitted hypothesis.
+def linearised(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:
+    """A hypothesis at some values, its windows settled and linearised.
 
     Args:
-        posed: the problem.
-        fitted: the hypothesis at its values and start states.
+        posed: the problem, settled before.
+        point: the hypothesis at its values and start states.
         finer: ask a finer integration anew what the coarse one is off by.
         anew: find the sensitivity of all windows to their start states again.
     """
-    problem = posed.problem
-    model = fitted.hypothesis.model(problem.base, fitted.theta)
+    problem, hypothesis = posed.problem, point.hypothesis
     assert problem.linearisation
-    windows, before = problem.windows, replace(problem.linearisation, start=fitted.start)
+    model = hypothesis.model(problem.base, point.theta)
+    windows, before = problem.windows, replace(problem.linearisation, start=point.start)
     if finer:
         windows, before = refined(model, windows, before)
     _, linearisation = settled(model, windows, problem.sigma, problem.settings, before, anew)
-    return replace(posed, problem=replace(problem, windows=windows, linearisation=linearisation))
+    problem = replace(problem, windows=windows, linearisation=linearisation)
+    return Stand(replace(posed, problem=problem), *looked_at(problem, hypothesis, point.theta))
+
+
+def most_nats(problem: Problem, spread: float) -> float:
+    """Most that a window may say [nats], of residuals of some dispersion."""
+    return problem.gates.window_nats * spread
+
+
+def advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
+    """A step further, or a shorter one, where that is better, and what it gains [nats]."""
+    problem = at.posed.problem
+    for scale in problem.numerics.strides:
+        trial = linearised(at.posed, moved(at.fit, at.step, scale), finer)
+        most = most_nats(problem, dispersion(trial.fit))
+        if (gained := gain(at.fit, trial.fit, problem.train, most)) > 0:
+            return trial, gained
+    return at, 0.0
+
+
+def converged(posed: Posed, best: Fit) -> Stand:
+    """A hypothesis fitted with its windows linearised anew at every step."""
+    first = at = linearised(posed, best, finer=True)
+    gained, numerics = 0.0, posed.problem.numerics
+    for _ in range(numerics.ground_iterations if best.hypothesis.size else 0):
+        if posed.problem.late():
+            break
+        at, gained = advanced(at, finer=True)
+        if gained < numerics.ground_gain_nats:
+            break
+    at = at if at is first else linearised(at.posed, at.fit, finer=True)
+    return at._replace(fit=replace(at.fit, ended=gained < numerics.ground_gain_nats))
+
+
+def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
+    """A converged hypothesis with all windows linearised anew about their start states.
+
+    Before, only that of windows where it was off by much was: the starts then remember the way on
+    which the parameters came, which holds these back by about a standard deviation. What a single
+    step gains is no judge here: it is less than the few windows say whose contacts settle
+    otherwise. All together must not make it worse.
+    """
+    problem, numerics = posed.problem, posed.problem.numerics
+    at = linearised(posed, best, finer=True, anew=True)
+    for _ in range(numerics.last_steps):
+        if problem.late():
+            break
+        farthest = standard_errors_moved(at)
+        if farthest < numerics.last_errors:
+            break
+        fitted = moved(at.fit, at.step, min(1.0, numerics.farthest_errors / farthest))
+        at = linearised(at.posed, fitted, finer=True, anew=True)
+    spread = dispersion(best)
+    worse = -gain(best, at.fit, problem.train, most_nats(problem, spread)) / spread
+    return (at.posed, at.fit) if worse < problem.gates.margin_nats else (posed, best)
+
+
+def standard_errors_moved(at: Stand) -> float:
+    """The longest next move of a parameter [standard errors]; one on a bound has none."""
+    errors = at.fit.standard_errors
+    free = errors > 0
+    return float((np.abs(at.step.theta)[free] / errors[free]).max(initial=0.0))

@@ -12,8 +12,8 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
-from leo_diffmodel.explain.estimate.loss import rest_of
-from leo_diffmodel.explain.estimate.own_constants import completed
+from leo_diffmodel.explain.estimate.finish import completed
+from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
 from leo_diffmodel.explain.findings.choices import choices, other, refuted
 from leo_diffmodel.explain.findings.findings import Findings

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TYPE_CHECKING
 
 from leo_diffmodel.compare.headline import Figures, Headline
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import Rest
+from leo_diffmodel.explain.estimate.fitted import Fit, Rest
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.settings import Gates, Numerics

@@ -15,8 +15,8 @@ from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.compare.headline import Figures, Headline, headline
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.search import Search
 from leo_sim.description.robot import Constant

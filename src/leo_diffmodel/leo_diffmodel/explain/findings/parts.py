@@ -16,12 +16,12 @@ from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.sizes import length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.own_constants import completed
 from leo_diffmodel.explain.findings.findings import Own, Part, Range, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
@@ -167,7 +167,7 @@ def _own(problem: Problem, final: Fit, bags: Sequence[str], index: int) -> Itera
     recording, with Student's t.
     """
     assert problem.block is not None
-    weight = shooting.robust_weight(
+    weight = likelihood.robust_weight(
         final.residual, final.start.shape[-1], problem.numerics, final.typical
     )
     column = final.columns[..., index]

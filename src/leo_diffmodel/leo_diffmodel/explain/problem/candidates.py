@@ -1,39 +1,44 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which effects may be missing on this robot, and where."""
+"""Which effects may be missing on this robot, where, and within which limits.
+
+Limits are what is plausible for the robot: a friction stronger than the motor stalls it, a link
+does not weigh twenty times what was drawn, a measurement is no later than what a window remembers.
+A value on its limit is no answer.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from math import inf, isfinite
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.noise import HISTORY
+from leo_diffmodel.compare.sizes import inertia_scale, mass_scale
 from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.sizes import most_sizes
+from leo_diffmodel.explain.settings import Grids
 from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect, EFFECTS, Parameter
 from leo_sim.effects.base import with_roles
 from leo_sim.model import Model
+from leo_sim.model.limits_file import limit_keys
 
 
 def seen(
     model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
 ) -> tuple[Candidate, ...]:
     """The candidates that recordings can say something about at all."""
-    return tuple(
-        c for c in candidates(model, extra) if not c.effect.of_rates or _have_rates(recordings)
-    )
+    measured = any(r.rates == 'measured' for r in recordings)
+    return tuple(c for c in candidates(model, extra) if measured or not c.effect.of_rates)
 
 
 def unseen(
     model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
 ) -> tuple[Candidate, ...]:
     """The candidates that change speeds alone, where the recordings measured none."""
-    return tuple(
-        c for c in candidates(model, extra) if c.effect.of_rates and not _have_rates(recordings)
-    )
-
-
-def _have_rates(recordings: Sequence[Recording]) -> bool:
-    return any(r.rates == 'measured' for r in recordings)
+    measured = any(r.rates == 'measured' for r in recordings)
+    return tuple(c for c in candidates(model, extra) if c.effect.of_rates and not measured)
 
 
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
@@ -42,24 +47,36 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
     Joint effects are tried at each joint and, on robots with several, shared by all of them;
     body effects at each moving link. What the model holds already is left out.
     """
-    catalogue = [*EFFECTS.values(), *extra]
     taken = {(p.effect.name, place) for p in model.effects for place in p.where}
     return tuple(
         Candidate(effect, where, _parameters(effect, model, where))
-        for effect in catalogue
+        for effect in (*EFFECTS.values(), *extra)
         if effect.applies(model.robot)
         for where in _places(effect, model)
         if (effect.name, where) not in taken
     )
 
 
+def _places(effect: Effect, model: Model) -> list[str]:
+    """Where it is tried; what a motor does, only at joints with one."""
+    places = list(effect.places(model.robot))
+    if effect.family == 'motor':
+        driven = {a.joint for a in model.robot.actuators}
+        places = [p for p in places if p in driven]
+    if effect.late:
+        return places if len(places) == 1 else ['all']
+    return [*places, 'all'] if len(places) > 1 and effect.hook != 'body' else places
+
+
+def _parameters(effect: Effect, model: Model, where: str) -> tuple[Parameter, ...]:
+    names = effect.places(model.robot) if where == 'all' else (where,)
+    return with_roles(effect, effect.parameters_for(model.robot, names))
+
+
 def uncertain(model: Model, recordings: Sequence[str] = ('',)) -> tuple[Constant, ...]:
     """The constants that are refitted with every hypothesis, but those known in all recordings.
 
-    Args:
-        model: the model.
-        recordings: names of the recordings; of a constant `per_recording` there is one for each
-            whose own value is not known.
+    Of a constant `per_recording` there is one for each recording whose own value is not known.
     """
     found = []
     for constant in model.robot.constants.values():
@@ -77,26 +94,74 @@ def own_constants(model: Model, recordings: Sequence[Recording]) -> tuple[Consta
 
 
 def _in(model: Model, constant: Constant, recording: str) -> Constant:
-    """A constant as one recording's own."""
     values, path = model.by_recording.get(constant.path, {}), constant.path
     value = float(values.get(recording, model.constants[path]))
     return replace(constant, value=value, recording=recording)
 
 
-def _places(effect: Effect, model: Model) -> list[str]:
-    """Where it is tried; what a motor does, only at joints with one."""
-    places = list(effect.places(model.robot))
-    if effect.family == 'motor':
-        driven = {a.joint for a in model.robot.actuators}
-        places = [p for p in places if p in driven]
-    if effect.late:
-        return places if len(places) == 1 else ['all']
-    return [*places, 'all'] if len(places) > 1 and effect.hook != 'body' else places
+def limited(candidate: Candidate, model: Model, grids: Grids) -> Candidate:
+    """A candidate whose parameters stay within what is plausible for the robot.
+
+    The model file may say otherwise (`limits:`), within what the effect allows at all.
+    """
+    kept = []
+    for p in candidate.parameters:
+        keys = limit_keys(candidate.effect.name, candidate.where, p.name)
+        given = next((model.limits[k] for k in keys if k in model.limits), None)
+        low, high = given or _range(p, candidate, model, grids)
+        kept.append(replace(p, low=max(p.low, low), high=min(p.high, high)))
+    return replace(candidate, parameters=tuple(kept))
 
 
-def _parameters(effect: Effect, model: Model, where: str) -> tuple[Parameter, ...]:
-    return with_roles(effect, effect.parameters_for(model.robot, _names(effect, model, where)))
+def at_limit(parameter: Parameter, value: float, half: float) -> bool:
+    """Whether a value with its confidence interval reaches a limit that is not `no effect`."""
+    ends = [e for e in (parameter.low, parameter.high) if e != parameter.neutral and isfinite(e)]
+    return any(abs(value - e) <= max(half, 1e-6 * abs(e)) for e in ends)
 
 
-def _names(effect: Effect, model: Model, where: str) -> tuple[str, ...]:
-    return effect.places(model.robot) if where == 'all' else (where,)
+def _range(
+    parameter: Parameter, candidate: Candidate, model: Model, grids: Grids
+) -> tuple[float, float]:
+    unit, neutral = parameter.unit, parameter.neutral
+    if candidate.effect.hook == 'ground' and neutral > 0:
+        return neutral / grids.ground, neutral * grids.ground
+    if unit in ('kg', 'kg m2'):
+        return _inertial(unit, candidate, model, grids)
+    if fixed := _fixed(parameter, candidate, grids):
+        return fixed
+    sizes = most_sizes(model.robot, candidate.where, grids.heavier)
+    most = sizes.large(candidate.effect.name, parameter)
+    if sizes.of(unit) is None or (unit == 'V' and parameter.role == 'threshold'):
+        return -inf, inf
+    most *= grids.per_load if unit in ('1/N m', '1/N') else 1.0
+    return -most, most
+
+
+def _fixed(parameter: Parameter, candidate: Candidate, grids: Grids) -> tuple[float, float] | None:
+    """Of what no robot makes larger: scales, times, rates at which sticking ends, angles."""
+    unit, effect = parameter.unit, candidate.effect
+    if unit == '' and parameter.neutral == 1.0:
+        return grids.gain
+    if unit == 's':
+        longest = HISTORY if effect.late else grids.lag_seconds
+        most = longest if parameter.role == 'delay' else grids.drift_seconds
+        return -most, most
+    if unit == 'rad':
+        shift = grids.offset if effect.hook == 'sensor' else inf
+        most = grids.gap if parameter.role == 'threshold' else shift
+        return -most, most
+    rates, speeds, periods = grids.settling_rates, grids.settling_speeds, grids.periods
+    return {'rad/s': rates, 'm/s': speeds, '1/turn': periods, '1/m': periods}.get(unit)
+
+
+def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tuple[float, float]:
+    """Added mass or inertia: less than nothing is left of no link, in no recording."""
+    is_mass, robot = unit == 'kg', model.robot
+    most = grids.heavier * (mass_scale(robot) if is_mass else inertia_scale(robot))
+    if candidate.effect.hook != 'body' or not is_mass:
+        return -most, most
+    path = f'links.{candidate.where}.mass'
+    if path not in model.constants:
+        return -grids.lighter * most, most
+    own = min(map(float, (model.constants[path], *model.by_recording.get(path, {}).values())))
+    return -grids.lighter * own, most

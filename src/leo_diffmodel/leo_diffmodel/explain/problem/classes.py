@@ -48,16 +48,13 @@ class Facts:
 
         One that others mimic is none: what moves with it turns about other axes.
         """
-        by_child = {j.child: j for j in self.robot.joints}
-        found = next((j for j in self.robot.joints if j.name == joint), None)
+        joints = self.robot.joints
+        found = next((j for j in joints if j.name == joint), None)
         if self.robot.base != 'fixed' or found is None or found.kind == 'prismatic':
             return False
-        if any(j.leader == joint for j in self.robot.joints):
+        if any(j.leader == joint for j in joints):
             return False
-        above = by_child.get(found.parent)
-        while above is not None and above.kind == 'fixed':
-            above = by_child.get(above.parent)
-        return above is None
+        return self.body(found.parent) not in {j.child for j in joints}
 
     def body(self, link: str) -> str:
         """The first of the links that are welded together with this one."""
@@ -76,13 +73,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class SameThing:
-    """A class of effects and when it holds.
-
-    Attributes:
-        names: the members.
-        holds: the condition, for a joint or 'all'.
-        why: the reason, for the report.
-    """
+    """A class of effects, when it holds for a joint or 'all', and why, for the report."""
 
     names: frozenset[str]
     holds: Callable[[Facts, str], bool]
@@ -161,14 +152,8 @@ def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None
 
 def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
     """What pair of effects could stand for a named one."""
-    return next(
-        (
-            PAIRS[c.effect.name]
-            for c in candidates
-            if c.effect.name in PAIRS and facts.at_base(_joint(c.where, facts))
-        ),
-        None,
-    )
+    fixed = (c.effect.name for c in candidates if facts.at_base(_joint(c.where, facts)))
+    return next((PAIRS[name] for name in fixed if name in PAIRS), None)
 
 
 def _joint(where: str, facts: Facts) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A hypothesis: a set of effects that may be missing, with the constants refitted beside them."""
+"""A hypothesis: a set of effects that may be missing, and the constants refitted with them."""
 
 from __future__ import annotations
 
@@ -53,46 +53,50 @@ class Hypothesis:
     @property
     def size(self) -> int:
         """Length of the parameter vector."""
-        return sum(len(c.parameters) for c in self.candidates) + len(self.constants)
+        return self.first_constant + len(self.constants)
+
+    @property
+    def first_constant(self) -> int:
+        """Where in the vector the constants begin."""
+        return self.offset(len(self.candidates))
 
     @property
     def low(self) -> Array:
         """Lower bound of each parameter."""
-        return np.array([p.low for p in self._parameters()] + [c[0] for c in self._ranges()])
+        return np.array([p.low for p in self._parameters] + [c[0] for c in self._ranges])
 
     @property
     def high(self) -> Array:
         """Upper bound of each parameter."""
-        return np.array([p.high for p in self._parameters()] + [c[1] for c in self._ranges()])
+        return np.array([p.high for p in self._parameters] + [c[1] for c in self._ranges])
 
     @property
     def neutral(self) -> Array:
         """The vector that changes nothing."""
-        values = [p.neutral for p in self._parameters()]
-        return np.array(values + [c.value for c in self.constants])
+        return np.array([p.neutral for p in self._parameters] + [c.value for c in self.constants])
 
     @property
     def whole(self) -> Array:
         """Which parameters are whole numbers: a scan chooses them, and no fit moves them."""
-        return np.array(
-            [p.whole for p in self._parameters()] + [False for _ in self.constants], dtype=bool
-        )
+        return np.array([p.whole for p in self._parameters] + [False] * len(self.constants), bool)
 
     @property
     def recordings(self) -> tuple[str, ...]:
         """The recording whose own each parameter is; '' for one that all share."""
-        shared = [''] * (self.size - len(self.constants))
-        return (*shared, *(c.recording for c in self.constants))
+        return (*[''] * self.first_constant, *(c.recording for c in self.constants))
 
     @property
     def own(self) -> Array:
         """Which parameters are a recording's own, shape (P,)."""
-        return np.array([bool(name) for name in self.recordings], dtype=bool)
+        return np.array([name != '' for name in self.recordings], bool)
 
     @property
     def together(self) -> list[list[int]]:
-        """Parameters but whole ones, those side by side that no two of are seen by one window."""
-        first, recordings = self.size - len(self.constants), self.recordings
+        """Indices of the parameters without whole ones; no window sees two of a group.
+
+        A group holds the values that one constant has in several recordings.
+        """
+        first, recordings = self.first_constant, self.recordings
         rows: dict[str | int, list[int]] = {}
         for i in map(int, np.flatnonzero(~self.whole)):
             key = self.constants[i - first].path if recordings[i] else i
@@ -146,9 +150,8 @@ class Hypothesis:
 
     def carried(self, other: Hypothesis, theta: Array) -> Array:
         """The vector of this hypothesis with the values of another one that holds all of it."""
-        first = [other.offset(other.candidates.index(c)) for c in self.candidates]
-        counts = [len(c.parameters) for c in self.candidates]
-        own = [theta[i : i + n] for i, n in zip(first, counts, strict=True)]
+        held = [other.candidates.index(c) for c in self.candidates]
+        own = [theta[other.offset(i) : other.offset(i + 1)] for i in held]
         return np.concatenate([*own, theta[len(theta) - len(self.constants) :]])
 
     def offset(self, index: int) -> int:
@@ -167,9 +170,8 @@ class Hypothesis:
 
     def model(self, base: Model, theta: Array) -> Model:
         """`base` with these effects and constants; `theta` (S, P) makes S models at once."""
-        first = self.size - len(self.constants)
         shared, own = dict(base.constants), {p: dict(v) for p, v in base.by_recording.items()}
-        for i, c in enumerate(self.constants, first):
+        for i, c in enumerate(self.constants, self.first_constant):
             values = own.setdefault(c.path, {}) if c.recording else shared
             values[c.recording or c.path] = _lead(theta[..., i])
         return base.changed(
@@ -184,9 +186,11 @@ class Hypothesis:
                 values[p.name] = np.maximum(values[p.name], values[p.above])
         return place(base.robot, candidate.effect, candidate.where, **values)
 
+    @property
     def _parameters(self) -> list[Parameter]:
         return [p for c in self.candidates for p in c.parameters]
 
+    @property
     def _ranges(self) -> list[tuple[float, float]]:
         return [c.uncertain or (c.value, c.value) for c in self.constants]
 

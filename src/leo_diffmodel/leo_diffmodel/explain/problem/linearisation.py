@@ -14,7 +14,8 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import predict, respond, tame
 from leo_diffmodel.compare.windows import per_window, Windows
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
+from leo_diffmodel.explain.problem.shooting import whiten
 from leo_diffmodel.explain.settings import Numerics, Settings
 from leo_sim.model import Model
 
@@ -66,28 +67,26 @@ def settled(
         sigma: noise of each recording and channel, shape (R, 2J).
         settings: of the problem.
         before: the linearisation with another model, to go on from; its windows are all kept.
-        anew: find the sensitivity of all windows again, not only of those where it was off by
-            much.
+        anew: find the sensitivity of all windows again, not of those alone where it was far off.
     """
-    numerics = settings.numerics
-    settling = _Settling(model, windows, sigma, numerics, before)
     active = np.arange(windows.count)
+    at = _Settling(model, windows, sigma, settings.numerics, before)
     if anew:
-        settling.linearise(active)
-    for round_ in range(numerics.rounds):
-        going = settling.step(active)
+        at.linearise(active)
+    for round_ in range(settings.numerics.rounds):
+        going = at.step(active)
         if before and not round_:  # their sensitivity may be too old to have led anywhere
-            going |= _out_of_line(settling.loss, before.loss, numerics)
+            going |= at.worse(before).all(axis=0)
         active = active[going]
         if not active.size:
             break
-        settling.linearise(active)
-    start, columns, loss = settling.start, settling.columns, settling.loss
+        at.linearise(active)
     if before:
-        return np.arange(windows.count), replace(before, start=start, by_start=columns, loss=loss)
-    kept = _sure(model, windows, start, columns, sigma, settings)
+        now = replace(before, start=at.start, by_start=at.columns, loss=at.loss)
+        return np.arange(windows.count), now
+    kept = _sure(model, windows, at.start, at.columns, sigma, settings)
     nothing = np.zeros_like(windows.measured[kept])
-    return kept, Linearisation(start[kept], columns[kept], loss[kept], nothing)
+    return kept, Linearisation(at.start[kept], at.columns[kept], at.loss[kept], nothing)
 
 
 class _Settling:
@@ -108,17 +107,31 @@ class _Settling:
         self._model, self._windows, self._sigma = model, windows, sigma
         self._numerics = numerics
         if before:
-            self.start, self._predicted, self.loss = _nearest(
-                model, windows, sigma, numerics, before
-            )
-            self.columns = before.by_start.copy()
+            self.start, self.columns = before.start.copy(), before.by_start.copy()
+            self._predicted = predict(model, windows, before.start)
+            self.loss = self._lost(windows, self._predicted)
+            self._measured_again(np.flatnonzero(self.worse(before).any(axis=0)))
         else:
             self.start = windows.measured[:, 0].copy()
             self._predicted, self.columns = respond(
                 model, windows, self.start, _no_torques(windows)
             )
             self.columns[~tame(self.columns)] = 0.0
-            self.loss = _loss(windows, self._predicted, sigma, numerics)
+            self.loss = self._lost(windows, self._predicted)
+
+    def worse(self, before: Linearisation) -> Array:
+        """Windows that are far worse than most, and those that are worse than before, (2, W)."""
+        numerics, loss = self._numerics, self.loss
+        far = loss > numerics.released * np.median(loss)
+        return np.stack([far, loss > before.loss + numerics.follow_nats])
+
+    def _measured_again(self, bad: Array) -> None:
+        """Start some windows where they were measured, those that are better for it."""
+        if bad.size:
+            part = self._windows.take(bad)
+            first = part.measured[:, 0]
+            other = predict(self._model, part, first)
+            self._take_better(bad, first, other, self._lost(part, other))
 
     def step(self, active: Array) -> Array:
         """Move the starts of some windows where that is better; which are to be linearised anew.
@@ -128,33 +141,46 @@ class _Settling:
         """
         part, loss, numerics = self._windows.take(active), self.loss[active], self._numerics
         before, columns = self._predicted[active], self.columns[active]
-        step = _step(part, before, columns, self._sigma, numerics)
+        step = self._robust_step(part, before, columns)
         change = np.einsum('wkij,wj->wki', columns, step)
         promised, surprise = self._lost(part, before + change), np.zeros(len(active))
         waiting = np.flatnonzero(promised < loss - numerics.worth_nats)
         for scale in numerics.strides:
             if waiting.size:
-                told = (before + scale * change)[waiting]
+                expected = (before + scale * change)[waiting]
                 moved = self.start[active[waiting]] + scale * step[waiting]
-                better, surprise[waiting] = self._try(active[waiting], moved, told)
+                better, surprise[waiting] = self._try(active[waiting], moved, expected)
                 waiting = waiting[~better]
         enough = numerics.follow_nats
         going: Array = (self.loss[active] < loss - enough) & (surprise > enough)
         return going
 
-    def _lost(self, part: Windows, predicted: Array) -> Array:
-        return _loss(part, predicted, self._sigma, self._numerics)
+    def _robust_step(self, windows: Windows, predicted: Array, columns: Array) -> Array:
+        """The robust least-squares step of the start states, (W, 2J)."""
+        noise, numerics = per_window(self._sigma, windows), self._numerics
+        e = ((windows.measured - predicted) / noise).reshape(windows.count, -1)
+        root = np.sqrt(likelihood.robust_weight(e, predicted.shape[-1], numerics))[..., None]
+        a = root * (columns / noise[..., None]).reshape(*e.shape, -1)
+        inverse = _inverse(a, numerics.least_damping)
+        return (inverse @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
 
-    def _try(self, some: Array, start: Array, told: Array) -> tuple[Array, Array]:
-        """Take the starts that are better; which are, and how far off is what was told [nats]."""
+    def _lost(self, part: Windows, predicted: Array) -> Array:
+        e = whiten(part, predicted, self._sigma, self._numerics.farthest)
+        return likelihood.loss(e, predicted.shape[-1], self._numerics)
+
+    def _try(self, some: Array, start: Array, expected: Array) -> tuple[Array, Array]:
+        """Take the starts that are better; which are, and how far off was expected [nats]."""
         part = self._windows.take(some)
         predicted = predict(self._model, part, start)
-        found = self._lost(part, predicted)
-        better = found < self.loss[some]
+        better = self._take_better(some, start, predicted, self._lost(part, predicted))
+        return better, self._lost(part, part.measured + expected - predicted)
+
+    def _take_better(self, some: Array, start: Array, predicted: Array, loss: Array) -> Array:
+        better: Array = loss < self.loss[some]
         taken = some[better]
         self.start[taken], self._predicted[taken] = start[better], predicted[better]
-        self.loss[taken] = found[better]
-        return better, self._lost(part, part.measured + told - predicted)
+        self.loss[taken] = loss[better]
+        return better
 
     def linearise(self, active: Array) -> None:
         """Find the sensitivity of some windows to their start states again."""
@@ -164,36 +190,8 @@ class _Settling:
         self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
-def _nearest(
-    model: Model, windows: Windows, sigma: Array, numerics: Numerics, before: Linearisation
-) -> tuple[Array, Array, Array]:
-    """The starts of before, or the measured ones where those have become bad and these are better.
-
-    Returns:
-        starts, what they lead to, and its loss.
-    """
-    start, predicted = before.start.copy(), predict(model, windows, before.start)
-    loss = _loss(windows, predicted, sigma, numerics)
-    far = loss > numerics.released * np.median(loss)
-    bad = np.flatnonzero(far | (loss > before.loss + numerics.follow_nats))
-    if bad.size:
-        part = windows.take(bad)
-        other = predict(model, part, part.measured[:, 0])
-        found = _loss(part, other, sigma, numerics)
-        better = found < loss[bad]
-        start[bad[better]], predicted[bad[better]] = part.measured[better, 0], other[better]
-        loss[bad[better]] = found[better]
-    return start, predicted, loss
-
-
 def _no_torques(windows: Windows) -> Array:
     return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
-
-
-def _out_of_line(loss: Array, before: Array, numerics: Numerics) -> Array:
-    """Windows that have become worse than before, and are far worse than most."""
-    worse, most = before + numerics.follow_nats, numerics.released * np.median(loss)
-    return (loss > worse) & (loss > most)
 
 
 def refined(
@@ -210,23 +208,6 @@ def refined(
     finer = fine - predict(model, windows, linearisation.start)
     q, dq = np.split(windows.measured + linearisation.finer - finer, 2, axis=-1)
     return replace(windows, q=q, dq=dq), replace(linearisation, finer=finer)
-
-
-def _loss(windows: Windows, predicted: Array, sigma: Array, numerics: Numerics) -> Array:
-    e = shooting.whiten(windows, predicted, sigma, numerics.farthest)
-    return shooting.loss(e, predicted.shape[-1], numerics)
-
-
-def _step(
-    windows: Windows, predicted: Array, columns: Array, sigma: Array, numerics: Numerics
-) -> Array:
-    """The robust least-squares step of the start states, (W, 2J)."""
-    noise = per_window(sigma, windows)
-    e = ((windows.measured - predicted) / noise).reshape(windows.count, -1)
-    root = np.sqrt(shooting.robust_weight(e, predicted.shape[-1], numerics))[..., None]
-    a = root * (columns / noise[..., None]).reshape(*e.shape, -1)
-    inverse = _inverse(a, numerics.least_damping)
-    return (inverse @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
 
 
 def _inverse(a: Array, damping: float) -> Array:

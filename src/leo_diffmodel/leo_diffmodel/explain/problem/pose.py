@@ -14,8 +14,9 @@ from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import fast_enough, respond
 from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
-from leo_diffmodel.explain.problem.fineness import stepped
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.shooting import eliminate, Linear
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
 
@@ -56,27 +57,21 @@ def pose(
 ) -> Posed:
     """Cut the data, read its noise, and split training from held-out blocks.
 
-    Args:
-        recordings: what a fit may see.
-        hold_out: what it may not; without any, time blocks of the others.
-        model: the model to explain.
-        settings: travel with the problem; by default those for this robot.
-
-    Raises:
-        ValueError: no window fits.
+    Without any recordings to `hold_out` time blocks of the others are. The settings travel with
+    the problem; by default they are those for this robot. ValueError where no window fits.
     """
     problem, blocks = searched(recordings, hold_out, model, settings)
     problem, everything = finely_enough(problem), [*recordings, *hold_out]
-    model, sigma, settings = problem.base, problem.sigma, problem.settings
-    seconds = window_seconds(settings.grids, sample_period(everything))
-    for longer in settings.grids.longer_seconds:
-        if longer < settings.numerics.wider * seconds or not _fits(everything, longer):
+    numerics, grids = problem.numerics, problem.grids
+    least = numerics.wider * window_seconds(grids, sample_period(everything))
+    longest = max(e.t[-1] - e.t[0] for r in everything for e in r.episodes)
+    for longer in grids.longer_seconds:
+        if longer < least or longest <= longer + 2 * noise.HISTORY:
             continue
-        wider = _problem(
-            model, cut(everything, longer, history=noise.HISTORY), sigma, blocks, settings
-        )
+        windows = cut(everything, longer, history=noise.HISTORY)
+        wider = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
         wider = replace(wider, rough_step=problem.rough_step)
-        if wider.train.sum() >= settings.numerics.enough_windows and _is_tame(wider):
+        if wider.train.sum() >= numerics.enough_windows and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
 
@@ -88,17 +83,9 @@ def searched(
     settings: Settings | None = None,
     sigma: Array | None = None,
 ) -> tuple[Problem, Blocks]:
-    """The problem on short windows, integrated as the model says.
+    """The problem on short windows, integrated as the model says, see `pose`.
 
-    Args:
-        recordings: what a fit may see.
-        hold_out: what it may not.
-        model: the model to explain.
-        settings: travel with the problem; by default those for this robot.
-        sigma: noise of each recording and channel where it is known, shape (R, 2J).
-
-    Raises:
-        ValueError: no window fits.
+    `sigma` is the noise of each recording and channel where it is known, shape (R, 2J).
     """
     everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
     if model.robot.contacts:
@@ -112,11 +99,41 @@ def searched(
 
 
 def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
-    """The problem integrated as finely as its noise asks; `share` of all windows are in it."""
-    numerics = problem.numerics
-    numerics = replace(numerics, finer_nats=share * numerics.finer_nats)
-    model, rough_step = stepped(problem.base, problem.windows, problem.sigma, numerics)
-    return replace(problem, base=model, rough_step=rough_step)
+    """The problem with the longest integration step that its noise cannot tell from a finer one.
+
+    The step is halved until that changes the predictions of all windows, of which the problem has
+    `share`, by less than `finer_nats`. Sensitivities need less: what a step is off by is nearly
+    the same with and without a small change.
+    """
+    numerics, model = problem.numerics, problem.base
+    least = numerics.finest_step * model.integration_step
+    if numerics.longest_step <= least:
+        return problem
+    steps = [numerics.longest_step]
+    tried = [_stepped(problem, steps[0])]
+    while 0.5 * steps[-1] >= least:
+        after = _stepped(problem, 0.5 * steps[-1])
+        difference = replace(tried[-1], residual=tried[-1].residual - after.residual)
+        moved = eliminate(difference)[0]
+        if 0.5 * float((moved**2).sum()) < share * numerics.finer_nats:
+            break
+        tried.append(after)
+        steps.append(0.5 * steps[-1])
+    alike = [_apart(linear, tried[-1]) < numerics.rough for linear in tried]
+    rough_step = steps[alike.index(True)]
+    return replace(problem, base=model.changed(integration_step=steps[-1]), rough_step=rough_step)
+
+
+def _stepped(problem: Problem, step: float) -> Linear:
+    stepped = replace(problem, base=problem.base.changed(integration_step=step))
+    return stepped.linearised(Hypothesis(), np.zeros(0), problem.windows.measured[:, 0])
+
+
+def _apart(rough: Linear, fine: Linear) -> float:
+    """By how much the sensitivity of most windows to their start differs, as a share of it."""
+    change = np.linalg.norm(rough.by_start - fine.by_start, axis=(1, 2))
+    size = np.linalg.norm(fine.by_start, axis=(1, 2))
+    return float(np.median(change / np.maximum(size, 1e-12)))
 
 
 def window_seconds(grids: Grids, period: float) -> float:
@@ -164,11 +181,6 @@ def _problem(
         fold=blocks.folds(windows),
         telling=blocks.telling(windows) if blocks.own else None,
     )
-
-
-def _fits(recordings: Sequence[Recording], seconds: float) -> bool:
-    longest = max(e.t[-1] - e.t[0] for r in recordings for e in r.episodes)
-    return bool(longest > seconds + 2 * noise.HISTORY)
 
 
 def _is_tame(problem: Problem) -> bool:

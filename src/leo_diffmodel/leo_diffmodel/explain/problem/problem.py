@@ -5,13 +5,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 import time
+from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.likelihood import typical_size
 from leo_diffmodel.explain.problem.linearisation import Linearisation
-from leo_diffmodel.explain.problem.shooting import Linear, linearise, typical_size
+from leo_diffmodel.explain.problem.shooting import Linear, linearise, whiten
 from leo_diffmodel.explain.settings import Gates, Grids, Numerics, Settings
 from leo_sim.model import Model
 
@@ -31,10 +34,10 @@ class Problem:
         linearisation: of a robot on the ground, the settled start states and what they do.
         block: stretch of time each window lies in, shape (W,): within one, errors are alike.
         fold: what is left out together when a prediction is judged, shape (W,).
-        telling: windows of held-out recordings that tell what constants these have of their own,
-            and are not judged, shape (W,); None where there are none.
+        telling: windows of held-out recordings that the constants these have of their own are
+            fitted to, and that are not judged, shape (W,); None where there are none.
         typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
-            `shooting.loss`; None before one was fitted.
+            `likelihood.loss`; None before one was fitted.
         rough_step: integration step with which sensitivities are found [s]; None is the model's.
         until: when its fits end wherever they are [s of `time.monotonic`].
     """
@@ -87,9 +90,8 @@ class Problem:
         """Sensitivity of the whitened residual to the start states where known, (W, N, 2J)."""
         if self.linearisation is None:
             return None
-        by_start = self.linearisation.by_start
-        noise = per_window(self.sigma, self.windows)[..., None]
-        return -(by_start / noise).reshape(len(by_start), -1, by_start.shape[-1])
+        by_start, noise = self.linearisation.by_start, per_window(self.sigma, self.windows)
+        return -(by_start / noise[..., None]).reshape(len(by_start), -1, by_start.shape[-1])
 
     def typical_of(self, residual: Array) -> Array | None:
         """Size of what most training windows are off by, (1, 2J), of whitened residuals (W, N).
@@ -143,6 +145,11 @@ class Problem:
             self.rough,
         )
 
+    def residual(self, start: Array, model: Model | None = None) -> Array:
+        """Whitened residual of the model from some start states (..., W, 2J), (..., W, N)."""
+        predicted = predict(model or self.base, self.windows, start)
+        return whiten(self.windows, predicted, self.sigma, self.numerics.farthest)
+
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""
         model = hypothesis.model(self.base, theta) if len(theta) else self.base
@@ -150,16 +157,12 @@ class Problem:
 
     def take(self, index: Array) -> Problem:
         """The problem on some of its windows."""
-        linearisation = self.linearisation and self.linearisation.take(index)
-        block, fold, telling = (
-            x if x is None else x[index] for x in (self.block, self.fold, self.telling)
-        )
+        optional = {name: getattr(self, name) for name in ('block', 'fold', 'telling')}
+        taken: dict[str, Any] = {n: x[index] for n, x in optional.items() if x is not None}
         return replace(
             self,
             windows=self.windows.take(index),
             train=self.train[index],
-            linearisation=linearisation,
-            block=block,
-            fold=fold,
-            telling=telling,
+            linearisation=self.linearisation and self.linearisation.take(index),
+            **taken,
         )

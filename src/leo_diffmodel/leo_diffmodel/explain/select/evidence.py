@@ -18,7 +18,7 @@ import numpy as np
 from leo_diffmodel.explain.estimate.covariance import derivatives
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.settings import Gates, Numerics
 
@@ -62,12 +62,10 @@ class Scored:
 
 @dataclass(frozen=True)
 class Saved:
-    """What a hypothesis saves of the loss of another in data that neither was fitted to.
+    """What a hypothesis saves of the loss of another in data that neither was fitted to [nats].
 
-    Attributes:
-        nats: in all folds.
-        error: standard deviation of that sum, from how far the folds are from what the change of
-            the prediction promises in them: a fold that cannot show an effect does not disagree.
+    `error` is the standard deviation, from how far the folds are from what the change of the
+    prediction promises in them: a fold that cannot show an effect does not disagree.
     """
 
     nats: float
@@ -111,24 +109,19 @@ class Weight:
         return sorted(sets, key=lambda s: self.ahead(best, s))
 
     def compare(self, smaller: Scored, larger: Scored) -> Saved:
-        """What one saves in each fold, beside what it should save there."""
+        """What one saves in all folds, and how far each is from what it should save there."""
         saved = self._by_fold(self._saved(smaller, larger), larger)
         promised = self._by_fold(np.minimum(_promised(smaller, larger), self.most), larger)
-        kept = float(saved.sum()) / max(float(promised.sum()), 1e-12)
-        apart, count = saved - kept * promised, len(saved)
+        nats, count = float(saved.sum()), len(saved)
+        apart = saved - nats / max(float(promised.sum()), 1e-12) * promised
         error = np.sqrt((apart**2).sum() * count / max(count - 1, 1))
-        return Saved(float(saved.sum()), float(error))
+        return Saved(nats, float(error))
 
     def saves(self, smaller: Scored, larger: Scored, limit: float) -> bool:
         """Whether a set predicts better than one of fewer effects or parameters, all counted.
 
-        What it saves must be beyond what noise gives, and more than a trifle of what nothing
-        explains.
-
-        Args:
-            smaller: a hypothesis; the larger need not hold its effects.
-            larger: a hypothesis with more parameters or effects.
-            limit: gain that noise alone can give an effect [nats].
+        What it saves must be beyond what noise gives, `limit` for an effect [nats], and more than
+        a trifle of what nothing explains. It need not hold the effects of the smaller set.
         """
         if self.ahead(larger, smaller) <= 0:
             return False
@@ -141,17 +134,19 @@ class Weight:
         return self.saves(smaller, larger, limit) and self.surely_ahead(larger, smaller)
 
     def tells_apart(self, smaller: Scored, larger: Scored) -> bool:
-        """Whether a set predicts another thing than a smaller one.
+        """Whether a set predicts something else than a smaller one.
 
         By a part of all that it does, or by some times what it is itself off by (the noise floor
-        at least): mean square over the ends of long windows, predicted from their measured start,
-        at the joint where it is most.
+        at least): mean square over the ends of long windows, at the joint where it is most.
         """
         null = self.null and self.null.ends
         if null is None or smaller.ends is None or larger.ends is None:
             return True
-        added, done = (_at_joints(larger.ends - e) for e in (smaller.ends, null))
-        left = self.gates.far_times**2 * np.maximum(_typical(larger.ends), 1.0)
+        changes = (larger.ends - e for e in (smaller.ends, null))
+        added, done = (_at_joints((c**2).mean(axis=0)) for c in changes)
+        # of errors that are normal but for a few windows, whose square has this median
+        typical = _at_joints(np.median(larger.ends**2, axis=0) / 0.455)
+        left = self.gates.far_times**2 * np.maximum(typical, 1.0)
         least = np.minimum(self.gates.part * (done + 1.0), left)
         return bool((added >= least).any())
 
@@ -162,22 +157,13 @@ class Weight:
 
     def unexplained(self, scored: Scored) -> float:
         """What a model that leaves only noise would save [nats], in no window out of line."""
-        problem, fitted = scored.at.problem, scored.fit
-        left = shooting.unexplained(
-            fitted.residual[problem.train], fitted.start.shape[-1], problem.numerics
-        )
+        left = likelihood.unexplained(*_residual(scored))
         most = self.gates.out_of_line * np.median(scored.left)
         return float(self._by_fold(np.minimum(left, most), scored).sum())
 
     def trifle(self, scored: Scored) -> float:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
-        problem, fitted = scored.at.problem, scored.fit
-        more = shooting.swollen(
-            fitted.residual[problem.train],
-            fitted.start.shape[-1],
-            problem.numerics,
-            self.gates.material,
-        )
+        more = likelihood.swollen(*_residual(scored), self.gates.material)
         return float(self._by_fold(more, scored).sum())
 
     def _saved(self, smaller: Scored, larger: Scored) -> Array:
@@ -192,100 +178,89 @@ class Weight:
 
 def score(at: Estimate) -> Scored:
     """Predict each fold from the others."""
-    problem, fitted = at.problem, at.fit
+    problem, fitted, numerics = at.problem, at.fit, at.problem.numerics
     train = np.flatnonzero(problem.train)
     assert problem.fold is not None
-    fold, moved = problem.fold[train], fitted.residual[train].copy()
-    columns = fitted.columns[train]
-    numerics = problem.numerics
-    for number, move in _moves(fitted, moved, columns, fold, numerics).items():
+    fold, residual, columns = problem.fold[train], fitted.residual[train], fitted.columns[train]
+    moved = residual.copy()
+    for number, move in _moves(fitted, residual, columns, fold, numerics).items():
         inside = fold == number
         moved[inside] += columns[inside] @ move
     channels = fitted.start.shape[-1]
     before, after = (
-        shooting.loss(e, channels, numerics, fitted.typical)
-        for e in (fitted.residual[train], moved)
+        likelihood.loss(e, channels, numerics, fitted.typical) for e in (residual, moved)
     )
     return Scored(at, fitted.loss[train] + (after - before), fold)
 
 
-def _at_joints(change: Array) -> Array:
-    """Mean square of a change of states (V, 2J) at each joint, (J,)."""
-    square = (change**2).mean(axis=0)
-    return np.asarray(square.reshape(2, -1).mean(axis=0))
+def _residual(scored: Scored) -> tuple[Array, int, Numerics]:
+    """Of the training windows, how many channels it has, and how its loss is computed."""
+    problem, fitted = scored.at.problem, scored.fit
+    train = np.flatnonzero(problem.train)
+    return fitted.residual[train], fitted.start.shape[-1], problem.numerics
 
 
-def _typical(errors: Array) -> Array:
-    """Mean square at each joint, (J,), of errors (V, 2J) that are normal but for a few windows."""
-    square = np.median(errors**2, axis=0) / 0.455  # median of the square of a normal variable
+def _at_joints(square: Array) -> Array:
+    """Mean of squares (2J,) of states at each joint, (J,)."""
     return np.asarray(square.reshape(2, -1).mean(axis=0))
 
 
 def _promised(smaller: Scored, larger: Scored) -> Array:
     """What the change of the prediction should cost in each window, shape (W,)."""
-    problem, residual = larger.at.problem, larger.fit.residual
-    train = np.flatnonzero(problem.train)
-    change = (smaller.fit.residual - residual)[train]
-    return shooting.promised(
-        change, residual[train], larger.fit.start.shape[-1], problem.numerics, larger.fit.typical
-    )
+    residual, channels, numerics = _residual(larger)
+    train = np.flatnonzero(larger.at.problem.train)
+    change = (smaller.fit.residual - larger.fit.residual)[train]
+    return likelihood.promised(change, residual, channels, numerics, larger.fit.typical)
 
 
 def _moves(
     fitted: Fit, residual: Array, columns: Array, fold: Array, numerics: Numerics
 ) -> dict[int, Array]:
-    """How far leaving each fold out moves the parameters, where all is linear in them."""
-    channels, size = fitted.start.shape[-1], len(fitted.theta)
+    """How far leaving each fold out moves the parameters, where all is linear in them.
+
+    A recording's own constants, which no other fold shows, are to it what its start state is to a
+    window: found anew in the fold.
+    """
+    channels, damping = fitted.start.shape[-1], numerics.least_damping
     slopes, grams = derivatives(columns, residual, channels, numerics, fitted.typical)
     free = fitted.hypothesis.free(fitted.theta) & (np.diagonal(grams.sum(axis=0)) > 0)
     end, moves = slopes.mean(axis=0).sum(axis=0), {}
     for number in np.unique(fold):
-        other, move = fold != number, np.zeros(size)
-        told = free & (np.diagonal(grams[other].sum(axis=0)) > 0)
-        alone = free & fitted.hypothesis.own & ~told
-        if told.any() and other.any():
-            part = columns[other], residual[other], channels, numerics, fitted.typical
-            move[told] = _refitted(part, end, told, fitted.standard_errors)
+        other, move = fold != number, np.zeros(len(fitted.theta))
+        seen = free & (np.diagonal(grams[other].sum(axis=0)) > 0)
+        alone = free & fitted.hypothesis.own & ~seen
+        if seen.any() and other.any():
+            move = _refitted(fitted, residual[other], columns[other], end, seen, numerics)
         if alone.any():
             gram = grams[~other].sum(axis=0)
-            move[alone] = _followed(gram, move, alone, numerics.least_damping)
+            move[alone] = -_solved(gram[np.ix_(alone, alone)], gram[alone] @ move, damping)
         moves[int(number)] = move
     return moves
 
 
 def _refitted(
-    part: tuple[Array, Array, int, Numerics, Array | None], end: Array, told: Array, errors: Array
+    fitted: Fit, residual: Array, columns: Array, end: Array, seen: Array, numerics: Numerics
 ) -> Array:
-    """The change of the parameters `told` that is best for part of the windows.
+    """The change (P,) of the parameters `seen` that is best for part of the windows.
 
     The weights of the samples are found again with each step. What slope a window has on average
-    where the joint fit ended is not followed.
+    where the joint fit ended (`end`) is not followed.
     """
-    columns, residual, channels, numerics, typical = part
+    channels, errors = fitted.start.shape[-1], fitted.standard_errors[seen]
     move = np.zeros(len(end))
     for _ in range(numerics.refits):
         slopes, grams = derivatives(
-            columns, residual + columns @ move, channels, numerics, typical
+            columns, residual + columns @ move, channels, numerics, fitted.typical
         )
-        slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[told]
-        step = -_solved(grams.sum(axis=0)[np.ix_(told, told)], slope, numerics.least_damping)
-        move[told] = _within(move[told] + step, numerics.farthest_errors * errors[told])
-        if (np.abs(step) < numerics.refit_errors * errors[told]).all():
+        slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[seen]
+        step = -_solved(grams.sum(axis=0)[np.ix_(seen, seen)], slope, numerics.least_damping)
+        moved, bound = move[seen] + step, numerics.farthest_errors * errors
+        # shortened to stay within the bounds, it keeps its direction
+        shorter = float((bound / np.maximum(np.abs(moved), 1e-300)).min())
+        move[seen] = moved * min(1.0, shorter)
+        if (np.abs(step) < numerics.refit_errors * errors).all():
             break
-    return move[told]
-
-
-def _within(step: Array, bound: Array) -> Array:
-    """A step shortened to stay within bounds (P,); it keeps its direction."""
-    return step * min(1.0, float((bound / np.maximum(np.abs(step), 1e-300)).min()))
-
-
-def _followed(gram: Array, move: Array, alone: Array, damping: float) -> Array:
-    """How a recording's own constants, which no other fold tells, answer to a move of the others.
-
-    They are to their recording what its start state is to a window: found anew in the fold.
-    """
-    return -_solved(gram[np.ix_(alone, alone)], gram[alone] @ move, damping)
+    return move
 
 
 def _solved(gram: Array, slope: Array, damping: float) -> Array:
@@ -297,13 +272,11 @@ def _solved(gram: Array, slope: Array, damping: float) -> Array:
 def weigh(sets: Sequence[Scored], most: float = np.inf) -> Weight:
     """What a nat counts: by how much the residuals of the best hypothesis are alike in time.
 
-    Args:
-        sets: the hypotheses.
-        most: what a single window may say at most, in residuals as white as noise [nats].
+    `most` is what a single window may say at most, in residuals as white as noise [nats].
     """
     best = min(sets, key=lambda s: float(s.left.sum()))
-    problem, fitted = best.at.problem, best.fit
-    spread = shooting.dispersion(fitted.residual[problem.train], fitted.start.shape[-1])
-    samples = fitted.residual.size / spread
+    residual, channels, _ = _residual(best)
+    spread = likelihood.dispersion(residual, channels)
     null = next((s for s in sets if not s.names), None)
-    return Weight(spread, samples, most * spread, problem.gates, null=null)
+    gates, samples = best.at.problem.gates, best.fit.residual.size / spread
+    return Weight(spread, samples, most * spread, gates, null=null)

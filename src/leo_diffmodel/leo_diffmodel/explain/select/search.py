@@ -14,17 +14,17 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.scan import scales_of, Scan
+from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
-from leo_diffmodel.explain.problem.candidates import seen, uncertain
+from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.select import sets as choice
+from leo_diffmodel.explain.problem.sizes import scales_of
+from leo_diffmodel.explain.select import stable
 from leo_diffmodel.explain.select.evidence import Scored, Weight
-from leo_diffmodel.explain.select.sets import Names, Sets
-from leo_diffmodel.explain.select.stable import Alike, narrowed
+from leo_diffmodel.explain.select.sets import best_ended, Names, searched, Sets
+from leo_diffmodel.explain.select.stable import Alike
 from leo_msgs_py.progress import Told
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -88,18 +88,18 @@ def search(
     model: Model,
     posed: Posed,
     extra: Sequence[Effect] = (),
-    told: Progress = lambda *_: None,
+    progress: Progress = lambda *_: None,
     until: float = np.inf,
     alike: Alike = eq,
 ) -> Search:
-    """Choose the effects that the recordings support.
+    """Choose the effects that the recordings, held-out ones last, support.
 
     Args:
-        recordings: all of them, held-out ones last.
+        recordings: all of them.
         model: the model to explain; its uncertain constants are refitted in every hypothesis.
         posed: the problem made of them, with its settings.
         extra: a user's own effects.
-        told: hears what is being tried.
+        progress: is called with what is being tried.
         until: when the last fit is to be over, with the best so far [s of `time.monotonic`].
         alike: whether two effects are one, or the same thing in the data.
     """
@@ -108,23 +108,24 @@ def search(
     posed = posed.before(longest * began + (1 - longest) * until)
     fits = estimator(posed, model)
     pool = [limited(c, model, settings.grids) for c in seen(model, recordings, extra)]
-    first = fits.first(Hypothesis(constants=uncertain(model, posed.problem.trained)))
+    constants = uncertain(model, posed.problem.trained)
+    first = fits.first(Hypothesis(constants=constants))
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
-    found = Sets(fits, pool, settings, Told.of(told), first.problem.until)
-    best = choice.search(found, first)
+    found = Sets(fits, pool, settings, Told.of(progress), first.problem.until)
+    best = searched(found, first)
     late = found.late
-    best = choice.canonical(found, best if late else choice.long_horizon_tie_break(found, best))
-    turns = tuple(s.names for s in choice.turns(found))
-    best = best if late else narrowed(found, best, turns, alike)
+    best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
+    turns = tuple(s.names for s in stable.turns(found))
+    best = best if late else stable.narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
     scans = found.extensions[frozenset()].scans
     at = _finished(fits, best, scans, until)
     if late and not (at.fit.certificate and at.fit.certificate.converged):
-        best = choice.best_ended(found)
+        best = best_ended(found)
         at = _finished(fits, best, scans, until)
     final = _largest_first(fits, at)
-    told('the last fit', STEPS.end // 2)
+    progress('the last fit', STEPS.end // 2)
     return Search(
         null=empty.fit,
         final=final.fit,

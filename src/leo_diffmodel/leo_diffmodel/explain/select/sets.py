@@ -10,7 +10,6 @@ import time
 import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
-from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
@@ -29,7 +28,7 @@ class Sets:
         estimator: fits them.
         pool: all candidates.
         settings: of the problem.
-        told: hears what is being tried.
+        progress: is called with what is being tried.
         until: when to stop [s of `time.monotonic`].
         known: the fitted sets by their effects.
         extensions: what was tried on top of which set.
@@ -40,7 +39,7 @@ class Sets:
     estimator: Estimator
     pool: Sequence[Candidate]
     settings: Settings
-    told: Told
+    progress: Told
     until: float = np.inf
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
@@ -48,7 +47,7 @@ class Sets:
     front: tuple[Names, ...] = ()
 
     def __post_init__(self) -> None:
-        self.told = Told.of(self.told)
+        self.progress = Told.of(self.progress)
 
     @property
     def weight(self) -> Weight:
@@ -63,10 +62,9 @@ class Sets:
     @property
     def untried(self) -> tuple[str, ...]:
         """What there was no time for, in words."""
-        begun = [
-            _label([*names, *added]) for names, e in self.extensions.items() for added in e.untried
-        ]
-        return (*begun, *(f'more beside {_label(names)}' for names in self.front))
+        each = self.extensions.items()
+        begun = [_label([*names, *added]) for names, e in each for added in e.untried]
+        return (*begun, *(f'more with {_label(names)}' for names in self.front))
 
     @property
     def threshold(self) -> float:
@@ -87,35 +85,32 @@ class Sets:
                 self.known[at.names] = mine
 
     def extend(self, names: Names, few: bool = False) -> None:
-        """Find what one or two more effects do to a set; once for each.
+        """Find what one or two more effects do to a set.
 
-        Args:
-            names: the set.
-            few: only single effects, and none that was fitted beside the set already; but those
-                with a whole number (the periods of a ripple), which may have been another.
+        Where `few` are asked for these are single effects, and none that was fitted with the set
+        already; but those with a whole number (the periods of a ripple), which may have been
+        another.
         """
-        if names in self.extensions:
-            return
         pool = [c for c in self.pool if compatible(names, c)]
         if few:
             pool = [c for c in pool if names | {c} not in self.known or c.has_whole] or pool
-        found = self.estimator.extended(self.known[names].at, pool, self.told, few)
+        found = self.estimator.extended(self.known[names].at, pool, self.progress, few)
         self.extensions[names] = found
         self.add([found.base, *found.larger])
 
     def expect(self, front: Sequence[Names]) -> None:
-        """Tell about how much is to come: the sets to extend, as those before, and the end.
+        """Say about how much is to come: the sets to extend, as those before, and the end.
 
         At the beginning the catalogue says how much one is, and a first answer has neighbours.
         """
         numerics, pool = self.settings.numerics, len(self.pool)
         if self.extensions:
-            rounds = len(front) * self.told.clock.done // len(self.extensions)
+            rounds = len(front) * self.progress.clock.done // len(self.extensions)
         else:
             first = STEPS.round(pool, numerics.singles + numerics.first_pairs)
             each = STEPS.round(pool, numerics.singles + numerics.pairs)
             rounds = first + numerics.width * each
-        self.told.expect(rounds + STEPS.end)
+        self.progress.expect(rounds + STEPS.end)
 
     def add_parts(self, whole: Scored) -> bool:
         """Fit a set less one effect, for each of them, from its values; False where it was done.
@@ -140,21 +135,20 @@ def _label(names: Iterable[Candidate]) -> str:
 
 
 def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
-    """Whether an effect may stand beside others: not what shares a term with one at its place."""
-    return not any(_overlap(c, other) and _terms(c) & _terms(other) for c in names)
+    """Whether an effect may stand with others: not what shares a term with one at its place."""
+
+    def overlaps(one: Candidate) -> bool:
+        everywhere = 'all' in (one.where, other.where) and one.effect.hook == other.effect.hook
+        return one.where == other.where or everywhere
+
+    return not any(overlaps(c) and _terms(c) & _terms(other) for c in names)
 
 
 def _terms(candidate: Candidate) -> set[Parameter]:
-    """What scales an effect: a term of its law each."""
     return {p for p in candidate.parameters if p.scales}
 
 
-def _overlap(a: Candidate, b: Candidate) -> bool:
-    """Whether two effects act at one place."""
-    return a.where == b.where or (a.effect.hook == b.effect.hook and 'all' in (a.where, b.where))
-
-
-def search(sets: Sets, first: Estimate) -> Scored:
+def searched(sets: Sets, first: Estimate) -> Scored:
     """The set that is chosen once all its neighbours are known, or the time is over."""
     sets.add([first])
     while front := [n for n in _front(sets) if n not in sets.extensions]:
@@ -186,15 +180,11 @@ def best_ended(sets: Sets) -> Scored:
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
     """The best of the sets whose every part predicts worse, beyond what noise and chance give.
 
-    Args:
-        sets: what there is to choose from; of a set that takes part, each less one effect too.
-        weight: what a nat counts, and in which folds.
-        limit: gain that noise alone can give an effect [nats].
+    Of a set that takes part, each less one effect is in `sets` too. Noise alone can give an effect
+    a gain of `limit` [nats].
     """
-    for scored in weight.ordered(sets):
-        if supported(sets, scored, weight, limit):
-            return scored
-    return next(s for s in sets if not s.names)
+    fitting = (s for s in weight.ordered(sets) if supported(sets, s, weight, limit))
+    return next(fitting, None) or next(s for s in sets if not s.names)
 
 
 def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: float) -> bool:
@@ -212,14 +202,7 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     )
 
 
-def _supported(sets: Sets) -> list[Scored]:
-    """The sets that could be the answer."""
-    known, weight, limit = list(sets.known.values()), sets.weight, sets.threshold
-    return [s for s in known if supported(known, s, weight, limit)]
-
-
 def _parts(scored: Scored) -> set[Names]:
-    """The set less one effect, for each of them."""
     return {scored.names - {c} for c in scored.names}
 
 
@@ -236,73 +219,22 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
     return candidate.where == other.where and set(other.parameters) < set(candidate.parameters)
 
 
-def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
-    """Of sets that short windows cannot tell apart, the best in the longest that can be fitted."""
-    longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
-    near = [
-        s
-        for s in _supported(sets)
-        if len(s.names) == len(best.names) and weight.ahead(best, s) < margin
-    ]
-    near = _distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
-    if longer is None or len(near) < 2:
-        return best
-    posed = replace(best.at.posed, problem=longer)
-    again = [score(Estimate(posed, fit(longer, s.fit.hypothesis, s.fit.theta))) for s in near]
-    judge = weigh(again)
-    first = judge.ordered(again)[0]
-    for scored in again:
-        mine = sets.known[scored.names]
-        sets.known[scored.names] = replace(mine, behind=judge.ahead(first, scored))
-    return sets.known[first.names]
-
-
-def canonical(sets: Sets, best: Scored) -> Scored:
-    """Of sets that do as well with as many parameters, the one of fewest effects.
-
-    Then the one whose names come first in the catalogue.
-    """
-    order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
-    alike = [
-        s
-        for s in _supported(sets)
-        if s.size == best.size and abs(weight.ahead(best, s)) <= sets.settings.gates.equal_nats
-    ]
-    return min(
-        alike, key=lambda s: (len(s.names), sorted(order[c] for c in s.names)), default=best
-    )
-
-
-def turns(sets: Sets, seed: int = 0) -> list[Scored]:
-    """What is chosen when folds at random are left out of the choice, again and again.
-
-    Folds are left out, not windows: what two windows of one recording have in common would else
-    decide (delete-d jackknife, Shao and Wu 1989).
-    """
-    known, weight, gates = list(sets.known.values()), sets.weight, sets.settings.gates
-    folds, rng = np.unique(known[0].fold), np.random.default_rng(seed)
-    kept = len(folds) - max(1, round(len(folds) * gates.left_out))
-    draws = [rng.permutation(folds)[:kept] for _ in range(gates.turns)]
-    limit = sets.threshold * kept / len(folds)
-    return [chosen(known, replace(weight, folds=np.sort(d)), limit) for d in draws]
-
-
 def _front(sets: Sets) -> list[Names]:
     """The sets whose extensions are to be known: the best, others of its size, its parts."""
     if frozenset() not in sets.extensions:
         return [frozenset()]
     best = best_of(sets)
+    held = best.fit.hypothesis.candidates
     sets.add_parts(best)
-    for candidate in best.fit.hypothesis.candidates:
+    for candidate in held:
         _split(sets, best, candidate)
-    ordered = _distinct(sets.ordered(), sets.weight)
-    alike = [s for s in ordered if len(s.names) == len(best.names) and s.names]
-    near = [s.names for s in alike[: sets.settings.numerics.width]]
-    parts = [best.names - {c} for c in best.fit.hypothesis.candidates]
+    ordered = distinct(sets.ordered(), sets.weight)
+    alike = [s.names for s in ordered if len(s.names) == len(best.names) and s.names]
+    near, parts = alike[: sets.settings.numerics.width], [best.names - {c} for c in held]
     return [n for n in (best.names, *near, *parts) if len(n) < sets.settings.gates.most_effects]
 
 
-def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
+def distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
     """The sets less those that do the same as the one before, by other names."""
     kept: list[Scored] = []
     for scored in ordered:
@@ -313,21 +245,18 @@ def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
 
 def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
     """A value of its own at each joint instead of a shared one."""
-    if candidate.where != 'all' or candidate.effect.late or sets.late:
+    name, everywhere = candidate.effect.name, 'all'
+    if candidate.where != everywhere or candidate.effect.late or sets.late:
         return
-    own = [
-        c
-        for c in sets.pool
-        if c.effect.name == candidate.effect.name and c.where != 'all' and c not in best.names
-    ]
+    of_joint = [c for c in sets.pool if c.effect.name == name and c.where != everywhere]
+    own = [c for c in of_joint if c not in best.names]
     if len(own) < 2 or best.names - {candidate} | set(own) in sets.known:
         return
-    hypothesis, theta = best.fit.hypothesis, best.fit.theta
-    index = hypothesis.candidates.index(candidate)
-    values = list(hypothesis.values(theta, index).values())
-    rest = hypothesis.without(index)
-    theta = rest.carried(hypothesis, theta)
-    split = len(theta) - len(rest.constants)
+    full, theta = best.fit.hypothesis, best.fit.theta
+    index = full.candidates.index(candidate)
+    values = list(full.values(theta, index).values())
+    rest = full.without(index)
+    kept, split = rest.carried(full, theta), rest.first_constant
     wider = replace(rest, candidates=(*rest.candidates, *own))
-    theta = np.concatenate([theta[:split], *[values] * len(own), theta[split:]])
+    theta = np.concatenate([kept[:split], *[values] * len(own), kept[split:]])
     sets.add([sets.estimator.refitted(best.at, wider, theta)])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What stays of a choice where folds are left out, effect by effect.
+"""How sure a choice is: ties that longer windows break, and what stays where folds are left out.
 
 Stability selection (Meinshausen and Bühlmann 2010) asks of each effect how often it is chosen. It
 is there by any name, in a wider law, or in a law of all joints. Where a wider law is not chosen in
@@ -9,32 +9,79 @@ enough of the turns and a narrower one in it is, the narrower one is the answer.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.sets import Names, Sets, supported, widens
+from leo_diffmodel.explain.select.evidence import score, Scored, weigh
+from leo_diffmodel.explain.select.sets import chosen, distinct, Names, Sets, supported, widens
 
 Alike = Callable[[Candidate, Candidate], bool]
 """Whether two effects are one, or the same thing in the data."""
 EVERYWHERE = 'all'
 
 
+def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
+    """Of sets that short windows cannot tell apart, the best in the longest that can be fitted."""
+    longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
+    size, able = len(best.names), _supported(sets)
+    near = [s for s in able if len(s.names) == size and weight.ahead(best, s) < margin]
+    near = distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
+    if longer is None or len(near) < 2:
+        return best
+    posed = replace(best.at.posed, problem=longer)
+    again = [score(Estimate(posed, fit(longer, s.fit.hypothesis, s.fit.theta))) for s in near]
+    judge = weigh(again)
+    first = judge.ordered(again)[0]
+    for scored in again:
+        mine = sets.known[scored.names]
+        sets.known[scored.names] = replace(mine, behind=judge.ahead(first, scored))
+    return sets.known[first.names]
+
+
+def canonical(sets: Sets, best: Scored) -> Scored:
+    """Of sets that do as well with as many parameters, the one of fewest effects.
+
+    Then the one whose names come first in the catalogue.
+    """
+    order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
+    near, able = sets.settings.gates.equal_nats, _supported(sets)
+    alike = [s for s in able if s.size == best.size and abs(weight.ahead(best, s)) <= near]
+    ranks = [(len(s.names), sorted(order[c] for c in s.names)) for s in alike]
+    return alike[ranks.index(min(ranks))] if alike else best
+
+
+def _supported(sets: Sets) -> list[Scored]:
+    known, weight, limit = list(sets.known.values()), sets.weight, sets.threshold
+    return [s for s in known if supported(known, s, weight, limit)]
+
+
+def turns(sets: Sets) -> list[Scored]:
+    """What is chosen when folds at random are left out of the choice, again and again.
+
+    Folds are left out, not windows: what two windows of one recording have in common would else
+    decide (delete-d jackknife, Shao and Wu 1989).
+    """
+    known, weight, gates = list(sets.known.values()), sets.weight, sets.settings.gates
+    folds, rng = np.unique(known[0].fold), np.random.default_rng(0)
+    kept = len(folds) - max(1, round(len(folds) * gates.left_out))
+    draws = [rng.permutation(folds)[:kept] for _ in range(gates.turns)]
+    limit = sets.threshold * kept / len(folds)
+    return [chosen(known, replace(weight, folds=np.sort(d)), limit) for d in draws]
+
+
 def part_of(candidate: Candidate, other: Candidate) -> bool:
     """Whether an effect is in another: a law of one joint in that of all, or in a wider one."""
-    there = candidate.where == other.where or other.where == EVERYWHERE
-    mine, its = _laws_of(candidate), _laws_of(other)
+    # the bounds of parameters may differ from joint to joint
+    mine, its = ({(p.name, p.unit) for p in c.parameters} for c in (candidate, other))
     return (
-        there
+        other.where in (candidate.where, EVERYWHERE)
         and candidate.effect.hook == other.effect.hook
         and (candidate.effect.name == other.effect.name or mine < its)
     )
-
-
-def _laws_of(candidate: Candidate) -> set[tuple[str, str]]:
-    """Its parameters; their bounds may differ from joint to joint."""
-    return {(p.name, p.unit) for p in candidate.parameters}
 
 
 def holds(names: Iterable[Candidate], candidate: Candidate, alike: Alike) -> bool:
@@ -54,11 +101,7 @@ def share(turns: Sequence[Names], candidates: Iterable[Candidate], alike: Alike)
 def narrowed(found: Sets, best: Scored, turns: Sequence[Names], alike: Alike) -> Scored:
     """The chosen set, wider laws given way to narrower ones where only those stay.
 
-    Args:
-        found: the finished search.
-        best: the chosen set.
-        turns: what is chosen where folds are left out, one set for each draw.
-        alike: whether two effects are one.
+    `turns` are the sets that are chosen where folds are left out, one for each draw.
     """
     names = frozenset(_narrowed(found, c, turns, alike) for c in best.names)
     if names == best.names:
@@ -84,7 +127,7 @@ def _fitted(found: Sets, best: Scored, names: Names) -> Scored:
         full, theta = best.fit.hypothesis, best.fit.theta
         core = Hypothesis(tuple(c for c in found.pool if c in names), full.constants)
         values = [v for c in core.candidates for v in _values(full, theta, c)]
-        start = np.array([*values, *theta[len(theta) - len(core.constants) :]])
+        start = np.array([*values, *theta[full.first_constant :]])
         found.add([found.estimator.refitted(best.at, core, start)])
     found.add_parts(found.known[names])
     return found.known[names]
@@ -92,8 +135,7 @@ def _fitted(found: Sets, best: Scored, names: Names) -> Scored:
 
 def _values(full: Hypothesis, theta: np.ndarray, candidate: Candidate) -> list[float]:
     """Values of an effect in a fit that has it, or a wider law of it."""
-    index = next(
-        i for i, c in enumerate(full.candidates) if c == candidate or widens(c, candidate)
-    )
+    held = full.candidates
+    index = next(i for i, c in enumerate(held) if c == candidate or widens(c, candidate))
     values = full.values(theta, index)
     return [values[p.name] for p in candidate.parameters]

@@ -39,13 +39,13 @@ class Gates:
     margin_nats: float = 5.0
     """Sets nearer than this to the best are rivals of it [nats] (5: odds of 150)."""
     told_nats: float = 15.0
-    """What is further behind is not even told as a rival [nats]."""
+    """What is further behind is not even named as a rival [nats]."""
     equal_nats: float = 0.5
-    """Sets no further apart are one thing by two names, as fits end so far apart [nats]."""
+    """Sets no further apart are one by two names, as fits end so far apart [nats]."""
     window_nats: float = inf
     """Most that one window may say for or against a hypothesis, for a dispersion of 1 [nats]."""
     most_effects: int = 8
-    """At most so many names beside each other."""
+    """At most so many names together."""
     turns: int = 60
     """Draws of left-out folds in which the choice is made again."""
     left_out: float = 0.1
@@ -77,7 +77,7 @@ class Gates:
     """What an effect must change the prediction by there, all others refitted [noise floors]: the
     size below which `leo blind --small` draws its small differences."""
     fewest_blocks: int = 3
-    """Stretches of time of a recording that tells its own value, or of held-out data that refute a
+    """Stretches of time of a recording that shows its own value, or of held-out data that refute a
     choice."""
     disagree: float = 0.5
     """Of a value, by which two recordings that exclude each other must differ for the answer not

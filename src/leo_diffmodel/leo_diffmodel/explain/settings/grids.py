@@ -19,7 +19,7 @@ class Grids:
     longer_seconds: tuple[float, ...] = (1.0, 0.8, 0.6, 0.45)
     """Of windows that settle close calls, the longest whose start states can be found."""
     horizon_seconds: tuple[float, ...] = (1.0, 0.5, 0.3, 0.15)
-    """Of windows that held-out errors are told for, the longest that fits."""
+    """Of windows that held-out errors are given for, the longest that fits."""
 
     # limits of parameters: what is plausible on any robot
     gain: tuple[float, float] = (0.2, 5.0)

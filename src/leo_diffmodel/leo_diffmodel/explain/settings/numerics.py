@@ -102,7 +102,7 @@ class Numerics:
     most_bent: float = 0.75
     """Of the curvature of the touching parabola, that contradicting windows may take off."""
     seen_at: float = 0.5
-    """Quantile of windows whose rest is told: the median does not see what shows in fewer."""
+    """Quantile of windows whose rest is given: the median does not see what shows in fewer."""
     seen_windows: int = 4
     """Windows above it at least: a push is not to decide."""
 
@@ -131,7 +131,7 @@ class Numerics:
     singles: int = 6
     """Effects fitted on top of a set, those that a linear scan finds best."""
     wholes: int = 3
-    """Whole numbers of a parameter (periods of a ripple) from which it is fitted: beside what else
+    """Whole numbers of a parameter (periods of a ripple) from which it is fitted: with what else
     is missing, the best of a scan can be wrong."""
     pairs: int = 2
     """Pairs of effects fitted on top of a set at once, found in the same way;"""
@@ -238,7 +238,7 @@ class Numerics:
     """Times the largest measured rate: a law that gets there has run away."""
 
     told_half: float = 4.0
-    """Times the median interval of a curve's values; one that is surer than that is told."""
+    """Times the median interval of a curve's values; one that is surer than that is shown."""
 
     # findings
     held_windows: int = 1
@@ -249,7 +249,7 @@ class Numerics:
     """Noise floors, and times the median window, from which on a held-out window is a hand
     push."""
 
-    # what is told
+    # sentences
     listed: int = 3
     """Names, stretches of time or states that a sentence lists at most;"""
     states_listed: int = 6

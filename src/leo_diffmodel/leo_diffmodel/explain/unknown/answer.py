@@ -7,9 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import gain
-from leo_diffmodel.explain.estimate.rows import constant_rows, effect_row, parameter_rows
+from leo_diffmodel.explain.estimate.fitted import (
+    constant_rows,
+    effect_row,
+    Fit,
+    gain,
+    parameter_rows,
+)
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.attempt import Attempt
 from leo_diffmodel.explain.unknown.curves import regressed, Variable

@@ -11,14 +11,12 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.sizes import in_volts
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.covariance import covariance
-from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.far_ahead import FarAhead
+from leo_diffmodel.explain.estimate.estimator import Estimate, far_ends, far_floor
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import gain, unexplained
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.estimate.fitted import Fit, gain, unexplained
+from leo_diffmodel.explain.estimate.standing import converged
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
@@ -138,7 +136,7 @@ def joined(
 
 def scored(at: Estimate) -> Scored:
     """A hypothesis with what it predicts of the folds left out, and far ahead."""
-    return replace(score(at), ends=FarAhead().ends(at))
+    return replace(score(at), ends=far_ends(at, far_floor(at.posed)))
 
 
 def _owing(made: Scored, law: Law) -> Scored:
@@ -180,7 +178,7 @@ def _linear_fit(
         residual[train],
         block[train],
         hypothesis.free(theta),
-        shooting.dispersion(residual[train], channels),
+        likelihood.dispersion(residual[train], channels),
         channels,
         numerics,
         typical,
@@ -191,7 +189,7 @@ def _linear_fit(
         theta=theta,
         covariance=errors,
         columns=columns,
-        loss=shooting.loss(residual, channels, numerics, typical),
+        loss=likelihood.loss(residual, channels, numerics, typical),
         residual=residual,
         typical=typical,
     )

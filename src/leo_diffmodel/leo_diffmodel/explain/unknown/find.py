@@ -15,9 +15,8 @@ from itertools import islice
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.loss import rest_of
-from leo_diffmodel.explain.estimate.own_constants import completed
+from leo_diffmodel.explain.estimate.finish import completed
+from leo_diffmodel.explain.estimate.fitted import Fit, rest_of
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import Scored, weigh
 from leo_diffmodel.explain.select.search import Search

@@ -13,10 +13,9 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.explain.estimate.covariance import conditional_errors
-from leo_diffmodel.explain.estimate.fit import leverage_weight
+from leo_diffmodel.explain.estimate.covariance import conditional_errors, leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood, shooting
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_sim.model import Model
 
@@ -86,7 +85,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     predicted[lost], columns[lost] = windows.measured[lost], 0.0
     noise = problem.sigma[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1) / size
-    weight = shooting.robust_weight(fitted.residual, 2 * joints, numerics, fitted.typical)
+    weight = likelihood.robust_weight(fitted.residual, 2 * joints, numerics, fitted.typical)
     weight = leverage_weight(problem, answer)[..., 0] ** 2 * weight
     everything = np.concatenate([linear.by_theta, -answer], axis=-1)
     rest, columns, _, _ = shooting.eliminate(replace(linear, by_theta=everything), weight)

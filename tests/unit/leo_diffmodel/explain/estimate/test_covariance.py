@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.explain.estimate.covariance import covariance
-from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.settings import SETTINGS
 
 RUNS, BLOCKS, PER_BLOCK, SAMPLES, CHANNELS = 150, 12, 4, 15, 2
@@ -30,7 +30,7 @@ def interval(seed: int, by: float, size: float) -> tuple[np.ndarray, np.ndarray]
     wrong = np.linalg.lstsq(flat, noise.ravel(), rcond=None)[0]
     residual = noise - columns @ wrong
     block = np.repeat(np.arange(BLOCKS), PER_BLOCK)
-    spread = shooting.dispersion(residual, CHANNELS)
+    spread = likelihood.dispersion(residual, CHANNELS)
     found = covariance(
         -columns, residual, block, np.ones(2, dtype=bool), spread, CHANNELS, SETTINGS.numerics
     )

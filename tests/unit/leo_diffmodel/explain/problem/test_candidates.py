@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which effects are candidates: those of other packages, too; none that cannot show."""
+"""Which effects are candidates: those of other packages, too; none that cannot show.
+
+Their parameters stay within what the robot makes plausible, also one whose sizes are no distances.
+"""
 
 from argparse import Namespace
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from tests.simulate import PENDULUM, record
+from tests.flywheel import flywheel
+from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.explain.problem.candidates import candidates, seen, unseen
+from leo_diffmodel.compare.sizes import gravity_scale, mass_scale, push_scale, reach, stall_torque
+from leo_diffmodel.explain.problem.candidates import at_limit, candidates, limited, seen, unseen
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.verbs.common import own_effects
 from leo_sim.description.robot import load_robot
-from leo_sim.effects import get_effect, place
+from leo_sim.effects import EFFECTS, get_effect, place
 from leo_sim.model import Model
 
 EFFECT = """
@@ -52,3 +59,111 @@ def test_a_speed_that_nobody_measured_has_no_lag(rates):
     assert ('velocity_lag' in tried) == (rates == 'measured') == (left == set())
     everything = {c.effect.name for c in candidates(Model(PENDULUM))}
     assert 'command_delay' in tried and tried | left == everything
+
+
+ROBOTS = [PENDULUM, TORQUE, load_robot('servo_pendulum'), load_robot('leo')]
+
+
+def bounded(name, low, high):
+    """The first parameter of an effect of the torque pendulum within these bounds."""
+    return replace(EFFECTS[name].parameters_for(TORQUE, ('pivot',))[0], low=low, high=high)
+
+
+SIGNED = bounded('bias_torque', -6.0, 6.0)
+POSITIVE = bounded('coulomb_friction', 0.0, 6.0)
+SCALE = bounded('torque_scale', 0.2, 5.0)
+
+
+def plausible(robot, **options):
+    """Parameters of all candidates of a robot by effect, place and name, within their limits."""
+    model = Model(robot, **options)
+    return {
+        (c.effect.name, c.where, p.name): p
+        for c in candidates(model)
+        for p in limited(c, model, SETTINGS.grids).parameters
+    }
+
+
+@pytest.mark.parametrize('robot', ROBOTS, ids=lambda r: r.name)
+def test_limits_are_the_robots_and_never_wider_than_the_effects(robot):
+    found = plausible(robot)
+    joint = robot.actuators[0].joint
+    torque = max(stall_torque(robot, joint), gravity_scale(robot))
+    assert found['coulomb_friction', joint, 'c'].high == pytest.approx(torque)
+    bias = found['bias_torque', joint, 't']
+    assert (bias.low, bias.high) == pytest.approx((-torque, torque))
+    link = robot.moving_links[0]
+    mass = found['link_mass', link, 'm']
+    own = robot.constants[f'links.{link}.mass'].value
+    assert -own < mass.low < 0 < mass.high == pytest.approx(5 * mass_scale(robot))
+    assert found['link_com', link, 'x'].high == pytest.approx(reach(robot))
+    scale = found['torque_scale', joint, 'k']
+    assert (scale.low, scale.high) == SETTINGS.grids.gain
+    declared = {
+        (c.effect.name, c.where, p.name): p for c in candidates(Model(robot)) for p in c.parameters
+    }
+    for key, p in found.items():
+        given = declared[key]
+        assert given.low <= p.low < p.high <= given.high, key
+        assert p.neutral <= p.high and (p.low <= p.neutral or given.low == p.neutral), key
+        assert p == replace(given, low=p.low, high=p.high)
+
+
+def test_a_stronger_robot_may_have_more_friction():
+    most = [plausible(r)['coulomb_friction', 'pivot', 'c'].high for r in ROBOTS[:3]]
+    assert most[0] < most[2] < most[1]
+
+
+def test_a_model_says_otherwise_at_one_place_or_all():
+    own = {'coulomb_friction.c': (0.0, 0.01), 'link_mass:bob.m': (-0.02, 0.03)}
+    found = plausible(TORQUE, limits=own)
+    assert (found['coulomb_friction', 'pivot', 'c'].high, found['link_mass', 'bob', 'm'].high) == (
+        0.01,
+        0.03,
+    )
+    assert found['bias_torque', 'pivot', 't'] == plausible(TORQUE)['bias_torque', 'pivot', 't']
+
+
+def test_an_effect_of_the_limits_keeps_its_law_and_place():
+    model = Model(TORQUE)
+    for c in candidates(model):
+        kept = limited(c, model, SETTINGS.grids)
+        assert (kept.effect, kept.where) == (c.effect, c.where)
+        assert limited(kept, model, SETTINGS.grids) == kept
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'value', 'half', 'reached'),
+    [
+        (SIGNED, 6.0, 0.0, True),
+        (SIGNED, -6.0, 0.0, True),
+        (SIGNED, 5.9, 0.2, True),
+        (SIGNED, 5.9, 0.05, False),
+        (SIGNED, 0.0, 0.1, False),
+        (POSITIVE, 0.0, 0.1, False),
+        (POSITIVE, 5.95, 0.1, True),
+        (SCALE, 1.0, 0.1, False),
+        (SCALE, 0.21, 0.02, True),
+        (replace(SCALE, high=1.0), 1.0, 0.1, False),
+        (replace(POSITIVE, high=np.inf), 6.0, 9.0, False),
+    ],
+)
+def test_a_value_at_a_limit_is_seen_but_no_effect_is_no_limit(parameter, value, half, reached):
+    assert at_limit(parameter, value, half) == reached
+
+
+@pytest.mark.parametrize('motor', [True, False], ids=['motor', 'passive'])
+@pytest.mark.parametrize('gravity', [9.81, 0.0])
+def test_a_wheel_whose_mass_is_on_its_axis_has_a_size(tmp_path, motor, gravity):
+    model = Model(flywheel(tmp_path, motor, gravity))
+    found = {
+        (c.effect.name, p.name): p
+        for c in candidates(model)
+        for p in limited(c, model, SETTINGS.grids).parameters
+    }
+    assert all(p.low < p.high for p in found.values())
+    radius = np.sqrt(4e-4 / 0.5)
+    assert found['link_com', 'x'].high == pytest.approx(radius)
+    most = found['coulomb_friction', 'c'].high
+    assert most == pytest.approx(0.32 if motor else 0.5 * 9.81 * radius)
+    assert (push_scale(model.robot) > 0).all()

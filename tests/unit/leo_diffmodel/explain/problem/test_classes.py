@@ -10,12 +10,13 @@ from tests.simulate import PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
+from leo_diffmodel.explain.estimate.scan import Scanner
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_diffmodel.explain.problem.classes import CLASSES, Facts, pair_note, why_same
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_sim.description.robot import Constant, load_robot, Robot
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model

@@ -10,14 +10,14 @@ from tests.searched import among, FIRST, searched
 from tests.simulate import PENDULUM, record, rounded, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import dispersion
 from leo_diffmodel.explain.estimate.imitation import imitations
-from leo_diffmodel.explain.estimate.loss import dispersion
-from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
+from leo_diffmodel.explain.estimate.scan import Scanner
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.problem.candidates import candidates, uncertain
+from leo_diffmodel.explain.problem.candidates import candidates, limited, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.progress import Told
@@ -311,5 +311,5 @@ def test_a_search_with_time_left_leaves_nothing_untried(monkeypatch):
 def test_a_search_hears_how_much_is_to_come(monkeypatch):
     among(monkeypatch, Model(TORQUE), 'viscous_friction', 'bias_torque')
     data, model, told = [record(TORQUE, seconds=8)], Model(TORQUE), Told(lambda _: None)
-    search(data, model, pose(data, [], model), SETTINGS, told=told)
+    search(data, model, pose(data, [], model), SETTINGS, progress=told)
     assert told.clock.steps >= told.clock.done > 2

@@ -13,6 +13,7 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import weigh, Weight
 from leo_diffmodel.explain.select.sets import chosen, compatible, Sets, widens
+from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, turns
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
@@ -69,9 +70,9 @@ def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
 
 def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, lambda _: None)
-    best = choice.search(sets, estimator.first(Hypothesis()))
-    best = choice.canonical(sets, choice.long_horizon_tie_break(sets, best))
-    return names(best), [frozenset(names(s)) for s in choice.turns(sets)]
+    best = choice.searched(sets, estimator.first(Hypothesis()))
+    best = canonical(sets, long_horizon_tie_break(sets, best))
+    return names(best), [frozenset(names(s)) for s in turns(sets)]
 
 
 @pytest.mark.parametrize(
@@ -162,7 +163,7 @@ def test_of_two_fits_of_one_set_the_better_is_kept():
 def test_a_search_whose_time_is_over_gives_the_best_of_the_first_effects():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
     late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
-    best = choice.search(late, estimator.first(Hypothesis()))
+    best = choice.searched(late, estimator.first(Hypothesis()))
     assert late.late and [*late.extensions] == [frozenset()] and names(best) == {'armature'}
 
 
@@ -172,7 +173,7 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     sets.add([estimator.first(Hypothesis())])
     weight = weigh(list(sets.known.values()))
     assert weight.spread == pytest.approx(1.0, abs=0.3)
-    assert len(choice.turns(sets)) == SETTINGS.gates.turns
+    assert len(turns(sets)) == SETTINGS.gates.turns
 
 
 @pytest.mark.parametrize(
@@ -220,5 +221,5 @@ def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
 def test_what_was_not_extended_is_told():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
     late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
-    choice.search(late, estimator.first(Hypothesis()))
-    assert late.untried[0] == 'more beside armature:pivot'
+    choice.searched(late, estimator.first(Hypothesis()))
+    assert late.untried[0] == 'more with armature:pivot'

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from leo_diffmodel.explain.problem.shooting import (
+from leo_diffmodel.explain.problem.likelihood import (
     loss,
     promised,
     robust_weight,

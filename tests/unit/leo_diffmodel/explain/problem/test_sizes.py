@@ -8,9 +8,8 @@ from tests.simulate import PENDULUM, record, TORQUE
 
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.estimate.scan import scales_of
-from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.limits import limited
+from leo_diffmodel.explain.problem.candidates import candidates, limited
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import get_effect

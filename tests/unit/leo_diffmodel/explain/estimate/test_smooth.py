@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from tests.linear import POOL
 
-from leo_diffmodel.explain.estimate.pairs import best_pairs
 from leo_diffmodel.explain.estimate.scan import Scan
+from leo_diffmodel.explain.estimate.smooth import best_pairs
 from leo_diffmodel.explain.settings import SETTINGS
 
 SAMPLES = 400

@@ -8,9 +8,8 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import EFFECTS, place
