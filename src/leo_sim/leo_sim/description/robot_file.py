@@ -6,9 +6,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from leo_sim.common.yaml_file import Finite, Name, Positive, Quantity, Schema
-from leo_sim.description.ranges import LENGTH
 from leo_sim.description.servos import Family
 
+LENGTH = (-1e4, 1e4)
+"""m."""
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 """rad, m, or either per s."""
 Length = Annotated[float, Field(ge=LENGTH[0], le=LENGTH[1])]

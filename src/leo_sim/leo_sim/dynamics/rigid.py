@@ -13,11 +13,13 @@ import numpy as np
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.free_motion import Stateless
-from leo_sim.kinematics.components import (
+from leo_sim.kinematics.frames import (
     add,
     cross,
     dot,
+    Frame,
     Mat,
+    placed,
     plus,
     product,
     scaled,
@@ -26,10 +28,11 @@ from leo_sim.kinematics.components import (
     symmetric,
     transposed,
     turned,
+    turning_parts,
+    UNIT,
     Vec,
     ZERO,
 )
-from leo_sim.kinematics.frames import Frame, placed, turning_parts, UNIT
 
 
 class _Motion(NamedTuple):

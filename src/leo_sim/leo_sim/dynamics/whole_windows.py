@@ -25,7 +25,7 @@ from leo_sim.dynamics.window_kernel import Bent, Driving, Play
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.dynamics.window_loops import loop_axes, looped, loops_possible
 from leo_sim.laws.laws import Laws, Memory
-from leo_sim.laws.placement import Use
+from leo_sim.laws.sensors import Use
 
 MOST_BENT = 4
 """Laws that are asked in every substep; more are left to `substep.integrate`."""

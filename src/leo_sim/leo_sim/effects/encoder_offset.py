@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured angle is the true one + o."""
 
 from typing import Any
 
@@ -22,5 +21,4 @@ class EncoderOffset(Effect):
     def sensor(
         self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
     ) -> tuple[Any, Any, Any]:
-        """What the encoder reads."""
         return q + p['o'], dq, memory

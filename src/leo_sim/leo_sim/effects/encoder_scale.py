@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured angle and rate are the true ones x k."""
 
 from typing import Any
 
@@ -23,5 +22,4 @@ class EncoderScale(Effect):
     def sensor(
         self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
     ) -> tuple[Any, Any, Any]:
-        """What the encoder reads."""
         return q * p['k'], dq * p['k'], memory

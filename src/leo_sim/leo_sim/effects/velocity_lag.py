@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured rate follows the true one as a first-order lag of time constant tau."""
 
 from typing import Any
 
@@ -34,7 +33,6 @@ class VelocityLag(Effect):
     def sensor(
         self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
     ) -> tuple[Any, Any, Any]:
-        """What the encoder and its filter read."""
         if memory is None:
             return q, dq, np.stack([dq, dq])
         if not np.any(dt):
@@ -45,7 +43,6 @@ class VelocityLag(Effect):
         return q, read, paired(read, dq)
 
     def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array) -> tuple[Any, Any]:
-        """What the encoder and its filter read at all instants of a motion."""
         decay, behind = _behind(p, np.diff(dq, axis=0), dt)
         first = np.zeros_like(dq[0]) if memory is None else memory[0] - memory[1]
         shape = np.broadcast_shapes(np.shape(first), behind.shape[1:])

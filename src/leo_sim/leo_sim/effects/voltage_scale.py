@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motor gets k times the command."""
 
 from typing import Any
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -24,6 +22,5 @@ class VoltageScale(Effect):
     rank = 20
 
     @staticmethod
-    def law(k: Numbers, _: Numbers, __: Numbers, u: Numbers) -> Any:
-        """Inputs that reach the motors."""
+    def law(k: float, _: float, __: float, u: float) -> Any:
         return k * u

@@ -8,7 +8,8 @@ from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import Finite, Schema
 from leo_sim.description.robot import Robot
 from leo_sim.effects import get_effect
-from leo_sim.effects.base import Effect, has_unit, Parameter
+from leo_sim.effects.base import Effect
+from leo_sim.effects.parameter import has_unit, Parameter
 
 Limits = dict[str, tuple[float, float]]
 

@@ -17,8 +17,8 @@ from leo_sim.common.yaml_file import Finite, Quantity, read, Schema
 from leo_sim.description.constants import checked
 from leo_sim.description.robot import Constant, load_robot, named_robots, Robot
 from leo_sim.effects import check_bounds, get_effect, place, Placed
-from leo_sim.effects.base import has_unit
 from leo_sim.effects.consent import require
+from leo_sim.effects.parameter import has_unit
 from leo_sim.model.limits_file import checked_limits, limited_parameter, LimitFile, Limits
 from leo_sim.model.model import Model
 

@@ -12,8 +12,7 @@ from leo_sim.dynamics.planar import Planar
 from leo_sim.dynamics.rigid import Rigid
 from leo_sim.effects import place
 from leo_sim.kinematics.frames import centre_of_mass, Kinematics
-from leo_sim.kinematics.gait import Gait
-from leo_sim.kinematics.plane import Plane
+from leo_sim.kinematics.gait import Gait, Plane
 from leo_sim.model import Model
 
 LEO, ODE = load_robot('leo'), load_robot('leo_ode')

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
-from leo_sim.description.ranges import outside
+from leo_sim.description.constants import outside
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
 SHAPES = ('visual', 'collision')
