@@ -20,8 +20,8 @@ Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
 class ActuatorFile(Schema):
     """Figures of an actuator, all at the joint side of its gear.
 
-    Of a position servo also its loop: duty for an error of 1 rad and for a rate of 1 rad/s, what
-    it tells angles apart by, and how fast it lets its goal move.
+    Of a position servo also its loop: duty for an error of 1 rad and for a rate of 1 rad/s, its
+    count of angles, and how fast it lets its goal move.
     """
 
     limit: Quantity

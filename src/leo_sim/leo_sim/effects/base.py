@@ -15,6 +15,8 @@ from leo_sim.effects.parameter import at_joints
 from leo_sim.effects.parameter import Parameter as Parameter
 
 Values = Mapping[str, Any]
+Reading = tuple[Any, Any, Any]
+"""Angles, rates, and the memory of a sensor."""
 HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
 
 
@@ -138,9 +140,7 @@ class Effect:
         """The changed ground."""
         raise NotImplementedError
 
-    def sensor(
-        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-    ) -> tuple[Any, Any, Any]:
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         """Measured angles and rates of true ones, and the memory.
 
         The memory is what this method returned dt s before; None where the sensor had settled.
@@ -173,9 +173,7 @@ class Effect:
         """
         return None
 
-    def unsensed(
-        self, p: Values, q: Array, dq: Array, recalled: Any = None
-    ) -> tuple[Any, Any, Any]:
+    def unsensed(self, p: Values, q: Array, dq: Array, recalled: Any = None) -> Reading:
         """True angles and rates of measured ones, and the memory of the sensor hook with them.
 
         This one serves every sensor without memory that is linear in angle and in rate. Recalled

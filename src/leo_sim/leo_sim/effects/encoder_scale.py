@@ -3,7 +3,7 @@
 from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.effects.base import Effect, Parameter, Reading, Values
 
 
 class EncoderScale(Effect):
@@ -19,7 +19,5 @@ class EncoderScale(Effect):
     reveal = 'Slow motion over a full turn or more.'
     rank = 20
 
-    def sensor(
-        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-    ) -> tuple[Any, Any, Any]:
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         return q * p['k'], dq * p['k'], memory

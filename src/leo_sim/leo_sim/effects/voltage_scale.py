@@ -18,7 +18,7 @@ class VoltageScale(Effect):
         'torque_scale (the same on a torque-driven joint, or where the torque '
         'constant is refitted).'
     )
-    reveal = 'Runs at 0 V beside driven ones.'
+    reveal = 'Runs at 0 V besides driven ones.'
     rank = 20
 
     @staticmethod

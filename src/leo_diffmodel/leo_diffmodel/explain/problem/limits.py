@@ -26,7 +26,7 @@ from leo_diffmodel.explain.settings import Grids
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
-from leo_sim.model.limits_file import limit_keys
+from leo_sim.model.model_file import limit_keys
 
 
 def limited(candidate: Candidate, model: Model, grids: Grids) -> Candidate:
