@@ -2,9 +2,8 @@
 """Compiled substeps of a robot on the ground, between two evaluations of its geometry.
 
 Per substep h: drift by h/2, kick, drift by h/2, with inertia, bias and contact Jacobians held.
-Motor drag, contact dampers, dry friction, stops and play are solved together: sweeps over their
-impulses (Moreau), each exact for its row, find what holds, sticks and slides, and a linear solve
-in between brings all into agreement. A substep in which something strikes (a sphere the ground, a
+Motor drag, contact dampers, dry friction, stops and play are solved together, see
+`contact_impulses`. A substep in which something strikes (a sphere the ground, a
 joint its stop, a gear the end of its play) is cut there.
 """
 

@@ -96,13 +96,7 @@ class Stateless(Dynamics):
 
 
 class Compiled(Stateless):
-    """A body whose inertia and bias one compiled function fills, over any leading axes.
-
-    Attributes:
-        axes: Leading axes of what is computed for states q, dq.
-        fill: Of these axes, states (N, J), mass and bias: fill bias (N, J), and mass (N, J, J)
-            unless it has no rows.
-    """
+    """A body whose inertia and bias one compiled function fills, over any leading axes."""
 
     def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""

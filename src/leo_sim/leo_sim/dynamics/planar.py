@@ -75,9 +75,9 @@ class Planar(Compiled):
         """Leading axes of what is computed for such states."""
         return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
 
-    def fill(self, shape: tuple[int, ...], *states: Array) -> None:
-        """See `Compiled`: states, mass and bias."""
-        dynamics(self.tree, self.world(shape), *states)
+    def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
+        """See `Compiled`."""
+        dynamics(self.tree, self.world(shape), q, dq, mass, bias)
 
     def world(self, shape: tuple[int, ...]) -> World:
         """Inertial figures and gravity for states of leading axes `shape`."""

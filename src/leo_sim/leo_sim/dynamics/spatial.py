@@ -70,9 +70,9 @@ class Spatial(Compiled):
         """Leading axes of what is computed for such states."""
         return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
 
-    def fill(self, shape: tuple[int, ...], *states: Array) -> None:
-        """See `Compiled`: states, mass and bias."""
-        dynamics(self.tree, *self.world, self.each(shape), *states)
+    def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
+        """See `Compiled`."""
+        dynamics(self.tree, *self.world, self.each(shape), q, dq, mass, bias)
 
 
 def _tree(joints: Sequence[Joint]) -> Tree:
