@@ -102,3 +102,8 @@ def added(whole: Any, index: Index, part: Any) -> Any:
     if isinstance(index, slice) and index == slice(None):
         return whole + part
     return put(whole, index, whole[..., index] + part)
+
+
+def cut(figures: Any, index: Index) -> Any:
+    """A named tuple of figures, its arrays cut to some joints."""
+    return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))

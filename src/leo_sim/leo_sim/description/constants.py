@@ -199,7 +199,7 @@ def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[
     return found
 
 
-def _unit(path: str, input_kind: str, slides: Set[str] = frozenset()) -> str:
+def _unit(path: str, input_kind: str, slides: Set[str]) -> str:
     """The unit of a constant by its path; joints and actuators of slides have those of sliding."""
     group, key = path.split('.', 1)[0], path.rsplit('.', 1)[-1]
     name = path.removeprefix(f'{group}.').removesuffix(f'.{key}')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the links of a robot are: frames, points, the centre of mass.
+"""Where the links of a robot are: frames and points.
 
 Vectors and matrices are tuples of components, where a float 0.0 or 1.0 costs nothing.
 Most components of a robot's geometry are exactly zero (planar robots, joint axes along x, y or
@@ -7,14 +7,13 @@ z). Written component by component, with products by 0 and 1 skipped, one generi
 the tree does about the arithmetic of hand-written equations, on floats or on arrays.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.joint import columns, Joint
-from leo_sim.description.urdf import Body
 
 Vec = tuple[Any, Any, Any]
 Mat = Sequence[Any]
@@ -166,15 +165,6 @@ class Kinematics:
                 product(parent.rotation, inside.rotation), parent.point(inside.origin)
             )
         return frames
-
-
-def centre_of_mass(frames: Mapping[str, Frame], bodies: Mapping[str, Body]) -> Vec:
-    """Of all links together, m."""
-    total, weighted = 0.0, ZERO
-    for name, body in bodies.items():
-        total = total + body.mass
-        weighted = plus(weighted, scaled(body.mass, frames[name].point(body.com)))
-    return scaled(1.0 / total, weighted)
 
 
 def turning_parts(joint: Joint) -> tuple[Mat, Mat, Mat]:

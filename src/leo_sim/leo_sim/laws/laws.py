@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import added, Array, Index, index_of, Numbers, put, stacked
+from leo_sim.common.broadcasting import added, Array, cut, Index, index_of, Numbers, put, stacked
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
@@ -20,9 +20,9 @@ from leo_sim.effects.base import Drive, Ground, Placed
 from leo_sim.effects.motor import Motor, torque_source, voltage_motor
 from leo_sim.laws.sensors import act_late, NOTHING, Sensors, Use
 from leo_sim.laws.sensors import Memory as Memory
+from leo_sim.laws.sensors import TIME as TIME
 from leo_sim.laws.servo import around_loop, Servos
 
-TIME = 'time'
 HELD = 'held'  # in the memory of a state whose base does not move
 
 
@@ -146,7 +146,7 @@ class Laws:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
         kept = {
             use.key: use.effect.remember(
-                use.values, q[..., use.at], dq[..., use.at], _recalled(use, memory), h
+                use.values, q[..., use.at], dq[..., use.at], use.recalled(memory), h
             )
             for use in self._remembering
         }
@@ -183,14 +183,14 @@ class Laws:
         """
         motor = self._motor(q, dq, motor_speed, u, enabled)
         for use in self._motor_side:
-            extra = _torque(use, q, motor_speed, motor, None, memory)
+            extra = use.torque(q, motor_speed, motor, None, memory)
             motor = motor._replace(torque=added(motor.torque, use.at, extra))
         joint: Any = 0.0 if self.damping is None else -self.damping * dq
         for use in self._smooth:
-            joint = self._added(joint, use.at, _torque(use, q, dq, motor, load, memory))
+            joint = self._added(joint, use.at, use.torque(q, dq, motor, load, memory))
         level = self._friction
         for use in self._dry:
-            dry = _torque(use, q, dq, motor, load, memory)
+            dry = use.torque(q, dq, motor, load, memory)
             level = self._added(0.0 if level is None else level, use.at, dry)
         return Torques(motor.torque, joint, None if level is None else np.abs(level))
 
@@ -226,7 +226,7 @@ class Laws:
     def _drives(self, uses: Sequence[Use]) -> None:
         drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
         for use in uses:
-            part = use.effect.drive(use.values, _part(drive, use.at))
+            part = use.effect.drive(use.values, cut(drive, use.at))
             drive = Drive(*(put(old, use.at, new) for old, new in zip(drive, part, strict=True)))
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None
@@ -259,33 +259,9 @@ class Laws:
         return added(total, index, part)
 
 
-def _torque(
-    use: Use, q: Array, dq: Array, motor: Motor, load: Array | None, memory: Memory
-) -> Any:
-    """What one torque law says at the joints where it acts."""
-    return use.effect.torque(
-        use.values,
-        q[..., use.at],
-        dq[..., use.at],
-        _part(motor, use.at),
-        None if load is None else load[..., use.at],
-        *((_recalled(use, memory),) if use.effect.remembers else ()),
-    )
-
-
-def _part(figures: Any, index: Index) -> Any:
-    """A named tuple of arrays, each cut to the joints of `index`."""
-    return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))
-
-
 def _paths(robot: Robot) -> list[str]:
     """Where the constants of the actuators are."""
     return [f'actuators.{a.joint}.' for a in robot.actuators]
-
-
-def _recalled(use: Use, memory: Memory) -> Any:
-    """What an effect remembers; at the start of a run None, or the time."""
-    return memory.get(use.key, memory.get(TIME, 0.0) if use.effect.timed else None)
 
 
 def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]) -> dict[str, Body]:

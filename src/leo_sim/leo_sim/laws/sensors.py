@@ -6,11 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Index, Numbers, put
+from leo_sim.common.broadcasting import Array, cut, Index, Numbers, put
 from leo_sim.effects.command_delay import CommandDelay
+from leo_sim.effects.motor import Motor
 
 Memory = Mapping[str, Any]
 NOTHING: Memory = {}
+TIME = 'time'  # in the memory: s since the run began
 DELAY = CommandDelay()
 
 
@@ -21,6 +23,22 @@ class Use(NamedTuple):
     effect: Any
     values: Mapping[str, Any]
     at: Index
+
+    def recalled(self, memory: Memory) -> Any:
+        """What the effect remembers; at the start of a run None, or the time."""
+        return memory.get(self.key, memory.get(TIME, 0.0) if self.effect.timed else None)
+
+    def torque(self, q: Array, dq: Array, motor: Motor, load: Array | None, memory: Memory) -> Any:
+        """What a torque law says at the joints where it acts."""
+        at = self.at
+        return self.effect.torque(
+            self.values,
+            q[..., at],
+            dq[..., at],
+            cut(motor, at),
+            None if load is None else load[..., at],
+            *((self.recalled(memory),) if self.effect.remembers else ()),
+        )
 
 
 class Sensors:
