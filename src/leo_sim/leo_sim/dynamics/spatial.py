@@ -45,7 +45,7 @@ class Spatial(Compiled):
         size, h = q.shape[-1], np.asarray(h)
         shape = common(self.axes(q, dq), *(f.shape[:-1] for f in (diagonal, driving, held, h)))
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
-        given: Any = [rows(f, shape, size) for f in (diagonal, driving, held)]
+        given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
         kick(
             self.tree,

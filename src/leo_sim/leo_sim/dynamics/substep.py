@@ -74,8 +74,8 @@ def kick(
     if torques.level is None and laws.gap is None and not stopped(low, high, q, rates, h):
         return rates, memory
     level = 0.0 if torques.level is None else torques.level
-    play: Any = (0.0, 1.0, 0.0) if laws.gap is None else (laws.gap, rotor, offset)
-    contact = Contact(level, low, high, *play, q, dq)
+    gap, side, slip = (0.0, 1.0, 0.0) if laws.gap is None else (laws.gap, rotor, offset)
+    contact = Contact(level, low, high, gap, side, slip, q, dq)
     rates, motor_speed = settled(contact, factor, h, rates, free)
     if laws.gap is not None:
         motor_speed = np.where(laws.gap > 0, motor_speed, rates)
