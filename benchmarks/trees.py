@@ -7,8 +7,7 @@ import time
 import numpy as np
 
 from leo_sim.description.robot import load_robot, Robot
-from leo_sim.dynamics.rigid import Rigid
-from leo_sim.dynamics.single import Single
+from leo_sim.dynamics.rigid import Rigid, Single
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.effects import place
 from leo_sim.effects.base import Placed

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Broadcasting in the inner loop: NumPy's own functions cost more there than the copy."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Numbers = float | Array
 """A float, or an array that broadcasts with the others."""
+Index = slice | list[int]
+"""Some of the joints (or actuators), which are the last axis of an array."""
 
 
 def filled(shape: tuple[int, ...], values: Numbers) -> Any:
@@ -59,3 +62,48 @@ def rows(
     if values.shape != lead + tail:
         values = filled(lead + tail, values)
     return np.ascontiguousarray(values).reshape(-1, *tail)
+
+
+def index_of(places: tuple[int, ...], count: int) -> Index:
+    """A slice where possible: it costs no copy."""
+    if places == tuple(range(count)):
+        return slice(None)
+    if not places:
+        return slice(0, 0)
+    if places == tuple(range(places[0], places[0] + len(places))):
+        return slice(places[0], places[0] + len(places))
+    return list(places)
+
+
+def put(whole: Any, index: Index, part: Any) -> Any:
+    """A copy of `whole` with `part` in place; `part` may have more leading axes."""
+    if isinstance(index, slice) and index == slice(None):
+        return part
+    shape = common(np.shape(whole)[:-1], np.shape(part)[:-1])
+    result = filled((*shape, np.shape(whole)[-1]), whole)
+    result[..., index] = part
+    return result
+
+
+def stacked(figures: Sequence[Any]) -> Any:
+    """Floats or arrays (S, 1, 1) side by side along the last axis."""
+    if not figures:
+        return np.zeros(0)
+    return np.concatenate(
+        np.broadcast_arrays(
+            *(np.asarray(f, dtype=float).reshape(np.shape(f) or (1,)) for f in figures)
+        ),
+        axis=-1,
+    )
+
+
+def added(whole: Any, index: Index, part: Any) -> Any:
+    """`whole` with `part` added at `index`."""
+    if isinstance(index, slice) and index == slice(None):
+        return whole + part
+    return put(whole, index, whole[..., index] + part)
+
+
+def cut(figures: Any, index: Index) -> Any:
+    """A named tuple of figures, its arrays cut to some joints."""
+    return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))

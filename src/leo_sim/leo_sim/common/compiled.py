@@ -2,20 +2,59 @@
 """How functions are compiled: once per machine, divisions as numpy has them.
 
 numba's own check of every divisor for zero would take a quarter of the time of the contact
-kernel and change no bit.
+kernel and change no bit. It compiles a function again when its file has changed. Ours become part
+of one another across files, so each is too old as soon as any module with compiled functions has
+changed.
 """
 
 from collections.abc import Callable
 from functools import cache
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
-from numba import njit, types
+from numba import config, njit, types
+from numba.core import caching
 from numba.core.errors import NumbaError
 from numba.extending import typeof_impl
 
-from leo_sim.common import compiled_cache
 
-compiled_cache.use()
+def stamp(folder: Path) -> str:
+    """Hash of all modules in a folder that compile functions."""
+    texts = [path.read_bytes() for path in sorted(folder.rglob('*.py'))]
+    compiled = [text for text in texts if b'leo_sim.common.compiled' in text or b'numba' in text]
+    return sha256(b''.join(compiled)).hexdigest()
+
+
+ALL = stamp(Path(__file__).parents[1])
+
+
+class _Together:
+    """A locator of numba's that looks at all of them."""
+
+    def get_source_stamp(self) -> Any:
+        """What has to be the same."""
+        return super().get_source_stamp(), ALL  # type: ignore[misc]
+
+
+class Provided(_Together, caching.UserProvidedCacheLocator):
+    """The folder in NUMBA_CACHE_DIR."""
+
+
+class InTree(_Together, caching.InTreeCacheLocator):
+    """`__pycache__` next to the file."""
+
+
+class UserWide(_Together, caching.UserWideCacheLocator):
+    """The user's own, where that cannot be written to."""
+
+
+if not config.CACHE_LOCATOR_CLASSES:  # type: ignore[attr-defined]
+    _ours = [f'{c.__module__}.{c.__name__}' for c in (Provided, InTree, UserWide)]
+    config.CACHE_LOCATOR_CLASSES = ','.join(  # type: ignore[attr-defined]
+        [*_ours, 'IPythonCacheLocator', 'ZipCacheLocator']
+    )
+
 compiled = njit(cache=True, error_model='numpy')
 compiled_without_gil = njit(cache=True, error_model='numpy', nogil=True)
 """For what takes long enough that threads should run it side by side."""

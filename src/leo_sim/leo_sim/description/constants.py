@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Constants of a robot: every number of robot.yaml and robot.urdf that a model may override."""
+"""Constants of a robot: every number of robot.yaml and robot.urdf that a model may override.
+
+And in which range each of them lies, whatever file says it: what no robot leaves.
+"""
 
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
@@ -8,10 +11,8 @@ from typing import Any
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import Quantity
-from leo_sim.description.joint import sliding
-from leo_sim.description.ranges import outside
-from leo_sim.description.robot_file import RobotFile
-from leo_sim.description.urdf import Body, Joint, Link
+from leo_sim.description.joint import Body, Joint, Link, sliding
+from leo_sim.description.robot_file import LENGTH, RobotFile
 
 BODY_UNITS = {'mass': 'kg', 'com_x': 'm', 'com_y': 'm', 'com_z': 'm', 'inertia': 'kg m2'}
 MOTOR_UNITS = {'torque_constant': 'N m/A', 'resistance': 'ohm', 'supply': 'V'}
@@ -48,6 +49,33 @@ COM = ('com_x', 'com_y', 'com_z')
 DAMPING = 'N m s/rad'
 OF_JOINTS = ('actuators', 'joints', 'sensors')
 """Groups of constants whose units are those of sliding where the joint slides."""
+RANGES = {
+    ('mass', 'kg'): (1e-9, 1e6),
+    **dict.fromkeys([('origin', 'm'), *((com, 'm') for com in COM), ('offset', 'm')], LENGTH),
+    ('inertia', 'kg m2'): (0.0, 1e9),
+    **dict.fromkeys([('rotor_inertia', 'kg m2'), ('rotor_inertia', 'kg')], (0.0, 1e9)),
+    **dict.fromkeys([('force_x', 'N'), ('force_z', 'N')], (-1e9, 1e9)),
+    ('gravity', 'm/s2'): (-1e3, 1e3),
+    **dict.fromkeys([('limit', 'V'), ('limit', 'rad'), ('supply', 'V')], (1e-6, 1e6)),
+    **dict.fromkeys([('limit', 'N m'), ('limit', 'N')], (1e-9, 1e9)),
+    ('limit', 'm'): (1e-6, 1e4),
+    **dict.fromkeys([('torque_constant', 'N m/A'), ('torque_constant', 'N/A')], (1e-9, 1e6)),
+    ('resistance', 'ohm'): (1e-6, 1e6),
+    ('efficiency', ''): (1e-3, 1.0),
+    **dict.fromkeys([('position_gain', '1/rad'), ('position_gain', '1/m')], (1e-6, 1e9)),
+    **dict.fromkeys([('rate_gain', 's/rad'), ('rate_gain', 's/m')], (0.0, 1e6)),
+    **dict.fromkeys([('resolution', 'rad'), ('resolution', 'm')], (0.0, 10.0)),
+    **dict.fromkeys([('goal_rate', 'rad/s'), ('goal_rate', 'm/s')], (1e-6, 1e6)),
+    **dict.fromkeys([('damping', 'N m s/rad'), ('damping', 'N s/m')], (0.0, 1e9)),
+    **dict.fromkeys([('friction', 'N m'), ('friction', 'N')], (0.0, 1e9)),
+    ('offset', 'rad'): (-1e6, 1e6),
+    ('stiffness', 'N/m'): (1e-3, 1e12),
+    ('friction', ''): (0.0, 1e3),
+    ('slope', 'rad'): (-1.5, 1.5),
+    ('current_limit', 'A'): (1e-6, 1e6),
+    ('watchdog', 's'): (1e-3, 1e3),
+}
+"""(figure, unit) -> its lowest and highest value in that unit."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +169,19 @@ def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
     return Constant(path, quantity.value, unit, quantity.uncertain)
 
 
+def outside(figure: str, unit: str, *values: float) -> str:
+    """Which of some values is not in the range of a figure, and that range; '' where all are."""
+    low, high = RANGES[figure, unit]
+    return next(
+        (
+            f'{value:g} {unit} is not within {low:g} to {high:g} {unit}'.replace('  ', ' ')
+            for value in values
+            if not low <= value <= high
+        ),
+        '',
+    )
+
+
 def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[Constant]:
     bodies_of = {link.name: link.body for link in links}
     found = []
@@ -158,7 +199,7 @@ def _urdf_constants(links: tuple[Link, ...], joints: tuple[Joint, ...]) -> list[
     return found
 
 
-def _unit(path: str, input_kind: str, slides: Set[str] = frozenset()) -> str:
+def _unit(path: str, input_kind: str, slides: Set[str]) -> str:
     """The unit of a constant by its path; joints and actuators of slides have those of sliding."""
     group, key = path.split('.', 1)[0], path.rsplit('.', 1)[-1]
     name = path.removeprefix(f'{group}.').removesuffix(f'.{key}')

@@ -6,9 +6,10 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from leo_sim.common.yaml_file import Finite, Name, Positive, Quantity, Schema
-from leo_sim.description.ranges import LENGTH
 from leo_sim.description.servos import Family
 
+LENGTH = (-1e4, 1e4)
+"""m."""
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 """rad, m, or either per s."""
 Length = Annotated[float, Field(ge=LENGTH[0], le=LENGTH[1])]
@@ -19,8 +20,8 @@ Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
 class ActuatorFile(Schema):
     """Figures of an actuator, all at the joint side of its gear.
 
-    Of a position servo also its loop: duty for an error of 1 rad and for a rate of 1 rad/s, what
-    it tells angles apart by, and how fast it lets its goal move.
+    Of a position servo also its loop: duty for an error of 1 rad and for a rate of 1 rad/s, its
+    count of angles, and how fast it lets its goal move.
     """
 
     limit: Quantity

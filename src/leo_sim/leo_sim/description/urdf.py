@@ -3,49 +3,25 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from heapq import heappop, heappush
 import math
-from typing import Any, NamedTuple, TypeVar
+from typing import TypeVar
 from xml.etree import ElementTree
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import is_name
+from leo_sim.description.constants import outside
+from leo_sim.description.joint import Body as Body
+from leo_sim.description.joint import coupled, mimics, Vector
 from leo_sim.description.joint import Joint as Joint
-from leo_sim.description.joint import Vector
-from leo_sim.description.mimic import coupled, mimics
-from leo_sim.description.ranges import outside
+from leo_sim.description.joint import Link as Link
 
 KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
 AXIS = '1 0 0'
 """Where a URDF names none."""
 Read = TypeVar('Read')
-
-
-class Body(NamedTuple):
-    """Inertial figures of a link, in its link frame, as broadcastable components.
-
-    Attributes:
-        mass: kg.
-        com: Centre of mass (x, y, z), m.
-        inertia: About the centre of mass (xx, yy, zz, xy, xz, yz), kg m2.
-        force: Constant force at the centre of mass in world axes (x, y, z), N.
-    """
-
-    mass: Any
-    com: tuple[Any, Any, Any]
-    inertia: tuple[Any, Any, Any, Any, Any, Any]
-    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Link:
-    """A rigid body: its name and inertial figures in its link frame."""
-
-    name: str
-    body: Body
 
 
 def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
@@ -64,13 +40,13 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
         raise UserError(f'{source}: not an XML file: {error}') from error
     if root.tag != 'robot':
         raise UserError(f'{source}: not a URDF: it starts with <{root.tag}>, not <robot>')
-    links = tuple(Link(e.get('name', ''), _told(e, source, _body)) for e in root.findall('link'))
+    links = tuple(Link(e.get('name', ''), _named(e, source, _body)) for e in root.findall('link'))
     elements = root.findall('joint')
-    joints = [_told(e, source, _joint) for e in elements]
+    joints = [_named(e, source, _joint) for e in elements]
     for kind, names in (('links', [x.name for x in links]), ('joints', [x.name for x in joints])):
         if twice := _twice(names):
             raise UserError(f'{source}: two {kind} are named {twice[0]!r}; names must differ')
-    copied = {e.get('name', ''): c for e in elements if (c := _told(e, source, mimics))}
+    copied = {e.get('name', ''): c for e in elements if (c := _named(e, source, mimics))}
     try:
         joints = coupled(joints, copied)
     except ValueError as error:
@@ -78,7 +54,7 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     return links, _sorted(joints, {link.name for link in links}, source)
 
 
-def _told(
+def _named(
     element: ElementTree.Element, source: str, read: Callable[[ElementTree.Element], Read]
 ) -> Read:
     """What `read` makes of a link or joint, its ValueErrors with file and name."""
@@ -198,18 +174,8 @@ def _body(link: ElementTree.Element) -> Body:
     )
     _within('inertia', 'kg m2', xx, yy, zz)
     full = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
-    return Body(
-        m,
-        com,
-        (
-            float(full[0, 0]),
-            float(full[1, 1]),
-            float(full[2, 2]),
-            float(full[0, 1]),
-            float(full[0, 2]),
-            float(full[1, 2]),
-        ),
-    )
+    xx, yy, zz, xy, xz, yz = full[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)].tolist()
+    return Body(m, com, (xx, yy, zz, xy, xz, yz))
 
 
 def _joint(element: ElementTree.Element) -> Joint:
@@ -300,18 +266,9 @@ def _inertial(name: str, body: Body) -> ElementTree.Element:
         element, 'origin', {'xyz': _written(body.com), 'rpy': _written(rpy(rotation))}
     )
     ElementTree.SubElement(element, 'mass', {'value': repr(float(body.mass))})
-    ElementTree.SubElement(
-        element,
-        'inertia',
-        {
-            'ixx': repr(float(moments[0])),
-            'iyy': repr(float(moments[1])),
-            'izz': repr(float(moments[2])),
-            'ixy': '0',
-            'ixz': '0',
-            'iyz': '0',
-        },
-    )
+    ixx, iyy, izz = (repr(float(moment)) for moment in moments)
+    inertia = {'ixx': ixx, 'iyy': iyy, 'izz': izz, 'ixy': '0', 'ixz': '0', 'iyz': '0'}
+    ElementTree.SubElement(element, 'inertia', inertia)
     return element
 
 

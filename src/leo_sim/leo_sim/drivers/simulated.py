@@ -5,7 +5,7 @@ import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverOptions, robot_info
-from leo_sim.model.model import State
+from leo_sim.model.state import State
 from leo_sim.truth.hidden import hidden_model
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from leo_sim.common.broadcasting import Array, Indices, Numbers, rows
 from leo_sim.common.compiled import compiled, compiled_in_place, compiled_without_gil
 from leo_sim.description.robot import Contact, Robot
-from leo_sim.dynamics.contact_kernel import Touch
 from leo_sim.dynamics.planar import jacobian, POSE, poses, Tree, tree_of
 from leo_sim.effects.base import Ground
 
@@ -33,6 +32,28 @@ class Floor(NamedTuple):
     links: Indices
     places: Array
     slope: Array
+    stiffness: Array
+    damping: Array
+    friction: Array
+
+
+class Touch(NamedTuple):
+    """Spheres over the ground; rows of N or 1 states, P spheres.
+
+    Attributes:
+        over: Height over the ground at the angles `at`, m, (N, P).
+        bend: Accelerations of height and of sliding without those of the joints, (N, P, 2).
+        normal, tangent: Its rate and the sliding speed per joint rate, (N, P, J).
+        at: Angles of that geometry, (N, J).
+        stiffness, damping: N/m and N s/m, (., P).
+        friction: (., 1).
+    """
+
+    over: Array
+    bend: Array
+    normal: Array
+    tangent: Array
+    at: Array
     stiffness: Array
     damping: Array
     friction: Array

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.common.broadcasting import rows as _rows
-from leo_sim.dynamics.contact_kernel import advance, Forces, Motion, Play, Touch
-from leo_sim.dynamics.contact_periods import advance_periods
-from leo_sim.dynamics.ground import Spheres
+from leo_sim.common.broadcasting import Array, Numbers, rows
+from leo_sim.dynamics.contact_kernel import advance, advance_periods
+from leo_sim.dynamics.contact_work import Forces, Motion, Play
+from leo_sim.dynamics.ground import Spheres, Touch
+from leo_sim.dynamics.inertia import Dynamics
 from leo_sim.dynamics.planar import Planar
-from leo_sim.dynamics.substep import Drag, DRIVE, Dynamics, rested, slowing
+from leo_sim.dynamics.substep import Drag, DRIVE, rested, slowing
 from leo_sim.laws.laws import HELD, Laws, Memory
 
 BASE = 3  # joints of a planar base
@@ -65,7 +65,7 @@ def integrate(
         fixed: _Driven | None = driven if laws.steady else None
         law = partial(_driven, laws, drag, middle, dq, memory, u, on, push, before=driven)
         if planar:
-            driven = fixed or law(None, planar.leading(q, dq))
+            driven = fixed or law(None, planar.axes(q, dq))
             q, dq, memory = _moved_on(
                 laws, spheres, driven, planar, q, dq, last, memory, h, inner, together
             )
@@ -118,15 +118,13 @@ def _driven(
         before = _undriven(laws, drag, linked, (smooth, dq, level, offset), lead)
     shape, size = before.shape, dq.shape[-1]
     forces = before.forces._replace(
-        smooth=_rows(smooth, shape, size),
-        at=_rows(dq, shape, size),
-        level=_rows(level, shape, size),
+        smooth=rows(smooth, shape, size), at=rows(dq, shape, size), level=rows(level, shape, size)
     )
     play = (
         before.play
         if laws.gap is None
         else before.play._replace(
-            torque=_rows(torques.motor, shape, size), at=_rows(speed, shape, size)
+            torque=rows(torques.motor, shape, size), at=rows(speed, shape, size)
         )
     )
     return _Driven(shape, forces, play)
@@ -147,11 +145,11 @@ def _undriven(
         *(np.shape(figure) for figure in laws.ground),
     )
     size = moving[1].shape[-1]
-    falling, rotor, low, high = (_rows(f, shape, size) for f in fixed)
+    falling, rotor, low, high = (rows(f, shape, size) for f in fixed)
     none = np.zeros((1, size))
     play = (0.0, 1.0) if laws.gap is None else (drag.motor, laws.rotor_inertia)
-    gap = _rows(0.0 if laws.gap is None else laws.gap, shape, size)
-    motor, inertia = (_rows(f, shape, size) for f in play)
+    gap = rows(0.0 if laws.gap is None else laws.gap, shape, size)
+    motor, inertia = (rows(f, shape, size) for f in play)
     return _Driven(
         shape,
         Forces(none, falling, none, rotor, none, low, high),
@@ -176,21 +174,21 @@ def _moved(
     """
     middle, ahead, mass, bias = place
     shape, size = driven.shape, q.shape[-1]
-    smooth = driven.forces.smooth - _rows(bias, shape, size)
+    smooth = driven.forces.smooth - rows(bias, shape, size)
     touch = spheres.touch(middle, ahead, shape)
     motion = _motion(laws, shape, q, dq, memory)
     impulses = np.zeros((*touch.over.shape, 2))
     advance(
         motion,
-        _rows(mass, shape, (size, size), True),
+        rows(mass, shape, (size, size), True),
         driven.forces._replace(smooth=smooth),
         driven.play,
         touch,
-        _rows(h, shape, 1)[:, 0],
+        rows(h, shape, 1)[:, 0],
         count,
         _still(memory, shape),
         impulses,
-        _axes(q),
+        tuple(range(q.shape[-1])),
     )
     pressed = _torque(touch, impulses, shape) / (count * h) if laws.needs_load else 0.0
     return *_state(laws, shape, motion, memory), pressed
@@ -217,30 +215,25 @@ def _moved_on(
     motion = _motion(laws, shape, q, dq, memory)
     advance_periods(
         motion,
-        _rows(last, shape, q.shape[-1], True).copy(),
+        rows(last, shape, q.shape[-1], True).copy(),
         dynamics.tree,
         dynamics.world(shape),
         spheres.floor(shape),
         driven.forces,
         driven.play,
-        _rows(h, shape, 1)[:, 0],
+        rows(h, shape, 1)[:, 0],
         inner,
         count,
         _still(memory, shape),
-        _axes(q),
+        tuple(range(q.shape[-1])),
     )
     return _state(laws, shape, motion, memory)
-
-
-def _axes(q: Array) -> tuple[int, ...]:
-    """One entry per joint, see `contact_kernel.Work`."""
-    return tuple(range(q.shape[-1]))
 
 
 def _motion(laws: Laws, shape: tuple[int, ...], q: Array, dq: Array, memory: Memory) -> Motion:
     """The states of leading axes `shape` as rows of their own."""
     offset, speed = (np.zeros_like(dq), dq) if laws.gap is None else memory[DRIVE]
-    return Motion(*(_rows(a, shape, q.shape[-1], True).copy() for a in (q, dq, offset, speed)))
+    return Motion(*(rows(a, shape, q.shape[-1], True).copy() for a in (q, dq, offset, speed)))
 
 
 def _state(
@@ -258,7 +251,7 @@ def _still(memory: Memory, shape: tuple[int, ...]) -> Any:
     if HELD not in memory:
         return np.zeros(1, np.int64)
     held = np.asarray(memory[HELD])
-    return (BASE * _rows(held[..., None], shape, 1)[:, 0]).astype(np.int64)
+    return (BASE * rows(held[..., None], shape, 1)[:, 0]).astype(np.int64)
 
 
 def _torque(touch: Touch, impulses: Any, shape: tuple[int, ...]) -> Any:

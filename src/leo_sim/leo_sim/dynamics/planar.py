@@ -7,7 +7,6 @@ forces. Angles count from x towards z, about -y.
 """
 
 from collections.abc import Mapping, Sequence
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.broadcasting import Array, common, Indices, rows
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 from leo_sim.description.urdf import Body, Joint
+from leo_sim.dynamics.inertia import Compiled
 
 FIXED, HINGE, SLIDE = 0, 1, 2
 KINDS = {'fixed': FIXED, 'revolute': HINGE, 'continuous': HINGE, 'prismatic': SLIDE}
@@ -56,7 +56,7 @@ class World(NamedTuple):
     gravity: Array
 
 
-class Planar:
+class Planar(Compiled):
     """Dynamics of a planar tree over any leading axes.
 
     Args:
@@ -71,33 +71,13 @@ class Planar:
         self.figures = _figures([bodies[joint.child] for joint in joints])
         self.gravity = np.asarray(gravity, dtype=float)
 
-    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
-        shape, size = self.leading(q, dq), q.shape[-1]
-        mass = np.empty((math.prod(shape), size, size))
-        bias = self._filled(shape, q, dq, mass)
-        return mass.reshape(*shape, size, size), bias
-
-    def bias(self, q: Array, dq: Array) -> Any:
-        """The bias torques alone, (..., J)."""
-        none = np.empty((0, q.shape[-1], q.shape[-1]))
-        return self._filled(self.leading(q, dq), q, dq, none)
-
-    def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        return -self.bias(q, np.zeros_like(q))
-
-    def leading(self, q: Array, dq: Array) -> tuple[int, ...]:
+    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
         return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
 
-    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array) -> Any:
-        """The bias torques; fills the inertia too unless it has no rows."""
-        size = q.shape[-1]
-        states = rows(q, shape, size, True), rows(dq, shape, size, True)
-        bias = np.empty((len(states[0]), size))
-        dynamics(self.tree, self.world(shape), *states, mass, bias)
-        return bias.reshape(*shape, size)
+    def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
+        """See `Compiled`."""
+        dynamics(self.tree, self.world(shape), q, dq, mass, bias)
 
     def world(self, shape: tuple[int, ...]) -> World:
         """Inertial figures and gravity for states of leading axes `shape`."""

@@ -19,7 +19,7 @@ import numpy as np
 from leo_sim.common.broadcasting import Array
 from leo_sim.description import urdf
 from leo_sim.description.urdf import Body, Joint
-from leo_sim.dynamics.free_motion import Free
+from leo_sim.dynamics.inertia import Dynamics
 
 
 @contextmanager
@@ -50,7 +50,7 @@ with quiet():
     import pybullet
 
 
-class Bullet(Free):
+class Bullet(Dynamics):
     """A fixed-base robot in its own DIRECT client; one state at a time."""
 
     def __init__(

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, common, Numbers, rows
+from leo_sim.common.compiled import compiled_without_gil
 from leo_sim.description.joint import columns, Joint
 from leo_sim.description.urdf import Body
-from leo_sim.dynamics.free_motion import Stateless
-from leo_sim.dynamics.impulses import Factor
+from leo_sim.dynamics.inertia import at, Compiled, Factor, inverted, kicked
 from leo_sim.dynamics.planar import KINDS
-from leo_sim.dynamics.tree_kernel import dynamics, FIGURES, kick, Tree
+from leo_sim.dynamics.tree_kernel import bias_torques, FIGURES, inertia, placed, room_for, Tree
 from leo_sim.kinematics.frames import turning_parts
 
 
-class Spatial(Stateless):
+class Spatial(Compiled):
     """The numbers of `leo_sim.dynamics.rigid.Rigid`, compiled.
 
     Attributes:
@@ -38,34 +38,12 @@ class Spatial(Stateless):
         self.leading = gravity.shape if gravity.size > 1 else ()
         self.world = figures.reshape(-1, len(joints), FIGURES), gravity.reshape(-1)
 
-    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Joint-space inertia (..., J, J) and bias torques (..., J); see `Rigid`."""
-        shape, size = self._leading(q, dq), np.shape(q)[-1]
-        mass = np.empty((math.prod(shape), size, size))
-        bias = self._filled(shape, q, dq, mass)
-        return mass.reshape(*shape, size, size), bias
-
-    def bias(self, q: Array, dq: Array) -> Any:
-        """The bias torques alone, (..., J)."""
-        size = np.shape(q)[-1]
-        return self._filled(self._leading(q, dq), q, dq, np.empty((0, size, size)))
-
-    def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        return -self.bias(q, np.zeros_like(q))
-
     def kicked(
         self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
     ) -> tuple[Any, Factor]:
-        """See `Free`; here all at once."""
+        """See `Dynamics`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
-        shape = common(
-            self._leading(q, dq),
-            diagonal.shape[:-1],
-            driving.shape[:-1],
-            held.shape[:-1],
-            h.shape[:-1],
-        )
+        shape = common(self.axes(q, dq), *(f.shape[:-1] for f in (diagonal, driving, held, h)))
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
@@ -88,17 +66,13 @@ class Spatial(Stateless):
             inner += 1
         return math.prod(shape[len(shape) - inner :] if self.leading else shape)
 
-    def _leading(self, q: Array, dq: Array) -> tuple[int, ...]:
+    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
         return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
 
-    def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array) -> Any:
-        """The bias torques; fills the inertia too unless it has no rows."""
-        size = np.shape(q)[-1]
-        states = rows(q, shape, size, True), rows(dq, shape, size, True)
-        bias = np.empty(states[0].shape)
-        dynamics(self.tree, *self.world, self.each(shape), *states, mass, bias)
-        return bias.reshape(*shape, size)
+    def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
+        """See `Compiled`."""
+        dynamics(self.tree, *self.world, self.each(shape), q, dq, mass, bias)
 
 
 def _tree(joints: Sequence[Joint]) -> Tree:
@@ -121,3 +95,66 @@ def _figures(bodies: Sequence[Body], gravity: Any) -> tuple[Any, Any]:
         *(np.asarray(x, dtype=float) for x in figures), np.asarray(gravity, dtype=float)
     )
     return np.stack(parts, axis=-1), down.copy()
+
+
+@compiled_without_gil
+def dynamics(
+    tree: Tree,
+    figures: Array,
+    gravity: Array,
+    each: int,
+    q: Array,
+    dq: Array,
+    mass: Array,
+    bias: Array,
+) -> None:
+    """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows.
+
+    Figures (S, L, FIGURES) and gravity (S,) serve `each` states in a row, one after the other and
+    then from the first again.
+    """
+    room = room_for(tree.kind.shape[0])
+    for n in range(q.shape[0]):
+        s = (n // each) % figures.shape[0]
+        own, down = figures[s], gravity[s]
+        placed(tree, own, n, q, room)
+        bias_torques(tree, own, down, n, dq, room, bias)
+        if mass.shape[0] > 0:
+            inertia(tree, room, mass[n])
+
+
+@compiled_without_gil
+def kick(
+    tree: Tree,
+    figures: Array,
+    gravity: Array,
+    each: int,
+    q: Array,
+    dq: Array,
+    diagonal: Array,
+    driving: Array,
+    held: Array,
+    h: Array,
+    inverse: Array,
+    rates: Array,
+) -> None:
+    """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J).
+
+    See `dynamics` and `inertia.Dynamics`; fields are (N, J) or (1, J), h is (N, 1) or (1, 1), s.
+    """
+    size = q.shape[1]
+    room = room_for(tree.kind.shape[0])
+    bias, mean = np.empty_like(dq), np.empty_like(dq)
+    for n in range(q.shape[0]):
+        s = (n // each) % figures.shape[0]
+        own, down, answer = figures[s], gravity[s], inverse[n]
+        step = h[at(h, n), 0]
+        placed(tree, own, n, q, room)
+        inertia(tree, room, answer)
+        for j in range(size):
+            answer[j, j] += diagonal[at(diagonal, n), j]
+        inverted(size, 0, answer)
+        bias_torques(tree, own, down, n, dq, room, bias)
+        kicked(n, answer, held, bias, dq, 0.5 * step, mean)
+        bias_torques(tree, own, down, n, mean, room, bias)
+        kicked(n, answer, driving, bias, dq, step, rates)

@@ -7,37 +7,17 @@ keeps second order and stays stable with stiff motors; Coriolis and centrifugal 
 predicted with those before it. The same code drives every body.
 """
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers, paired
-from leo_sim.dynamics.impulses import Contact, Factor, settled
+from leo_sim.dynamics.impulses import Contact, settled, stopped
+from leo_sim.dynamics.inertia import Dynamics
 from leo_sim.laws.laws import Laws, Memory
 
 DRIVE = 'drive'
 PROBE = 1e-3  # rad/s, to differentiate the torques by speed
-
-
-class Dynamics(Protocol):
-    """What a substep needs of a body: inertia, bias and load at a state, and its motion."""
-
-    def begin(self, q: Array, dq: Array, h: Numbers) -> None:
-        """Take a state; substeps of h s follow."""
-
-    def move(self, q: Array, dq: Array, faster: Array, h: Numbers) -> tuple[Any, Any]:
-        """The state after the rates went from dq to `faster` and then held for h s."""
-
-    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Joint-space inertia (..., J, J) and bias torques (..., J)."""
-
-    def kicked(
-        self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
-    ) -> tuple[Any, Factor]:
-        """Rates (..., J) after h s without impulses, and the inertia; see `free_motion.Free`."""
-
-    def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces, (..., J)."""
 
 
 class Drag(NamedTuple):
@@ -89,9 +69,14 @@ def kick(
     rates, factor = dynamics.kicked(q, dq, geared + (0.5 * h) * drag.joint, driving, held, h)
     if torques.level is None and laws.stops is None and laws.gap is None:
         return rates, memory
-    contact = Contact(torques.level, laws.stops, laws.gap, rotor, q, dq, offset, h)
+    low, high = laws.stops or (-np.inf, np.inf)
     free = None if laws.gap is None else motor_speed + h * torques.motor / rotor
-    rates, motor_speed = settled(contact, factor, rates, free)
+    if torques.level is None and laws.gap is None and not stopped(low, high, q, rates, h):
+        return rates, memory
+    level = 0.0 if torques.level is None else torques.level
+    gap, side, slip = (0.0, 1.0, 0.0) if laws.gap is None else (laws.gap, rotor, offset)
+    contact = Contact(level, low, high, gap, side, slip, q, dq)
+    rates, motor_speed = settled(contact, factor, h, rates, free)
     if laws.gap is not None:
         motor_speed = np.where(laws.gap > 0, motor_speed, rates)
         slip = offset + h * (motor_speed - rates)
@@ -114,10 +99,10 @@ def integrate(
     """The state after `count` substeps of h s with the inputs held.
 
     Args:
-        laws: The model's laws.
-        dynamics: The body.
-        q: True angles (..., J).
-        dq: True rates (..., J).
+        laws: Of the model.
+        dynamics: Of its body.
+        q: True angles, (..., J).
+        dq: True rates, (..., J).
         memory: What the effects remember.
         inputs: V, N m or rad, (..., A).
         enabled: Booleans (..., A) or None for all.

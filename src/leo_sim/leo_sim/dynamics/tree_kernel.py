@@ -13,8 +13,6 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Indices
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.impulses import at, kicked
-from leo_sim.dynamics.inertia_inverse import inverted
 from leo_sim.dynamics.planar import HINGE, SLIDE
 
 FIGURES = 13
@@ -287,66 +285,3 @@ def bias_torques(
         if above >= 0:
             for k in range(6):
                 force[above, k] += force[i, k]
-
-
-@compiled_without_gil
-def dynamics(
-    tree: Tree,
-    figures: Array,
-    gravity: Array,
-    each: int,
-    q: Array,
-    dq: Array,
-    mass: Array,
-    bias: Array,
-) -> None:
-    """Fill bias (N, J) for states (N, J), and mass (N, J, J) unless it has no rows.
-
-    Figures (S, L, FIGURES) and gravity (S,) serve `each` states in a row, one after the other and
-    then from the first again.
-    """
-    room = room_for(tree.kind.shape[0])
-    for n in range(q.shape[0]):
-        s = (n // each) % figures.shape[0]
-        own, down = figures[s], gravity[s]
-        placed(tree, own, n, q, room)
-        bias_torques(tree, own, down, n, dq, room, bias)
-        if mass.shape[0] > 0:
-            inertia(tree, room, mass[n])
-
-
-@compiled_without_gil
-def kick(
-    tree: Tree,
-    figures: Array,
-    gravity: Array,
-    each: int,
-    q: Array,
-    dq: Array,
-    diagonal: Array,
-    driving: Array,
-    held: Array,
-    h: Array,
-    inverse: Array,
-    rates: Array,
-) -> None:
-    """Fill the inverse of the inertia with the diagonal, (N, J, J), and rates, (N, J).
-
-    See `dynamics` and `free_motion.Free`; fields are (N, J) or (1, J), h is (N, 1) or (1, 1), s.
-    """
-    size = q.shape[1]
-    room = room_for(tree.kind.shape[0])
-    bias, mean = np.empty_like(dq), np.empty_like(dq)
-    for n in range(q.shape[0]):
-        s = (n // each) % figures.shape[0]
-        own, down, answer = figures[s], gravity[s], inverse[n]
-        step = h[at(h, n), 0]
-        placed(tree, own, n, q, room)
-        inertia(tree, room, answer)
-        for j in range(size):
-            answer[j, j] += diagonal[at(diagonal, n), j]
-        inverted(size, 0, answer)
-        bias_torques(tree, own, down, n, dq, room, bias)
-        kicked(n, answer, held, bias, dq, 0.5 * step, mean)
-        bias_torques(tree, own, down, n, mean, room, bias)
-        kicked(n, answer, driving, bias, dq, step, rates)

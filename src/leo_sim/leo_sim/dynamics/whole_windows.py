@@ -20,12 +20,21 @@ from leo_sim.common.broadcasting import Array, Numbers, rows
 from leo_sim.common.compiled import compiled_law, Functions
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import DRIVE, PROBE, rested
-from leo_sim.dynamics.window_input import every_row, Held, Pieces, pieces
-from leo_sim.dynamics.window_kernel import Bent, Driving, Play
+from leo_sim.dynamics.window_input import (
+    Bent,
+    Driving,
+    every_row,
+    Held,
+    loop_axes,
+    looped,
+    loops_possible,
+    Pieces,
+    pieces,
+    Play,
+)
 from leo_sim.dynamics.window_kernel import run as run_states
-from leo_sim.dynamics.window_loops import loop_axes, looped, loops_possible
 from leo_sim.laws.laws import Laws, Memory
-from leo_sim.laws.placement import Use
+from leo_sim.laws.sensors import Use
 
 MOST_BENT = 4
 """Laws that are asked in every substep; more are left to `substep.integrate`."""
@@ -54,8 +63,8 @@ def run(
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
     play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
-    axes += [np.shape(v)[:-1] for v in play]
-    axes += [np.shape(v)[:-1] for use in laws.bent for v in use.values.values()]
+    bent = (v for use in laws.bent for v in use.values.values())
+    axes += [np.shape(v)[:-1] for v in (*play, *bent)]
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
     axes += loop_axes(laws)
     lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)

@@ -1,17 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is held over whole windows, cut into the periods over which it is constant.
+"""What drives whole windows, as `window_kernel` takes it; position servos' own loops among it.
 
-These are the sample periods; or the substeps, where a command changes between samples (delay, lag)
-or a sensor needs to know what the joints did there.
+What is held is cut into the periods over which it is constant: the sample periods; or the
+substeps, where a command changes between samples (delay, lag) or a sensor needs to know what the
+joints did there.
 """
 
+import math
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, filled, Indices, Numbers
+from leo_sim.common.broadcasting import Array, filled, Indices, Numbers, rows
+from leo_sim.common.compiled import compiled_law, Functions
 from leo_sim.dynamics.substep import substeps
 from leo_sim.laws.laws import Laws, Memory
+from leo_sim.laws.servo import Servos
+
+MOST_BEHIND = 3
+"""Laws behind the servos' loops; the catalogue has so many."""
+BEHIND = numba.float64(*[numba.float64] * 4)
 
 
 class Held(NamedTuple):
@@ -52,6 +61,88 @@ class Pieces(NamedTuple):
     parts: Indices
     first: Indices
     ends: Indices
+
+
+class Driving(NamedTuple):
+    """What drives N states over K periods, of samples or of substeps.
+
+    Attributes:
+        torque: Of motors and joints at rates of 0, gravity left out, N m, (K, N, J).
+        falling: How it falls with the rates, N m s/rad, (K, N, J).
+        motor, motor_falling: What of the two is the motors'; (K, N, J) where a law asks.
+        level: Of dry friction, N m, (N or 1, J).
+        rotor: Inertia of the motor sides, kg m2, (N or 1, J).
+        low, high: Stops, rad, (1, J).
+        h: Substep, s, (K, N).
+        parts: Substeps in a period, (K,).
+        first: 1 where a sample period begins, (K,).
+    """
+
+    torque: Array
+    falling: Array
+    motor: Array
+    motor_falling: Array
+    level: Array
+    rotor: Array
+    low: Array
+    high: Array
+    h: Array
+    parts: Indices
+    first: Indices
+
+
+class Play(NamedTuple):
+    """Dead zones between the motors and their joints.
+
+    Attributes:
+        gap: Their width, 0 where there is none, rad, (N or 1, J).
+        slip: Angle of each motor side less that of its joint at the start, rad, (N or 1, J).
+        speed: Rate of each motor side at the start, rad/s, (N or 1, J).
+    """
+
+    gap: Array
+    slip: Array
+    speed: Array
+
+
+class Bent(NamedTuple):
+    """Laws that are asked in every substep, B of them.
+
+    Attributes:
+        values: Their parameters, 0 where there is none, (B, N, 3).
+        acts: 1 at the joints where they act, (B, J).
+        dry: 1 where the law is one of dry friction, (B,).
+        loaded: Whether one looks at the load, 1 or 0.
+    """
+
+    values: Array
+    acts: Indices
+    dry: Indices
+    loaded: int
+
+
+class Looped(NamedTuple):
+    """Position servos' own loops, of N states over K sample periods; see `laws.servo`.
+
+    Attributes:
+        goal: rad, (K, N, J); of no periods where inputs are no goals.
+        torque: What 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one.
+        gain, rate_gain, grain, supply: (N or 1, J).
+        scale, zero: A servo reads scale q + zero at the angle q, (N or 1, J).
+        values: Parameters of the laws behind the loop, 0 where there is none, (B, N, 3).
+        acts: 1 at the joints where these act, (B, J).
+    """
+
+    goal: Array
+    torque: Array
+    gain: Array
+    rate_gain: Array
+    grain: Array
+    supply: Array
+    scale: Array
+    zero: Array
+    values: Array
+    acts: Indices
 
 
 def pieces(laws: Laws, held: Held, longest: float) -> Pieces:
@@ -106,3 +197,69 @@ def every_row(values: Array, shape: tuple[int, ...], tail: int) -> Any:
     A view that must not be written to would be another type to the compiled kernel.
     """
     return filled((*shape, tail), values).reshape(shape[0], -1, tail)
+
+
+def loops_possible(laws: Laws) -> bool:
+    """Whether all that acts behind the loops can be compiled, and no gear has play."""
+    if laws.servos is None:
+        return True
+    behind = laws.servos.after
+    few = laws.gap is None and len(behind) <= MOST_BEHIND
+    return few and all(compiled_law(u.effect.law, BEHIND) for u in behind)
+
+
+def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
+    """Leading axes of what the loops are made of."""
+    if laws.servos is None:
+        return []
+    values = [v for use in laws.servos.after for v in use.values.values()]
+    return [np.shape(v)[:-1] for v in (*laws.servos.loop, *laws.servos.reading(), *values)]
+
+
+def looped(
+    laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
+) -> tuple[Functions, Looped]:
+    """The laws behind the loops, and the loops, for states of leading axes and so many joints."""
+    (lead, size), servos = axes, laws.servos
+    functions = [compiled_law(_as_it_is, BEHIND)] * MOST_BEHIND
+    acts = np.zeros((MOST_BEHIND, size), np.int64)
+    values = np.zeros((MOST_BEHIND, math.prod(lead), 3))
+    if servos is None:
+        none, never = np.zeros((1, size)), np.zeros((0, 1, size))
+        return Functions(functions), Looped(
+            never, never, none, none, none, none, none, none, values, acts
+        )
+    for b, use in enumerate(servos.after):
+        functions[b] = compiled_law(use.effect.law, BEHIND)
+        acts[b, np.array(laws.actuated_joints)[use.at]] = 1
+        for i, parameter in enumerate(use.effect.parameters):
+            values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
+    shape = (len(cut.parts), *(1,) * (2 - len(lead)), *lead)
+    goal, torque = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
+    gain, rate_gain, grain, supply, scale, zero = (
+        rows(figure, lead, size) for figure in _figures(laws, servos)
+    )
+    return Functions(functions), Looped(
+        goal, torque, gain, rate_gain, grain, supply, scale, zero, values, acts
+    )
+
+
+def _figures(laws: Laws, servos: Servos) -> tuple[Any, ...]:
+    """Gain, rate gain, grain and supply, and scale and zero of what is read, (..., J)."""
+    gain, rate_gain, grain, supply = map(laws.at_joints, servos.loop)
+    scale, rate_scale, zero = servos.reading()
+    return gain, rate_gain * rate_scale, grain, supply, scale, zero
+
+
+def _per_volt(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, Any]:
+    """Goals rad at the joints, and what 1 V there gives, N m, (P, ..., W, J)."""
+    still = np.zeros(size)
+    none, one = (
+        laws.straight.torques(still, still, still, u, cut.enabled, None, memory).motor
+        for u in (np.zeros_like(cut.inputs), np.ones_like(cut.inputs))
+    )
+    return laws.at_joints(cut.inputs), one - none
+
+
+def _as_it_is(a: float, b: float, c: float, u: float) -> float:
+    return u

@@ -5,94 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Indices
+from leo_sim.common.broadcasting import Array
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
-from leo_sim.dynamics.impulses import at, kicked, swept
-from leo_sim.dynamics.inertia_inverse import inverted
+from leo_sim.dynamics.impulses import Contact, swept
+from leo_sim.dynamics.inertia import at, inverted, kicked
 from leo_sim.dynamics.substep import PROBE
 from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, Room, room_for, Tree
-
-
-class Driving(NamedTuple):
-    """What drives N states over K periods, of samples or of substeps.
-
-    Attributes:
-        torque: Of motors and joints at rates of 0, gravity left out, N m, (K, N, J).
-        falling: How it falls with the rates, N m s/rad, (K, N, J).
-        motor, motor_falling: What of the two is the motors'; (K, N, J) where a law asks.
-        level: Of dry friction, N m, (N or 1, J).
-        rotor: Inertia of the motor sides, kg m2, (N or 1, J).
-        low, high: Stops, rad, (1, J).
-        h: Substep, s, (K, N).
-        parts: Substeps in a period, (K,).
-        first: 1 where a sample period begins, (K,).
-    """
-
-    torque: Array
-    falling: Array
-    motor: Array
-    motor_falling: Array
-    level: Array
-    rotor: Array
-    low: Array
-    high: Array
-    h: Array
-    parts: Indices
-    first: Indices
-
-
-class Play(NamedTuple):
-    """Dead zones between the motors and their joints.
-
-    Attributes:
-        gap: Their width, 0 where there is none, rad, (N or 1, J).
-        slip: Angle of each motor side less that of its joint at the start, rad, (N or 1, J).
-        speed: Rate of each motor side at the start, rad/s, (N or 1, J).
-    """
-
-    gap: Array
-    slip: Array
-    speed: Array
-
-
-class Bent(NamedTuple):
-    """Laws that are asked in every substep, B of them.
-
-    Attributes:
-        values: Their parameters, 0 where there is none, (B, N, 3).
-        acts: 1 at the joints where they act, (B, J).
-        dry: 1 where the law is one of dry friction, (B,).
-        loaded: Whether one looks at the load, 1 or 0.
-    """
-
-    values: Array
-    acts: Indices
-    dry: Indices
-    loaded: int
-
-
-class Looped(NamedTuple):
-    """Position servos' own loops, of N states over K sample periods; see `laws.servo`.
-
-    Attributes:
-        goal: rad, (K, N, J); of no periods where inputs are no goals.
-        torque: What 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one.
-        gain, rate_gain, grain, supply: (N or 1, J).
-        scale, zero: A servo reads scale q + zero at the angle q, (N or 1, J).
-        values: Parameters of the laws behind the loop, 0 where there is none, (B, N, 3).
-        acts: 1 at the joints where these act, (B, J).
-    """
-
-    goal: Array
-    torque: Array
-    gain: Array
-    rate_gain: Array
-    grain: Array
-    supply: Array
-    scale: Array
-    zero: Array
-    values: Array
-    acts: Indices
+from leo_sim.dynamics.window_input import Bent, Driving, Looped, Play
 
 
 class Work(NamedTuple):
@@ -138,19 +57,10 @@ def run(
 ) -> None:
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
-    Args:
-        tree: Geometry.
-        figures: Of the links, see `Spatial`.
-        gravity: m/s2, one for each of the figures.
-        each: How many states in a row have the same figures; see `tree_kernel.dynamics`.
-        driving: What drives the states, but for the laws.
-        play: Of their motors.
-        laws: Functions of three parameters, angle, rate, torque of the motor and load.
-        bent: Their parameters and places.
-        behind: Functions of three parameters and the voltage, behind the servos' loops.
-        looped: The loops.
-        q: Angles, the first ones given.
-        dq: Rates, the first ones given.
+    Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
+    Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
+    servos' loops are functions of three parameters and the voltage. Bent and looped have their
+    parameters and places. The first angles and rates are given.
     """
     states, size = q.shape[1:]
     room, work = room_for(tree.kind.shape[0]), _work(size)
@@ -220,15 +130,8 @@ def _pulled(driving: Driving, laws: Any, bent: Bent, n: int, k: int, work: Work)
             pull -= driving.motor[k, n, j] - driving.motor_falling[k, n, j] * dq
         for b in range(bent.dry.shape[0]):
             if bent.acts[b, j]:
-                torque = laws[b](
-                    bent.values[b, n, 0],
-                    bent.values[b, n, 1],
-                    bent.values[b, n, 2],
-                    q,
-                    dq,
-                    motor,
-                    load,
-                )
+                a, e, f = bent.values[b, n, 0], bent.values[b, n, 1], bent.values[b, n, 2]
+                torque = laws[b](a, e, f, q, dq, motor, load)
                 if bent.dry[b]:
                     level += abs(torque)
                 else:
@@ -305,22 +208,10 @@ def _kick(
     for kind in range(3):
         for j in range(size):
             work.given[kind, j] = 0.0
-    swept(
-        0,
-        work.free,
-        work.motor,
-        work.inverse,
-        work.h,
-        work.level,
-        driving.low,
-        driving.high,
-        work.gap,
-        work.rotor,
-        work.slip,
-        work.q,
-        work.dq,
-        work.given,
+    contact = Contact(
+        work.level, driving.low, driving.high, work.gap, work.rotor, work.slip, work.q, work.dq
     )
+    swept(0, work.free, work.motor, work.inverse, work.h, contact, work.given)
     for j in range(size):
         work.dq[0, j] = work.free[0, j]
         work.speed[0, j] = work.motor[0, j] if work.gap[0, j] > 0.0 else work.free[0, j]

@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The catalogue of effects, and placing one on a robot."""
 
-from __future__ import annotations
-
 from importlib.metadata import entry_points
 import math
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.common.user_code import classes_of, guarded, load_file
+from leo_sim.description.robot import Robot
 from leo_sim.effects.actuator_lag import ActuatorLag
 from leo_sim.effects.armature import Armature
 from leo_sim.effects.back_emf_scale import BackEmfScale
 from leo_sim.effects.backlash import Backlash
-from leo_sim.effects.base import Effect, HOOKS, Parameter, Placed, ROLES
+from leo_sim.effects.base import Effect, HOOKS, Placed
 from leo_sim.effects.bias_torque import BiasTorque
 from leo_sim.effects.command_delay import CommandDelay
 from leo_sim.effects.consent import trust
@@ -33,6 +32,7 @@ from leo_sim.effects.link_inertia import LinkInertia
 from leo_sim.effects.link_mass import LinkMass
 from leo_sim.effects.load_dependent_friction import LoadDependentFriction
 from leo_sim.effects.measurement_delay import MeasurementDelay
+from leo_sim.effects.parameter import Parameter, ROLES
 from leo_sim.effects.quadratic_drag import QuadraticDrag
 from leo_sim.effects.quadratic_load_friction import QuadraticLoadFriction
 from leo_sim.effects.stribeck_friction import StribeckFriction
@@ -45,9 +45,6 @@ from leo_sim.effects.voltage_deadband import VoltageDeadband
 from leo_sim.effects.voltage_limit import VoltageLimit
 from leo_sim.effects.voltage_push import VoltagePush
 from leo_sim.effects.voltage_scale import VoltageScale
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 __all__ = [
     'EFFECTS',
@@ -115,9 +112,8 @@ def get_effect(ref: str) -> Effect:
         return EFFECTS[ref]
     if ref.endswith('.py'):
         return read_effect(Path(trust(ref)))
-    for entry in entry_points(group='leo.effects'):
-        if entry.name == ref:
-            return entry.load()()
+    for entry in entry_points(group='leo.effects', name=ref):
+        return entry.load()()
     raise UserError(f'no effect is named {ref!r}{nearest(ref, EFFECTS)}')
 
 
@@ -225,9 +221,9 @@ def _check_parameters(path: Path, kind: type[Effect]) -> None:
                 f'{p.role!r}; there are {", ".join(ROLES)}'
             )
         others = {other.name for other in kind.parameters} - {p.name}
-        for told in (p.above, p.times):
-            if told and told not in others:
+        for named in filter(None, (p.above, p.times)):
+            if named not in others:
                 raise UserError(
                     f'{path}: {kind.__name__}.parameters: {p.name} has above or times '
-                    f'{told!r}, which is none of the others'
+                    f'{named!r}, which is none of the others'
                 )

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motor input follows the command as a first-order lag of time constant tau."""
 
 from typing import Any
 
@@ -24,7 +23,6 @@ class ActuatorLag(Effect):
     rank = 50
 
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
-        """Inputs that reach the motors."""
         before = np.zeros_like(u) if memory is None else memory
         steps = dt / np.maximum(p['tau'], 1e-200)
         decay = np.exp(-steps)

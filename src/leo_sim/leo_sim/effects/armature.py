@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inertia J added to the motor side of the joint."""
 
 from leo_sim.effects.base import Drive, Effect, Parameter, Values
 
@@ -19,5 +18,4 @@ class Armature(Effect):
     reveal = 'Free swings: the period grows while the weight stays.'
 
     def drive(self, p: Values, drive: Drive) -> Drive:
-        """The motor side, changed."""
         return drive._replace(rotor_inertia=drive.rotor_inertia + p['J'])

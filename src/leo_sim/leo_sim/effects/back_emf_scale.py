@@ -1,16 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Back-EMF is k times the model's."""
 
-from __future__ import annotations
-
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
+from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Effect, Parameter, Values
 from leo_sim.effects.motor import Motor
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 
 class BackEmfScale(Effect):
@@ -31,9 +26,7 @@ class BackEmfScale(Effect):
     rank = 10
 
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
-        """Torque at the joints, N m."""
         return (p['k'] - 1.0) * motor.back_emf
 
     def places(self, robot: Robot) -> tuple[str, ...]:
-        """Joints where it can act."""
         return super().places(robot) if robot.has_motor_law else ()

@@ -1,14 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Play in the gear: the motor inertia moves freely within a dead zone, encoder on the link."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
+from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Drive, Effect, Parameter, Values
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 
 class Backlash(Effect):
@@ -27,9 +20,7 @@ class Backlash(Effect):
     reveal = 'Frequent reversals of small torques about the hanging pose.'
 
     def drive(self, p: Values, drive: Drive) -> Drive:
-        """The motor side, changed."""
         return drive._replace(gap=drive.gap + p['gap'])
 
     def places(self, robot: Robot) -> tuple[str, ...]:
-        """Joints where it can act."""
         return tuple(a.joint for a in robot.actuators if a.rotor_inertia > 0)

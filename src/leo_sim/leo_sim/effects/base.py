@@ -1,64 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an effect is: a law with named parameters, placed at joints or links of a robot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, NamedTuple, TYPE_CHECKING
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.description.joint import sliding
+from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body as Body
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
-    from leo_sim.effects.motor import Motor
+from leo_sim.effects.motor import Motor
+from leo_sim.effects.parameter import at_joints
+from leo_sim.effects.parameter import Parameter as Parameter
 
 Values = Mapping[str, Any]
-SCALING = ('amplitude', 'threshold', 'delay')
-"""Roles of what scales an effect: how strong it is, where it cuts something off (a dead band, a
-limit, a play), how late or slow it makes something."""
-ROLES = (*SCALING, 'phase', 'position', 'shape')
-"""The others leave it as strong as it is: the phase of a sine, an angle at which the law has its
-place (the rest of a spring), any other figure that shapes it."""
+Reading = tuple[Any, Any, Any]
+"""Angles, rates, and the memory of a sensor."""
 HOOKS = ('command', 'torque', 'drive', 'body', 'ground', 'sensor')
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One number of an effect: its unit, the value that changes nothing, its physical bounds.
-
-    Attributes:
-        above: Another parameter of the effect, which a search keeps this one at or above.
-        times: Another parameter; the law is a straight line in the product of the two.
-        whole: It is a whole number.
-        role: What it does in the law, one of ROLES; '' where `with_roles` shall tell by the unit.
-        linear: Of an amplitude: predictions change nearly in proportion to it.
-    """
-
-    name: str
-    unit: str
-    neutral: float = 0.0
-    low: float = float('-inf')
-    high: float = float('inf')
-    above: str = ''
-    times: str = ''
-    whole: bool = False
-    role: str = ''
-    linear: bool = True
-
-    @property
-    def scales(self) -> bool:
-        """Whether the effect grows with it: at the neutral value of all of these it is off."""
-        return self.role in SCALING
-
-    @property
-    def turns(self) -> bool:
-        """Whether it is an angle that says where in a turn the law acts."""
-        return self.role in ('phase', 'position')
 
 
 class Drive(NamedTuple):
@@ -89,8 +48,9 @@ class Effect:
 
     A subclass fills in the attributes and exactly one of the methods `command`, `torque`,
     `drive`, `body`, `ground`, `sensor`. Laws are plain arithmetic that broadcasts over leading
-    axes, so that the same law runs on one state and on all windows of a bag; `p` maps parameter
-    names to floats or to arrays (S, 1, 1), states have the shape (..., joints of `where`).
+    axes, so that the same law runs on one state and on all windows of a bag: `p` maps parameter
+    names to floats or to arrays (S, 1, 1); q and dq are true angles rad and rates rad/s of the
+    joints it is placed at, (..., joints); dt s is a float or an array that broadcasts with them.
 
     Attributes:
         equation: The law in one line: q angle, w rate, u input, tau torque.
@@ -139,25 +99,18 @@ class Effect:
     source: str = ''
 
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
-        """Inputs that reach the motors in the next dt s.
+        """Inputs that reach the motors in the next dt s, and the memory.
 
-        Args:
-            p: Parameter values.
-            u: Inputs V (N m) held over the next dt, (..., actuators of `where`).
-            memory: What this method returned before, None at the start (inputs were 0).
-            dt: s, a float or an array that broadcasts with u.
+        U are inputs V (N m) held over the next dt, (..., actuators). The memory is what this
+        method returned before, None at the start, when inputs were 0.
         """
         return self._by_law(p, u), memory
 
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
         """Torque added at the joints, N m; for `dry` effects the one that opposes dq.
 
-        Args:
-            p: Parameter values.
-            q: True joint angles rad.
-            dq: True joint rates rad/s (of the motor side for `motor_side` effects).
-            motor: Torques of the motors.
-            load: Torque of gravity and external forces at the joints, N m, positive along +q.
+        Rates are those of the motor side for `motor_side` effects. The load is the torque of
+        gravity and external forces at the joints, N m, positive along +q.
         """
         return self._by_law(p, q, dq, motor.torque, load)
 
@@ -170,13 +123,8 @@ class Effect:
     def remember(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Any:
         """What the torque hook of an effect that `remembers` knows after dt s at the rates dq.
 
-        Args:
-            p: Parameter values.
-            q: True joint angles rad.
-            dq: True joint rates rad/s.
-            memory: What this method returned before; None at the start of a run, or where `timed`
-                the time s since then.
-            dt: s, a float or an array that broadcasts with q.
+        The memory is what this method returned before; None at the start of a run, or where
+        `timed` the time s since then.
         """
         raise NotImplementedError
 
@@ -192,22 +140,16 @@ class Effect:
         """The changed ground."""
         raise NotImplementedError
 
-    def sensor(
-        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-    ) -> tuple[Any, Any, Any]:
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         """Measured angles and rates of true ones, and the memory.
 
-        Args:
-            p: Parameter values.
-            q: True joint angles rad.
-            dq: True joint rates rad/s.
-            memory: What this method returned dt s before; None where the sensor had settled.
-            dt: s, a float or an array that broadcasts with q; 0 reads once more.
+        The memory is what this method returned dt s before; None where the sensor had settled.
+        A dt of 0 reads once more.
         """
         raise NotImplementedError
 
     def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array) -> tuple[Any, Any]:
-        """Measured angles and rates of a motion.
+        """Measured angles and rates of a motion, (N + 1, ..., joints).
 
         Args:
             p: Parameter values.
@@ -220,34 +162,22 @@ class Effect:
         for n, after in enumerate(dt, start=1):
             read.append(self.sensor(p, q[n], dq[n], read[-1][2], after))
         angles, rates = (
-            np.stack(np.broadcast_arrays(*each))
-            for each in zip(*((r[0], r[1]) for r in read), strict=True)
+            np.stack(np.broadcast_arrays(*(reading[i] for reading in read))) for i in (0, 1)
         )
         return angles, rates
 
     def recall(self, p: Values, recalled: Any, faster: Array, dt: Numbers) -> Any:
-        """What `unsensed` needs of the motion so far.
+        """What `unsensed` needs of the motion so far, after dt s of an acceleration, rad/s2.
 
-        Args:
-            p: Parameter values.
-            recalled: What this method returned before; None at first.
-            faster: True acceleration of the joints, rad/s2.
-            dt: How long it held, s.
+        Recalled is what this method returned before; None at first.
         """
         return None
 
-    def unsensed(
-        self, p: Values, q: Array, dq: Array, recalled: Any = None
-    ) -> tuple[Any, Any, Any]:
+    def unsensed(self, p: Values, q: Array, dq: Array, recalled: Any = None) -> Reading:
         """True angles and rates of measured ones, and the memory of the sensor hook with them.
 
-        This one serves every sensor without memory that is linear in angle and in rate.
-
-        Args:
-            p: Parameter values.
-            q: Measured joint angles rad.
-            dq: Measured joint rates rad/s.
-            recalled: What `recall` returned last; None of a sensor that had settled.
+        This one serves every sensor without memory that is linear in angle and in rate. Recalled
+        is what `recall` returned last; None of a sensor that had settled.
         """
         zero_q, zero_dq, _ = self.sensor(p, np.zeros_like(q), np.zeros_like(dq), None, 0.0)
         one_q, one_dq, _ = self.sensor(p, np.ones_like(q), np.ones_like(dq), None, 0.0)
@@ -271,7 +201,11 @@ class Effect:
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         """The parameters with the neutral values, bounds and units of this robot and place."""
-        return at_joints(robot, where, self.parameters)
+        own = (
+            replace(p, neutral=robot.constants[p.constant].value) if p.constant else p
+            for p in self.parameters
+        )
+        return at_joints(robot, where, tuple(own))
 
 
 @dataclass(frozen=True)
@@ -295,38 +229,8 @@ class Placed:
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def in_input_unit(
-    robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
-) -> tuple[Parameter, ...]:
-    """Parameters in V turned to N m (N on slides) where the robot takes torques."""
-    unit = 'V' if robot.has_motor_law else 'N m'
-    made = tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)
-    return at_joints(robot, where, made)
-
-
-def at_joints(
-    robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
-) -> tuple[Parameter, ...]:
-    """Parameters in units of sliding (N, m) where all of these joints slide; a phase stays rad.
-
-    What slides and hinges share stays in units of turning.
-    """
-    if not (where and robot.slides.issuperset(where)):
-        return parameters
-    return tuple(p if p.role == 'phase' else replace(p, unit=sliding(p.unit)) for p in parameters)
-
-
-def has_unit(robot: Robot, where: tuple[str, ...], parameter: Parameter, unit: str) -> bool:
-    """Whether a file may give a parameter in a unit: its own, and on slides that of turning.
-
-    Files of before 2026-12 have the latter.
-    """
-    (said,) = at_joints(robot, where, (replace(parameter, unit=unit),))
-    return parameter.unit in (unit, said.unit)
-
-
 def with_roles(effect: Effect, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-    """Parameters with the roles they declare; what a user's effect leaves open is told here.
+    """Parameters with the roles they declare; what a user's effect leaves open is found here.
 
     The first parameter, and those of its unit, scale the effect; of the others angles place it.
     """
@@ -344,12 +248,11 @@ def _role(effect: Effect, parameter: Parameter, first: Parameter) -> str:
         return 'position' if parameter.unit == 'rad' else 'shape'
     if first.unit == 's':
         return 'delay'
-    cuts = (
-        first.unit != ''
-        if effect.hook == 'command'
-        else (effect.hook == 'drive' and first.unit == 'rad')
-    )
-    return 'threshold' if cuts else 'amplitude'
+    if (effect.hook == 'command' and first.unit) or (
+        effect.hook == 'drive' and first.unit == 'rad'
+    ):
+        return 'threshold'
+    return 'amplitude'
 
 
 def _linear(effect: Effect, first: Parameter) -> bool:

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A constant torque t."""
 
 from typing import Any
 
@@ -22,5 +21,4 @@ class BiasTorque(Effect):
     steady = True
 
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
-        """Torque at the joints, N m."""
         return p['t'] + 0.0 * q

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands act `delay` seconds late."""
 
 from typing import Any
 
@@ -32,7 +31,6 @@ class CommandDelay(Effect):
     rank = 10
 
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
-        """Inputs that reach the motors."""
         delay = p['delay']
         memory = self._remember(u, memory)
         ages, held = memory

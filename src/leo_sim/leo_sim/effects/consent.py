@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whose Python runs: a file of effects that another file names runs only if the user names it."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterable
 import os
 from pathlib import Path
 import shlex
-from typing import TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
-
-if TYPE_CHECKING:
-    from leo_sim.effects.base import Placed
+from leo_sim.effects.base import Placed
 
 _trusted: set[Path] = set()
 
@@ -52,10 +47,10 @@ def require(named: Iterable[str], by: str | Path) -> None:
     files = [Path(name) for name in named if name.endswith('.py')]
     strange = [file for file in files if os.path.isfile(file) and file.resolve() not in _trusted]
     if strange:
-        told = shlex.join(words(strange))
+        options = shlex.join(words(strange))
         raise UserError(
             f'{by} would run Python code, {", ".join(map(str, strange))}; if you trust it, add: '
-            f'{told} (to a node: {shlex.join(_parameter(strange))})'
+            f'{options} (to a node: {shlex.join(_parameter(strange))})'
         )
 
 

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Coulomb friction: a constant torque c against motion, holding still below c."""
 
 from typing import Any
 
@@ -33,5 +32,4 @@ class CoulombFriction(Effect):
     steady = True
 
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
-        """Torque at the joints, N m."""
         return -np.copysign(p['c'], dq)

@@ -1,17 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dry friction under load that differs with the direction in which power flows."""
 
-from __future__ import annotations
-
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
+from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Effect, Parameter
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 
 class DirectionalLoadFriction(Effect):
@@ -39,13 +33,7 @@ class DirectionalLoadFriction(Effect):
 
     @staticmethod
     def law(
-        mu: Numbers,
-        mu_back: Numbers,
-        _: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
+        mu: float, mu_back: float, _: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
         """Torque at the joint, N m; of a joint at rest, against the motion that would begin."""
         way = np.where(dq == 0.0, motor + load, dq)
@@ -53,5 +41,4 @@ class DirectionalLoadFriction(Effect):
         return -np.copysign(share * np.abs(motor - load), dq)
 
     def places(self, robot: Robot) -> tuple[str, ...]:
-        """Joints with a motor."""
         return tuple(actuator.joint for actuator in robot.actuators)

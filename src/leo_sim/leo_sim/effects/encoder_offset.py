@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured angle is the true one + o."""
 
 from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.effects.base import Effect, Parameter, Reading, Values
 
 
 class EncoderOffset(Effect):
@@ -19,8 +18,5 @@ class EncoderOffset(Effect):
     confused_with = 'bias_torque over narrow angles; link_com x.'
     reveal = 'Hanging still, and slow motion over a full turn.'
 
-    def sensor(
-        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-    ) -> tuple[Any, Any, Any]:
-        """What the encoder reads."""
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         return q + p['o'], dq, memory

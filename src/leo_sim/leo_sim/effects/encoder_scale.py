@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured angle and rate are the true ones x k."""
 
 from typing import Any
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.effects.base import Effect, Parameter, Reading, Values
 
 
 class EncoderScale(Effect):
@@ -20,8 +19,5 @@ class EncoderScale(Effect):
     reveal = 'Slow motion over a full turn or more.'
     rank = 20
 
-    def sensor(
-        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-    ) -> tuple[Any, Any, Any]:
-        """What the encoder reads."""
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         return q * p['k'], dq * p['k'], memory

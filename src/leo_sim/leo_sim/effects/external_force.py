@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A constant force (x, z) in world axes at the link's centre of mass."""
 
 from leo_sim.effects.base import Body, Effect, Parameter, Values
 
@@ -20,6 +19,5 @@ class ExternalForce(Effect):
     reveal = 'Slow motion over a full turn, then fast motion: a force adds no inertia.'
 
     def body(self, p: Values, link: Body) -> Body:
-        """The link, changed."""
         x, y, z = link.force
         return link._replace(force=(x + p['x'], y, z + p['z']))

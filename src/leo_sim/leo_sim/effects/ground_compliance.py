@@ -1,15 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stiffness and damping of the ground under each contact."""
-
-from __future__ import annotations
-
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from leo_sim.effects.base import Effect, Ground, Parameter, Values
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 
 class GroundCompliance(Effect):
@@ -19,8 +10,10 @@ class GroundCompliance(Effect):
     family = 'ground'
     hook = 'ground'
     parameters = (
-        Parameter('k', 'N/m', low=0.0, role='amplitude', linear=False),
-        Parameter('d', 'N s/m', low=0.0, role='shape'),
+        Parameter(
+            'k', 'N/m', low=0.0, role='amplitude', linear=False, constant='ground.stiffness'
+        ),
+        Parameter('d', 'N s/m', low=0.0, role='shape', constant='ground.damping'),
     )
     equation = 'f_normal = k depth + d d(depth)/dt, never pulling'
     looks_like = (
@@ -30,12 +23,4 @@ class GroundCompliance(Effect):
     reveal = 'Footfalls of different speed, and standing still on one and on two feet.'
 
     def ground(self, p: Values, ground: Ground) -> Ground:
-        """The ground, changed."""
         return ground._replace(stiffness=p['k'], damping=p['d'])
-
-    def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
-        """Neutral is the ground of the robot."""
-        return tuple(
-            replace(p, neutral=robot.constants[f'ground.{figure}'].value)
-            for p, figure in zip(self.parameters, ('stiffness', 'damping'), strict=True)
-        )

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A linear spring at the joint: -k (q - rest)."""
 
 from typing import Any
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -26,13 +24,6 @@ class JointSpring(Effect):
 
     @staticmethod
     def law(
-        k: Numbers,
-        rest: Numbers,
-        _a: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
+        k: float, rest: float, _a: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
-        """Torque at the joint, N m."""
         return -k * (q - rest)

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The centre of mass of a link moved by (x, z), mass and inertia about it kept."""
 
 from leo_sim.effects.base import Body, Effect, Parameter, Values
 
@@ -17,6 +16,5 @@ class LinkCom(Effect):
     reveal = 'Slow motion over a full turn.'
 
     def body(self, p: Values, link: Body) -> Body:
-        """The link, changed."""
         x, y, z = link.com
         return link._replace(com=(x + p['x'], y, z + p['z']))

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inertia I added about the link's centre of mass, mass kept."""
 
 from leo_sim.effects.base import Body, Effect, Parameter, Values
 
@@ -17,7 +16,6 @@ class LinkInertia(Effect):
     reveal = 'Fast motion with known torques, and free swings.'
 
     def body(self, p: Values, link: Body) -> Body:
-        """The link, changed."""
         xx, yy, zz, *products = link.inertia
         turned = (xx + p['I'], yy + p['I'], zz + p['I'], *products)
         return link._replace(inertia=turned)

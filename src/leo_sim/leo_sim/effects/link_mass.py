@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mass m added at the link's centre of mass, inertia about it kept."""
 
 from leo_sim.effects.base import Body, Effect, Parameter, Values
 
@@ -17,5 +16,4 @@ class LinkMass(Effect):
     reveal = 'Fast and slow motion over large angles.'
 
     def body(self, p: Values, link: Body) -> Body:
-        """The link, changed."""
         return link._replace(mass=link.mass + p['m'])

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dry friction in proportion to the torque the gear transmits."""
 
 from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -31,13 +29,6 @@ class LoadDependentFriction(Effect):
 
     @staticmethod
     def law(
-        mu: Numbers,
-        _a: Numbers,
-        _b: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
+        mu: float, _a: float, _b: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
-        """Torque at the joint, N m."""
         return -np.copysign(mu * np.abs(motor - load), dq)

@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured joint state is the true one `delay` seconds ago."""
 
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.effects.base import Effect, Parameter, Values
-
-if TYPE_CHECKING:
-    pass
+from leo_sim.effects.base import Effect, Parameter, Reading, Values
 
 TINY = 1e-12
 
@@ -36,10 +32,7 @@ class MeasurementDelay(Effect):
     late = True
     rank = 90
 
-    def sensor(
-        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-    ) -> tuple[Any, Any, Any]:
-        """What arrives now."""
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         if memory is None or np.any(dt):
             memory = self._seen(q, dq, memory, dt, np.max(p['delay']))
         ages, angles, rates = memory

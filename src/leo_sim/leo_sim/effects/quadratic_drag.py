@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quadratic drag: a torque -d w |w|, as of air."""
 
 from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -22,14 +20,5 @@ class QuadraticDrag(Effect):
     reveal = 'Free swings from large and from small angles.'
 
     @staticmethod
-    def law(
-        d: Numbers,
-        _a: Numbers,
-        _b: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
-    ) -> Any:
-        """Torque at the joint, N m."""
+    def law(d: float, _a: float, _b: float, q: float, dq: float, motor: float, load: float) -> Any:
         return -d * dq * np.abs(dq)

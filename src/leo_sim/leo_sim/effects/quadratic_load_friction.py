@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dry friction that grows faster than the torque the gear transmits."""
 
 from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -28,14 +26,7 @@ class QuadraticLoadFriction(Effect):
 
     @staticmethod
     def law(
-        mu: Numbers,
-        mu2: Numbers,
-        _: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
+        mu: float, mu2: float, _: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
-        """Torque at the joint, N m."""
         carried = np.abs(motor - load)
         return -np.copysign(mu * carried + mu2 * carried * carried, dq)

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stribeck friction: dry friction that is larger near rest."""
 
 from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -30,14 +28,7 @@ class StribeckFriction(Effect):
 
     @staticmethod
     def law(
-        c: Numbers,
-        c_static: Numbers,
-        v_s: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
+        c: float, c_static: float, v_s: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
-        """Torque at the joint, N m."""
         level = c + (c_static - c) * np.exp(-((dq / np.maximum(v_s, 1e-9)) ** 2))
         return -np.copysign(level, dq)

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dry friction in proportion to the torque the gear transmits, larger near rest."""
 
 from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -32,14 +30,7 @@ class StribeckLoadFriction(Effect):
 
     @staticmethod
     def law(
-        mu: Numbers,
-        mu_static: Numbers,
-        v_s: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
+        mu: float, mu_static: float, v_s: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
-        """Torque at the joint, N m."""
         share = mu + (mu_static - mu) * np.exp(-((dq / np.maximum(v_s, 1e-9)) ** 2))
         return -np.copysign(share * np.abs(motor - load), dq)

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Torque ripple: a sin(n q + phase), cogging of motor or gear."""
 
 from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -27,13 +25,6 @@ class TorqueRipple(Effect):
 
     @staticmethod
     def law(
-        a: Numbers,
-        n: Numbers,
-        phase: Numbers,
-        q: Numbers,
-        dq: Numbers,
-        motor: Numbers,
-        load: Numbers,
+        a: float, n: float, phase: float, q: float, dq: float, motor: float, load: float
     ) -> Any:
-        """Torque at the joint, N m."""
         return a * np.sin(n * q + phase)

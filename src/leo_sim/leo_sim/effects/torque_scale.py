@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The net motor torque is k times the model's, back-EMF included."""
 
 from typing import Any
 
@@ -30,5 +29,4 @@ class TorqueScale(Effect):
     rank = 20
 
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
-        """Torque at the joints, N m."""
         return (p['k'] - 1.0) * motor.torque

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The measured rate follows the true one as a first-order lag of time constant tau."""
 
 from typing import Any
 
@@ -7,7 +6,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers, paired
 from leo_sim.common.compiled import compiled
-from leo_sim.effects.base import Effect, Parameter, Values
+from leo_sim.effects.base import Effect, Parameter, Reading, Values
 
 TINY = 1e-200
 
@@ -31,10 +30,7 @@ class VelocityLag(Effect):
     of_rates = True
     rank = 10
 
-    def sensor(
-        self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers
-    ) -> tuple[Any, Any, Any]:
-        """What the encoder and its filter read."""
+    def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         if memory is None:
             return q, dq, np.stack([dq, dq])
         if not np.any(dt):
@@ -45,7 +41,6 @@ class VelocityLag(Effect):
         return q, read, paired(read, dq)
 
     def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array) -> tuple[Any, Any]:
-        """What the encoder and its filter read at all instants of a motion."""
         decay, behind = _behind(p, np.diff(dq, axis=0), dt)
         first = np.zeros_like(dq[0]) if memory is None else memory[0] - memory[1]
         shape = np.broadcast_shapes(np.shape(first), behind.shape[1:])
@@ -63,9 +58,7 @@ class VelocityLag(Effect):
         decay = np.exp(-dt / np.maximum(p['tau'], TINY))
         return faster if recalled is None else faster + (recalled - faster) * decay
 
-    def unsensed(
-        self, p: Values, q: Array, dq: Array, recalled: Any = None
-    ) -> tuple[Any, Any, Any]:
+    def unsensed(self, p: Values, q: Array, dq: Array, recalled: Any = None) -> Reading:
         """The true rate is ahead of the measured one by tau x the lagged acceleration."""
         true = dq + p['tau'] * (0.0 if recalled is None else recalled)
         return q, true, paired(dq, true)

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Viscous friction: a torque -b w against the joint speed."""
 
 from typing import Any
 
@@ -24,5 +23,4 @@ class ViscousFriction(Effect):
     steady = True
 
     def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
-        """Torque at the joints, N m."""
         return -p['b'] * dq

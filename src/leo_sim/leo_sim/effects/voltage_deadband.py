@@ -1,17 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands smaller than v do nothing, larger ones lose v."""
 
-from __future__ import annotations
-
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
-from leo_sim.effects.base import Effect, in_input_unit, Parameter
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
+from leo_sim.description.robot import Robot
+from leo_sim.effects.base import Effect
+from leo_sim.effects.parameter import in_input_unit, Parameter
 
 
 class VoltageDeadband(Effect):
@@ -30,10 +25,8 @@ class VoltageDeadband(Effect):
     rank = 30
 
     @staticmethod
-    def law(v: Numbers, _: Numbers, __: Numbers, u: Numbers) -> Any:
-        """Inputs that reach the motors."""
+    def law(v: float, _: float, __: float, u: float) -> Any:
         return np.sign(u) * np.maximum(np.abs(u) - v, 0.0)
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
-        """Parameters in the unit of the robot's input."""
         return in_input_unit(robot, where, self.parameters)

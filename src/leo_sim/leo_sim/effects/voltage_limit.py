@@ -1,18 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands are clipped to +-v."""
-
-from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Numbers
-from leo_sim.effects.base import Effect, in_input_unit, Parameter
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
+from leo_sim.description.robot import Robot
+from leo_sim.effects.base import Effect
+from leo_sim.effects.parameter import in_input_unit, Parameter
 
 
 class VoltageLimit(Effect):
@@ -29,12 +24,10 @@ class VoltageLimit(Effect):
     rank = 40
 
     @staticmethod
-    def law(v: Numbers, _: Numbers, __: Numbers, u: Numbers) -> Any:
-        """Inputs that reach the motors."""
+    def law(v: float, _: float, __: float, u: float) -> Any:
         return np.minimum(np.maximum(u, -v), v)
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
-        """Parameters in the unit of the robot's input."""
         most = max(a.strongest for a in robot.actuators if a.joint in where)
         return tuple(
             replace(p, neutral=most) for p in in_input_unit(robot, where, self.parameters)

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motor gets k times the command."""
 
 from typing import Any
 
-from leo_sim.common.broadcasting import Numbers
 from leo_sim.effects.base import Effect, Parameter
 
 
@@ -20,10 +18,9 @@ class VoltageScale(Effect):
         'torque_scale (the same on a torque-driven joint, or where the torque '
         'constant is refitted).'
     )
-    reveal = 'Runs at 0 V beside driven ones.'
+    reveal = 'Runs at 0 V besides driven ones.'
     rank = 20
 
     @staticmethod
-    def law(k: Numbers, _: Numbers, __: Numbers, u: Numbers) -> Any:
-        """Inputs that reach the motors."""
+    def law(k: float, _: float, __: float, u: float) -> Any:
         return k * u

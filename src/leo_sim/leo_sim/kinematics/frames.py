@@ -1,17 +1,133 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the links of a robot are: frames, points, the centre of mass, heights over the ground."""
+"""Where the links of a robot are: frames and points.
 
-from __future__ import annotations
+Vectors and matrices are tuples of components, where a float 0.0 or 1.0 costs nothing.
+Most components of a robot's geometry are exactly zero (planar robots, joint axes along x, y or
+z). Written component by component, with products by 0 and 1 skipped, one generic recursion over
+the tree does about the arithmetic of hand-written equations, on floats or on arrays.
+"""
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.joint import columns, Joint
-from leo_sim.description.urdf import Body
-from leo_sim.kinematics.components import add, Mat, mul, plus, product, scaled, turned, Vec, ZERO
+
+Vec = tuple[Any, Any, Any]
+Mat = Sequence[Any]
+ZERO: Vec = (0.0, 0.0, 0.0)  # this very tuple is skipped as a whole
+
+
+def mul(a: Any, b: Any) -> Any:
+    """A b."""
+    if a.__class__ is float:
+        if a == 0.0:
+            return 0.0
+        if a == 1.0:
+            return b
+    if b.__class__ is float:
+        if b == 0.0:
+            return 0.0
+        if b == 1.0:
+            return a
+    return a * b
+
+
+def add(a: Any, b: Any) -> Any:
+    """A + b."""
+    if a.__class__ is float and a == 0.0:
+        return b
+    if b.__class__ is float and b == 0.0:
+        return a
+    return a + b
+
+
+def sub(a: Any, b: Any) -> Any:
+    """A - b."""
+    if b.__class__ is float and b == 0.0:
+        return a
+    if a.__class__ is float and a == 0.0:
+        return -b
+    return a - b
+
+
+def dot(a: Vec, b: Vec) -> Any:
+    """Scalar product."""
+    return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
+
+
+def plus(a: Vec, b: Vec) -> Vec:
+    """Sum of two vectors."""
+    if a is ZERO or b is ZERO:
+        return b if a is ZERO else a
+    return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
+
+
+def scaled(factor: Numbers, a: Vec) -> Vec:
+    """A vector times a factor."""
+    if a is ZERO or (factor.__class__ is float and factor == 0.0):
+        return ZERO
+    return mul(factor, a[0]), mul(factor, a[1]), mul(factor, a[2])
+
+
+def cross(a: Vec, b: Vec) -> Vec:
+    """Vector product."""
+    if a is ZERO or b is ZERO:
+        return ZERO
+    return (
+        sub(mul(a[1], b[2]), mul(a[2], b[1])),
+        sub(mul(a[2], b[0]), mul(a[0], b[2])),
+        sub(mul(a[0], b[1]), mul(a[1], b[0])),
+    )
+
+
+def turned(r: Mat, a: Vec) -> Vec:
+    """Matrix (9 components, row by row) times vector."""
+    if a is ZERO:
+        return ZERO
+    return dot((r[0], r[1], r[2]), a), dot((r[3], r[4], r[5]), a), dot((r[6], r[7], r[8]), a)
+
+
+def transposed(r: Mat) -> Mat:
+    """The transposed matrix."""
+    return r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]
+
+
+def product(r: Mat, s: Mat) -> Mat:
+    """Product of two matrices."""
+    rows = [(r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8])]
+    columns = [(s[0], s[3], s[6]), (s[1], s[4], s[7]), (s[2], s[5], s[8])]
+    return tuple(dot(row, column) for row in rows for column in columns)
+
+
+def symmetric(i: Sequence[Any]) -> Mat:
+    """A full matrix from (xx, yy, zz, xy, xz, yz)."""
+    xx, yy, zz, xy, xz, yz = i
+    return xx, xy, xz, xy, yy, yz, xz, yz, zz
+
+
+def steiner(mass: Numbers, moment: Vec, shift: Vec) -> Mat:
+    """What a shift of the reference point by -p adds to a rotational inertia (full matrix).
+
+    Args:
+        mass: m.
+        moment: First moment of mass g about the old reference point.
+        shift: p, the old reference point seen from the new one.
+    """
+    twice = mul(2.0, dot(shift, moment))
+    square = add(twice, mul(mass, dot(shift, shift)))
+    result = []
+    for row in range(3):
+        for column in range(3):
+            outer = add(
+                add(mul(shift[row], moment[column]), mul(moment[row], shift[column])),
+                mul(mass, mul(shift[row], shift[column])),
+            )
+            result.append(sub(square if row == column else 0.0, outer))
+    return tuple(result)
+
 
 UNIT: Mat = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -49,15 +165,6 @@ class Kinematics:
                 product(parent.rotation, inside.rotation), parent.point(inside.origin)
             )
         return frames
-
-
-def centre_of_mass(frames: Mapping[str, Frame], bodies: Mapping[str, Body]) -> Vec:
-    """Of all links together, m."""
-    total, weighted = 0.0, ZERO
-    for name, body in bodies.items():
-        total = total + body.mass
-        weighted = plus(weighted, scaled(body.mass, frames[name].point(body.com)))
-    return scaled(1.0 / total, weighted)
 
 
 def turning_parts(joint: Joint) -> tuple[Mat, Mat, Mat]:

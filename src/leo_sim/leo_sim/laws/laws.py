@@ -5,26 +5,24 @@ Arrays have the joints (or actuators) as last axis and any leading axes; scanned
 constants are arrays (S, 1, 1).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Numbers
+from leo_sim.common.broadcasting import added, Array, cut, Index, index_of, Numbers, put, stacked
 from leo_sim.description.constants import bodies
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body
 from leo_sim.effects.base import Drive, Ground, Placed
 from leo_sim.effects.motor import Motor, torque_source, voltage_motor
-from leo_sim.laws.late_readings import act_late
-from leo_sim.laws.placement import added, Index, index_of, put, stacked, Use
+from leo_sim.laws.sensors import act_late, NOTHING, Sensors, Use
 from leo_sim.laws.sensors import Memory as Memory
-from leo_sim.laws.sensors import NOTHING, Sensors
+from leo_sim.laws.sensors import TIME as TIME
 from leo_sim.laws.servo import around_loop, Servos
 
-TIME = 'time'
 HELD = 'held'  # in the memory of a state whose base does not move
 
 
@@ -63,11 +61,8 @@ class Laws:
         recalls: A torque law has a memory.
         remembers: A torque or sensor law has one.
 
-    Args:
-        robot: The robot.
-        effects: Placed on it.
-        values: Its constants by path.
-        of_readings: The states are those that a late sensor shows, not those of the joints.
+    Values are the robot's constants by path. With `of_readings` the states are those that a late
+    sensor shows, not those of the joints.
     """
 
     def __init__(
@@ -107,7 +102,12 @@ class Laws:
         self._drives(by_hook['drive'])
         self.ground: Any = _ground(effects, values) if robot.contacts else None
         self.sensors = Sensors(sensors, self._offset)
-        self.servos = self._loops(robot, values, sensors, behind)
+        own = Sensors([u for u in sensors if not u.effect.dynamic], self._offset)
+        self.servos = (
+            Servos(_paths(robot), values, own, behind, self.actuated, len(self.joints))
+            if robot.input == 'position'
+            else None
+        )
         self.steady = not (self.dynamic or self.bent or self.servos)
         self.recalls = bool(self._remembering)
         self.remembers = self.recalls or self.sensors.dynamic
@@ -126,13 +126,9 @@ class Laws:
     def command(
         self, u: Array, enabled: np.ndarray | None, memory: Memory, h: Numbers
     ) -> tuple[Any, Any, Memory]:
-        """What reaches the motors over the next h s of a held input, and the new memory.
+        """What reaches the motors over the next h s of held inputs (..., A), and the new memory.
 
-        Args:
-            u: Inputs, (..., A).
-            enabled: Booleans (..., A) or None for all; shares of h where sensors are late.
-            memory: What the effects remember.
-            h: s.
+        Enabled are booleans (..., A) or None for all; shares of h where sensors are late.
         """
         if not (self._commands or self._late):
             return u, enabled, memory
@@ -150,7 +146,7 @@ class Laws:
         """The memory of the torque and sensor laws after h s, at the rates dq."""
         kept = {
             use.key: use.effect.remember(
-                use.values, q[..., use.at], dq[..., use.at], _recalled(use, memory), h
+                use.values, q[..., use.at], dq[..., use.at], use.recalled(memory), h
             )
             for use in self._remembering
         }
@@ -179,36 +175,23 @@ class Laws:
         load: Array | None,
         memory: Memory = NOTHING,
     ) -> Torques:
-        """All torques at one instant.
+        """All torques at true angles and rates (..., J).
 
-        Args:
-            q: True angles, (..., J).
-            dq: True rates, (..., J).
-            motor_speed: Rates of the motor sides, (..., J); dq itself without backlash.
-            u: Inputs at the motors, (..., A).
-            enabled: Booleans (..., A) or None for all.
-            load: Torque of gravity and external forces, (..., J); None where no law needs it.
-            memory: What the effects remember.
+        Motor speeds are rates of the motor sides, dq itself without backlash; u are inputs at the
+        motors, (..., A). The load is the torque of gravity and external forces; None where no law
+        needs it.
         """
         motor = self._motor(q, dq, motor_speed, u, enabled)
         for use in self._motor_side:
-            extra = use.effect.torque(
-                use.values,
-                q[..., use.at],
-                motor_speed[..., use.at],
-                self._part(motor, use.at),
-                None,
-                *_told(use, memory),
-            )
+            extra = use.torque(q, motor_speed, motor, None, memory)
             motor = motor._replace(torque=added(motor.torque, use.at, extra))
-        joint: Any = 0.0
-        if self.damping is not None:
-            joint = -self.damping * dq
+        joint: Any = 0.0 if self.damping is None else -self.damping * dq
         for use in self._smooth:
-            joint = self._added(joint, use, q, dq, motor, load, memory)
+            joint = self._added(joint, use.at, use.torque(q, dq, motor, load, memory))
         level = self._friction
         for use in self._dry:
-            level = self._added(0.0 if level is None else level, use, q, dq, motor, load, memory)
+            dry = use.torque(q, dq, motor, load, memory)
+            level = self._added(0.0 if level is None else level, use.at, dry)
         return Torques(motor.torque, joint, None if level is None else np.abs(level))
 
     def _use(self, robot: Robot, number: int, placed: Placed) -> Use:
@@ -220,18 +203,6 @@ class Laws:
         index = index_of(tuple(names.index(w) for w in placed.where), len(names))
         return Use(f'{number}:{placed.effect.name}', placed.effect, placed.parameters, index)
 
-    def _loops(
-        self,
-        robot: Robot,
-        values: Mapping[str, Any],
-        sensors: Sequence[Use],
-        behind: Sequence[Use],
-    ) -> Servos | None:
-        if robot.input != 'position':
-            return None
-        own = Sensors([u for u in sensors if not u.effect.dynamic], self._offset)
-        return Servos(_paths(robot), values, own, behind, self.actuated, len(self.joints))
-
     def _constants(self, robot: Robot, values: Mapping[str, Any]) -> None:
         joints = _paths(robot)
         if robot.has_motor_law:
@@ -241,19 +212,21 @@ class Laws:
         self._efficiency = None if np.all(efficiency == 1) else efficiency
         rotors = stacked([values[p + 'rotor_inertia'] for p in joints])
         self.rotor_inertia = self.at_joints(rotors)
-        damping = stacked([values[f'joints.{j}.damping'] for j in self.joints])
-        self.damping = damping if np.any(damping) else None
-        friction = stacked([values.get(f'joints.{j}.friction', 0.0) for j in self.joints])
-        self._friction = friction if np.any(friction) else None
-        offset = stacked([values.get(f'sensors.{j}.offset', 0.0) for j in self.joints])
-        self._offset = offset if np.any(offset) else None
+
+        def of_joints(path: str) -> Any:
+            """Figures (..., J); None where all are 0."""
+            figures = stacked([values.get(path.format(joint), 0.0) for joint in self.joints])
+            return figures if np.any(figures) else None
+
+        self.damping, self._friction = map(of_joints, ('joints.{}.damping', 'joints.{}.friction'))
+        self._offset = of_joints('sensors.{}.offset')
         limits = np.array([j.limits for j in robot.joints if j.independent])
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
 
     def _drives(self, uses: Sequence[Use]) -> None:
         drive = Drive(self.rotor_inertia, np.zeros(len(self.joints)))
         for use in uses:
-            part = use.effect.drive(use.values, self._part(drive, use.at))
+            part = use.effect.drive(use.values, cut(drive, use.at))
             drive = Drive(*(put(old, use.at, new) for old, new in zip(drive, part, strict=True)))
         self.rotor_inertia = drive.rotor_inertia
         self.gap = drive.gap if np.any(drive.gap) else None
@@ -270,7 +243,7 @@ class Laws:
             )
         if self._efficiency is not None:
             motor = Motor(*(self._efficiency * figure for figure in motor))
-        return Motor(self.at_joints(motor.torque), self.at_joints(motor.back_emf))
+        return Motor(*map(self.at_joints, motor))
 
     def at_joints(self, figures: Any) -> Any:
         """Figures of actuators (..., A) at their joints (..., J), 0 elsewhere."""
@@ -280,33 +253,10 @@ class Laws:
         result[..., self.actuated] = figures
         return result
 
-    def _added(
-        self,
-        total: Any,
-        use: Use,
-        q: Array,
-        dq: Array,
-        motor: Motor,
-        load: Array | None,
-        memory: Memory,
-    ) -> Any:
-        index = use.at
-        part = use.effect.torque(
-            use.values,
-            q[..., index],
-            dq[..., index],
-            self._part(motor, index),
-            None if load is None else load[..., index],
-            *_told(use, memory),
-        )
+    def _added(self, total: Any, index: Index, part: Any) -> Any:
         if isinstance(total, float):
             total = np.zeros(len(self.joints))
         return added(total, index, part)
-
-    @staticmethod
-    def _part(figures: Any, index: Index) -> Any:
-        """A named tuple of arrays, each cut to the joints of `index`."""
-        return type(figures)(*(f[..., index] if np.ndim(f) else f for f in figures))
 
 
 def _paths(robot: Robot) -> list[str]:
@@ -314,36 +264,28 @@ def _paths(robot: Robot) -> list[str]:
     return [f'actuators.{a.joint}.' for a in robot.actuators]
 
 
-def _recalled(use: Use, memory: Memory) -> Any:
-    """What an effect remembers; at the start of a run None, or the time."""
-    return memory.get(use.key, memory.get(TIME, 0.0) if use.effect.timed else None)
-
-
-def _told(use: Use, memory: Memory) -> tuple[Any, ...]:
-    """The memory as a further argument, for a torque law that takes it."""
-    return (_recalled(use, memory),) if use.effect.remembers else ()
-
-
 def _bodies(robot: Robot, effects: Sequence[Placed], values: Mapping[str, Any]) -> dict[str, Body]:
     """Inertial figures of the links, body effects included, arrays as (S, 1)."""
-    single = {path: _squeezed(value) for path, value in values.items()}
-    links = bodies(robot.links, robot.joints, single)
-    for placed in effects:
-        if placed.effect.hook == 'body':
-            p = {name: _squeezed(value) for name, value in placed.parameters.items()}
-            for name in placed.where:
-                links[name] = placed.effect.body(p, links[name])
+    links = bodies(robot.links, robot.joints, {path: _squeezed(v) for path, v in values.items()})
+    for placed, p in _of_hook('body', effects):
+        for name in placed.where:
+            links[name] = placed.effect.body(p, links[name])
     return links
 
 
 def _ground(effects: Sequence[Placed], values: Mapping[str, Any]) -> Ground:
     """The floor, ground effects included, figures as floats or (S, 1)."""
     ground = Ground(*(_squeezed(values[f'ground.{name}']) for name in Ground._fields))
-    for placed in effects:
-        if placed.effect.hook == 'ground':
-            p = {name: _squeezed(value) for name, value in placed.parameters.items()}
-            ground = placed.effect.ground(p, ground)
+    for placed, p in _of_hook('ground', effects):
+        ground = placed.effect.ground(p, ground)
     return ground
+
+
+def _of_hook(hook: str, effects: Sequence[Placed]) -> Iterator[tuple[Placed, dict[str, Any]]]:
+    """Effects of one hook, with their parameters as single components take them."""
+    for placed in effects:
+        if placed.effect.hook == hook:
+            yield placed, {name: _squeezed(value) for name, value in placed.parameters.items()}
 
 
 def _squeezed(value: Any) -> Any:

@@ -2,13 +2,43 @@
 """What the encoders of a model read, and the true state behind a reading."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.laws.placement import put, Use
+import numpy as np
+
+from leo_sim.common.broadcasting import Array, cut, Index, Numbers, put
+from leo_sim.effects.command_delay import CommandDelay
+from leo_sim.effects.motor import Motor
 
 Memory = Mapping[str, Any]
 NOTHING: Memory = {}
+TIME = 'time'  # in the memory: s since the run began
+DELAY = CommandDelay()
+
+
+class Use(NamedTuple):
+    """A placed effect, ready to run: its memory key and where it acts."""
+
+    key: str
+    effect: Any
+    values: Mapping[str, Any]
+    at: Index
+
+    def recalled(self, memory: Memory) -> Any:
+        """What the effect remembers; at the start of a run None, or the time."""
+        return memory.get(self.key, memory.get(TIME, 0.0) if self.effect.timed else None)
+
+    def torque(self, q: Array, dq: Array, motor: Motor, load: Array | None, memory: Memory) -> Any:
+        """What a torque law says at the joints where it acts."""
+        at = self.at
+        return self.effect.torque(
+            self.values,
+            q[..., at],
+            dq[..., at],
+            cut(motor, at),
+            None if load is None else load[..., at],
+            *((self.recalled(memory),) if self.effect.remembers else ()),
+        )
 
 
 class Sensors:
@@ -86,3 +116,29 @@ class Sensors:
             if kept is not None:
                 memory[use.key] = kept
         return q if self._offset is None else q - self._offset, dq, memory
+
+
+def act_late(
+    use: Use, u: Array, enabled: np.ndarray | None, memory: Any, h: Numbers
+) -> tuple[Any, Any, Any]:
+    """Inputs and the share of the next h s that each motor is on, where readings come late.
+
+    Where y(t) = x(t - d) is the joint state d s ago, y' = f(y(t), u(t - d)): windows that start
+    from readings need no state of the joints themselves, only inputs and `enabled` that act d s
+    late.
+
+    Args:
+        use: The measurement delay.
+        u: Inputs held over the next h s, (..., A).
+        enabled: Booleans or shares (..., A), or None for all on.
+        memory: What this function returned before, None at the start.
+        h: s.
+
+    Returns:
+        inputs, shares (None where all are on) and the new memory.
+    """
+    off = np.zeros_like(u) if enabled is None else 1.0 - np.asarray(enabled, dtype=float)
+    both = np.concatenate(np.broadcast_arrays(u, off), axis=-1)
+    both, memory = DELAY.command(use.values, both, memory, h)
+    u, off = np.split(both, 2, axis=-1)
+    return u, 1.0 - off if off.any() else None, memory

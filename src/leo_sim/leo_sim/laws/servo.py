@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Numbers
+from leo_sim.common.broadcasting import Array, Index, Numbers, put, stacked
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.laws.placement import Index, put, stacked, Use
-from leo_sim.laws.sensors import Sensors
+from leo_sim.laws.sensors import Sensors, Use
 
 FINEST = 1e-12
 """Resolution of an encoder that counts nothing, rad."""

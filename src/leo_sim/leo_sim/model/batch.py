@@ -78,8 +78,8 @@ def rollout(
         _held(model, held, inputs.shape[-3]),
     )
     if not model.robot.contacts:
-        return _rollout(model, batch)
-    parts = shares(lambda part: _rollout(model, part), batch)
+        return _rolled(model, batch)
+    parts = shares(lambda part: _rolled(model, part), batch)
     angles, rates = zip(*parts, strict=True)
     return np.concatenate(angles, axis=-3), np.concatenate(rates, axis=-3)
 
@@ -92,32 +92,21 @@ def _held(model: Model, held: ArrayLike | None, count: int) -> Any:
     return held if held.any() else None
 
 
-def _rollout(model: Model, batch: Batch) -> tuple[Any, Any]:
-    with np.errstate(all='ignore'):
-        return _rolled(model, *batch)
-
-
-def _rolled(
-    model: Model,
-    q0: Array,
-    dq0: Array,
-    inputs: Array,
-    periods: Array,
-    enabled: np.ndarray | None,
-    history: Any,
-    push: Array | None,
-    start: Array,
-    held: Array | None,
-) -> tuple[Any, Any]:
+@np.errstate(all='ignore')
+def _rolled(model: Model, batch: Batch) -> tuple[Any, Any]:
+    history, inputs, periods, push = batch.history, batch.inputs, batch.periods, batch.push
     laws, dynamics = model.laws if history is None else model.reading_laws, model.rigid
-    memory: Memory = {TIME: start[..., None]} | ({} if held is None else {HELD: held})
+    memory: Memory = {TIME: batch.start[..., None]}
+    if batch.held is not None:
+        memory = {**memory, HELD: batch.held}
     recalled: Memory = {}
     if history is not None:
-        memory, recalled = warmed(model, history, laws.true_state(q0, dq0)[1], memory)
-    q, dq, settled = laws.sensors.true_state(q0, dq0, recalled)
+        rates = laws.true_state(batch.q0, batch.dq0)[1]
+        memory, recalled = warmed(model, history, rates, memory)
+    q, dq, settled = laws.sensors.true_state(batch.q0, batch.dq0, recalled)
     memory = {**memory, **settled}
     if whole_windows.possible(laws, q, inputs):
-        given = Held(inputs, periods, enabled, push, memory)
+        given = Held(inputs, periods, batch.enabled, push, memory)
         read = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
         return _samples_last(read)
     measured = [laws.sense(q, dq, memory)]
@@ -130,7 +119,7 @@ def _rolled(
             dq,
             memory,
             inputs[..., k, :],
-            _on(enabled, k),
+            _on(batch.enabled, k),
             h,
             count,
             0.0 if push is None else push[..., k, :],

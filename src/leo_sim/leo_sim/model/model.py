@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -17,36 +16,25 @@ from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
-from leo_sim.dynamics.single import Single
+from leo_sim.dynamics.rigid import Single
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import integrate, substeps
 from leo_sim.effects.base import Placed
 from leo_sim.kinematics.gait import Gait
 from leo_sim.laws.laws import HELD, Laws, TIME
-from leo_sim.model.by_recording import checked_by_recording, chosen
-from leo_sim.model.start_pose import start_pose
-from leo_sim.model.state_check import check_possible, check_sizes, outside
+from leo_sim.model.constants import all_constants, checked_by_recording, chosen
+from leo_sim.model.state import check_possible, check_sizes, outside, start_pose, State
 from leo_sim.references import load_mujoco
 
 MUJOCO_STEP = 0.0005
 """It integrates implicitly: shorter substeps take longer and change little, s."""
 
 ENGINES = ('pybullet', 'rigid', 'rk4', 'mujoco')
-
-
-@dataclass(frozen=True)
-class State:
-    """The state of a model.
-
-    Attributes:
-        q: True joint angles rad (m for slides), (J,), never wrapped.
-        dq: True joint rates rad/s, (J,).
-        memory: What effects remember: past commands, lag, play. Empty = at rest, 0 V before.
-    """
-
-    q: np.ndarray
-    dq: np.ndarray
-    memory: Mapping[str, np.ndarray] = field(default_factory=dict)
+MADE_OF = (
+    *('robot', 'effects', 'constants', 'engine', 'integration_step', 'history'),
+    *('difference_model', 'scheme', 'held', 'limits', 'by_recording'),
+)
+"""What `Model` takes."""
 
 
 class Model:
@@ -92,7 +80,7 @@ class Model:
     ):
         self.robot = load_robot(robot) if isinstance(robot, str) else robot
         self.effects = tuple(effects)
-        self.constants = _all_constants(self.robot, constants or {})
+        self.constants = all_constants(self.robot, constants or {})
         if engine not in ENGINES:
             raise UserError(f'no engine {engine!r}{nearest(engine, ENGINES)}')
         if engine == 'rk4' and self.robot.contacts:
@@ -124,19 +112,7 @@ class Model:
 
     def changed(self, **changes: Any) -> Model:
         """A model with another robot, effects, constants, engine or integration_step."""
-        kept = {
-            'robot': self.robot,
-            'effects': self.effects,
-            'constants': self.constants,
-            'engine': self.engine,
-            'integration_step': self.integration_step,
-            'history': self.history,
-            'difference_model': self.difference_model,
-            'scheme': self.scheme,
-            'held': self.held,
-            'limits': self.limits,
-            'by_recording': self.by_recording,
-        }
+        kept = {name: getattr(self, name) for name in MADE_OF}
         if 'scheme' in changes:
             del kept['integration_step']
         return Model(**{**kept, **changes})
@@ -316,12 +292,3 @@ class Model:
 
 def _memory(held: bool) -> dict[str, np.ndarray]:
     return {HELD: np.ones(())} if held else {}
-
-
-def _all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
-    for path in changed:
-        if path not in robot.constants:
-            raise UserError(
-                f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}'
-            )
-    return {path: c.value for path, c in robot.constants.items()} | dict(changed)

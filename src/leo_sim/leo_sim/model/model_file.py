@@ -3,7 +3,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from fnmatch import fnmatchcase
 import os
 from pathlib import Path
 from typing import Any
@@ -13,14 +12,15 @@ import yaml
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
-from leo_sim.common.yaml_file import Finite, Quantity, read, Schema
-from leo_sim.description.constants import checked
-from leo_sim.description.robot import Constant, load_robot, named_robots, Robot
+from leo_sim.common.yaml_file import Finite, read, Schema
+from leo_sim.description.robot import load_robot, named_robots, Robot
 from leo_sim.effects import check_bounds, get_effect, place, Placed
-from leo_sim.effects.base import has_unit
 from leo_sim.effects.consent import require
-from leo_sim.model.limits_file import checked_limits, limited_parameter, LimitFile, Limits
+from leo_sim.effects.parameter import has_unit, Parameter
+from leo_sim.model.constants import changed_constants, checked_constants, ConstantFile, expanded
 from leo_sim.model.model import Model
+
+Limits = dict[str, tuple[float, float]]
 
 
 class ParameterFile(Schema):
@@ -31,24 +31,19 @@ class ParameterFile(Schema):
     ci95: tuple[Finite, Finite] | None = None
 
 
-class ConstantFile(Quantity):
-    """A constant; it may have a value of its own in each recording.
-
-    Attributes:
-        per_recording: Each recording's value is refitted by itself, within `uncertain`.
-        recordings: Values by the name of the recording: known, or where `per_recording` starts.
-    """
-
-    per_recording: bool = False
-    recordings: dict[str, Finite] = Field(default_factory=dict)
-
-
 class EffectFile(Schema):
     """An effect and where it acts."""
 
     name: str
     where: str | list[str]
     parameters: dict[str, ParameterFile] = Field(default_factory=dict)
+
+
+class LimitFile(Schema):
+    """A range that a parameter stays in."""
+
+    range: tuple[Finite, Finite]
+    unit: str
 
 
 class ModelFile(Schema):
@@ -70,6 +65,11 @@ class _EffectsFile(Schema):
     history: tuple[dict[str, Any], ...] = ()
 
 
+def limit_keys(effect: str, where: str, parameter: str) -> tuple[str, str]:
+    """How `limits` names a parameter at one place, and at all of them."""
+    return f'{effect}:{where}.{parameter}', f'{effect}.{parameter}'
+
+
 def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
     """A model from model.yaml, a robot's or a shipped model's name, or a robot folder.
 
@@ -88,8 +88,8 @@ def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
         return Model(load_robot(ref), engine=engine)
     file = read(path, ModelFile)
     robot = load_robot(_robot_of(path, file.robot))
-    constants = _each(path, robot, file.constants)
-    robot = robot.with_constants(_constants(path, robot, constants))
+    constants = expanded(path, robot, file.constants)
+    robot = robot.with_constants(checked_constants(path, robot, constants))
     difference = file.difference_model
     return Model(
         robot,
@@ -121,7 +121,7 @@ def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
 
 
 def write_effects(effects: Sequence[Placed], folder: Path | None = None) -> list[dict[str, Any]]:
-    """An `effects:` list as YAML takes it; effect files in `folder` are named relative to it."""
+    """An `effects:` list as YAML takes it; effect files are named relative to `folder`."""
     return [_entry(placed, folder) for placed in effects]
 
 
@@ -140,12 +140,15 @@ def save_model(
     """
     path = Path(path)
     content: dict[str, Any] = {'robot': _reference(path, model.robot)}
-    if changed := _changed_constants(model):
+    if changed := changed_constants(model.robot, model.constants, model.by_recording):
         content['constants'] = changed
     if model.effects:
         content['effects'] = write_effects(model.effects, path.parent)
     if model.limits:
-        content['limits'] = _written_limits(model)
+        content['limits'] = {
+            key: {'range': [float(v) for v in ends], 'unit': _limited(model.robot, key)[1].unit}
+            for key, ends in model.limits.items()
+        }
     if model.difference_model is not None:
         content['difference_model'] = str(_relative(model.difference_model, path.parent))
     if entries := [dict(h) for h in (model.history if history is None else history)]:
@@ -187,7 +190,13 @@ def _placed(path: Path, at: str, robot: Robot, entry: EffectFile) -> Placed:
     try:
         effect = get_effect(_named(path, entry))
         placed = place(robot, effect, entry.where, **values)
-        _check(robot, placed, entry)
+        for p in effect.parameters_for(robot, placed.where):
+            given = entry.parameters.get(p.name)
+            if given is not None and not has_unit(robot, placed.where, p, given.unit):
+                raise UserError(
+                    f'{entry.name}.{p.name}: the unit is {p.unit!r}, found {given.unit!r}'
+                )
+        check_bounds(robot, placed)
     except UserError as error:
         raise UserError(f'{path}: {at}: {error}') from error
     intervals = {key: p.ci95 for key, p in entry.parameters.items() if p.ci95 is not None}
@@ -195,26 +204,11 @@ def _placed(path: Path, at: str, robot: Robot, entry: EffectFile) -> Placed:
 
 
 def _named(path: Path, entry: EffectFile) -> str:
-    return _beside(path, entry.name) if entry.name.endswith('.py') else entry.name
-
-
-def _check(robot: Robot, placed: Placed, entry: EffectFile) -> None:
-    """Raise UserError for a wrong unit or a value outside the physical bounds."""
-    for p in placed.effect.parameters_for(robot, placed.where):
-        given = entry.parameters.get(p.name)
-        if given is None:
-            continue
-        if not has_unit(robot, placed.where, p, given.unit):
-            raise UserError(f'{entry.name}.{p.name}: the unit is {p.unit!r}, found {given.unit!r}')
-    check_bounds(robot, placed)
+    return _near(path, entry.name) if entry.name.endswith('.py') else entry.name
 
 
 def _named_file(ref: str | Path) -> Path:
-    """The file of a shipped model by its name, else what is there by that name.
-
-    Raises:
-        UserError: Nothing is, and no robot or model has that name; the nearest one.
-    """
+    """The file of a shipped model by its name, else what is there by that name."""
     path, name = Path(ref), str(ref)
     if os.path.exists(path) or path.suffix in ('.yaml', '.yml'):
         return path
@@ -227,107 +221,54 @@ def _named_file(ref: str | Path) -> Path:
     return models.get(name, path)
 
 
-def _each(path: Path, robot: Robot, given: Mapping[str, ConstantFile]) -> dict[str, ConstantFile]:
-    """Constants by their whole paths: `actuators.*.resistance` stands for each of them.
-
-    What a file says of one of them holds for that one, wherever it says so.
-
-    Raises:
-        UserError: The robot has none of them.
-    """
-    result: dict[str, ConstantFile] = {}
-    for pattern in (name for name in given if '*' in name):
-        found = [name for name in robot.constants if fnmatchcase(name, pattern)]
-        if not found:
-            raise UserError(
-                f'{path}: constants: {robot.name} has no {pattern!r}'
-                f'{nearest(pattern, robot.constants)}'
-            )
-        result |= dict.fromkeys(found, given[pattern])
-    return result | {name: c for name, c in given.items() if '*' not in name}
-
-
-def _constants(path: Path, robot: Robot, given: Mapping[str, ConstantFile]) -> dict[str, Constant]:
-    result = {}
-    for name, quantity in given.items():
-        known = robot.constants.get(name)
-        if known is None:
-            raise UserError(
-                f'{path}: constants: {robot.name} has no {name!r}{nearest(name, robot.constants)}'
-            )
-        result[name] = _constant(path, name, quantity, known)
-    return result
-
-
-def _constant(path: Path, name: str, given: ConstantFile, known: Constant) -> Constant:
-    where, uncertain = f'{path}: constants', given.uncertain or known.uncertain
-    if given.per_recording and uncertain is None:
-        raise UserError(
-            f'{where}: {name}: per_recording refits it, so say in which range: '
-            'uncertain: [low, high]; known values go under recordings alone'
-        )
-    for recording, value in given.recordings.items():
-        own = Quantity(
-            value=value, unit=given.unit, uncertain=uncertain if given.per_recording else None
-        )
-        checked(f'{where}: recordings: {recording}', name, own, known.unit)
-    whole = Quantity(value=given.value, unit=given.unit, uncertain=uncertain)
-    sure = frozenset() if given.per_recording else frozenset(given.recordings)
-    return replace(
-        checked(where, name, whole, known.unit), per_recording=given.per_recording, known=sure
-    )
-
-
 def _limits(path: Path, robot: Robot, given: Mapping[str, LimitFile]) -> Limits:
+    """Ranges by `effect.parameter` or `effect:where.parameter`; each has room for no effect."""
     try:
-        return checked_limits(robot, given)
+        return {key: _checked_limit(robot, key, limit) for key, limit in given.items()}
     except UserError as error:
         raise UserError(f'{path}: {error}') from error
 
 
-def _written_limits(model: Model) -> dict[str, Any]:
-    units = {key: limited_parameter(model.robot, key).unit for key in model.limits}
-    return {
-        key: {'range': [float(v) for v in ends], 'unit': units[key]}
-        for key, ends in model.limits.items()
-    }
+def _checked_limit(robot: Robot, key: str, limit: LimitFile) -> tuple[float, float]:
+    (places, parameter), (low, high) = _limited(robot, key), limit.range
+    if not has_unit(robot, places, parameter, limit.unit):
+        raise UserError(f'limits: {key}: the unit is {parameter.unit!r}, found {limit.unit!r}')
+    if not low < high:
+        raise UserError(f'limits: {key}: {low:g} to {high:g} is no range')
+    if not low <= parameter.neutral <= high:
+        raise UserError(
+            f'limits: {key}: {parameter.neutral:g}, which is no effect, is not within '
+            f'{low:g} to {high:g}'
+        )
+    return low, high
 
 
-def _changed_constants(model: Model) -> dict[str, Any]:
-    """Constants that differ from the robot's files."""
-    original = load_robot(model.robot.folder).constants
-    changed: dict[str, Any] = {}
-    for name, constant in model.robot.constants.items():
-        entry: dict[str, Any] = {'value': float(model.constants[name]), 'unit': constant.unit}
-        if constant.uncertain is not None:
-            entry['uncertain'] = list(constant.uncertain)
-        if constant.per_recording:
-            entry['per_recording'] = True
-        if own := model.by_recording.get(name):
-            entry['recordings'] = {recording: float(value) for recording, value in own.items()}
-        if entry != _as_in_files(original[name]):
-            changed[name] = entry
-    return changed
+def _limited(robot: Robot, key: str) -> tuple[tuple[str, ...], Parameter]:
+    """The places and the parameter that a key names."""
+    label, _, name = key.rpartition('.')
+    effect_name, _, where = label.partition(':')
+    effect = get_effect(effect_name)
+    places = effect.places(robot)
+    if where not in ('', 'all'):
+        if where not in places:
+            near = nearest(where, places)
+            raise UserError(f'limits: {key}: {effect.name} does not act there{near}')
+        places = (where,)
+    known = {p.name: p for p in effect.parameters_for(robot, places)}
+    if name not in known:
+        raise UserError(f'limits: {effect_name} has no {name!r}{nearest(name, known)}')
+    return places, known[name]
 
 
-def _as_in_files(constant: Constant) -> dict[str, Any]:
-    entry: dict[str, Any] = {'value': constant.value, 'unit': constant.unit}
-    return entry if constant.uncertain is None else entry | {'uncertain': [*constant.uncertain]}
-
-
-def _beside(path: Path, ref: str) -> str:
+def _near(path: Path, ref: str) -> str:
     """A reference in a file: relative paths count from the file's folder."""
     near = path.parent / ref
     return str(near) if os.path.exists(near) else ref
 
 
 def _robot_of(path: Path, ref: str) -> str:
-    """The folder or the name of a model file's robot.
-
-    Raises:
-        UserError: It is neither.
-    """
-    found, robots = _beside(path, ref), named_robots()
+    """The folder or the name of a model file's robot."""
+    found, robots = _near(path, ref), named_robots()
     if not os.path.isdir(found) and ref not in robots:
         raise UserError(
             f'{path}: robot: no robot is named {ref!r}, and there is no folder '

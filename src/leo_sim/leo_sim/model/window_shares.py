@@ -79,8 +79,8 @@ def cores() -> int:
     if any(_alone):
         return 1
     there = len(os.sched_getaffinity(0))
-    told = os.environ.get('OMP_NUM_THREADS', '')
-    return min(there, int(told)) if told.isdigit() and int(told) > 0 else there
+    asked = os.environ.get('OMP_NUM_THREADS', '')
+    return min(there, int(asked)) if asked.isdigit() and int(asked) > 0 else there
 
 
 def _axis(values: Any, windows: slice, from_end: int) -> Any:

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.dynamics.impulses import Factor
-from leo_sim.dynamics.substep import DRIVE, Dynamics, rested
+from leo_sim.dynamics.inertia import Dynamics, Factor
+from leo_sim.dynamics.substep import DRIVE, rested
 from leo_sim.laws.laws import Laws, Memory
 
 EVENTS = 6  # per substep

@@ -95,7 +95,7 @@ def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
 
 
 class Sized(Protocol):
-    """Runs of a robot that tell how much an effect changes them."""
+    """Runs of a robot that show how much an effect changes them."""
 
     robot: Robot
 
@@ -106,7 +106,7 @@ class Sized(Protocol):
 def of_size(
     windows: Sized, name: str, where: str, size: float, rng: np.random.Generator
 ) -> Placed | None:
-    """The effect at `where`, a joint, a link or 'all', with the amplitude of `size` noise floors.
+    """The effect at a joint, a link or 'all', with the amplitude of `size` noise floors.
 
     None where no sensible amplitude changes the windows that much.
     """
@@ -132,11 +132,7 @@ def _bracket(
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Sizes and amplitudes just before and just after a size is first reached.
 
-    Args:
-        sizes: of amplitudes in rising order.
-        amplitudes: to choose from.
-        size: to be reached.
-        stride: one in so many is tried first, then those between two of them.
+    Sizes are of amplitudes in rising order; one in `stride` is tried first, then those between.
     """
     tried = amplitudes[::stride]
     found = sizes(tried)
@@ -180,14 +176,11 @@ def _shape(
 
 def _strongest(robot: Robot) -> float:
     """The largest torque of a motor, N m; 1 without one."""
-    return max(
-        (
-            a.strongest
-            * (a.torque_constant / a.resistance if a.torque_constant and a.resistance else 1.0)
-            for a in robot.actuators
-        ),
-        default=1.0,
-    )
+    most = [1.0] if not robot.actuators else []
+    for a in robot.actuators:
+        gain = a.torque_constant / a.resistance if a.torque_constant and a.resistance else 1.0
+        most.append(a.strongest * gain)
+    return max(most)
 
 
 def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers) -> dict[str, Any]:
@@ -206,7 +199,7 @@ class Windows:
         model = Model(robot, scheme='training')
         self._dt = robot.control_period
         steps = max(1, round(SECONDS / self._dt))
-        limits = np.array([actuator.limit for actuator in robot.actuators])
+        limits = robot.limits
         inputs = rng.uniform(-1.0, 1.0, (1, WINDOWS * steps, len(limits))) * limits
         start = model.start('nominal', rng)
         q, dq = rollout(model, start.q[None], start.dq[None], inputs, self._dt)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the simulated robot, and nobody is told.
+"""What is wrong with the simulated robot, and nobody knows.
 
 Imported by the simulated driver alone. The truth leaves this module in one way only: sealed, for
 `leo reveal FILE`.

@@ -12,7 +12,8 @@ from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, get_effect
-from leo_sim.effects.base import ROLES, with_roles
+from leo_sim.effects.base import with_roles
+from leo_sim.effects.parameter import ROLES
 
 ROBOTS = [load_robot(name) for name in ('pendulum', 'torque_pendulum', 'leo')]
 PLACED = [

@@ -22,7 +22,7 @@ from leo_sim.description.robot import Constant
 from leo_sim.effects import Effect, EFFECTS, Parameter
 from leo_sim.effects.base import with_roles
 from leo_sim.model import Model
-from leo_sim.model.limits_file import limit_keys
+from leo_sim.model.model_file import limit_keys
 
 
 def seen(

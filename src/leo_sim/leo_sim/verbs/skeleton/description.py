@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
-from leo_sim.description.ranges import outside
+from leo_sim.description.constants import outside
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
 SHAPES = ('visual', 'collision')

@@ -10,7 +10,6 @@ import sys
 import pytest
 
 import leo_sim.common.compiled
-import leo_sim.common.compiled_cache
 
 INNER = """
 from leo_sim.common.compiled import compiled_in_place
@@ -35,8 +34,7 @@ print(outer(0), sum(outer.stats.cache_hits.values()))
 def test_a_function_is_compiled_again_when_one_it_calls_has_changed(tmp_path, folder):
     package = tmp_path / 'leo_sim'
     (package / 'common').mkdir(parents=True)
-    for module in (leo_sim.common.compiled, leo_sim.common.compiled_cache):
-        shutil.copy(module.__file__, package / 'common')
+    shutil.copy(leo_sim.common.compiled.__file__, package / 'common')
     for folder_of in (package, package / 'common'):
         (folder_of / '__init__.py').touch()
     (package / 'outer.py').write_text(OUTER)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether arrays can be a state of a robot; one line says why not."""
+"""States of a robot: the start poses, drawn and put on the ground; whether arrays can be one."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -8,10 +10,57 @@ from numpy.typing import ArrayLike
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.broadcasting import Array
+from leo_sim.common.names import nearest
 from leo_sim.description.robot import Robot
+from leo_sim.kinematics.gait import Gait
 
 SLACK = 0.1
 """How far beyond a stop a measured state may be, rad or m: noise, and a stop that gives."""
+
+
+@dataclass(frozen=True)
+class State:
+    """The state of a model.
+
+    Attributes:
+        q: True joint angles rad (m for slides), (J,), never wrapped.
+        dq: True joint rates rad/s, (J,).
+        memory: What effects remember: past commands, lag, play. Empty = at rest, 0 V before.
+    """
+
+    q: np.ndarray
+    dq: np.ndarray
+    memory: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+def start_pose(
+    robot: Robot, name: str, rng: np.random.Generator, gait: Gait | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Angles and rates (J,) of a start pose, with its ranges drawn.
+
+    Args:
+        robot: The robot.
+        name: Of the pose.
+        rng: Random numbers.
+        gait: Of a robot with a ground, which a pose `on_ground` touches.
+
+    Raises:
+        UserError: Unknown pose, naming the nearest one.
+    """
+    poses = robot.start_poses
+    if name not in poses:
+        raise UserError(f'{robot.name} has no start pose {name!r}{nearest(name, poses)}')
+    q, dq = (
+        np.array([_drawn(values.get(joint, 0.0), rng) for joint in robot.joint_names])
+        for values in (poses[name].angles, poses[name].rates)
+    )
+    if gait is not None and poses[name].on_ground:
+        q[1] -= gait.clearance(q) / np.cos(gait.slope)
+    return q, dq
+
+
+def _drawn(value: Any, rng: np.random.Generator) -> float:
+    return float(rng.uniform(*value)) if isinstance(value, tuple) else float(value)
 
 
 def check_sizes(robot: Robot, q: Array, dq: Array, inputs: ArrayLike) -> None:

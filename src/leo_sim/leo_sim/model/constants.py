@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Constants of a model: other values than the robot's, those of model.yaml, those of recordings.
+
+Some differ between recordings of one robot: a payload, a gain.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
+from leo_sim.common.yaml_file import Finite, Quantity
+from leo_sim.description.constants import checked
+from leo_sim.description.robot import Constant, load_robot, Robot
+
+Values = Mapping[str, Any]
+"""Of one constant, by the name of the recording: floats, or arrays (S, 1, 1) of S models."""
+
+
+class ConstantFile(Quantity):
+    """A constant; it may have a value of its own in each recording.
+
+    Attributes:
+        per_recording: Each recording's value is refitted by itself, within `uncertain`.
+        recordings: Values by the name of the recording: known, or where `per_recording` starts.
+    """
+
+    per_recording: bool = False
+    recordings: dict[str, Finite] = Field(default_factory=dict)
+
+
+def all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of all constants of a robot by path, some of them others.
+
+    Raises:
+        UserError: The robot has no such constant.
+    """
+    for path in changed:
+        if path not in robot.constants:
+            raise UserError(
+                f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}'
+            )
+    return {path: c.value for path, c in robot.constants.items()} | dict(changed)
+
+
+def checked_by_recording(robot: Robot, given: Mapping[str, Values]) -> dict[str, Values]:
+    """The constants that have values of their own in some recordings, by path.
+
+    Raises:
+        UserError: A constant that the robot does not have, or a robot that stands on a ground.
+    """
+    found = {path: values for path, values in given.items() if values}
+    for path in [*found, *(c.path for c in robot.constants.values() if c.per_recording)]:
+        if path not in robot.constants:
+            raise UserError(
+                f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}'
+            )
+        if robot.contacts:
+            raise UserError(
+                f'{path}: {robot.name} stands on a ground, where a constant has one '
+                'value in all bags; leave per_recording and recordings out, and '
+                'explain the bags one by one (--each)'
+            )
+    return found
+
+
+def chosen(values: Values, otherwise: Any, names: Sequence[str], source: Any) -> Any:
+    """The value of a constant in each window: a float, (..., W, 1) or (..., W, 1, 1).
+
+    Args:
+        values: By the name of the recording.
+        otherwise: In all others.
+        names: Of the recordings.
+        source: Which of them each window comes from, (W,) or (W, 1), or a number for one.
+    """
+    each = [np.asarray(values.get(name, otherwise), dtype=float) for name in names]
+    table = np.stack(np.broadcast_arrays(*(v.reshape(v.shape[:1]) for v in each)), axis=-1)
+    picked = table[..., source]
+    return float(picked) if not picked.ndim else picked[..., None]
+
+
+def expanded(
+    path: Path, robot: Robot, given: Mapping[str, ConstantFile]
+) -> dict[str, ConstantFile]:
+    """Constants by their whole paths: `actuators.*.resistance` stands for each of them.
+
+    What a file says of one of them holds for that one, wherever it says so.
+
+    Raises:
+        UserError: The robot has none of them.
+    """
+    result: dict[str, ConstantFile] = {}
+    for pattern in (name for name in given if '*' in name):
+        found = [name for name in robot.constants if fnmatchcase(name, pattern)]
+        if not found:
+            raise UserError(
+                f'{path}: constants: {robot.name} has no {pattern!r}'
+                f'{nearest(pattern, robot.constants)}'
+            )
+        result |= dict.fromkeys(found, given[pattern])
+    return result | {name: c for name, c in given.items() if '*' not in name}
+
+
+def checked_constants(
+    path: Path, robot: Robot, given: Mapping[str, ConstantFile]
+) -> dict[str, Constant]:
+    """Constants of a robot as a file gives them; UserError for one that is wrong."""
+    result = {}
+    for name, quantity in given.items():
+        known = robot.constants.get(name)
+        if known is None:
+            raise UserError(
+                f'{path}: constants: {robot.name} has no {name!r}{nearest(name, robot.constants)}'
+            )
+        result[name] = _constant(path, name, quantity, known)
+    return result
+
+
+def _constant(path: Path, name: str, given: ConstantFile, known: Constant) -> Constant:
+    where, uncertain = f'{path}: constants', given.uncertain or known.uncertain
+    if given.per_recording and uncertain is None:
+        raise UserError(
+            f'{where}: {name}: per_recording refits it, so say in which range: '
+            'uncertain: [low, high]; known values go under recordings alone'
+        )
+    for recording, value in given.recordings.items():
+        own = Quantity(
+            value=value, unit=given.unit, uncertain=uncertain if given.per_recording else None
+        )
+        checked(f'{where}: recordings: {recording}', name, own, known.unit)
+    whole = Quantity(value=given.value, unit=given.unit, uncertain=uncertain)
+    sure = frozenset() if given.per_recording else frozenset(given.recordings)
+    return replace(
+        checked(where, name, whole, known.unit), per_recording=given.per_recording, known=sure
+    )
+
+
+def changed_constants(
+    robot: Robot, values: Mapping[str, Any], by_recording: Mapping[str, Values]
+) -> dict[str, Any]:
+    """Constants that differ from the robot's files, as model.yaml takes them."""
+    original = load_robot(robot.folder).constants
+    changed: dict[str, Any] = {}
+    for name, constant in robot.constants.items():
+        entry = _entry(replace(constant, value=float(values[name])))
+        if constant.per_recording:
+            entry['per_recording'] = True
+        if own := by_recording.get(name):
+            entry['recordings'] = {recording: float(value) for recording, value in own.items()}
+        if entry != _entry(original[name]):
+            changed[name] = entry
+    return changed
+
+
+def _entry(constant: Constant) -> dict[str, Any]:
+    entry: dict[str, Any] = {'value': constant.value, 'unit': constant.unit}
+    return entry if constant.uncertain is None else entry | {'uncertain': [*constant.uncertain]}
