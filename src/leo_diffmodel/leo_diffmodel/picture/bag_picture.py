@@ -17,17 +17,14 @@ from leo_sim.description.robot import Robot
 from leo_sim.model.model_file import load_model
 
 from . import film
-from .bars import BAR, draw_feet
-from .canvas import Canvas
+from .canvas import Canvas, draw_ghost, draw_pose, draw_surroundings, View
 from .palette import INK
-from .scene import draw_ghost, draw_pose, draw_surroundings, View
-from .take import Take, take
+from .take import BAR, draw_feet, Take, take
 
 KINDS = ('.png', '.gif', '.mp4')
 MOST_POSES = 40
 WIDTH, HEAD, FOOT, SIDE = 1600, 54, 62, 24
 TALLEST = 420
-POSES = 8
 GHOSTS = 3
 """Earlier poses drawn faintly behind each."""
 
@@ -86,7 +83,7 @@ def _target(wanted: Wanted) -> Path:
 
 def _write(output: Path, shown: Take, poses: int) -> None:
     if output.suffix == '.png':
-        strip(shown, poses).save(output)
+        _strip(shown, poses).save(output)
         return
     write = film.write_gif if output.suffix == '.gif' else film.write_mp4
     with progress('frames', len(film.times_of(shown))) as done:
@@ -101,7 +98,7 @@ def _robot(wanted: Wanted) -> Robot:
     return load_model(named).robot
 
 
-def strip(shown: Take, poses: int = POSES) -> Image.Image:
+def _strip(shown: Take, poses: int) -> Image.Image:
     """Poses at even times; a single one when start and end are the same."""
     poses = 1 if shown.end <= shown.start else poses
     times = np.linspace(shown.start, shown.end, poses)

@@ -15,8 +15,8 @@ import numpy as np
 from PIL import Image
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
-from leo_diffmodel.picture.scene import TICK
 from leo_diffmodel.watch.curves import heights
 from leo_diffmodel.watch.view import View
 

@@ -11,9 +11,8 @@ import pytest
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.picture.bag_picture import show, Wanted
-from leo_diffmodel.picture.scene import TOUCH
-from leo_diffmodel.picture.shapes import shapes_of
-from leo_diffmodel.picture.stick import Stick
+from leo_diffmodel.picture.palette import TOUCH
+from leo_diffmodel.picture.stick import shapes_of, Stick
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot, named_robots
 from leo_sim.model import Model

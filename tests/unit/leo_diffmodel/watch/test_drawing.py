@@ -12,8 +12,8 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import RATE
-from leo_diffmodel.picture.scene import TICK
 from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.drawing import draw, Drawn, FILM, FINE
 from leo_diffmodel.watch.scene import Scene
