@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from bokeh.document import Document
@@ -14,12 +13,8 @@ from bokeh.embed import components
 from bokeh.resources import Resources
 import jinja2
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.picture import palette
 from leo_diffmodel.report import text
-from leo_msgs_py.whole_file import write_whole
-
-BOKEH_PARTS = ['bokeh']
 
 
 @dataclass(frozen=True)
@@ -40,11 +35,7 @@ class Section:
 def render(title: str, source: str, sections: Sequence[Section], watch: str = '') -> str:
     """The page as HTML; bokeh's script is included only where there is a figure.
 
-    Args:
-        title: what the page is about.
-        source: the data it was made from.
-        sections: from top to bottom.
-        watch: the command that opens the live page on the same data; '' names none.
+    `source` names the data, `watch` the command that opens the live page on them ('' names none).
     """
     figures = [f for s in sections for f in s.figures]
     _together(figures)
@@ -55,7 +46,7 @@ def render(title: str, source: str, sections: Sequence[Section], watch: str = ''
         plots = [next(remaining) for _ in section.figures]
         block = _templates().get_template(section.template)
         blocks.append(block.render(section.values, plots=plots))
-    library = Resources(mode='inline', components=BOKEH_PARTS).render_js() if figures else ''
+    library = Resources(mode='inline', components=['bokeh']).render_js() if figures else ''
     page = _templates().get_template('page.html')
     return page.render(
         title=title, source=source, sections=blocks, library=library, script=script, watch=watch
@@ -70,12 +61,6 @@ def _together(figures: Sequence[Any]) -> None:
             document.add_root(figure)
 
 
-def source(recordings: Sequence[Recording]) -> str:
-    """The data a page was made from, in a few words."""
-    first, *others = recordings
-    return f'{first.path.name} and {len(others)} more' if others else first.path.name
-
-
 @cache
 def _templates() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -85,17 +70,7 @@ def _templates() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filters: dict[str, Any] = {
-        'number': text.number,
-        'percent': text.percent,
-        'prose': text.prose,
-        'quantity': text.quantity,
-    }
-    environment.filters.update(filters)
+    for name in ('percent', 'prose', 'quantity'):
+        environment.filters[name] = getattr(text, name)
     environment.globals['palette'] = palette
     return environment
-
-
-def write(path: Path, html: str) -> None:
-    """Write a page whole or not at all."""
-    write_whole(path, html)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.compare.conditions import Condition, conditions
+from leo_diffmodel.compare.conditions import conditions
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.problem import Problem
 
@@ -23,9 +23,9 @@ SHOWN = ('speed', 'direction', 'load', 'motor')
 
 @dataclass(frozen=True)
 class Correlation:
-    """Autocorrelation of the residual beside that of white noise treated alike.
+    """Autocorrelation of the residual, and that of white noise treated alike.
 
-    Projecting start states out correlates even white noise, so the band comes from draws of
+    Projecting initial states out correlates even white noise, so the band comes from draws of
     white noise through the same projection.
 
     Attributes:
@@ -90,12 +90,9 @@ def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:
             'before': float(np.median(early[c.inside])),
             'after': float(np.median(late[c.inside])),
         }
-        for c in _shown(conditions(problem.windows, problem.base, most=3))
+        for c in conditions(problem.windows, problem.base, most=3)
+        if c.variable in SHOWN
     ]
-
-
-def _shown(found: list[Condition]) -> list[Condition]:
-    return [c for c in found if c.variable in SHOWN]
 
 
 def _autocorrelation(residual: Array, channels: int, lags: Array) -> Array:

@@ -48,8 +48,7 @@ class Stretch:
 def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
     """The four worst windows of the first model, none overlapping another.
 
-    Args:
-        predictions: of the same windows, by each model.
+    The predictions are of the same windows, by each model.
     """
     first = predictions[0]
     joints = first.windows.q.shape[-1]

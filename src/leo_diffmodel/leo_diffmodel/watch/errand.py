@@ -16,7 +16,7 @@ from leo_msgs_py.errors import UserError
 
 Heard = Callable[[str], None]
 Ask = Callable[[Heard], Any]
-"""Does it, telling how far it is; its answer. It and the answer are sent between the processes."""
+"""Does it, reporting how far it is; its answer. Both are sent between the processes."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class News:
 
     Attributes:
         text: what is being done.
-        count: how many things were.
+        count: how many reports have come.
         answer: what came of it, at the end; never None then.
         error: one line, where it ended without an answer.
     """
@@ -89,11 +89,7 @@ class Errand:
         self._process = self._pipe = None
 
     def _take(self, kind: str, what: Any) -> None:
-        self.news = {
-            'told': lambda: News(what, self.news.count + 1),
-            'answer': lambda: News(answer=what),
-            'error': lambda: News(error=what),
-        }[kind]()
+        self.news = News(what, self.news.count + 1) if kind == 'text' else News(**{kind: what})
 
 
 def _work(ask: Ask, pipe: Connection) -> None:
@@ -101,7 +97,7 @@ def _work(ask: Ask, pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
-        pipe.send(('answer', ask(lambda text: pipe.send(('told', text)))))
+        pipe.send(('answer', ask(lambda text: pipe.send(('text', text)))))
     except UserError as error:
         pipe.send(('error', str(error)))
 

@@ -10,10 +10,10 @@ from bokeh.layouts import column, row
 from bokeh.models import Button
 from markupsafe import Markup
 
-from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.page.look import CARD, said, SIDE, small, wrong
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.view import FILM_SECONDS
 from leo_msgs_py.errors import UserError
 
 WITHOUT_FFMPEG = 'for MP4 install the program ffmpeg, and start leo watch again'
@@ -31,18 +31,15 @@ class ActionsView:
         self._add = Button(label='Add to model', name='add')
         self._said: str = ''
         self._words = said(width=SIDE - 40, name='said')
-        self._connect()
+        self._find.on_click(self._started)
+        self._undo.on_click(state.undo)
+        self._clear.on_click(state.clear)
+        self._add.on_click(self._added)
         files = said(_files(), width=SIDE - 40)
         self._drawn = said(width=SIDE - 40, name='drawing')
-        self.root = column(
-            row(self._find, self._add),
-            row(self._undo, self._clear),
-            self._words,
-            files,
-            self._drawn,
-            stylesheets=[CARD],
-            width=SIDE,
-        )
+        buttons = row(self._find, self._add), row(self._undo, self._clear)
+        parts = *buttons, self._words, files, self._drawn
+        self.root = column(*parts, stylesheets=[CARD], width=SIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -50,15 +47,11 @@ class ActionsView:
         self._undo.disabled = not self._state.can_undo
         self._clear.disabled = self._add.disabled = not self._state.setting.on
         self._find.disabled = self._finder.busy
-        lines = [self._search(), self._said, self._typed(), self._time()]
+        ms = 1000 * self._state.seconds
+        time = small(f'computed in {ms:.0f} ms') if ms else ''
+        lines = [self._search(), self._said, self._typed(), time]
         self._words.text = Markup().join(Markup('<div>{}</div>').format(x) for x in lines if x)
         self._drawn.text = self._drawing()
-
-    def _connect(self) -> None:
-        self._find.on_click(self._started)
-        self._undo.on_click(self._state.undo)
-        self._clear.on_click(self._state.clear)
-        self._add.on_click(self._added)
 
     def _started(self) -> None:
         self._said = ''
@@ -99,14 +92,10 @@ class ActionsView:
             return wrong(drawing.news.error)
         return small(f'drawing {drawing.news.text} …') if drawing.busy else ''
 
-    def _time(self) -> str:
-        ms = 1000 * self._state.seconds
-        return small(f'computed in {ms:.0f} ms') if ms else ''
-
 
 def _files() -> Markup:
     """Links to what can be taken away, as HTML."""
-    film = f'the robots moving, {shown.FILM_SECONDS:g} s from now'
+    film = f'the robots moving, {FILM_SECONDS:g} s from now'
     mp4 = ['comparison.mp4'] if shutil.which('ffmpeg') else []
     lines = [
         _links('this view', 'view.png', 'view.svg', 'copy.html'),

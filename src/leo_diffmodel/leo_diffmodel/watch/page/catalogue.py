@@ -9,8 +9,7 @@ from markupsafe import Markup
 
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.watch.handle import Handle
-from leo_diffmodel.watch.page.look import CARD, said, SIDE, small
-from leo_diffmodel.watch.page.part import Silence
+from leo_diffmodel.watch.page.look import CARD, said, SIDE, Silence, small
 from leo_diffmodel.watch.state import State
 from leo_sim.effects import Parameter
 
@@ -31,13 +30,8 @@ class CatalogueView:
         self._state, self._left = state, [*state.scene.candidates.values()]
         self._lines: list[_Line] = []
         places = list(dict.fromkeys(c.where for c in self._left))
-        self._place = Select(
-            options=[EVERYWHERE, *places],
-            value=EVERYWHERE,
-            name='place',
-            title='effects at',
-            width=SIDE - 60,
-        )
+        look = {'name': 'place', 'title': 'effects at', 'width': SIDE - 60}
+        self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, **look)
         self._place.on_change('value', lambda _, __, ___: self.refresh())
         note = said(small(NOTE), width=SIDE - 40)
         self.root = column(self._place, note, stylesheets=[CARD], width=SIDE)
@@ -108,26 +102,15 @@ class _Slider:
     def __init__(self, state: State, label: str, parameter: Parameter) -> None:
         self._state, self._label, self._name = state, label, parameter.name
         self._handle, self._silent = Handle.of(parameter), Silence()
-        low, high = self._handle.ends
-        self._slider = Slider(
-            start=low,
-            end=high,
-            step=STEP,
-            value=0,
-            show_value=False,
-            tooltips=False,
-            width=SIDE - 190,
-            margin=(26, 8, 0, 8),
-            name=f'slider {label} {parameter.name}',
-        )
-        self._number = NumericInput(
-            mode='float',
-            value=self._handle.anchor,
-            title=_title(parameter),
-            width=100,
-            format=CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`'),
-            name=f'value {label} {parameter.name}',
-        )
+        (low, high), name = self._handle.ends, f'{label} {parameter.name}'
+        look = {'show_value': False, 'tooltips': False, 'margin': (26, 8, 0, 8)}
+        ends = {'start': low, 'end': high, 'step': STEP, 'width': SIDE - 190}
+        self._slider = Slider(value=0, name=f'slider {name}', **ends, **look)
+        digits = CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`')
+        unit = f' [{parameter.unit}]' if parameter.unit else ''
+        look = {'title': f'{parameter.name}{unit}', 'width': 100, 'name': f'value {name}'}
+        anchor = self._handle.anchor
+        self._number = NumericInput(mode='float', value=anchor, format=digits, **look)
         dragged = 'value_throttled' if state.scene.model.robot.contacts else 'value'
         self._slider.on_change(dragged, lambda _, __, at: self._move(self._handle.value(at)))
         self._number.on_change('value', lambda _, __, value: self._type(value))
@@ -151,7 +134,3 @@ class _Slider:
     def _move(self, value: float) -> None:
         if not self._silent and self._label in self._state.setting.on:
             self._state.move(self._label, self._name, value)
-
-
-def _title(parameter: Parameter) -> str:
-    return f'{parameter.name} [{parameter.unit}]' if parameter.unit else parameter.name

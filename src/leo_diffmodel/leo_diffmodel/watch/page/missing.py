@@ -12,15 +12,20 @@ import numpy as np
 
 from leo_diffmodel.compare.sizes import torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
-from leo_diffmodel.report.binned import Binned, FEWEST, torque_canvas
+from leo_diffmodel.picture import palette
+from leo_diffmodel.report.binned import (
+    Binned,
+    FEWEST,
+    lacking,
+    that_matters,
+    torque_canvas,
+    variables,
+)
 from leo_diffmodel.report.canvas import hover
-from leo_diffmodel.report.lacking import lacking, that_matters, variables
-from leo_diffmodel.watch.page.look import CARD, REPAIRED, said, small
-from leo_diffmodel.watch.page.part import Silence
+from leo_diffmodel.watch.page.look import CARD, said, Silence, small, WIDE
 from leo_diffmodel.watch.state import State
 
 Array = np.ndarray
-HEIGHT = 290
 NOTE = (
     'Grey: the constant torque that would explain each short window with the model as given; '
     'black: mean of a bin ± its standard error. Blue: what the same estimate would show if what '
@@ -42,17 +47,12 @@ class MissingView:
         self._variable = Select(title='against', width=260, name='against')
         self._joint.on_change('value', lambda _, __, v: self._ask(int(v)))
         self._variable.on_change('value', lambda _, __, v: self._ask(None, int(v)))
-        self.plot, means = torque_canvas(
-            self._dots, self._means, [REPAIRED], height=HEIGHT, name='missing plot'
-        )
+        sources = self._dots, self._means
+        self.plot, means = torque_canvas(*sources, [palette.REPAIRED], name='missing plot')
         hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
-        self._words = said(sizing_mode='stretch_width', name='missing says')
-        self.root = column(
-            row(self._joint, self._variable, self._words, sizing_mode='stretch_width'),
-            self.plot,
-            stylesheets=[CARD],
-            sizing_mode='stretch_width',
-        )
+        self._words = said(**WIDE, name='missing says')
+        head = row(self._joint, self._variable, self._words, **WIDE)
+        self.root = column(head, self.plot, stylesheets=[CARD], **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -82,18 +82,15 @@ class MissingView:
         robot, (joint, number) = self._state.scene.model.robot, self._state.chosen or (0, 0)
         axes, names = variables(missing, robot, joint), robot.joint_names
         number = min(number, len(axes) - 1)
+        joints = [(str(j), names[j]) for j in _joints(missing)]
+        labels = [(str(i), label) for i, (label, _) in enumerate(axes)]
         with self._silent:
-            self._joint.update(
-                options=[(str(j), names[j]) for j in _joints(missing)], value=str(joint)
-            )
-            self._variable.update(
-                options=[(str(i), label) for i, (label, _) in enumerate(axes)], value=str(number)
-            )
+            self._joint.update(options=joints, value=str(joint))
+            self._variable.update(options=labels, value=str(number))
         seen, (label, values) = missing.seen[:, joint], axes[number]
         heights = np.full(int(seen.sum()), np.nan) if curve is None else curve[seen, joint]
-        binned = Binned.of(
-            values[seen], missing.torque[seen, joint], [heights], torque_unit(robot, names[joint])
-        )
+        unit = torque_unit(robot, names[joint])
+        binned = Binned.of(values[seen], missing.torque[seen, joint], [heights], unit)
         self._dots.data, self._means.data = dict(binned.dots), dict(binned.means)
         binned.label(self.plot, label)
 

@@ -17,11 +17,10 @@ from leo_diffmodel.compare.where import against_motion, ranked, stands_out, Wher
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, FONT, hover
-from leo_diffmodel.report.sections.origin import numbered
 from leo_diffmodel.report.sections.where import against, in_print
-from leo_diffmodel.report.text import percent
+from leo_diffmodel.report.text import numbered, percent
 from leo_diffmodel.watch.lack import Lack
-from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, REPAIRED, said, small
+from leo_diffmodel.watch.page.look import AS_GIVEN, CARD, legend, said, small, SWITCHED, WIDE
 from leo_diffmodel.watch.state import State
 
 ROWS, MOST_JOINTS = 6, 3
@@ -48,17 +47,11 @@ class WhereView:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self._rankings = (
-            _Ranking(state, 'as given', GIVEN, 'given'),
-            _Ranking(state, 'with the switches', REPAIRED, 'now'),
-        )
-        self._words = said(name='where says', sizing_mode='stretch_width')
-        self.root = column(
-            self._words,
-            row(*(r.root for r in self._rankings), sizing_mode='stretch_width'),
-            stylesheets=[CARD],
-            sizing_mode='stretch_width',
-        )
+        models = ('given', AS_GIVEN), ('now', SWITCHED)
+        self._rankings = [_Ranking(state, *model) for model in models]
+        self._words = said(name='where says', **WIDE)
+        both = row(*(r.root for r in self._rankings), **WIDE)
+        self.root = column(self._words, both, stylesheets=[CARD], **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -78,13 +71,13 @@ class WhereView:
 class _Ranking:
     """The places of one model, worst first."""
 
-    def __init__(self, state: State, name: str, stroke: Stroke, which: str) -> None:
-        self._state, self._head = state, legend((name, stroke))
+    def __init__(self, state: State, which: str, model: tuple[str, Stroke]) -> None:
+        self._state, self._head = state, legend(model)
         self._shown: Lack | None = None
         self._source = ColumnDataSource(NO_ROWS, name=f'where {which}')
-        self._words = said(self._head, name=f'where {which} says', sizing_mode='stretch_width')
-        self.plot = self._plot(stroke, which)
-        self.root = column(self._words, self.plot, sizing_mode='stretch_width')
+        self._words = said(self._head, name=f'where {which} says', **WIDE)
+        self.plot = self._plot(model[1], which)
+        self.root = column(self._words, self.plot, **WIDE)
 
     def show(self, lack: Lack | None) -> None:
         """Draw what is new."""
@@ -105,32 +98,15 @@ class _Ranking:
             self._state.go(begin[number])
 
     def _plot(self, stroke: Stroke, which: str) -> Any:
-        plot = canvas(
-            'share of the error',
-            '',
-            height=HEIGHT,
-            x_range=Range1d(0.0, 1.0),
-            y_range=Range1d(-ROWS + 0.5, 0.6),
-            name=f'where {which} plot',
-        )
+        ranges = {'x_range': Range1d(0.0, 1.0), 'y_range': Range1d(-ROWS + 0.5, 0.6)}
+        name = f'where {which} plot'
+        plot = canvas('share of the error', '', height=HEIGHT, name=name, **ranges)
         plot.yaxis.visible, plot.ygrid.grid_line_color = False, None
         plot.xaxis.formatter = NumeralTickFormatter(format='0 %')
-        bars = plot.hbar(
-            y='y',
-            right='share',
-            height=BAR,
-            source=self._source,
-            alpha='alpha',
-            color=stroke.colour,
-        )
-        look: dict[str, Any] = {
-            'source': self._source,
-            'y': 'above',
-            'text_baseline': 'middle',
-            'text_font': value(FONT),
-            'text_font_size': '12.5px',
-            'text_color': palette.INK,
-        }
+        look: dict[str, Any] = {'source': self._source, 'alpha': 'alpha', 'color': stroke.colour}
+        bars = plot.hbar(y='y', right='share', height=BAR, **look)
+        look = {'text_font': value(FONT), 'text_font_size': '12.5px', 'text_color': palette.INK}
+        look |= {'source': self._source, 'y': 'above', 'text_baseline': 'middle'}
         plot.text(x=0.0, text='place', **look)
         plot.text(x=1.0, text='size', text_align='right', **look)
         hover(plot, bars, [('', '@tip')])

@@ -3,9 +3,8 @@
 
 from types import SimpleNamespace
 
-from leo_diffmodel.watch.live import condition as module
-from leo_diffmodel.watch.live.condition import Condition, SILENT
-from leo_diffmodel.watch.live.tape import Tape
+from leo_diffmodel.watch.live import tape as module
+from leo_diffmodel.watch.live.tape import Condition, SILENT, Tape
 
 
 def test_silence_comes_before_all_else_and_then_what_the_robot_says(monkeypatch):

@@ -3,7 +3,7 @@
 
 import pytest
 
-from leo_diffmodel.watch.live.recording import NOWHERE, RecordingSwitch
+from leo_diffmodel.watch.live.commands import NOWHERE, RecordingSwitch
 from leo_msgs_py.errors import UserError
 
 

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 from tests.patience import PATIENCE
 
-from leo_diffmodel.watch.live.beside import Beside, SILENT, STOPPED
-from leo_diffmodel.watch.live.sending import OPEN, Sending, Sent, TOO_LATE
+from leo_diffmodel.watch.live.commands import OPEN, Sending, Sent, TOO_LATE
+from leo_diffmodel.watch.live.live import Live, SILENT, STOPPED
 from leo_msgs_py.errors import UserError
 
 
@@ -64,13 +64,13 @@ def test_a_robot_that_is_stopped_or_silent_gets_no_run(sending):
         tape=SimpleNamespace(heard=time.monotonic(), messages=0),
     )
     renewing = SimpleNamespace(look=lambda _: None, news=SimpleNamespace(trouble=''))
-    beside = Beside(robot, None, renewing, sending)
+    live = Live(robot, None, renewing, sending)
     with pytest.raises(UserError, match=STOPPED):
-        beside.send()
+        live.send()
     robot.condition.e_stopped, robot.tape.heard = False, time.monotonic() - 60.0
     with pytest.raises(UserError, match=SILENT):
-        beside.send()
+        live.send()
     assert sending.question is not None and not sending.on
     robot.condition.e_stopped = True
-    beside.look()
+    live.look()
     assert sending.question is None

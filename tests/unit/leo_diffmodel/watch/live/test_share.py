@@ -10,7 +10,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.network import RECOMMENDED
-from leo_diffmodel.watch.live.share import Sharer
+from leo_diffmodel.watch.live.renewing import Sharer
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 from leo_sim.model import Model

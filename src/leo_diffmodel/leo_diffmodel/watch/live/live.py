@@ -1,21 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All that stands beside the page while a robot runs: robot, recorder, player, computing."""
+"""What the page has of a running robot: the robot, a recorder, a player, computing, a search."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from pathlib import Path
+import shutil
+import tempfile
+from typing import NamedTuple, Protocol
 
-from leo_diffmodel.watch.live.condition import Condition, is_silent
-from leo_diffmodel.watch.live.recording import RecordingSwitch
+from leo_diffmodel.bags.recorder import free_folder
+from leo_diffmodel.watch.errand import Asked, Finder, News
+from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
 from leo_diffmodel.watch.live.renewing import Renewing
-from leo_diffmodel.watch.live.sending import Sending
-from leo_diffmodel.watch.live.tape import Tape
+from leo_diffmodel.watch.live.tape import Condition, is_silent, Tape
 from leo_msgs_py.errors import UserError
 
 STOPPED = 'The e-stop is latched: release it before a run is sent.'
 SILENT = 'no state comes from the robot: nothing was sent'
 NO_SHARE = 'no difference model publishes its weights'
+SEARCHED = 'searched'
 
 
 class Robot(Protocol):
@@ -32,8 +36,7 @@ class Robot(Protocol):
         """Take the e-stop back."""
 
 
-@dataclass(frozen=True)
-class Lines:
+class Lines(NamedTuple):
     """What the page says: whether all is well, how the robot is, and more, a line each."""
 
     well: bool
@@ -42,7 +45,7 @@ class Lines:
 
 
 @dataclass
-class Beside:
+class Live:
     """One for all tabs.
 
     Attributes:
@@ -101,3 +104,47 @@ class Beside:
             news.share.words if news.share else NO_SHARE,
         )
         return Lines(well, robot, tuple(text for text in more if text))
+
+
+class LiveFinder(Finder):
+    """A search over the last seconds before it was asked for.
+
+    Args:
+        tape: what was measured.
+        asked: explains the bags of a command line, in another process.
+        words: that command line, less the bag.
+        folder: where the bags that were searched stay, as models name them; None: they are there
+            only for the search.
+    """
+
+    def __init__(self, tape: Tape, asked: Asked, words: list[str], folder: Path | None) -> None:
+        super().__init__(asked, words)
+        self._tape, self._model, self._folder = tape, words, folder
+        self._passing: Path | None = None
+
+    def start(self) -> None:
+        """Keep what is measured now, and search it; say why where it cannot be kept."""
+        if self.busy:
+            return
+        try:
+            bag = self._tape.save(self._free())
+        except (UserError, OSError) as error:
+            self.news = News(error=str(error))
+            return
+        self.words = [str(bag), *self._model]
+        super().start()
+
+    def stop(self) -> None:
+        """End the search, and forget what was saved only for it."""
+        super().stop()
+        if self._passing is not None:
+            shutil.rmtree(self._passing, ignore_errors=True)
+            self._passing, self.words = None, []
+
+    def _free(self) -> Path:
+        """A folder that is not there yet, in one that is."""
+        if self._folder is not None:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            return free_folder(self._folder / SEARCHED)
+        self._passing = Path(tempfile.mkdtemp(prefix='leo_watch_'))
+        return self._passing / SEARCHED
