@@ -19,10 +19,7 @@ TICK = 0.1
 class Canvas:
     """Lines, areas, discs and text, in pixels of the finished picture.
 
-    Args:
-        width: [px].
-        height: [px].
-        fine: how many times larger it is drawn; shrunk at the end.
+    It is drawn `fine` times larger, and shrunk at the end.
     """
 
     def __init__(self, width: int, height: int, fine: int = 3):

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from bokeh.models import HoverTool
+from bokeh.models import HoverTool, PrintfTickFormatter
 from bokeh.plotting import figure
 
 from leo_diffmodel.picture import palette
@@ -60,6 +60,11 @@ def canvas(x_label: str, y_label: str, **options: Any) -> Any:
 def hover(plot: Any, glyphs: Any, tips: list[tuple[str, str]]) -> None:
     """Show values under the pointer."""
     plot.add_tools(HoverTool(renderers=[glyphs], tooltips=tips))
+
+
+def plain_numbers(axis: Any) -> None:
+    """Numbers on an axis as Python's %g writes them."""
+    axis.formatter = PrintfTickFormatter(format='%g')
 
 
 def ticks(low: float, high: float) -> list[float]:

@@ -70,7 +70,7 @@ def _templates() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    for name in ('percent', 'prose', 'quantity'):
+    for name in ('number', 'percent', 'prose', 'quantity'):
         environment.filters[name] = getattr(text, name)
     environment.globals['palette'] = palette
     return environment

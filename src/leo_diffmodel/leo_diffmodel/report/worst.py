@@ -26,8 +26,7 @@ class Stretch:
     """One window that is predicted badly.
 
     Attributes:
-        bag: index of its recording.
-        joint: index of the joint that is off most there.
+        bag, joint: index of its recording, and of the joint that is off most there.
         time: bag time of the samples [s], shape (K+1,).
         measured: angle of that joint, shape (K+1,).
         predicted: the same by each model, shape (M, K+1).

@@ -71,13 +71,8 @@ def _frames(view: View, heard: Heard) -> Iterator[Image.Image]:
 class Drawn:
     """A view on a figure, at the first of its times.
 
-    Args:
-        view: what is drawn.
-        dpi: dots per inch.
-        animated: leave out of the figure what moves, so that it can be drawn on top of it.
-
-    Attributes:
-        moving: what `show` changes, from below to above.
+    What `show` changes is `moving`, from below to above. Where `animated`, the figure is drawn
+    without it, so that it can be drawn on top.
     """
 
     def __init__(self, view: View, dpi: int, animated: bool = False) -> None:

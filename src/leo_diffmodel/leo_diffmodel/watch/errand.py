@@ -21,14 +21,7 @@ Ask = Callable[[Heard], Any]
 
 @dataclass(frozen=True)
 class News:
-    """How far it is.
-
-    Attributes:
-        text: what is being done.
-        count: how many reports have come.
-        answer: what came of it, at the end; never None then.
-        error: one line, where it ended without an answer.
-    """
+    """What is being done, the number of reports so far; at the end the answer or an error."""
 
     text: str = ''
     count: int = 0
@@ -42,11 +35,7 @@ class News:
 
 
 class Errand:
-    """Sends a process to do something, and hears of it.
-
-    Attributes:
-        news: of what it was sent for last.
-    """
+    """Sends a process to do something, and hears of it: `news`, of the last."""
 
     def __init__(self) -> None:
         self._process: BaseProcess | None = None

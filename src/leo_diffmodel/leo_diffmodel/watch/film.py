@@ -95,12 +95,9 @@ def _predicted(model: Model, windows: Windows) -> Array:
 
 @dataclass
 class Player:
-    """A clock that runs from 0 to the end and begins again.
+    """A clock that runs from 0 to the length of what is played [s], and begins again.
 
-    Attributes:
-        length: of what is played [s].
-        clock: seconds that go on.
-        speed: times as fast as it was.
+    It runs `speed` times as fast as `clock`.
     """
 
     length: float

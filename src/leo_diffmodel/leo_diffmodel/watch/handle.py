@@ -33,11 +33,6 @@ class Handle:
 
     Positions go from -1 (the lowest value) over 0 (as near to no effect as there is) to 1 (the
     highest value); where no effect is an end of the range, that half is not there.
-
-    Attributes:
-        parameter: with the limits of `explain.problem.limits`.
-        low: lowest value.
-        high: highest value.
     """
 
     parameter: Parameter

@@ -61,7 +61,7 @@ class Lacks:
         try:
             yield from self._follow(model, switched)
         except (ValueError, np.linalg.LinAlgError) as error:
-            self.trouble = f'torque over short windows cannot be told here: {error}'
+            self.trouble = f'torque over short windows cannot be estimated here: {error}'
         self.behind = False
         yield True
 
@@ -79,12 +79,6 @@ class Lacks:
         self.now = yield from self._lack_of(model)
 
     def _lack_of(self, model: Model) -> Generator[bool, None, Lack]:
-        """What a model lacks, with pauses on the way.
-
-        Raises:
-            ValueError: the recordings are too short.
-            numpy.linalg.LinAlgError: the model cannot follow them.
-        """
         windows = torque_windows(self._scene.recordings, model, HISTORY)
         work = partial(estimate, model, sigma=self._scene.sigma)
         missing = trusted((yield from self._in_parts(work, windows)), model)

@@ -29,13 +29,9 @@ GONE = f'the data that were searched are not kept; {NOWHERE}'
 
 @dataclass(frozen=True)
 class Plan:
-    """What leo next says.
+    """What leo next says in sentences, and the run that it proposes, if any.
 
-    Attributes:
-        words: in sentences.
-        robot: whose it is.
-        run: the run; None where none is proposed.
-        predicted: what the model with what was named makes of it; None where there is no run.
+    `predicted` is what the model with what was named makes of the run.
     """
 
     words: tuple[str, ...]
@@ -75,11 +71,7 @@ Asked = Callable[[list[str], dict[str, Any], Heard], Plan]
 
 
 class NextRun(Errand):
-    """The run to record next; written as soon as it is known, where there is a folder.
-
-    Attributes:
-        file: the run file; None where none was written.
-    """
+    """The run to record next; written to `file` as soon as it is known, if there is a folder."""
 
     def __init__(self, state: State, finder: Finder, asked: Asked) -> None:
         super().__init__()
@@ -107,7 +99,7 @@ class NextRun(Errand):
 
     @property
     def recorded(self) -> list[str]:
-        """As `words`, and recorded into a new bag beside the run."""
+        """As `words`, and recorded into a new bag next to the run."""
         if not self.words or self._state.folder is None:
             return self.words
         name = self.file.stem if self.file else self.words[1]

@@ -145,11 +145,7 @@ def in_floors(figures: Array | Sequence[float], floor: Array) -> float:
 
 
 def _held(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Windows:
-    """Held-out windows, as long as explain's.
-
-    Raises:
-        ValueError: none fits.
-    """
+    """Held-out windows, as long as explain's; ValueError where none fits."""
     for seconds in SETTINGS.grids.horizon_seconds:
         windows = held_out(recordings, blocks, model, seconds, remembering=True)
         if windows and windows.count:
@@ -158,11 +154,7 @@ def _held(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Wind
 
 
 def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Windows:
-    """A few windows that share no time with held-out data.
-
-    Raises:
-        ValueError: none fits.
-    """
+    """A few windows that share no time with held-out data; ValueError where none fits."""
     windows = cut(recordings, TRAIN_SECONDS, history=noise.HISTORY)
     trained = windows.take(blocks.train(windows))
     if not trained.count:
@@ -172,13 +164,11 @@ def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Win
 
 @dataclass(frozen=True)
 class Timeline:
-    """Where each recording lies on the axis.
+    """Where each recording lies on an axis of a length [s].
 
     Attributes:
-        names: of the recordings.
         first: first stamp of each in its bag [s], shape (R,).
         begin: where each begins on the axis [s], shape (R,).
-        length: of all together [s].
     """
 
     names: tuple[str, ...]

@@ -23,18 +23,16 @@ from leo_sim.model.model_file import save_model
 Values = Mapping[str, float]
 FOUND = 'the explanation'
 MOVED = (
-    'values were moved by hand beside refitted constants, which leo add does not write: '
+    'values were moved by hand with refitted constants, which leo add does not write: '
     'undo to what was found, or switch all off and set them on the constants as given'
 )
 
 
 @dataclass(frozen=True)
 class Setting:
-    """The switches of the catalogue.
+    """The switches of the catalogue: values of the effects that are on, by `effect:where`.
 
-    Attributes:
-        on: values of the effects that are switched on, by `effect:where`.
-        refitted: the constants are as the explanation refitted them, not as given.
+    Where `refitted`, the constants are as the explanation refitted them, not as given.
     """
 
     on: Mapping[str, Values] = field(default_factory=dict)
@@ -80,12 +78,7 @@ def _hypothesis(scene: Scene, setting: Setting) -> tuple[Hypothesis, np.ndarray]
 
 
 class Answer(NamedTuple):
-    """What `leo explain` found.
-
-    Attributes:
-        data: the contents of explain.json, as read back from one.
-        setting: the switches that say the same.
-    """
+    """The contents of explain.json, as read back from one, and the switches that say the same."""
 
     data: dict[str, Any]
     setting: Setting
@@ -94,12 +87,10 @@ class Answer(NamedTuple):
     def of(cls, explanation: Mapping[str, Any], scene: Scene) -> Answer:
         """An explain.json's contents; effects that have no switch here are left out."""
         data = json.loads(json.dumps(explanation))
-        rows = {f'{row["name"]}:{row["where"]}': row['parameters'] for row in data['effects']}
-        on = {
-            label: {name: p['value'] for name, p in parameters.items()}
-            for label, parameters in rows.items()
-            if label in scene.candidates
-        }
+        on = {}
+        for row in data['effects']:
+            if (label := f'{row["name"]}:{row["where"]}') in scene.candidates:
+                on[label] = {name: p['value'] for name, p in row['parameters'].items()}
         return cls(data, Setting(on, refitted=bool(on)))
 
 

@@ -33,24 +33,18 @@ class State:
     time `go_on` is called.
 
     Attributes:
-        scene: the data.
         folder: where models may be written; None: nowhere.
-        setting: what is switched on.
         answer: what explain found; None before it was asked.
-        player: where in the recording one is.
         horizon: over which the film predicts [s].
         shown: index of the state whose error the figures show.
-        given: errors of the model as given.
-        now: errors of the model with what is switched on.
+        given, now: errors of the model as given, and with what is switched on.
         without: of each effect that is on, the error if it alone were off [noise floors];
             follows.
-        film: the recording as predicted by both.
         lacks: the torque that both lack, and where; follows.
         chosen: the joint whose missing torque is shown, and the number of the variable against
             which; None before there is one.
         seconds: what the last change took to compute.
         drawing: draws pictures and films of the view.
-        listeners: called after each change.
     """
 
     def __init__(self, scene: Scene, folder: Path | None = None) -> None:
@@ -102,11 +96,8 @@ class State:
         """Switch an effect on, first at the value that suits the training data best, or off."""
         if on == (label in self.setting.on):
             return
-        self._moving = None
-        if on:
-            self._set(self.setting.having(label, self._first(label)))
-        else:
-            self._set(self.setting.without(label))
+        self._moving, now = None, self.setting
+        self._set(now.having(label, self._first(label)) if on else now.without(label))
 
     def move(self, label: str, name: str, value: float) -> None:
         """Give a parameter of an effect that is on another value; one drag is undone at once."""
@@ -129,8 +120,7 @@ class State:
     def found(self, explanation: Mapping[str, Any]) -> None:
         """Switch on what explain named, with its values; nothing where it named nothing.
 
-        Args:
-            explanation: the contents of explain.json.
+        `explanation` is the contents of explain.json.
         """
         self.answer, self._moving = Answer.of(explanation, self.scene), None
         if self.answer.setting.on:
@@ -141,8 +131,7 @@ class State:
         """Write the model with what is switched on as `leo add` does; where it is.
 
         Raises:
-            UserError: there is no folder to write to, nothing is switched on, or it cannot be
-                said.
+            UserError: there is no folder, nothing is switched on, or words cannot say it.
         """
         if self.folder is None:
             raise UserError('start leo watch with -o DIR to write the model there')

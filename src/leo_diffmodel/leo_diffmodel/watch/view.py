@@ -35,11 +35,9 @@ FILM_SECONDS = 4.0
 
 
 class Stage:
-    """Where poses are drawn; lengths in m.
+    """Where poses are drawn [m].
 
-    Attributes:
-        stick: draws a pose.
-        reach: how far the robot reaches from its mount, or from its middle where it walks.
+    `reach` is how far the robot gets from its mount, or from its middle where it walks.
     """
 
     def __init__(self, robot: Robot, recordings: Sequence[Recording]) -> None:
@@ -78,12 +76,8 @@ class View:
     """What is drawn.
 
     Attributes:
-        title: the robot and its data.
-        error: as given and now, in words.
-        switched: what is switched on, a line each.
         unit: the state whose error is shown, with its unit.
         seconds: how far ahead the ghosts are predicted [s].
-        stage: draws poses.
         times: of the pictures on the timeline [s], shape (F,).
         places: the same as bag and bag time.
         poses: joint angles as given, with the switches, as measured, shape (F, 3, J).
@@ -107,10 +101,10 @@ class View:
 
 def view_of(state: State, times: Array) -> View:
     """The view at some times on the timeline [s], shape (F,)."""
-    scene, film = state.scene, state.film
+    scene, film, (before, after) = state.scene, state.film, state.sizes
     return View(
         title=f'{scene.given.robot.name}: {source(scene.recordings)}',
-        error=_error(state),
+        error=f'{before:.2f} → {after:.2f} noise floors, held out, {scene.headline.short}',
         switched=_switched(state),
         unit=unit(state),
         seconds=state.horizon,
@@ -138,25 +132,15 @@ def from_now(state: State) -> Array:
     return times[times <= state.player.length]
 
 
-def _error(state: State) -> str:
-    before, after = state.sizes
-    return f'{before:.2f} → {after:.2f} noise floors, held out, {state.scene.headline.short}'
-
-
 def _switched(state: State) -> tuple[str, ...]:
-    lines = [_line(state, label) for label in state.setting.on]
+    lines = []
+    for label, values in state.setting.on.items():
+        parameters = state.scene.candidates[label].parameters
+        shown = [f'{p.name} = {values[p.name]:.4g} {p.unit}'.rstrip() for p in parameters]
+        lines.append(f'{label.replace(":", " at ")}: {", ".join(shown)}')
     if state.setting.refitted and state.answer and (moved := state.answer.data['constants']):
         lines.append(f'refitted by the explanation: {", ".join(moved)}')
     return tuple(lines) or ('nothing is switched on',)
-
-
-def _line(state: State, label: str) -> str:
-    values = state.setting.on[label]
-    shown = [
-        f'{p.name} = {values[p.name]:.4g} {p.unit}'.rstrip()
-        for p in state.scene.candidates[label].parameters
-    ]
-    return f'{label.replace(":", " at ")}: {", ".join(shown)}'
 
 
 def against_horizon(state: State) -> Columns:

@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bokeh.models import ColumnDataSource, PrintfTickFormatter, Range1d
+from bokeh.models import ColumnDataSource, Range1d
 import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.report.canvas import canvas, hover, Line, ticks
+from leo_diffmodel.report.canvas import canvas, hover, Line, plain_numbers, ticks
 from leo_diffmodel.report.page import Section
 
 NOTE = (
@@ -122,7 +122,7 @@ def _figure(
         plot.line('x', 'y', line_width=line.width, line_dash=line.stroke.dash, **look)
         dots = plot.scatter('x', 'y', size=2 * line.width + 2, **look)
         hover(plot, dots, [(line.name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
-    plot.axis.formatter = PrintfTickFormatter(format='%g')
+    plain_numbers(plot.axis)
     plot.xaxis.ticker = ticks(min(seconds), max(seconds))
     plot.yaxis.ticker = ticks(bottom, top)
     return plot

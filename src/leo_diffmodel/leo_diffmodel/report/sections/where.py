@@ -103,12 +103,15 @@ def _range(row: Row, bags: list[str]) -> str:
     """A bin as in print, a stretch of time with its bag where there are several."""
     if isinstance(row['bin'], str):
         return row['bin']
-    prefix = f'{bags[row["bag"]]} ' if row['bag'] is not None and len(bags) > 1 else ''
-    return prefix + span(*row['bin'])
+    return f'{_bag(row, bags)} {span(*row["bin"])}'.strip()
+
+
+def _bag(row: Row, bags: list[str]) -> str:
+    return '' if row['bag'] is None else bags[row['bag']]
 
 
 def _tip(row: Row, bags: list[str]) -> str:
-    where = f' of {bags[row["bag"]]}' if row['bag'] is not None and len(bags) > 1 else ''
+    where = f' of {bag}' if (bag := _bag(row, bags)) else ''
     noise = torque(row['noise_nm'], 2, row['torque_unit'])
     return (
         f'{row["joint"]}, {row["variable"]} {bin_in_words(dict(row))}{where}: {_sizes(row)} '
@@ -136,8 +139,7 @@ def in_print(row: Row, bags: list[str]) -> dict[str, Any]:
 def _times(row: Row, bags: list[str]) -> str:
     """Bag times at which the worst windows begin, with the bag where there are several."""
     found = list(zip(row['windows'], row['bags'], strict=True))[:WINDOWS]
-    one = len(bags) == 1
-    return ', '.join(f'{t0:.2f} s' if one else f'{bags[b]} {t0:.2f} s' for (t0, _), b in found)
+    return ', '.join(f'{bags[b]} {t0:.2f} s'.strip() for (t0, _), b in found)
 
 
 def _sizes(row: Row) -> str:
@@ -167,10 +169,8 @@ def _event(event: Row, bags: list[str]) -> str:
 
 def title(stretch: Stretch, model: Model, recordings: Sequence[Recording]) -> str:
     """A window by its bag, its time and the joint that is off most."""
-    bags = numbered(recordings)
-    where = f'{bags[stretch.bag]} ' if len(bags) > 1 else ''
-    joint = model.robot.joint_names[stretch.joint]
-    return f'{where}{stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'
+    bag, joint = numbered(recordings)[stretch.bag], model.robot.joint_names[stretch.joint]
+    return f'{bag} {stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'.strip()
 
 
 def _figure(stretch: Stretch, model: Model) -> Any:

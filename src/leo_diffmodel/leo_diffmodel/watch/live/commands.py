@@ -29,11 +29,7 @@ TOO_LATE = 'the question has expired: nothing was sent; ask again'
 
 
 class Command:
-    """A command, which ends in its own way when it is asked to.
-
-    Args:
-        ros_args: `--ros-args ...`, its last words.
-    """
+    """A command, which ends in its own way when it is asked to; `ros_args` are its last words."""
 
     def __init__(self, ros_args: Sequence[str] = ()) -> None:
         self._ros_args = [*ros_args]
@@ -77,8 +73,7 @@ class Command:
 class RecordingSwitch(Command):
     """`leo bag record` into a folder that is given; goes on whatever this process computes.
 
-    Attributes:
-        bag: the folder of the last recording; None before the first.
+    `bag` is the folder of the last recording; None before the first.
     """
 
     def __init__(self, folder: Path | None, ros_args: Sequence[str] = ()) -> None:
@@ -128,13 +123,7 @@ class RecordingSwitch(Command):
 
 @dataclass(frozen=True)
 class Sent:
-    """A run on its way.
-
-    Attributes:
-        words: after `leo`.
-        name: of the run.
-        seconds: how long it is [s].
-    """
+    """A run on its way: the words after `leo`, its name and length [s]."""
 
     words: tuple[str, ...]
     name: str
@@ -142,12 +131,7 @@ class Sent:
 
 
 class Sending(Command):
-    """`leo play` of a run, after a question; one for all tabs.
-
-    Args:
-        ros_args: `--ros-args ...` of the player.
-        now: a clock that goes on [s].
-    """
+    """`leo play` of a run, after a question; one for all tabs. `now` is a clock [s]."""
 
     def __init__(
         self, ros_args: Sequence[str] = (), now: Callable[[], float] = time.monotonic

@@ -46,11 +46,7 @@ class Lines(NamedTuple):
 
 @dataclass
 class Live:
-    """One for all tabs.
-
-    Attributes:
-        said: what went wrong with a button; '' where nothing did.
-    """
+    """One for all tabs; `said` is what went wrong with a button, '' where nothing did."""
 
     robot: Robot
     recording: RecordingSwitch
@@ -109,12 +105,8 @@ class Live:
 class LiveFinder(Finder):
     """A search over the last seconds before it was asked for.
 
-    Args:
-        tape: what was measured.
-        asked: explains the bags of a command line, in another process.
-        words: that command line, less the bag.
-        folder: where the bags that were searched stay, as models name them; None: they are there
-            only for the search.
+    Bags that were searched stay in the folder, as models name them; without one they are there
+    only for the search. The words are the command line of the search, less the bag.
     """
 
     def __init__(self, tape: Tape, asked: Asked, words: list[str], folder: Path | None) -> None:

@@ -43,12 +43,9 @@ NICE = 10
 
 @dataclass(frozen=True)
 class Share:
-    """One-step errors in units of the spread of each state's change, rms over the states.
+    """One-step errors without and with a difference model.
 
-    Attributes:
-        version, trained_on: of the difference model.
-        without: error of the model alone.
-        corrected: error with the difference model.
+    They are rms over the states, in units of the spread of each state's change.
     """
 
     version: int
@@ -132,11 +129,7 @@ class Source:
 
 @dataclass(frozen=True)
 class News:
-    """What a renewal brought: a state or why there is none, the difference model's share.
-
-    Attributes:
-        seconds: what it took.
-    """
+    """A state or why there is none, the difference model's share, what it took [s]."""
 
     state: State | None = None
     share: Share | None = None
@@ -159,7 +152,7 @@ class Renewing:
         state: what all tabs show; changed only by `look`.
         contents: the messages of now.
         weights: of the difference model, as latched last.
-        now: a clock that goes on [s].
+        now: a clock [s].
     """
 
     def __init__(

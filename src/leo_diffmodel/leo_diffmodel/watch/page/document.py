@@ -14,14 +14,12 @@ from markupsafe import Markup
 from leo_diffmodel.report.text import source
 from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.next_run import NextRun
-from leo_diffmodel.watch.page.actions import ActionsView
-from leo_diffmodel.watch.page.catalogue import CatalogueView
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
+from leo_diffmodel.watch.page.lacking import MissingView, WhereView
 from leo_diffmodel.watch.page.look import PAGE, Part, said, SIDE, WIDE
-from leo_diffmodel.watch.page.missing import MissingView
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
-from leo_diffmodel.watch.page.where import WhereView
+from leo_diffmodel.watch.page.switches import ActionsView, CatalogueView
 from leo_diffmodel.watch.state import State
 
 FRAME_MS = 50

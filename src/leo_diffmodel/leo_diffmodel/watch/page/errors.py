@@ -7,31 +7,14 @@ from typing import Any
 
 from bokeh.events import Tap
 from bokeh.layouts import column, row
-from bokeh.models import (
-    BoxAnnotation,
-    ColumnDataSource,
-    FixedTicker,
-    PrintfTickFormatter,
-    Range1d,
-    Select,
-    Span,
-)
+from bokeh.models import BoxAnnotation, ColumnDataSource, FixedTicker, Select, Span
 from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.picture import palette
-from leo_diffmodel.report.canvas import canvas, hover, ticks
+from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
 from leo_diffmodel.watch import view
-from leo_diffmodel.watch.page.look import (
-    AS_GIVEN,
-    CARD,
-    legend,
-    renew,
-    said,
-    small,
-    SWITCHED,
-    WIDE,
-)
+from leo_diffmodel.watch.page.look import CARD, legend, renew, ROBOTS, said, small, WIDE
 from leo_diffmodel.watch.state import State
 
 FLOOR = ('noise floor', palette.FLOOR)
@@ -76,13 +59,9 @@ class HorizonView:
         self._shown = Select(options=options, value='0', title='error of', width=160, name='shown')
         self._shown.on_change('value', lambda _, __, v: state.show(int(v)))
         self.words = ErrorWords(state)
-        self.root = column(
-            row(self._shown, self.words.root, **WIDE),
-            self.plot,
-            said(legend(AS_GIVEN, SWITCHED, FLOOR)),
-            stylesheets=[CARD],
-            **WIDE,
-        )
+        head = row(self._shown, self.words.root, **WIDE)
+        parts = head, self.plot, said(legend(*ROBOTS[1:], FLOOR))
+        self.root = column(*parts, stylesheets=[CARD], **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -92,9 +71,8 @@ class HorizonView:
         self._shown.value = str(self._state.shown)
 
     def _plot(self) -> Any:
-        options = {'x_axis_type': 'log', 'y_axis_type': 'log', 'height': HEIGHT}
-        plot = canvas('prediction horizon [s]', '', name='horizon plot', **options)
-        plot.y_range = Range1d(1e-3, 1.0)
+        options = {'x_axis_type': 'log', 'y_axis_type': 'log', 'y_range': (1e-3, 1.0)}
+        plot = canvas('prediction horizon [s]', '', height=HEIGHT, name='horizon plot', **options)
         plot.varea('seconds', 1e-12, 'floor', source=self._source, color=palette.NOISE_FILL)
         floor = {'source': self._source, 'color': palette.NOISE, 'line_dash': palette.FLOOR.dash}
         plot.line('seconds', 'floor', line_width=1.5, **floor)
@@ -104,7 +82,7 @@ class HorizonView:
             dots = plot.scatter('seconds', name, size=7, **look)
             tip = (name, f'@{name}{{0.000e}}')
             hover(plot, dots, [tip, ('floor', '@floor{0.000e}'), ('s', '@seconds')])
-        plot.axis.formatter = PrintfTickFormatter(format='%g')
+        plain_numbers(plot.axis)
         seconds = self._source.data['seconds']
         plot.xaxis.ticker, plot.yaxis.ticker = ticks(min(seconds), max(seconds)), self._ticker
         return plot

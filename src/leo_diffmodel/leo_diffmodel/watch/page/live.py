@@ -50,15 +50,13 @@ class LiveView:
         self._record = Button(label='', width=120, name='record')
         self._freeze = Button(label='', width=120, name='freeze')
         self._words = said(name='robot says', **WIDE, min_height=ROOM)
-        self._connect()
+        self._stop.on_click(live.robot.e_stop)
+        self._release.on_click(live.robot.release)
+        self._record.on_click(self._recorded)
+        self._freeze.on_click(lambda: live.renewing.freeze(not live.renewing.frozen))
         buttons = row(self._stop, self._release, self._record, self._freeze)
-        self.root = column(
-            row(buttons, self._words, **WIDE),
-            self._strips.root,
-            stylesheets=[CARD],
-            margin=(0, 0, 12, 0),
-            **WIDE,
-        )
+        parts = row(buttons, self._words, **WIDE), self._strips.root
+        self.root = column(*parts, stylesheets=[CARD], margin=(0, 0, 12, 0), **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -74,13 +72,6 @@ class LiveView:
         self._record.label = 'Stop recording' if live.recording.on else 'Record'
         self._freeze.label = 'Go on' if live.renewing.frozen else 'Hold the data'
         self._words.text = self._said()
-
-    def _connect(self) -> None:
-        robot, renewing = self._live.robot, self._live.renewing
-        self._stop.on_click(robot.e_stop)
-        self._release.on_click(robot.release)
-        self._record.on_click(self._recorded)
-        self._freeze.on_click(lambda: renewing.freeze(not renewing.frozen))
 
     def _recorded(self) -> None:
         try:
@@ -102,13 +93,14 @@ class SendView:
     def __init__(self, next_run: NextRun, live: Live) -> None:
         self._next, self._live = next_run, live
         self._send = Button(label='', button_type='warning', width=200, name='send')
-        self._yes = Button(
-            label='Yes, move the robot', button_type='danger', width=200, name='yes, move'
-        )
+        look = {'button_type': 'danger', 'width': 200, 'name': 'yes, move'}
+        self._yes = Button(label='Yes, move the robot', **look)
         self._no = Button(label='No', width=80, name='no, do not move')
         self._words = said(**WIDE, name='sending')
         self._answers = row(self._yes, self._no)
-        self._connect()
+        self._send.on_click(self._pressed)
+        self._yes.on_click(self._confirmed)
+        self._no.on_click(self._refused)
         self.root = column(row(self._send, self._answers), self._words, stylesheets=[CARD], **WIDE)
         self.refresh()
 
@@ -125,11 +117,6 @@ class SendView:
     @property
     def _stopped(self) -> bool:
         return bool(self._live.robot.condition.e_stopped)
-
-    def _connect(self) -> None:
-        self._send.on_click(self._pressed)
-        self._yes.on_click(self._confirmed)
-        self._no.on_click(self._refused)
 
     def _pressed(self) -> None:
         sending, plan = self._live.sending, self._next.plan

@@ -14,9 +14,11 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import FONT
 
-AS_GIVEN, SWITCHED = ('as given', palette.GIVEN), ('with the switches', palette.REPAIRED)
-ROBOTS = ('measured', palette.MEASURED), AS_GIVEN, SWITCHED
-"""The three robots in a legend."""
+ROBOTS = (
+    ('measured', palette.MEASURED),
+    ('as given', palette.GIVEN),
+    ('with the switches', palette.REPAIRED),
+)
 WIDE: dict[str, Any] = {'sizing_mode': 'stretch_width'}
 SIDE = 400
 """Width of the catalogue [px]."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What to record next: the run as a curve, what it would tell apart, and where it is."""
+"""What to record next: the run as a curve, which effects it separates, and where it is."""
 
 from __future__ import annotations
 

@@ -54,7 +54,10 @@ class RobotView:
         digits = CustomJSTickFormatter(code='return (10**tick).toPrecision(2)')
         look = {'title': 'predict ahead over [s]', 'format': digits, **STRETCHED}
         self._horizon = Slider(value=np.log10(state.horizon), name='horizon', **ends, **look)
-        self._connect()
+        self._play.on_click(lambda: state.play(not state.player.playing))
+        self._speed.on_change('value', lambda _, __, v: state.at_speed(float(v)))
+        self._scrub.on_change('value', lambda _, __, v: self._scrubbed(v))
+        self._horizon.on_change('value', lambda _, __, v: state.look_ahead(round(10**v, 4)))
         player = row(self._play, self._speed, self._scrub, **STRETCHED)
         parts = said(legend(*ROBOTS)), self.plot, self._clock, player, self._horizon
         self.root = column(*parts, stylesheets=[CARD], **STRETCHED)
@@ -113,13 +116,6 @@ class RobotView:
         self._feet = ColumnDataSource({'x': [], 'y': []}, name='feet')
         self.plot.scatter('x', 'y', source=self._feet, size=9, color=palette.TOUCH)
         return sources
-
-    def _connect(self) -> None:
-        state = self._state
-        self._play.on_click(lambda: state.play(not state.player.playing))
-        self._speed.on_change('value', lambda _, __, v: state.at_speed(float(v)))
-        self._scrub.on_change('value', lambda _, __, v: self._scrubbed(v))
-        self._horizon.on_change('value', lambda _, __, v: state.look_ahead(round(10**v, 4)))
 
     def _scrubbed(self, seconds: float) -> None:
         if abs(seconds - self._state.player.now) > 1.5 * self._scrub.step:

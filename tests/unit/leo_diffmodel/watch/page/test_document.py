@@ -15,8 +15,8 @@ from leo_diffmodel.next_run.simulate import simulate
 from leo_diffmodel.watch import lack
 from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.next_run import Plan
-from leo_diffmodel.watch.page.actions import _files
 from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.page.switches import _files
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_sim.effects import place

@@ -1,28 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where both models fail: joints and conditions by their share of the error; a tap goes there."""
+"""The torque that models lack: where each of them fails, and one joint's against a variable."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from bokeh.core.properties import value
 from bokeh.events import Tap
 from bokeh.layouts import column, row
-from bokeh.models import ColumnDataSource, NumeralTickFormatter, Range1d
+from bokeh.models import ColumnDataSource, NumeralTickFormatter, Range1d, Select
 from markupsafe import Markup
 import numpy as np
 
+from leo_diffmodel.compare.sizes import torque_unit
+from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.compare.where import against_motion, ranked, stands_out, Where
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report import binned
 from leo_diffmodel.report.canvas import canvas, FONT, hover
 from leo_diffmodel.report.sections.where import against, in_print
 from leo_diffmodel.report.text import numbered, percent
 from leo_diffmodel.watch.lack import Lack
-from leo_diffmodel.watch.page.look import AS_GIVEN, CARD, legend, said, small, SWITCHED, WIDE
+from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said, Silence, small, WIDE
 from leo_diffmodel.watch.state import State
 
+Array = np.ndarray
 ROWS, MOST_JOINTS = 6, 3
 HEIGHT = 268
 BAR = 0.3
@@ -40,6 +43,13 @@ Rows = dict[str, list]
 NO_ROWS: Rows = {
     name: [] for name in ('y', 'above', 'share', 'place', 'size', 'tip', 'begin', 'alpha')
 }
+MISSING_NOTE = (
+    'Grey: the constant torque that would explain each short window with the model as given; '
+    'black: mean of a bin ± its standard error. Blue: what the same estimate would show if what '
+    'is switched on were all that is missing.'
+)
+HEAD = Markup('<b>Torque the model lacks</b> ')
+NO_MEANS: dict[str, Any] = {name: [] for name in ('x', 'y', 'low', 'high', 'curve0')}
 
 
 class WhereView:
@@ -47,7 +57,7 @@ class WhereView:
 
     def __init__(self, state: State) -> None:
         self._state = state
-        models = ('given', AS_GIVEN), ('now', SWITCHED)
+        models = zip(('given', 'now'), ROBOTS[1:], strict=True)
         self._rankings = [_Ranking(state, *model) for model in models]
         self._words = said(name='where says', **WIDE)
         both = row(*(r.root for r in self._rankings), **WIDE)
@@ -133,6 +143,8 @@ def _rows(state: State, places: Where) -> Rows:
     bags = numbered(state.scene.recordings)
     words = [in_print(r, bags) for r in shown]
     y = -np.arange(len(shown), dtype=float)
+    sources = np.array([r['bags'][0] for r in shown], dtype=int)
+    times = np.array([r['windows'][0][0] for r in shown])
     return {
         'y': [*y],
         'above': [*(y + ABOVE)],
@@ -140,7 +152,7 @@ def _rows(state: State, places: Where) -> Rows:
         'place': [_place(w) for w in words],
         'size': [f'{w["share"]}, {w["torque"]}' for w in words],
         'tip': [_tip(w) for w in words],
-        'begin': _begins(state, shown),
+        'begin': state.scene.timeline.at(sources, times).tolist(),
         'alpha': [1.0 if stands_out(r) else FAINT for r in shown],
     }
 
@@ -155,8 +167,77 @@ def _tip(words: dict[str, Any]) -> str:
     return f'{_place(words)}: {part}, {size}; worst at {words["windows"]}'
 
 
-def _begins(state: State, rows: Sequence[dict]) -> list[float]:
-    """Where on the timeline the worst window of each place begins [s]."""
-    sources = np.array([r['bags'][0] for r in rows], dtype=int)
-    times = np.array([r['windows'][0][0] for r in rows])
-    return [float(t) for t in state.scene.timeline.at(sources, times)]
+class MissingView:
+    """The plot, and which joint and variable it shows."""
+
+    def __init__(self, state: State) -> None:
+        self._state, self._silent = state, Silence()
+        self._shown: tuple[object, ...] = ()
+        self._dots = ColumnDataSource({'x': [], 'y': []}, name='missing torque')
+        self._means = ColumnDataSource(NO_MEANS, name='binned torque')
+        self._joint = Select(title='joint', width=160, name='joint')
+        self._variable = Select(title='against', width=260, name='against')
+        self._joint.on_change('value', lambda _, __, v: self._ask(int(v)))
+        self._variable.on_change('value', lambda _, __, v: self._ask(None, int(v)))
+        sources = self._dots, self._means
+        self.plot, means = binned.torque_canvas(*sources, [palette.REPAIRED], name='missing plot')
+        hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
+        self._words = said(**WIDE, name='missing says')
+        head = row(self._joint, self._variable, self._words, **WIDE)
+        self.root = column(head, self.plot, stylesheets=[CARD], **WIDE)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Draw what is new."""
+        lacks = self._state.lacks
+        self._words.text = HEAD + small(lacks.trouble or MISSING_NOTE)
+        if lacks.given is None:
+            return
+        missing = lacks.given.missing
+        self._choose(missing)
+        shown = missing, lacks.curve, self._state.chosen
+        if [*map(id, shown)] != [*map(id, self._shown)]:
+            self._shown = shown
+            self._draw(missing, lacks.curve)
+
+    def _choose(self, missing: MissingTorque) -> None:
+        """A first joint, and another where nothing shows of the one that was chosen."""
+        chosen = self._state.chosen
+        if chosen is None or chosen[0] not in _joints(missing):
+            self._state.chosen = self._matters(missing, binned.lacking(missing)[0])
+
+    def _matters(self, missing: MissingTorque, joint: int) -> tuple[int, int]:
+        """A joint with the variable that says most of what it lacks."""
+        return joint, binned.that_matters(missing, self._state.scene.model.robot, joint)
+
+    def _draw(self, missing: MissingTorque, curve: Array | None) -> None:
+        robot, (joint, number) = self._state.scene.model.robot, self._state.chosen or (0, 0)
+        axes, names = binned.variables(missing, robot, joint), robot.joint_names
+        number = min(number, len(axes) - 1)
+        joints = [(str(j), names[j]) for j in _joints(missing)]
+        labels = [(str(i), label) for i, (label, _) in enumerate(axes)]
+        with self._silent:
+            self._joint.update(options=joints, value=str(joint))
+            self._variable.update(options=labels, value=str(number))
+        seen, (label, values) = missing.seen[:, joint], axes[number]
+        heights = np.full(int(seen.sum()), np.nan) if curve is None else curve[seen, joint]
+        unit = torque_unit(robot, names[joint])
+        drawn = binned.Binned.of(values[seen], missing.torque[seen, joint], [heights], unit)
+        self._dots.data, self._means.data = dict(drawn.dots), dict(drawn.means)
+        drawn.label(self.plot, label)
+
+    def _ask(self, joint: int | None, number: int | None = None) -> None:
+        """Have another joint shown, against what matters there, or another variable."""
+        given, chosen = self._state.lacks.given, self._state.chosen
+        if self._silent or given is None or chosen is None:
+            return
+        if joint is not None:
+            self._state.choose(*self._matters(given.missing, joint))
+        elif number is not None:
+            self._state.choose(chosen[0], number)
+
+
+def _joints(missing: MissingTorque) -> list[int]:
+    """Those of which enough shows to be drawn; the foremost where none does."""
+    count = missing.seen.sum(axis=0)
+    return [j for j, n in enumerate(count) if n >= binned.FEWEST] or binned.lacking(missing)[:1]
