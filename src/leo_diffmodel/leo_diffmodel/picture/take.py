@@ -89,9 +89,8 @@ def take(
     """
     episodes = recording.episodes
     longest = max(episodes, key=lambda episode: float(np.ptp(episode.t)))
-    chosen = (
-        longest if at is None else next((e for e in episodes if e.t[0] <= at <= e.t[-1]), None)
-    )
+    then = [e for e in episodes if at is not None and e.t[0] <= at <= e.t[-1]]
+    chosen = longest if at is None else next(iter(then), None)
     if chosen is None:
         first, last = episodes[0].t[0], episodes[-1].t[-1]
         raise UserError(

@@ -55,12 +55,8 @@ def write_explanation(
 ) -> None:
     """Write the report of `leo explain`; the file is replaced whole or not at all.
 
-    Args:
-        path: the HTML file.
-        explanation: the result; without a search (untestable, or moved from outside) the page
-            has no figures.
-        recordings: what it was computed from, held-out bags included.
-        watch: the command that opens the live page on the same data; '' names none.
+    Without a search (untestable, or moved from outside) the page has no figures. The recordings
+    include held-out bags; `watch` opens the live page on the same data, '' names none.
     """
     sections = [verdict.answer(explanation)]
     if explanation.search is not None:

@@ -19,12 +19,9 @@ from leo_diffmodel.report import text
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report.
+    """One part of a report: a file in templates/, its values, and bokeh figures.
 
-    Attributes:
-        template: file in templates/; it gets `values`, and `plots`, the figures as HTML.
-        values: what the template shows.
-        figures: bokeh figures in the order the template places them.
+    The template gets the figures as HTML in `plots`.
     """
 
     template: str

@@ -98,9 +98,8 @@ Asked = Callable[[list[str], Heard], dict]
 class Finder(Errand):
     """The search behind 'find it for me'.
 
-    Attributes:
-        words: the command line that it explains: bags, model and options; empty where the bags
-            are kept no longer.
+    `words` are the command line that it explains: bags, model and options; none where the bags
+    are kept no longer.
     """
 
     def __init__(self, asked: Asked, words: list[str]) -> None:

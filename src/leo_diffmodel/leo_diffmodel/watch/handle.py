@@ -114,9 +114,8 @@ def _costs(scene: Scene, base: Model, candidate: Candidate, thetas: np.ndarray) 
     """How far off the training windows are at each point (S, P), in noise, shape (S,)."""
     windows = scene.train
     model = Hypothesis((candidate,)).model(base, thetas)
-    starts = np.broadcast_to(
-        windows.measured[:, 0], (len(thetas), windows.count, windows.measured.shape[-1])
-    )
+    measured = windows.measured[:, 0]
+    starts = np.broadcast_to(measured, (len(thetas), *measured.shape))
     off = (windows.measured - predict(model, windows, starts)) / per_window(scene.sigma, windows)
     size = np.sqrt(np.nan_to_num(off**2, nan=FARTHEST**2, posinf=FARTHEST**2).mean(axis=(2, 3)))
     return np.asarray(np.minimum(size, FARTHEST).mean(axis=1))

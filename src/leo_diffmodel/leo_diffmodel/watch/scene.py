@@ -75,9 +75,9 @@ class Scene:
         Args:
             recordings: bags of one robot.
             model: the model as given.
-            hold_out: held out whole; where there are none, every fourth time block is.
+            hold_out: held out whole; without any, every fourth time block is.
             extra: effects of the user's own.
-            step: length of one step [s]; by default the control period of the data.
+            step: [s]; by default the control period of the data.
 
         Raises:
             UserError: too little data, or rates that the model cannot follow.

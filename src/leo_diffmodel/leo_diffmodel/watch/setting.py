@@ -61,10 +61,8 @@ def repaired(scene: Scene, base: Model, setting: Setting) -> Model:
 def words(scene: Scene, setting: Setting) -> list[str]:
     """EFFECT:WHERE PARAM=VALUE … as typed after `leo add MODEL`."""
     hypothesis, theta = _hypothesis(scene, setting)
-    found = []
-    for c, placed in zip(
-        hypothesis.candidates, hypothesis.placed(scene.model, theta), strict=True
-    ):
+    on, found = hypothesis.placed(scene.model, theta), []
+    for c, placed in zip(hypothesis.candidates, on, strict=True):
         found.append(f'{placed.effect.source or placed.effect.name}:{c.where}')
         found += [f'{name}={float(value)!r}' for name, value in placed.parameters.items()]
     return found

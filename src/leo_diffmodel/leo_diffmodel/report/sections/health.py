@@ -60,7 +60,9 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         ],
         'many': len(names) > 1,
     }
-    return Section('health.html', values, (plot, *_correlograms(white, names)))
+    kinds = ('angle', 0), ('rate', len(names))
+    correlograms = [_correlogram(white, names, *kind) for kind in kinds]
+    return Section('health.html', values, (plot, *correlograms))
 
 
 def _legend(repaired: bool) -> list[tuple[str, Stroke]]:
@@ -110,20 +112,12 @@ def _ratios(time: Array, before: Array | None, after: Array, borders: list[float
     return plot
 
 
-def _correlograms(white: Correlation, names: Sequence[str]) -> list[Any]:
-    """One for the angles and one for the rates."""
-    joints = len(names)
-    return [
-        _correlogram(white, names, slice(first, first + joints), f'autocorrelation, {label} [1]')
-        for first, label in ((0, 'angle'), (joints, 'rate'))
-    ]
-
-
-def _correlogram(white: Correlation, names: Sequence[str], columns: slice, axis: str) -> Any:
+def _correlogram(white: Correlation, names: Sequence[str], kind: str, first: int) -> Any:
     """A line for each joint against lag, and the widest band that white noise would stay in."""
-    seconds, values = white.seconds, white.value[:, columns]
+    columns, seconds = slice(first, first + len(names)), white.seconds
+    values = white.value[:, columns]
     low, high = white.low[:, columns].min(axis=1), white.high[:, columns].max(axis=1)
-    plot = canvas('lag [s]', axis, height=LOW)
+    plot = canvas('lag [s]', f'autocorrelation, {kind} [1]', height=LOW)
     plot.varea(seconds, low, high, color=palette.NOISE_FILL)
     plot.line([seconds[0], seconds[-1]], [0, 0], color=palette.NOISE, line_width=1)
     lines = list(zip(names, values.T, palette.CANDIDATES, strict=False))

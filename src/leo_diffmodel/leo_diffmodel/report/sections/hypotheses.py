@@ -27,13 +27,8 @@ def section(
 ) -> Section:
     """The table of hypotheses, rows of explain.json, supported effects first.
 
-    Args:
-        effects: the supported effects.
-        hypotheses: all candidates ranked.
-        constants: the uncertain constants as refitted.
-        threshold: gain that noise alone can give [nats].
-        figure: what the errors are, in words.
-        gates: by which they were chosen.
+    `hypotheses` are all candidates ranked, `constants` those refitted, `threshold` the gain that
+    noise alone can give [nats]; `figure` says in words what the errors are.
     """
     taken = {label(e) for e in effects}
     others = [h for h in hypotheses if label(h) not in taken]

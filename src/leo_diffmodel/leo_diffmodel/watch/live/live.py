@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 import shutil
 import tempfile
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.watch.errand import Asked, Finder, News
@@ -34,14 +34,6 @@ class Robot(Protocol):
 
     def release(self) -> None:
         """Take the e-stop back."""
-
-
-class Lines(NamedTuple):
-    """What the page says: whether all is well, how the robot is, and more, a line each."""
-
-    well: bool
-    robot: str
-    more: tuple[str, ...]
 
 
 @dataclass
@@ -86,8 +78,8 @@ class Live:
             raise UserError(SILENT)
         self.sending.yes()
 
-    def lines(self) -> Lines:
-        """What to say now."""
+    def lines(self) -> tuple[bool, list[str]]:
+        """Whether all is well, and what to say now: how the robot is, and more."""
         well, robot = self.robot.condition.line(self.robot.tape)
         news = self.renewing.news
         held = 'the data are held as they were' if self.renewing.frozen else news.words
@@ -99,7 +91,7 @@ class Live:
             self.recording.words,
             news.share.words if news.share else NO_SHARE,
         )
-        return Lines(well, robot, tuple(text for text in more if text))
+        return well, [robot, *filter(None, more)]
 
 
 class LiveFinder(Finder):

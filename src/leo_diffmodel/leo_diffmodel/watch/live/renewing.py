@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
 
 Array = np.ndarray
-
 PERIOD = 1.0
 """Least time between two renewals [s]."""
 REST = 3.0
@@ -148,11 +147,9 @@ class Renewing:
     """Computes in one thread that stands back; takes in what is ready when it is asked to.
 
     Args:
-        source: makes scenes.
         state: what all tabs show; changed only by `look`.
         contents: the messages of now.
         weights: of the difference model, as latched last.
-        now: a clock [s].
     """
 
     def __init__(

@@ -42,7 +42,6 @@ class Tape:
     Attributes:
         seconds: how much is kept [s].
         heard: monotonic time of the last joint state [s]; None before the first.
-        foreign: messages of a second robot, left out.
         publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 

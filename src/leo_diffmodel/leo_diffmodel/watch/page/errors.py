@@ -44,8 +44,7 @@ class ErrorWords:
 class HorizonView:
     """The curve of one state, which is chosen here for the other figures as well.
 
-    Attributes:
-        words: the figures above the curve, a part of their own.
+    The words above the curve are a part of their own.
     """
 
     def __init__(self, state: State) -> None:

@@ -26,6 +26,7 @@ from leo_diffmodel.watch.page.look import ROBOTS
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.state import State
 
+Times = Callable[[State], ndarray]
 Route = tuple[str, type[RequestHandler], dict[str, Any]]
 HEAR = 0.2
 """Between two looks at how far a drawing is [s]."""
@@ -80,12 +81,7 @@ class _Drawing(_File):
     """A picture or a film, drawn by another process; one after the other, named on the page."""
 
     def initialize(
-        self,
-        name: str,
-        kind: str,
-        times: Callable[[State], ndarray],
-        state: State,
-        turn: asyncio.Lock,
+        self, name: str, kind: str, times: Times, state: State, turn: asyncio.Lock
     ) -> None:
         self._name, self._kind, self._times = name, kind, times
         self._state, self._turn, self._gone = state, turn, False

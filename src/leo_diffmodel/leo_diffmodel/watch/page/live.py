@@ -31,6 +31,7 @@ from leo_diffmodel.watch.page.next_run import (
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
+BAD = '#8f3d00'
 ROOM = 106
 """For five lines, so that what is below stays where it is [px]."""
 LOOK_MS = 250
@@ -81,10 +82,9 @@ class LiveView:
         self.tick()
 
     def _said(self) -> Markup:
-        lines = self._live.lines()
-        colour = palette.INK if lines.well else '#8f3d00'
-        first = Markup('<b style="color:{}">{}</b>').format(colour, lines.robot)
-        return Markup('<br>').join([first, *map(small, lines.more)])
+        well, (robot, *more) = self._live.lines()
+        first = Markup('<b style="color:{}">{}</b>').format(palette.INK if well else BAD, robot)
+        return Markup('<br>').join([first, *map(small, more)])
 
 
 class SendView:
