@@ -16,10 +16,9 @@ import numpy as np
 from PIL import Image
 
 from leo_diffmodel.bags.recording import Episode, read_bag
-from leo_diffmodel.picture.canvas import Canvas
+from leo_diffmodel.picture.canvas import Canvas, draw_mount, View
 from leo_diffmodel.picture.film import RATE, write_gif
 from leo_diffmodel.picture.palette import AFTER, BEFORE, GRID, INK, MUTED
-from leo_diffmodel.picture.scene import draw_mount, View
 from leo_diffmodel.picture.stick import Stick
 from leo_sim.model import load_model, Model, rollout
 

@@ -18,18 +18,17 @@ import pytest
 from rclpy.node import Node
 from tests.patience import PATIENCE
 
-from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.next_run.proposed_run import Run
 from leo_diffmodel.next_run.run_file import write_run
 from leo_diffmodel.nodes.live_robot import live_robot
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.live.beside import Beside, STOPPED
-from leo_diffmodel.watch.live.recording import RecordingSwitch
+from leo_diffmodel.watch.live.commands import RecordingSwitch, TOO_LATE
+from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.live.renewing import Renewing, Source
-from leo_diffmodel.watch.live.sending import TOO_LATE
+from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.live import LiveTab
-from leo_diffmodel.watch.plan import Plan
 from leo_diffmodel.watch.state import State
 from leo_learner.demo.processes import LEO
 from leo_msgs_py import topics
@@ -73,22 +72,22 @@ def robot(spawn):
 
 @pytest.fixture
 def live(robot, domain, tmp_path):
-    """Two tabs beside a robot process, without a server."""
+    """Two tabs with a robot process, without a server."""
     with live_robot(10.0, []) as heard:
         found: list = []
         until(lambda: scene_of(heard, found), 'no scene')
         state = State(found[0])
         renewing = Renewing(SOURCE, state, heard.tape.contents, lambda: heard.weights)
-        beside = Beside(heard, RecordingSwitch(tmp_path / 'out'), renewing)
+        running = Live(heard, RecordingSwitch(tmp_path / 'out'), renewing)
         finder = SimpleNamespace(busy=False, news=News())
         documents, run = [Document(), Document()], run_of(tmp_path)
-        tabs = [LiveTab(d, state, finder, ['leo', 'add'], beside, run) for d in documents]
+        tabs = [LiveTab(d, state, finder, ['leo', 'add'], running, run) for d in documents]
         yield SimpleNamespace(
-            robot=robot, beside=beside, state=state, tabs=tabs, documents=documents
+            robot=robot, live=running, state=state, tabs=tabs, documents=documents
         )
-        beside.sending.wait()
+        running.sending.wait()
         renewing.end()
-        beside.recording.wait()
+        running.recording.wait()
 
 
 def run_of(folder) -> SimpleNamespace:
@@ -142,7 +141,7 @@ def samples(live) -> int:
 
 def says(live, text) -> bool:
     """Whether both tabs say it."""
-    live.beside.look()
+    live.live.look()
     for tab in live.tabs:
         tab._live.refresh()
     return all(text in d.get_model_by_name('robot says').text for d in live.documents)
@@ -151,10 +150,10 @@ def says(live, text) -> bool:
 def test_windows_arrive_and_stop_and_recording_reach_the_robot_and_every_tab(live, tmp_path):
     first, command = live.state.scene, commander()
     until(lambda: command() or says(live, 'no command: timed out'), 'no time-out')
-    until(lambda: live.beside.look() or live.state.scene is not first, 'no new windows')
+    until(lambda: live.live.look() or live.state.scene is not first, 'no new windows')
     click(live, 'record')
     until(lambda: says(live, f'recording {tmp_path}/out/run'))
-    until(lambda: live.beside.recording.size > SOME, 'nothing recorded')
+    until(lambda: live.live.recording.size > SOME, 'nothing recorded')
     click(live, 'e-stop')
     until(lambda: says(live, 'e-stop: '), 'not stopped')
     click(live, 'release')
@@ -168,13 +167,14 @@ def test_windows_arrive_and_stop_and_recording_reach_the_robot_and_every_tab(liv
 
 def applied(live) -> float:
     """The newest input that the robot says it applied [V]."""
-    recording = SOURCE.recording(live.beside.robot.tape.contents())
+    contents = live.live.robot.tape.contents()
+    recording = assembled(contents, SOURCE.model.robot, SOURCE.mapping)
     return float(recording.episodes[-1].inputs[-1, 0])
 
 
 def test_a_run_is_sent_after_a_question_and_the_e_stop_ends_it(live):
     click(live, 'yes, move')
-    assert says(live, TOO_LATE) and not live.beside.sending.on
+    assert says(live, TOO_LATE) and not live.live.sending.on
     click(live, 'send')
     assert 'not recorded' in live.documents[0].get_model_by_name('sending').text
     click(live, 'yes, move')
@@ -183,16 +183,16 @@ def test_a_run_is_sent_after_a_question_and_the_e_stop_ends_it(live):
     until(lambda: says(live, ' was stopped: ') and says(live, 'e-stop: '), 'not stopped')
     click(live, 'send')
     click(live, 'yes, move')
-    assert says(live, STOPPED) and not live.beside.sending.on
+    assert says(live, STOPPED) and not live.live.sending.on
     until(lambda: says(live, 'e-stop: ') and applied(live) == 0.0, 'not at 0 V')
-    live.beside.sending.wait()
+    live.live.sending.wait()
 
 
 def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
     until(lambda: not says(live, 'no state') and samples(live) > 200, 'too few samples')
     live.robot.send_signal(signal.SIGKILL)
     until(lambda: says(live, 'no state from the robot'))
-    until(lambda: not live.beside.look() and live.beside.renewing._future is None)
+    until(lambda: not live.live.look() and live.live.renewing._future is None)
     until(lambda: click(live, 'e-stop') or says(live, 'no /robot/e_stop service answers'))
     assert samples(live) > 200 and live.state.scene.recordings
 

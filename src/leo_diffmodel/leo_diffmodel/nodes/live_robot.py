@@ -6,14 +6,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 import os
-import time
 from typing import Any
 
 from rclpy.node import Node
 
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder, keeping_newest
-from leo_diffmodel.watch.live.condition import Condition
-from leo_diffmodel.watch.live.tape import Tape
+from leo_diffmodel.watch.live.tape import Condition, Tape
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, served_apart
 
@@ -79,7 +77,7 @@ class LiveRobot:
         for status in message.status:
             if status.name == self._name:
                 self.condition.level = int.from_bytes(status.level, 'little')
-                self.condition.message, self.condition.said = status.message, time.monotonic()
+                self.condition.message = status.message
 
     def _on_weights(self, message: Any) -> None:
         self.weights = bytes(message.data)

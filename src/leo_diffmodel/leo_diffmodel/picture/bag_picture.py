@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,95 +12,79 @@ from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.progress import progress
-from leo_sim.description.robot import Robot
 from leo_sim.model.model_file import load_model
 
 from . import film
-from .bars import BAR, draw_feet
-from .canvas import Canvas
+from .canvas import Canvas, draw_ghost, draw_pose, draw_surroundings, View
 from .palette import INK
-from .scene import draw_ghost, draw_pose, draw_surroundings, View
-from .take import Take, take
+from .take import BAR, draw_feet, Take, take
 
 KINDS = ('.png', '.gif', '.mp4')
 MOST_POSES = 40
 WIDTH, HEAD, FOOT, SIDE = 1600, 54, 62, 24
 TALLEST = 420
-POSES = 8
 GHOSTS = 3
 """Earlier poses drawn faintly behind each."""
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What to draw.
+def show(
+    bag: Path,
+    output: Path | None = None,
+    model: str = '',
+    at: float | None = None,
+    seconds: float | None = None,
+    poses: int = 8,
+) -> Path:
+    """Write a picture of a bag and return its path.
 
-    Attributes:
+    Args:
         bag: a rosbag2 folder or .mcap file.
         output: .png, .gif or .mp4; None names a .png after the bag.
         model: file, robot or folder; '' takes the robot the bag names.
         at: begins there [s since the first state]; None shows the longest episode.
         seconds: how much; None to the end of the episode, in a .png with `at` one pose.
         poses: in a .png.
-    """
-
-    bag: Path
-    output: Path | None = None
-    model: str = ''
-    at: float | None = None
-    seconds: float | None = None
-    poses: int = 8
-
-
-def show(wanted: Wanted) -> Path:
-    """Write the picture and return its path.
 
     Raises:
         UserError: the bag or the robot cannot be read, nothing was recorded then, or the
             picture cannot be written.
     """
-    output = _target(wanted)
-    robot = _robot(wanted)
-    alone = output.suffix == '.png' and wanted.at is not None and wanted.seconds is None
-    shown = take(read_bag(wanted.bag, robot), robot, wanted.at, 0.0 if alone else wanted.seconds)
+    output = output or Path(f'{bag.resolve().name}.png')
+    _check(output, seconds, poses)
+    named = model or load(bag).metadata.get('leo', {}).get('robot', '')
+    if not named:
+        raise UserError(f'{bag} does not say which robot it is of; name it with --model')
+    robot = load_model(named).robot
+    alone = output.suffix == '.png' and at is not None and seconds is None
+    shown = take(read_bag(bag, robot), robot, at, 0.0 if alone else seconds)
     try:
-        _write(output, shown, wanted.poses)
+        _write(output, shown, poses)
     except OSError as error:
         raise UserError(f'cannot write {output}: {error.strerror}') from error
     return output
 
 
-def _target(wanted: Wanted) -> Path:
-    output = wanted.output or Path(f'{wanted.bag.resolve().name}.png')
+def _check(output: Path, seconds: float | None, poses: int) -> None:
     if output.suffix not in KINDS:
         raise UserError(f'{output} is none of {", ".join(KINDS)}; give one of these to -o')
     if not output.absolute().parent.is_dir():
         raise UserError(f'cannot write {output}: {output.parent} is no folder')
-    if wanted.seconds is not None and not wanted.seconds > 0:
-        raise UserError(f'--seconds is {wanted.seconds:g}; give a positive number')
-    if not 1 <= wanted.poses <= MOST_POSES:
-        raise UserError(f'--poses is {wanted.poses}; give 1 to {MOST_POSES}')
-    return output
+    if seconds is not None and not seconds > 0:
+        raise UserError(f'--seconds is {seconds:g}; give a positive number')
+    if not 1 <= poses <= MOST_POSES:
+        raise UserError(f'--poses is {poses}; give 1 to {MOST_POSES}')
 
 
 def _write(output: Path, shown: Take, poses: int) -> None:
     if output.suffix == '.png':
-        strip(shown, poses).save(output)
+        _strip(shown, poses).save(output)
         return
     write = film.write_gif if output.suffix == '.gif' else film.write_mp4
     with progress('frames', len(film.times_of(shown))) as done:
         write(output, film.frames(shown, done))
 
 
-def _robot(wanted: Wanted) -> Robot:
-    """The robot given, or the one that the bag says it is of."""
-    named = wanted.model or load(wanted.bag).metadata.get('leo', {}).get('robot', '')
-    if not named:
-        raise UserError(f'{wanted.bag} does not say which robot it is of; name it with --model')
-    return load_model(named).robot
-
-
-def strip(shown: Take, poses: int = POSES) -> Image.Image:
+def _strip(shown: Take, poses: int) -> Image.Image:
     """Poses at even times; a single one when start and end are the same."""
     poses = 1 if shown.end <= shown.start else poses
     times = np.linspace(shown.start, shown.end, poses)

@@ -13,11 +13,9 @@ from PIL import Image
 
 from leo_msgs_py.errors import UserError
 
-from .bars import BAR, draw_feet
-from .canvas import Canvas
+from .canvas import Canvas, draw_pose, draw_surroundings, View
 from .palette import INK, MUTED
-from .scene import draw_pose, draw_surroundings, View
-from .take import Take
+from .take import BAR, draw_feet, Take
 
 RATE = 25
 """Frames per second; a GIF counts in hundredths of a second."""
@@ -54,41 +52,23 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image]) -> None:
     if program is None:
         raise UserError(f'{path}: a film needs the program ffmpeg; install it or write a .gif')
     images = list(pictures)
-    size, raw = '{}x{}'.format(*images[0].size), ['-f', 'rawvideo', '-pix_fmt', 'rgb24']
-    run = subprocess.run(
-        [
-            program,
-            '-loglevel',
-            'error',
-            '-y',
-            *raw,
-            '-s',
-            size,
-            '-r',
-            str(RATE),
-            '-i',
-            '-',
-            '-pix_fmt',
-            'yuv420p',
-            str(path),
-        ],
-        input=b''.join(image.tobytes() for image in images),
-        capture_output=True,
-        check=False,
+    size = '{}x{}'.format(*images[0].size)
+    words = (
+        f'-loglevel error -y -f rawvideo -pix_fmt rgb24 -s {size} -r {RATE} -i - -pix_fmt yuv420p'
     )
+    frames = b''.join(image.tobytes() for image in images)
+    command = [program, *words.split(), str(path)]
+    run = subprocess.run(command, input=frames, capture_output=True, check=False)
     if run.returncode:
         raise UserError(f'{path}: ffmpeg failed: {run.stderr.decode().strip()}')
 
 
 def _reduced(pictures: Iterable[Image.Image]) -> Iterator[Image.Image]:
     """With the colours of the first, rare ones too, so that only what moves is stored."""
-    palette = None
+    palette, none = None, Image.Dither.NONE
     for picture in pictures:
-        if palette is None:
-            palette = picture.quantize(
-                COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
-            )
-        yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
+        palette = palette or picture.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=none)
+        yield picture.quantize(palette=palette, dither=none)
 
 
 def _frame(shown: Take, time: float) -> Image.Image:
@@ -97,12 +77,8 @@ def _frame(shown: Take, time: float) -> Image.Image:
     scale = min(wide / (high[0] - low[0]), tall / (high[1] - low[1]))
     rows = len(shown.feet)
     canvas = Canvas(WIDTH, HEIGHT + rows * BAR + (rows % 2) * BAR, fine=2)
-    middle = np.array(
-        [
-            WIDTH / 2 - scale * (low[0] + high[0]) / 2,
-            HEAD + (tall + scale * (high[1] + low[1])) / 2,
-        ]
-    )
+    height = HEAD + (tall + scale * (high[1] + low[1])) / 2
+    middle = np.array([WIDTH / 2 - scale * (low[0] + high[0]) / 2, height])
     view = View(shown.followed(time), middle, scale, 0.0, WIDTH, HEIGHT - 12)
     draw_surroundings(canvas, view, shown.stick)
     draw_pose(canvas, view, shown.pose(time))

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 
 class Stroke(NamedTuple):
-    """How a series is drawn: its colour, and a bokeh dash or `points`, so that two tell it."""
+    """How a series is drawn: its colour, and a bokeh dash or `points`, so that two differ."""
 
     colour: str
-    dash: str
+    dash: str = 'solid'
 
 
 INK = '#1b2733'
@@ -24,8 +24,11 @@ AFTER = '#0072b2'
 UNEXPLAINED = '#e69f00'
 TOUCH = '#009e73'
 """Where a foot is on the ground."""
+MEASURED, GIVEN, REPAIRED = Stroke(INK), Stroke(BEFORE, 'dashed'), Stroke(AFTER)
+"""The robot, the model as given, and with what was added."""
+FLOOR = Stroke(NOISE, 'dashed')
 CANDIDATES = (
-    Stroke(AFTER, 'solid'),
+    REPAIRED,
     Stroke('#009e73', 'dashed'),
     Stroke('#b8548f', 'dotdash'),
     Stroke('#8a6d00', 'dotted'),

@@ -1,26 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A robot's stick figure: what to draw in the plane it moves in, pose by pose."""
+"""A robot's stick figure and the shapes of its URDF, in the plane it moves in, pose by pose."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from xml.etree import ElementTree
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from leo_sim.description.robot import Robot
+from leo_sim.description.urdf import origin
 from leo_sim.kinematics.frames import Kinematics
-
-from .shapes import PLAIN, shapes_of
 
 TOUCHING = 0.002
 """A contact this near to the ground [m] is drawn as touching."""
-
 VIEWS = {1: (0, 2), 0: (1, 2), 2: (0, 1)}
 """Axis most hinges turn about -> the two axes one sees."""
-
+TURNING = ('revolute', 'continuous')
 SHORT = 1e-3
+"""Lines this short are left out [m]."""
+ROUND = 24
+"""Points on a circle."""
+PLAIN = '#3a4654'
+"""Colour of a link whose material says none."""
 
 
 @dataclass(frozen=True)
@@ -57,36 +61,26 @@ class Stick:
     """
 
     def __init__(self, robot: Robot):
-        self.robot = robot
+        self.robot, walks = robot, robot.base == 'planar'
         self._tree, self._shapes = Kinematics(robot.joints), shapes_of(robot.urdf)
         self._axes = _view(robot)
         self._colours = {shape.link: shape.colour for shape in reversed(self._shapes)}
         self._lines = list(_lines(robot))
-        base = robot.joint_names[:3] if robot.base == 'planar' else ()
-        self._hinged = [
-            j.child
-            for j in robot.joints
-            if j.kind in ('revolute', 'continuous') and j.name not in base
-        ]
-        first = robot.joints[0]
-        self.root = (
-            None
-            if robot.base == 'planar'
-            else np.array([first.translation[axis] for axis in self._axes])
-        )
+        base = robot.joint_names[:3] if walks else ()
+        self._hinged = [j.child for j in robot.joints if j.kind in TURNING and j.name not in base]
+        first = robot.joints[0].translation
+        self.root = None if walks else np.array([first[axis] for axis in self._axes])
         slope = robot.constants['ground.slope'].value if robot.contacts else 0.0
         self.ground = slope if robot.contacts else None
         self._up = np.array([-np.sin(slope), np.cos(slope)])
 
     def pose(self, q: np.ndarray) -> Pose:
         """The figure at joint angles q (J,)."""
-        seen = self._seen(q)
+        seen, contacts = self._seen(q), self.robot.contacts
         outlines = [(_hull(seen(s.link, s.points)), s.colour) for s in self._shapes]
         hinges = [seen(child, np.zeros(3))[0] for child in self._hinged]
-        centres = np.array(
-            [seen(c.link, np.array([c.x, 0.0, c.z]))[0] for c in self.robot.contacts]
-        ).reshape(-1, 2)
-        radii = np.array([c.radius for c in self.robot.contacts])
+        places = [seen(c.link, np.array([c.x, 0.0, c.z]))[0] for c in contacts]
+        centres, radii = np.array(places).reshape(-1, 2), np.array([c.radius for c in contacts])
         touching = centres @ self._up - radii < TOUCHING
         touched = (centres - np.multiply.outer(radii, self._up))[touching]
         return Pose(outlines, self.sticks(q), np.array(hinges).reshape(-1, 2), touching, touched)
@@ -104,14 +98,11 @@ class Stick:
 
     def _seen(self, q: np.ndarray) -> Callable[[str, np.ndarray], np.ndarray]:
         """From points of a link (N, 3) to the plane of view (N, 2), at joint angles q."""
-        turns = {
-            name: (np.array(f.rotation, float).reshape(3, 3), np.array(f.origin, float))
-            for name, f in self._tree.frames(q).items()
-        }
+        frames = self._tree.frames(q)
 
         def seen(link: str, points: np.ndarray) -> np.ndarray:
-            rotation, origin = turns[link]
-            world = np.atleast_2d(points) @ rotation.T + origin
+            rotation = np.array(frames[link].rotation, float).reshape(3, 3)
+            world = np.atleast_2d(points) @ rotation.T + np.array(frames[link].origin, float)
             return np.asarray(world[:, list(self._axes)])
 
         return seen
@@ -122,9 +113,8 @@ def _lines(robot: Robot) -> list[tuple[str, np.ndarray]]:
     lines = []
     for link in robot.moving_links:
         ends = [np.array(j.translation) for j in robot.joints if j.parent == link]
-        lines += [
-            (link, np.stack([np.zeros(3), end])) for end in ends if np.linalg.norm(end) > SHORT
-        ]
+        far = [end for end in ends if np.linalg.norm(end) > SHORT]
+        lines += [(link, np.stack([np.zeros(3), end])) for end in far]
         if not ends:
             lines.append((link, _tip(robot, link)))
     return lines
@@ -144,7 +134,7 @@ def _view(robot: Robot) -> tuple[int, int]:
     frames = Kinematics(robot.joints).frames(np.zeros(len(robot.joint_names)))
     total = np.zeros(3)
     for joint in robot.joints:
-        if joint.kind in ('revolute', 'continuous'):
+        if joint.kind in TURNING:
             rotation = np.array(frames[joint.child].rotation, float).reshape(3, 3)
             total += np.abs(rotation @ joint.axis)
     return VIEWS[int(np.argmax(total)) if total.any() else 1]
@@ -156,3 +146,68 @@ def _hull(points: np.ndarray) -> np.ndarray:
         return points[ConvexHull(points).vertices]
     except QhullError:
         return points
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A convex body drawn by the outline of its points.
+
+    Attributes:
+        link: it moves with.
+        points: in link axes [m], shape (N, 3).
+        colour: as `#rrggbb`.
+    """
+
+    link: str
+    points: np.ndarray
+    colour: str
+
+
+def shapes_of(urdf: str) -> list[Shape]:
+    """Boxes, cylinders and spheres of all links of a URDF; meshes are left out."""
+    root = ElementTree.fromstring(urdf)
+    named = {m.get('name', ''): colour for m in root.findall('material') if (colour := _rgb(m))}
+    found = []
+    for link in root.findall('link'):
+        for visual in link.findall('visual'):
+            points, material = _points(visual.find('geometry')), visual.find('material')
+            if points is None:
+                continue
+            translation, rotation = origin(visual)
+            colour = PLAIN
+            if material is not None:
+                colour = _rgb(material) or named.get(material.get('name', ''), PLAIN)
+            found.append(Shape(link.get('name', ''), points @ rotation.T + translation, colour))
+    return found
+
+
+def _points(geometry: ElementTree.Element | None) -> np.ndarray | None:
+    """A cloud whose hull is the body; None for a mesh."""
+    body = None if geometry is None or not len(geometry) else geometry[0]
+    if body is None:
+        return None
+    turn = np.linspace(0, 2 * np.pi, ROUND, endpoint=False)
+    circle = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    radius = float(body.get('radius', '0'))
+    if body.tag == 'box':
+        signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 8).T
+        return signs * _numbers(body.get('size')) / 2
+    if body.tag == 'cylinder':
+        lift = np.array([0.0, 0.0, float(body.get('length', '0')) / 2])
+        return np.concatenate([circle * radius - lift, circle * radius + lift])
+    if body.tag == 'sphere':
+        return np.concatenate([np.roll(circle, shift, axis=1) for shift in range(3)]) * radius
+    return None
+
+
+def _rgb(material: ElementTree.Element) -> str:
+    """The colour that a material says itself; '' where it says none."""
+    colour = material.find('color')
+    if colour is None:
+        return ''
+    red, green, blue = np.clip(_numbers(colour.get('rgba'))[:3] * 255, 0, 255).round().astype(int)
+    return f'#{red:02x}{green:02x}{blue:02x}'
+
+
+def _numbers(text: str | None) -> np.ndarray:
+    return np.array([float(part) for part in (text or '0 0 0').split()])

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The part of a recording that is shown: poses at any time, feet on the ground, how large."""
+"""The part of a recording that is shown: poses at any time, how large, feet as bars over time."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,10 +13,14 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 
+from .canvas import Canvas
+from .palette import GRID, MUTED, TOUCH
 from .stick import Pose, Stick
 
 MARGIN = 0.06
 """Free room round the robot, as a share of its size."""
+BAR = 20
+"""Height of a foot's row [px]."""
 
 
 @dataclass(frozen=True)
@@ -75,22 +80,17 @@ class Take:
 def take(
     recording: Recording, robot: Robot, at: float | None = None, seconds: float | None = None
 ) -> Take:
-    """What to show of a recording.
+    """What to show: `seconds` from `at` [s since the first state] on.
 
-    Args:
-        recording: of the robot.
-        robot: whose bag it is.
-        at: where to begin [s since the first state]; the start of the longest episode if None.
-        seconds: how much to show; to the end of the episode if None.
+    Without `at` the longest episode is shown, without `seconds` the rest of the episode.
 
     Raises:
         UserError: nothing was recorded then.
     """
     episodes = recording.episodes
     longest = max(episodes, key=lambda episode: float(np.ptp(episode.t)))
-    chosen = (
-        longest if at is None else next((e for e in episodes if e.t[0] <= at <= e.t[-1]), None)
-    )
+    then = [e for e in episodes if at is not None and e.t[0] <= at <= e.t[-1]]
+    chosen = longest if at is None else next(iter(then), None)
     if chosen is None:
         first, last = episodes[0].t[0], episodes[-1].t[-1]
         raise UserError(
@@ -102,3 +102,36 @@ def take(
     number = episodes.index(chosen) + 1
     title = f'{robot.name}  ·  {recording.path.name}, episode {number}'
     return Take(title, Stick(robot), chosen, start, end)
+
+
+def draw_feet(
+    canvas: Canvas, shown: Take, box: tuple[float, float, float], marks: Sequence[float]
+) -> None:
+    """A row per foot, filled while it touches; vertical lines at the times `marks` [s].
+
+    The box is left, top and right [px].
+    """
+    left, top, right = box
+    span = max(shown.end - shown.start, 1e-9)
+
+    def column(time: float) -> float:
+        return left + (right - left) * (time - shown.start) / span
+
+    for number, (foot, touching) in enumerate(shown.feet):
+        y = top + number * BAR
+        canvas.text((left - 10, y + 6), foot.replace('_', ' '), MUTED, 12, 'rm')
+        canvas.box(left, y, right, y + 12, GRID)
+        for start, end in _stretches(shown, touching):
+            canvas.box(column(start), y, column(end), y + 12, TOUCH)
+    bottom = top + len(shown.feet) * BAR - 5
+    for time in marks:
+        canvas.line(np.array([[column(time), top - 4], [column(time), bottom]]), MUTED, 1)
+
+
+def _stretches(shown: Take, touching: np.ndarray) -> list[tuple[float, float]]:
+    """From when to when a foot touches [s], within what is shown."""
+    t = shown.episode.t
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))
+    ends = [min(int(edge), len(t) - 1) for edge in edges]
+    spans = np.clip(t[ends].reshape(-1, 2), shown.start, shown.end)
+    return [(float(a), float(b)) for a, b in spans if b > a]

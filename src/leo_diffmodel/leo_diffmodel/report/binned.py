@@ -1,100 +1,70 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Missing torque against one variable, binned, and the plot that shows it."""
+"""Missing torque against a variable: which joints and variables, its bins, and their plot."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 from typing import Any
 
 from bokeh.models import ColumnDataSource, Range1d, Span, Whisker
 import numpy as np
 
+from leo_diffmodel.compare.conditions import folded
+from leo_diffmodel.compare.settings import COMPARE
+from leo_diffmodel.compare.sizes import length_unit
+from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.report.canvas import canvas, prefix
+from leo_diffmodel.report.canvas import canvas
+from leo_diffmodel.report.text import prefix
+from leo_sim.description.robot import Robot
 
 Array = np.ndarray
+MOST_JOINTS = 4
+NEARLY = 0.9
+LABELS = {'voltage': 'voltage [V]', 'torque': 'commanded torque [N m]', 'position': 'goal [rad]'}
 PER_BIN = 10
 LEAST_BINS, MOST_BINS = 12, 40
 FEWEST = 6
 TAIL = 0.005
 
 
-@dataclass(frozen=True)
-class Binned:
-    """What is drawn, in the unit that suits the torque.
-
-    Attributes:
-        dots: columns x and y of the estimates.
-        means: columns of the bins: x, y (the mean), low and high (a standard error away), and
-            curve0, curve1, … of the candidates.
-        unit: of the torque, with its prefix.
-    """
-
-    dots: dict[str, Array]
-    means: dict[str, Array]
-    unit: str
-
-    @classmethod
-    def of(cls, variable: Array, measured: Array, curves: Sequence[Any], of: str) -> Binned:
-        """Bin the estimates and what candidates make of them, as `report.plots.torque` says."""
-        bins = sort(variable)
-        scale, si = prefix(float(np.quantile(np.abs(measured), 0.9)))
-        mean, error = bins.mean(scale * measured), bins.standard_error(scale * measured)
-        means = {'x': bins.centre, 'y': mean, 'low': mean - error, 'high': mean + error}
-        heights = {f'curve{i}': scale * bins.mean(np.asarray(c)) for i, c in enumerate(curves)}
-        return cls({'x': variable, 'y': scale * measured}, means | heights, f'{si}{of}')
-
-    def sources(self) -> tuple[ColumnDataSource, ColumnDataSource]:
-        """The columns of dots and of bins, to draw from."""
-        return ColumnDataSource(self.dots), ColumnDataSource(self.means)
-
-    def label(self, plot: Any, axis: str) -> None:
-        """Say what the axes are, and frame the bulk of the points and every binned mean."""
-        plot.xaxis.axis_label, plot.yaxis.axis_label = axis, f'missing torque [{self.unit}]'
-        low, high = np.quantile(self.dots['y'], (0.02, 0.98))
-        mean = self.means['y']
-        ends = np.array([low, high, mean.min(initial=0.0), mean.max(initial=0.0)])
-        margin = 0.08 * max(float(np.ptp(ends)), 1e-12)
-        plot.y_range.update(start=float(ends.min() - margin), end=float(ends.max() + margin))
+def lacking(missing: MissingTorque) -> list[int]:
+    """Joints that lack more than noise, most first; the foremost where none does."""
+    count = missing.seen.sum(axis=0)
+    square = (missing.torque / missing.spread) ** 2
+    if missing.carrying is not None:
+        square = np.minimum(square, COMPARE.far)
+    mean = square.sum(axis=0) / np.maximum(count, 1)
+    order = [int(j) for j in np.argsort(-mean)]
+    beyond = 1.0 + COMPARE.standard_errors * np.sqrt(2.0 / np.maximum(count, 1))
+    return [j for j in order if mean[j] > beyond[j]][:MOST_JOINTS] or order[:1]
 
 
-def torque_canvas(
-    dots: ColumnDataSource, means: ColumnDataSource, strokes: Sequence[Stroke], **options: Any
-) -> tuple[Any, Any]:
-    """The plot of a `Binned`, and the glyphs of its means.
-
-    Args:
-        dots: the estimates.
-        means: the bins, with a curve for each stroke.
-        strokes: how candidates are drawn.
-        options: go to bokeh.
-    """
-    plot = canvas('', '', y_range=Range1d(-1.0, 1.0), **options)
-    plot.scatter('x', 'y', source=dots, size=3.5, color=palette.NOISE, alpha=0.35, line_color=None)
-    plot.add_layout(
-        Span(location=0.0, dimension='width', line_color=palette.MUTED, level='underlay')
-    )
-    for i, stroke in enumerate(strokes):
-        plot.line(
-            'x',
-            f'curve{i}',
-            source=means,
-            line_width=3,
-            line_color=stroke.colour,
-            line_dash=stroke.dash,
-        )
-    plot.add_layout(_whisker(means))
-    glyphs = plot.scatter('x', 'y', source=means, size=7, color=palette.INK, line_color='white')
-    return plot, glyphs
+def variables(missing: MissingTorque, robot: Robot, joint: int) -> list[tuple[str, Array]]:
+    """Abscissae with their labels; the input only where the joint has one that changes."""
+    name, q = robot.joint_names[joint], missing.q[:, joint]
+    unit = length_unit(robot, name)
+    place, values = f'{name} position [m]', q
+    if unit == 'rad':
+        within = '' if np.ptp(q) <= math.tau else ' within a turn'
+        place, values = f'{name} angle{within} [rad]', folded(q)
+    found = [(f'{name} speed [{unit}/s]', missing.dq[:, joint]), (place, values)]
+    if joint in robot.actuated:
+        values = missing.inputs[:, robot.actuated.index(joint)]
+        if np.ptp(values) > 0:
+            found.append((f'{name} {LABELS[robot.input]}', values))
+    return found
 
 
-def _whisker(source: ColumnDataSource) -> Any:
-    bar = Whisker(base='x', lower='low', upper='high', source=source, line_color=palette.INK)
-    bar.upper_head.size = bar.lower_head.size = 5
-    bar.upper_head.line_color = bar.lower_head.line_color = palette.INK
-    return bar
+def that_matters(missing: MissingTorque, robot: Robot, joint: int) -> int:
+    """The first abscissa, by its place, whose means say nearly as much of a torque as any."""
+    seen = missing.seen[:, joint]
+    torque = missing.torque[seen, joint]
+    shares = [sort(v[seen]).explained(torque) for _, v in variables(missing, robot, joint)]
+    return next(i for i, share in enumerate(shares) if share >= NEARLY * max(shares))
 
 
 @dataclass(frozen=True)
@@ -124,11 +94,9 @@ class Bins:
 
 
 def sort(variable: Array, count: int | None = None) -> Bins:
-    """Bins over all but the outermost samples; those with fewer than six samples are left out.
+    """`count` bins over all but the outermost samples (W,), by default one for ten samples.
 
-    Args:
-        variable: what to sort by, shape (W,).
-        count: number of bins; by default one for ten samples, within 12 to 40.
+    Bins with fewer than six samples are left out.
     """
     count = count or int(np.clip(len(variable) // PER_BIN, LEAST_BINS, MOST_BINS))
     low, high = np.quantile(variable, (TAIL, 1 - TAIL))
@@ -139,3 +107,57 @@ def sort(variable: Array, count: int | None = None) -> Bins:
     kept = [g for g in groups if g.sum() >= FEWEST]
     centre = np.array([variable[g].mean() for g in kept])
     return Bins(centre, np.array(kept, dtype=bool).reshape(len(kept), len(variable)))
+
+
+@dataclass(frozen=True)
+class Binned:
+    """What is drawn, in the unit that suits the torque.
+
+    Attributes:
+        dots: columns x and y of the estimates.
+        means: columns of the bins: x, y (the mean), low and high (a standard error away), and
+            curve0, curve1, … of the candidates.
+        unit: of the torque, with its prefix.
+    """
+
+    dots: dict[str, Array]
+    means: dict[str, Array]
+    unit: str
+
+    @classmethod
+    def of(cls, variable: Array, measured: Array, curves: Sequence[Any], unit: str) -> Binned:
+        """Bin estimates (W,) by a variable, and what each candidate makes of them."""
+        bins = sort(variable)
+        scale, si = prefix(float(np.quantile(np.abs(measured), 0.9)))
+        mean, error = bins.mean(scale * measured), bins.standard_error(scale * measured)
+        means = {'x': bins.centre, 'y': mean, 'low': mean - error, 'high': mean + error}
+        heights = {f'curve{i}': scale * bins.mean(np.asarray(c)) for i, c in enumerate(curves)}
+        return cls({'x': variable, 'y': scale * measured}, means | heights, f'{si}{unit}')
+
+    def label(self, plot: Any, axis: str) -> None:
+        """Say what the axes are, and frame the bulk of the points and every binned mean."""
+        plot.xaxis.axis_label, plot.yaxis.axis_label = axis, f'missing torque [{self.unit}]'
+        low, high = np.quantile(self.dots['y'], (0.02, 0.98))
+        mean = self.means['y']
+        ends = np.array([low, high, mean.min(initial=0.0), mean.max(initial=0.0)])
+        margin = 0.08 * max(float(np.ptp(ends)), 1e-12)
+        plot.y_range.update(start=float(ends.min() - margin), end=float(ends.max() + margin))
+
+
+def torque_canvas(
+    dots: ColumnDataSource, means: ColumnDataSource, strokes: Sequence[Stroke], **options: Any
+) -> tuple[Any, Any]:
+    """The plot of a `Binned`, a stroke for each candidate; the glyphs of its means."""
+    plot = canvas('', '', y_range=Range1d(-1.0, 1.0), **options)
+    plot.scatter('x', 'y', source=dots, size=3.5, color=palette.NOISE, alpha=0.35, line_color=None)
+    zero = Span(location=0.0, dimension='width', line_color=palette.MUTED, level='underlay')
+    plot.add_layout(zero)
+    for i, stroke in enumerate(strokes):
+        look = {'line_color': stroke.colour, 'line_dash': stroke.dash}
+        plot.line('x', f'curve{i}', source=means, line_width=3, **look)
+    bar = Whisker(base='x', lower='low', upper='high', source=means, line_color=palette.INK)
+    bar.upper_head.size = bar.lower_head.size = 5
+    bar.upper_head.line_color = bar.lower_head.line_color = palette.INK
+    plot.add_layout(bar)
+    glyphs = plot.scatter('x', 'y', source=means, size=7, color=palette.INK, line_color='white')
+    return plot, glyphs

@@ -1,18 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The empty plot that every figure of the page is drawn on: quiet style, light grid."""
+"""The empty plot that every figure of the pages is drawn on: no frame, a light grid."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-from bokeh.models import HoverTool
+from bokeh.models import HoverTool, PrintfTickFormatter
 from bokeh.plotting import figure
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif'
-HEIGHT = 290
+HEIGHT, LOW = 290, 230
+"""Of a plot, and of a low one [px]."""
 TOOLS = 'pan,box_zoom,wheel_zoom,reset'
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve over a shared abscissa: its name, values, stroke and width [px]."""
+
+    name: str
+    values: Any
+    stroke: Stroke
+    width: float = 2.5
 
 
 def canvas(x_label: str, y_label: str, **options: Any) -> Any:
@@ -49,15 +62,13 @@ def hover(plot: Any, glyphs: Any, tips: list[tuple[str, str]]) -> None:
     plot.add_tools(HoverTool(renderers=[glyphs], tooltips=tips))
 
 
+def plain_numbers(axis: Any) -> None:
+    """Numbers on an axis as Python's %g writes them."""
+    axis.formatter = PrintfTickFormatter(format='%g')
+
+
 def ticks(low: float, high: float) -> list[float]:
     """Round numbers on a logarithmic axis: 1, 2, 5 of each decade, or decades on a long one."""
     steps = (1, 2, 5) if high < 300 * low else (1,)
     ticks = [float(f'{m}e{p}') for p in range(-12, 7) for m in steps]
     return [t for t in ticks if 0.99 * low <= t <= 1.01 * high]
-
-
-def prefix(size: float) -> tuple[float, str]:
-    """Factor and SI prefix that bring values of this size near one."""
-    if size >= 0.1 or size == 0.0:
-        return 1.0, ''
-    return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')

@@ -8,9 +8,11 @@ from pathlib import Path
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.comparison import Comparison
-from leo_diffmodel.report import page
+from leo_diffmodel.report.page import render
 from leo_diffmodel.report.sections import budget, horizon, missing, origin, verdict, where
+from leo_diffmodel.report.text import source
 from leo_diffmodel.report.worst import stretches
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 
 
@@ -21,14 +23,9 @@ def write_comparison(
     model: Model,
     watch: str = '',
 ) -> None:
-    """Write the report of `leo compare`.
+    """Write the report of `leo compare`; the file is replaced whole or not at all.
 
-    Args:
-        path: the HTML file; replaced whole or not at all.
-        comparison: the result.
-        recordings: what it was computed from.
-        model: the model that was compared.
-        watch: the command that opens the live page on the same data; '' names none.
+    `watch` is the command that opens the live page on the same data; '' names none.
     """
     data, robot = comparison.data, model.robot
     worst = stretches([comparison.prediction])
@@ -41,4 +38,4 @@ def write_comparison(
         origin.section(data['provenance'], recordings, data['seconds']),
     ]
     title = f'{robot.name}: model against data'
-    page.write(path, page.render(title, page.source(recordings), sections, watch))
+    write_whole(path, render(title, source(recordings), sections, watch))

@@ -12,12 +12,15 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
 from leo_diffmodel.compare.headline import Headline
+from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.torque import estimate, MissingTorque, supposed, trusted, window_seconds
 from leo_diffmodel.compare.where import where as places_of
+from leo_diffmodel.compare.windows import cut, spread_out
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.report import page
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.sections import (
     budget,
     edited,
@@ -35,64 +38,59 @@ from leo_diffmodel.report.sections import (
     verdict,
     where,
 )
-from leo_diffmodel.report.torque_curves import trace
+from leo_diffmodel.report.text import source
 from leo_diffmodel.report.worst import before_and_after, stretches
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 
 OUTSIDE = re.compile(r'moved from outside', re.IGNORECASE)
 MOST_WINDOWS = 100
+MOST_TORQUE_WINDOWS = 1500
+MOST_CURVES = 4
+Array = np.ndarray
 
 
 def write_explanation(
     path: Path, explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
 ) -> None:
-    """Write the report of `leo explain`.
+    """Write the report of `leo explain`; the file is replaced whole or not at all.
 
-    Args:
-        path: the HTML file; replaced whole or not at all.
-        explanation: the result; without a search (untestable, or moved from outside) the page
-            has no figures.
-        recordings: what it was computed from, held-out bags included.
-        watch: the command that opens the live page on the same data; '' names none.
+    Without a search (untestable, or moved from outside) the page has no figures. The recordings
+    include held-out bags; `watch` opens the live page on the same data, '' names none.
     """
     sections = [verdict.answer(explanation)]
     if explanation.search is not None:
-        sections += _evidence(explanation, recordings)
+        sections += _evidence(explanation)
     if explanation.unknown is not None:
         sections.insert(1, unknown.section(explanation.unknown))
     if explanation.edit_test is not None:
         sections.insert(1, edited.section(explanation.edit_test))
     if cut := OUTSIDE.search(explanation.sentence):
-        sections.append(outside.section(recordings, _given(explanation)))
+        search = explanation.search
+        given = search.problem.base if search else explanation.model
+        sections.append(outside.section(recordings, given))
     if explanation.search is not None or not cut:
         sections.append(untested.section(explanation.not_testable))
     if explanation.settings:
         sections.append(gates.section(explanation.settings, explanation.search))
     sections.append(origin.section(explanation.provenance, recordings, explanation.seconds))
     title = f'{explanation.model.robot.name}: what the model lacks'
-    page.write(path, page.render(title, page.source(recordings), sections, watch))
+    write_whole(path, render(title, source(recordings), sections, watch))
 
 
-def _given(explanation: Explanation) -> Model:
-    """The model without what was found."""
-    return explanation.search.problem.base if explanation.search else explanation.model
-
-
-def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list[Section]:
+def _evidence(explanation: Explanation) -> list[Section]:
     """The sections that a finished search fills."""
-    found, errors = explanation.search, explanation.errors
+    found, errors, recordings = explanation.search, explanation.errors, list(explanation.used)
     assert found is not None
-    recordings = list(explanation.used)
-    curves = trace(recordings, found)
+    model, measured, curves = trace(recordings, found)
     worst = stretches(before_and_after(recordings, found))
+    far = errors['horizon'][-1]
+    training = _training_errors(recordings, found, far['seconds'], far['seconds'] / far['steps'])
     return [
         budget.explained(errors),
-        where.section(places_of(curves.measured, curves.model), curves.model, recordings, worst),
-        *(
-            moving.section(s, curves.model.robot, where.title(s, curves.model, recordings))
-            for s in worst[:1]
-        ),
-        missing.section(curves.measured, curves.model.robot, curves.candidates),
+        where.section(places_of(measured, model), model, recordings, worst),
+        *(moving.section(s, model.robot, where.title(s, model, recordings)) for s in worst[:1]),
+        missing.section(measured, model.robot, curves),
         hypotheses.section(
             explanation.effects,
             explanation.hypotheses,
@@ -102,29 +100,17 @@ def _evidence(explanation: Explanation, recordings: Sequence[Recording]) -> list
             found.problem.gates,
         ),
         stability.section(explanation.stability, explanation.effects, explanation.settings),
-        horizon.held_out(errors, bool(explanation.effects), _training(explanation, recordings)),
+        horizon.held_out(errors, bool(explanation.effects), training),
         health.section(found, errors),
     ]
 
 
-def _training(explanation: Explanation, recordings: Sequence[Recording]) -> list[dict]:
-    """Errors on the data that the fits saw, at the horizons of the held-out ones."""
-    rows, found = explanation.errors['horizon'], explanation.search
-    assert found is not None
-    step = rows[-1]['seconds'] / rows[-1]['steps']
-    return training_errors(recordings, found, rows[-1]['seconds'], step)
-
-
-def training_errors(
+def _training_errors(
     recordings: Sequence[Recording], found: Search, seconds: float, step: float
 ) -> list[dict]:
-    """Rows {steps, before, after} of rms errors against horizon on training data.
+    """Rows {steps, before, after} of rms errors on training data up to a horizon [s].
 
-    Args:
-        recordings: all bags, in the order of the search.
-        found: the finished search.
-        seconds: the longest horizon.
-        step: one control period [s].
+    One step is a control period [s]; there are no rows where no window is that long.
     """
     base, blocks = found.problem.base, found.posed.blocks
     models = [fit.hypothesis.model(base, fit.theta) for fit in (found.null, found.final)]
@@ -143,3 +129,42 @@ def training_errors(
         {'steps': b['steps'], 'before': b['rmse'], 'after': a['rmse']}
         for b, a in zip(*tables, strict=True)
     ]
+
+
+def trace(
+    recordings: Sequence[Recording], found: Search
+) -> tuple[Model, MissingTorque, dict[str, Array]]:
+    """The torque that the model lacks, and how each leading hypothesis says it should look.
+
+    A hypothesis' curve is the same estimator applied to the same windows, with the measured
+    states replaced by the ones that the model with its effects predicts.
+
+    Returns:
+        the model as given, constants refitted; the estimate from the data; the torque [N m],
+        shape (W, J), by the effects of each hypothesis, the supported one first.
+    """
+    base, sigma, final = found.problem.base, found.problem.sigma, found.final
+    own = final.hypothesis.model(base, final.theta).by_recording  # no other fit has the held-out
+    base = base.changed(by_recording=own)
+    model = found.null.hypothesis.model(base, found.null.theta)
+    windows = cut(recordings, window_seconds(recordings), history=HISTORY)
+    windows = spread_out(windows, MOST_TORQUE_WINDOWS)
+    measured = trusted(estimate(model, windows, sigma), model)
+    curves = {}
+    for name, fitted in _leading(found):
+        true = fitted.hypothesis.model(base, fitted.theta)
+        curves[name] = supposed(model, true, measured.windows, sigma).torque
+    return model, measured, curves
+
+
+def _leading(found: Search) -> list[tuple[str, Fit]]:
+    """The supported hypothesis, then the best single effects."""
+    final, empty = found.final, found.known(frozenset())
+    leading = [(' + '.join(c.label for c in final.hypothesis.candidates), final)]
+    leading += [
+        (next(iter(s.names)).label, s.fit)
+        for s in found.sets
+        if len(s.names) == 1 and empty and found.weight.ahead(s, empty) > found.threshold
+    ]
+    unique = {name: fitted for name, fitted in reversed(leading) if name}
+    return [(name, unique[name]) for name in dict(leading) if name][:MOST_CURVES]

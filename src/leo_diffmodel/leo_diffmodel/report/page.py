@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from bokeh.document import Document
@@ -14,22 +13,15 @@ from bokeh.embed import components
 from bokeh.resources import Resources
 import jinja2
 
-from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.picture import palette
 from leo_diffmodel.report import text
-from leo_msgs_py.whole_file import write_whole
-
-BOKEH_PARTS = ['bokeh']
 
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report.
+    """One part of a report: a file in templates/, its values, and bokeh figures.
 
-    Attributes:
-        template: file in templates/; it gets `values`, and `plots`, the figures as HTML.
-        values: what the template shows.
-        figures: bokeh figures in the order the template places them.
+    The template gets the figures as HTML in `plots`.
     """
 
     template: str
@@ -40,11 +32,7 @@ class Section:
 def render(title: str, source: str, sections: Sequence[Section], watch: str = '') -> str:
     """The page as HTML; bokeh's script is included only where there is a figure.
 
-    Args:
-        title: what the page is about.
-        source: the data it was made from.
-        sections: from top to bottom.
-        watch: the command that opens the live page on the same data; '' names none.
+    `source` names the data, `watch` the command that opens the live page on them ('' names none).
     """
     figures = [f for s in sections for f in s.figures]
     _together(figures)
@@ -55,7 +43,7 @@ def render(title: str, source: str, sections: Sequence[Section], watch: str = ''
         plots = [next(remaining) for _ in section.figures]
         block = _templates().get_template(section.template)
         blocks.append(block.render(section.values, plots=plots))
-    library = Resources(mode='inline', components=BOKEH_PARTS).render_js() if figures else ''
+    library = Resources(mode='inline', components=['bokeh']).render_js() if figures else ''
     page = _templates().get_template('page.html')
     return page.render(
         title=title, source=source, sections=blocks, library=library, script=script, watch=watch
@@ -70,12 +58,6 @@ def _together(figures: Sequence[Any]) -> None:
             document.add_root(figure)
 
 
-def source(recordings: Sequence[Recording]) -> str:
-    """The data a page was made from, in a few words."""
-    first, *others = recordings
-    return f'{first.path.name} and {len(others)} more' if others else first.path.name
-
-
 @cache
 def _templates() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -85,17 +67,7 @@ def _templates() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    filters: dict[str, Any] = {
-        'number': text.number,
-        'percent': text.percent,
-        'prose': text.prose,
-        'quantity': text.quantity,
-    }
-    environment.filters.update(filters)
+    for name in ('number', 'percent', 'prose', 'quantity'):
+        environment.filters[name] = getattr(text, name)
     environment.globals['palette'] = palette
     return environment
-
-
-def write(path: Path, html: str) -> None:
-    """Write a page whole or not at all."""
-    write_whole(path, html)

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers, units and labels as in print."""
+"""Numbers, units, labels and names of bags as in print."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import math
 import re
 from typing import Any
 
 from markupsafe import escape, Markup
+
+from leo_diffmodel.bags.recording import Recording
 
 RAISED = str.maketrans('0123456789-', '⁰¹²³⁴⁵⁶⁷⁸⁹⁻')
 LABEL = re.compile(r'\b[a-z][a-z0-9_]*:[A-Za-z0-9_]+')
@@ -17,7 +19,8 @@ UNIT = re.compile(r'\bkg m2|\b(?:N m|N|m|rad) ?s?[23]?/(?:rad|s|m)[23]?\b')
 TENTH_OF_A_PERCENT = 0.0005
 UNDETERMINED = 1e3
 SMALLEST_PLAIN, LARGEST_PLAIN = -3, 4
-PREFIXES = ((0.1, 1.0, ''), (1e-4, 1e3, 'm'), (1e-12, 1e6, 'µ'))
+LEAST_TORQUE = 1e-12
+"""Less is printed without a prefix [N m]."""
 
 
 def unit(text: str) -> str:
@@ -43,12 +46,18 @@ def quantity(value: float | None, of: str, digits: int = 3) -> str:
     return f'{number(value, digits)}\u00a0{unit(of)}'.rstrip()
 
 
+def prefix(size: float) -> tuple[float, str]:
+    """Factor and SI prefix that bring values of this size near one."""
+    if size >= 0.1 or size == 0.0:
+        return 1.0, ''
+    return (1e3, 'm') if size >= 1e-4 else (1e6, 'µ')
+
+
 def torque(value: float | None, digits: int = 3, of: str = 'N m') -> str:
     """A torque (of a slide: a force), with a prefix m or µ where that reads better."""
     if value is None or not math.isfinite(value):
         return '–'
-    size = abs(value)
-    scale, si = next(((k, p) for least, k, p in PREFIXES if size >= least), (1.0, ''))
+    scale, si = prefix(abs(value)) if abs(value) >= LEAST_TORQUE else (1.0, '')
     return quantity(scale * value, f'{si}{of}', digits)
 
 
@@ -104,6 +113,18 @@ def estimate(parameter: Mapping[str, Any]) -> str:
 def estimates(parameters: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """`name = value ± interval unit` of every parameter of an effect."""
     return [f'{name} = {estimate(p)}' for name, p in parameters.items()]
+
+
+def source(recordings: Sequence[Recording]) -> str:
+    """The data a page was made from, in a few words."""
+    first, *others = recordings
+    return f'{first.path.name} and {len(others)} more' if others else first.path.name
+
+
+def numbered(recordings: Sequence[Recording]) -> list[str]:
+    """What the page calls each bag: #1, #2 and so on; nothing where there is only one."""
+    several = len(recordings) > 1
+    return [f'#{i + 1}' if several else '' for i in range(len(recordings))]
 
 
 def label(row: Mapping[str, Any]) -> str:

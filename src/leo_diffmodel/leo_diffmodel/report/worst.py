@@ -26,8 +26,7 @@ class Stretch:
     """One window that is predicted badly.
 
     Attributes:
-        bag: index of its recording.
-        joint: index of the joint that is off most there.
+        bag, joint: index of its recording, and of the joint that is off most there.
         time: bag time of the samples [s], shape (K+1,).
         measured: angle of that joint, shape (K+1,).
         predicted: the same by each model, shape (M, K+1).
@@ -48,8 +47,7 @@ class Stretch:
 def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
     """The four worst windows of the first model, none overlapping another.
 
-    Args:
-        predictions: of the same windows, by each model.
+    The predictions are of the same windows, by each model.
     """
     first = predictions[0]
     joints = first.windows.q.shape[-1]
@@ -82,13 +80,9 @@ def _apart(prediction: Prediction, order: Array) -> list[int]:
     length = windows.dt[:, : _samples(prediction) - 1].sum(axis=1)
     chosen: list[int] = []
     for w in order:
-        near = [
-            c
-            for c in chosen
-            if windows.source[c] == windows.source[w]
-            and abs(windows.start[c] - windows.start[w]) < max(length[c], length[w])
-        ]
-        if not near:
+        others = [c for c in chosen if windows.source[c] == windows.source[w]]
+        starts = windows.start
+        if not any(abs(starts[c] - starts[w]) < max(length[c], length[w]) for c in others):
             chosen.append(int(w))
         if len(chosen) == SHOWN:
             break
@@ -99,14 +93,13 @@ def _stretch(predictions: Sequence[Prediction], w: int, joint: int) -> Stretch:
     windows, last = predictions[0].windows, predictions[-1]
     count, joints = _samples(last), windows.q.shape[-1]
     elapsed = np.concatenate([[0.0], np.cumsum(windows.dt[w])])[:count]
+    models = [p.predicted[w, :count] for p in predictions]
     return Stretch(
         bag=int(windows.source[w]),
         joint=joint,
         time=windows.start[w] + elapsed,
         measured=windows.q[w, :count, joint],
-        predicted=np.stack([p.predicted[w, :count, joint] for p in predictions]),
+        predicted=np.stack([states[:, joint] for states in models]),
         band=np.sqrt(last.floor[w, :count, joint]),
-        motion=np.stack(
-            [windows.q[w, :count], *(p.predicted[w, :count, :joints] for p in predictions)]
-        ),
+        motion=np.stack([windows.q[w, :count], *(states[:, :joints] for states in models)]),
     )

@@ -123,13 +123,10 @@ def _show(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
 
-    from leo_diffmodel.picture.bag_picture import show, Wanted
+    from leo_diffmodel.picture.bag_picture import show
 
-    path = show(
-        Wanted(
-            options.bag, options.output, options.model, options.at, options.seconds, options.poses
-        )
-    )
+    shown = options.at, options.seconds, options.poses
+    path = show(options.bag, options.output, options.model, *shown)
     if options.json:
         print(json.dumps({'written': str(path)}))
     else:

@@ -19,7 +19,7 @@ from leo_sim.model import Model
 if TYPE_CHECKING:
     from leo_diffmodel.next_run.motions import MotionRun
     from leo_diffmodel.next_run.proposed_run import Run
-    from leo_diffmodel.watch.plan import Plan
+    from leo_diffmodel.watch.next_run import Plan
 
 ABOUT = 'leo watch: a page where the robot, its model and the missing effect stand side by side.'
 EXAMPLES = (
@@ -97,7 +97,7 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
     from leo_diffmodel.next_run.proposal import propose
     from leo_diffmodel.verbs import next_text
     from leo_diffmodel.verbs.next import check_driven, SECONDS
-    from leo_diffmodel.watch.plan import Plan
+    from leo_diffmodel.watch.next_run import Plan
 
     arguments = parser().parse_args(argv)
     model = common.load(arguments)

@@ -55,11 +55,9 @@ def main(argv: list[str]) -> int:
 
 def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scene: Scene) -> None:
     """Serve the page until a signal; then end what it started."""
-    from leo_diffmodel.watch.live.beside import Beside
-    from leo_diffmodel.watch.live.finder import LiveFinder
-    from leo_diffmodel.watch.live.recording import RecordingSwitch
+    from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
+    from leo_diffmodel.watch.live.live import Live, LiveFinder
     from leo_diffmodel.watch.live.renewing import Renewing
-    from leo_diffmodel.watch.live.sending import Sending
     from leo_diffmodel.watch.next_run import NextRun
     from leo_diffmodel.watch.page.live import LiveTab
     from leo_diffmodel.watch.page.server import HEAR_MS, WatchServer
@@ -69,29 +67,29 @@ def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scen
     state = State(scene, folder)
     renewing = Renewing(source, state, robot.tape.contents, lambda: robot.weights)
     recording = RecordingSwitch(folder, arguments.ros_args)
-    beside = Beside(robot, recording, renewing, Sending(arguments.ros_args))
+    live = Live(robot, recording, renewing, Sending(arguments.ros_args))
     finder = LiveFinder(robot.tape, watch_common.asked, _explain_words(arguments), folder)
     command = ['leo', 'add', arguments.model, *words(arguments.effect)]
     next_run = NextRun(state, finder, watch_common.proposed)
-    tab = partial(LiveTab, beside=beside, next_run=next_run)
+    tab = partial(LiveTab, live=live, next_run=next_run)
     server = WatchServer(state, finder, command, arguments.port, tab)
-    server.every(LOOK_MS, partial(_look, beside, server))
+    server.every(LOOK_MS, partial(_look, live, server))
     server.every(HEAR_MS, next_run.look)
     watch_common.say(arguments, server.url, server.port)
     try:
         server.run()
     finally:
-        beside.sending.wait()
+        live.sending.wait()
         next_run.stop()
         renewing.end()
-        beside.recording.wait()
+        live.recording.wait()
 
 
-def _look(beside: Any, server: Any) -> None:
+def _look(live: Any, server: Any) -> None:
     """Take in what is new; end with the process's signals."""
     from leo_msgs_py.node import running
 
-    beside.look()
+    live.look()
     if not running():
         server.end()
 

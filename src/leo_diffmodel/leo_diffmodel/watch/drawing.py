@@ -15,46 +15,44 @@ import numpy as np
 from PIL import Image
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
-from leo_diffmodel.picture.scene import TICK
-from leo_diffmodel.watch.curves import heights
-from leo_diffmodel.watch.view import View
+from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.watch.view import heights, View
 
-Told = Callable[[str], None]
+Heard = Callable[[str], None]
 PICTURES = ('.png', '.svg')
 WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24
 """Of the figure, and what a line of words takes [inch]."""
 FINE, FILM = 150, 75
 """Dots per inch of a picture and of a film."""
-TOLD = 20
-"""Frames between two that are told."""
+SAID = 20
+"""Frames between two that are reported."""
 LONG = 300.0
 """A logarithmic axis over more than this is marked at its decades alone."""
 PLAIN = FuncFormatter(lambda value, _: f'{value:g}')
 DASHED = (0, (4, 2.5))
-GIVEN: dict[str, Any] = {'color': palette.BEFORE, 'ls': DASHED}
-NOW: dict[str, Any] = {'color': palette.AFTER, 'ls': '-'}
-MEASURED: dict[str, Any] = {'color': palette.INK, 'ls': '-'}
 STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11, 'parse_math': False}
 MUTED = {**STYLE, 'color': palette.MUTED}
+MODELS = ('given', palette.GIVEN, 'as given'), ('now', palette.REPAIRED, 'with the switches')
 
 
-def draw(view: View, path: Path, told: Told) -> str:
-    """Write a view as .png, .svg, .gif or .mp4, as the path ends; its name.
+def draw(view: View, path: Path, heard: Heard) -> str:
+    """Write a view as .png, .svg, .gif or .mp4, as the path ends, and report on it; its name.
 
     Raises:
         UserError: a film cannot be encoded.
     """
-    told(path.name)
+    heard(path.name)
     if path.suffix in PICTURES:
         Drawn(view, FINE).figure.savefig(path)
     else:
         write = write_gif if path.suffix == '.gif' else write_mp4
-        write(path, _frames(view, lambda text: told(f'{path.name}, {text}')))
+        write(path, _frames(view, lambda text: heard(f'{path.name}, {text}')))
     return path.name
 
 
-def _frames(view: View, told: Told) -> Iterator[Image.Image]:
+def _frames(view: View, heard: Heard) -> Iterator[Image.Image]:
     """The pictures of a film: what stands still is drawn once."""
     drawn = Drawn(view, FILM, animated=True)
     canvas = FigureCanvasAgg(drawn.figure)
@@ -65,21 +63,16 @@ def _frames(view: View, told: Told) -> Iterator[Image.Image]:
         canvas.restore_region(still)
         for artist in drawn.moving:
             drawn.figure.draw_artist(artist)
-        if k % TOLD == 0:
-            told(f'picture {k + 1} of {len(view.times)}')
+        if k % SAID == 0:
+            heard(f'picture {k + 1} of {len(view.times)}')
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB')
 
 
 class Drawn:
     """A view on a figure, at the first of its times.
 
-    Args:
-        view: what is drawn.
-        dpi: dots per inch.
-        animated: leave out of the figure what moves, so that it can be drawn on top of it.
-
-    Attributes:
-        moving: what `show` changes, from below to above.
+    What `show` changes is `moving`, from below to above. Where `animated`, the figure is drawn
+    without it, so that it can be drawn on top.
     """
 
     def __init__(self, view: View, dpi: int, animated: bool = False) -> None:
@@ -87,18 +80,9 @@ class Drawn:
         height = HEIGHT + LINE * len(view.switched)
         self.figure = Figure((WIDTH, _even(height, dpi)), dpi, facecolor=palette.PAPER)
         head = 1.0 - (0.9 + LINE * len(view.switched)) / height
-        grid = self.figure.add_gridspec(
-            2,
-            2,
-            left=0.065,
-            right=0.985,
-            bottom=0.6 / height,
-            top=head,
-            height_ratios=(2.2, 1),
-            width_ratios=(1, 1.15),
-            hspace=0.28,
-            wspace=0.16,
-        )
+        edges = {'left': 0.065, 'right': 0.985, 'bottom': 0.6 / height, 'top': head}
+        ratios = {'height_ratios': (2.2, 1), 'width_ratios': (1, 1.15)}
+        grid = self.figure.add_gridspec(2, 2, **edges, **ratios, hspace=0.28, wspace=0.16)
         self._say(height)
         self._robot = self.figure.add_subplot(grid[0, 0])
         self._draw_robot()
@@ -127,9 +111,8 @@ class Drawn:
         top = 1.0 - 0.16 / height
         self.figure.text(0.015, top, view.title, **{**words, 'fontsize': 15}, weight='bold')
         self.figure.text(0.985, top, view.error, **{**words, 'fontsize': 13}, ha='right')
-        self.figure.text(
-            0.015, top - 0.34 / height, '\n'.join(view.switched), **words, linespacing=1.4
-        )
+        lines = '\n'.join(view.switched)
+        self.figure.text(0.015, top - 0.34 / height, lines, **words, linespacing=1.4)
 
     def _draw_robot(self) -> None:
         axes, stick = self._robot, self._view.stage.stick
@@ -138,8 +121,8 @@ class Drawn:
         if stick.root is not None:
             axes.plot(*stick.root[:, None], 's', color=palette.NOISE, markersize=8)
         (self._ground,) = axes.plot([], [], '|-', color=palette.MUTED, lw=1.2, markersize=6)
-        strokes = (GIVEN, 4.0, 0.75), (NOW, 4.0, 0.75), (MEASURED, 3.0, 1.0)
-        self._ghosts = [self._ghost(*stroke) for stroke in strokes]
+        models = [self._ghost(stroke, 4.0, 0.75) for stroke in (palette.GIVEN, palette.REPAIRED)]
+        self._ghosts = [*models, self._ghost(palette.MEASURED, 3.0, 1.0)]
         self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
         note = f'predicted {self._view.seconds:.2g} s ahead, again and again'
@@ -148,35 +131,26 @@ class Drawn:
         named = [('measured', measured), ('as given', given), ('with the switches', now)]
         _legend(axes, named + [('on the ground', self._feet)] * (stick.ground is not None))
 
-    def _ghost(self, stroke: dict[str, Any], width: float, opaque: float) -> LineCollection:
-        lines = LineCollection([], **stroke, lw=width, capstyle='round', alpha=opaque)
+    def _ghost(self, stroke: Stroke, width: float, opaque: float) -> LineCollection:
+        lines = LineCollection([], **_look(stroke), lw=width, capstyle='round', alpha=opaque)
         self._robot.add_collection(lines)
         return lines
 
     def _draw_horizon(self, axes: Any) -> None:
         curves, unit = self._view.horizon, self._view.unit
         seconds, (bottom, top) = curves['seconds'], heights(curves)
-        axes.set(
-            xscale='log',
-            yscale='log',
-            xlabel='prediction horizon [s]',
-            ylabel=f'rms error of {unit}',
-            ylim=(bottom, top),
-        )
+        axes.set(xscale='log', yscale='log', ylim=(bottom, top))
+        axes.set(xlabel='prediction horizon [s]', ylabel=f'rms error of {unit}')
         axes.fill_between(seconds, bottom, curves['floor'], color=palette.NOISE_FILL, lw=0)
         axes.plot(seconds, curves['floor'], color=palette.NOISE, ls=DASHED, label='noise floor')
-        for name, stroke, label in (
-            ('given', GIVEN, 'as given'),
-            ('now', NOW, 'with the switches'),
-        ):
-            axes.plot(
-                seconds, curves[name], marker='o', markersize=5, lw=2.2, label=label, **stroke
-            )
+        for name, stroke, label in MODELS:
+            look = {'marker': 'o', 'markersize': 5, 'lw': 2.2, **_look(stroke)}
+            axes.plot(seconds, curves[name], label=label, **look)
         for axis, span in ((axes.xaxis, seconds[-1] / seconds[0]), (axes.yaxis, top / bottom)):
             axis.set_major_locator(LogLocator(subs=(1, 2, 5) if span < LONG else (1,)))
             axis.set_major_formatter(PLAIN)
             axis.set_minor_locator(NullLocator())
-        _quiet(axes)
+        _style(axes)
         _legend(axes)
 
     def _draw_time(self, axes: Any) -> None:
@@ -184,23 +158,21 @@ class Drawn:
         axes.set(xlabel='time, one bag after the other [s]', ylabel=self._view.unit)
         for k, (begin, end) in enumerate(self._view.held):
             axes.axvspan(begin, end, color=palette.NOISE_FILL, lw=0, label='' if k else 'held out')
-        for name, stroke in (('given', GIVEN), ('now', NOW)):
-            axes.step(curves['time'], curves[name], where='mid', lw=1.8, **stroke)
-        axes.plot(
-            worst['time'],
-            worst['error'],
-            'v',
-            markersize=9,
-            color=palette.UNEXPLAINED,
-            markeredgecolor=palette.INK,
-            label='worst',
-        )
+        for name, stroke, _ in MODELS:
+            axes.step(curves['time'], curves[name], where='mid', lw=1.8, **_look(stroke))
+        look = {'color': palette.UNEXPLAINED, 'markeredgecolor': palette.INK, 'markersize': 9}
+        axes.plot(worst['time'], worst['error'], 'v', label='worst', **look)
         self._cursor = axes.axvline(self._view.times[0], color=palette.INK, lw=1.2)
         axes.yaxis.set_major_formatter(PLAIN)
         axes.margins(x=0.01, y=0.12)
         axes.set_ylim(bottom=0.0)
-        _quiet(axes)
+        _style(axes)
         _legend(axes)
+
+
+def _look(stroke: Stroke) -> dict[str, Any]:
+    """A stroke as matplotlib names it."""
+    return {'color': stroke.colour, 'ls': DASHED if stroke.dash == 'dashed' else '-'}
 
 
 def _even(inches: float, dpi: int) -> float:
@@ -216,7 +188,7 @@ def _ground(slope: float | None, left: float, right: float) -> tuple[Any, Any]:
     return marks, np.tan(slope) * marks
 
 
-def _quiet(axes: Any) -> None:
+def _style(axes: Any) -> None:
     """The report's style: a light grid, no frame."""
     axes.grid(color=palette.GRID)
     axes.set_axisbelow(True)
@@ -229,15 +201,7 @@ def _quiet(axes: Any) -> None:
 
 def _legend(axes: Any, named: Sequence[tuple[str, Any]] = ()) -> None:
     """Names above the axes, in one line: of these artists, or of all that have a label."""
-    told = {'labels': [n for n, _ in named], 'handles': [a for _, a in named]} if named else {}
-    axes.legend(
-        **told,
-        loc='lower left',
-        bbox_to_anchor=(-0.01, 0.99),
-        ncols=4,
-        frameon=False,
-        handlelength=2.2,
-        columnspacing=1.3,
-        handletextpad=0.6,
-        labelcolor=palette.INK,
-    )
+    shown = {'labels': [n for n, _ in named], 'handles': [a for _, a in named]} if named else {}
+    place = {'loc': 'lower left', 'bbox_to_anchor': (-0.01, 0.99), 'ncols': 4, 'frameon': False}
+    look = {'handlelength': 2.2, 'columnspacing': 1.3, 'handletextpad': 0.6}
+    axes.legend(**shown, **place, **look, labelcolor=palette.INK)

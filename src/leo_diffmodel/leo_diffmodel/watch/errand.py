@@ -16,19 +16,12 @@ from leo_msgs_py.errors import UserError
 
 Heard = Callable[[str], None]
 Ask = Callable[[Heard], Any]
-"""Does it, telling how far it is; its answer. It and the answer are sent between the processes."""
+"""Does it, reporting how far it is; its answer. Both are sent between the processes."""
 
 
 @dataclass(frozen=True)
 class News:
-    """How far it is.
-
-    Attributes:
-        text: what is being done.
-        count: how many things were.
-        answer: what came of it, at the end; never None then.
-        error: one line, where it ended without an answer.
-    """
+    """What is being done, the number of reports so far; at the end the answer or an error."""
 
     text: str = ''
     count: int = 0
@@ -42,11 +35,7 @@ class News:
 
 
 class Errand:
-    """Sends a process to do something, and hears of it.
-
-    Attributes:
-        news: of what it was sent for last.
-    """
+    """Sends a process to do something, and hears of it: `news`, of the last."""
 
     def __init__(self) -> None:
         self._process: BaseProcess | None = None
@@ -89,11 +78,7 @@ class Errand:
         self._process = self._pipe = None
 
     def _take(self, kind: str, what: Any) -> None:
-        self.news = {
-            'told': lambda: News(what, self.news.count + 1),
-            'answer': lambda: News(answer=what),
-            'error': lambda: News(error=what),
-        }[kind]()
+        self.news = News(what, self.news.count + 1) if kind == 'text' else News(**{kind: what})
 
 
 def _work(ask: Ask, pipe: Connection) -> None:
@@ -101,7 +86,7 @@ def _work(ask: Ask, pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
-        pipe.send(('answer', ask(lambda text: pipe.send(('told', text)))))
+        pipe.send(('answer', ask(lambda text: pipe.send(('text', text)))))
     except UserError as error:
         pipe.send(('error', str(error)))
 
@@ -113,9 +98,8 @@ Asked = Callable[[list[str], Heard], dict]
 class Finder(Errand):
     """The search behind 'find it for me'.
 
-    Attributes:
-        words: the command line that it explains: bags, model and options; empty where the bags
-            are kept no longer.
+    `words` are the command line that it explains: bags, model and options; none where the bags
+    are kept no longer.
     """
 
     def __init__(self, asked: Asked, words: list[str]) -> None:

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole recording, predicted from the measured state again and again."""
+"""The whole recording, predicted from the measured state again and again, and its player."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
+import time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,15 +18,15 @@ from leo_sim.model import Model
 
 Array = np.ndarray
 WORST = 5
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 
-@dataclass(frozen=True)
-class Frame:
-    """One instant: angles of all joints [rad, m], shape (J,), as measured and as predicted."""
+class Frame(NamedTuple):
+    """Angles of all joints at one instant [rad, m], (J,): by both models, and as measured."""
 
-    measured: Array
     given: Array
     repaired: Array
+    measured: Array
 
 
 @dataclass(frozen=True)
@@ -60,16 +63,14 @@ class Film:
 
     def repaired_by(self, model: Model) -> Film:
         """The same windows with another repaired model."""
-        again = _predicted(model, self.windows)
-        return Film(self.windows, self.time, self.given, again, self.held)
+        return replace(self, repaired=_predicted(model, self.windows))
 
     def frame(self, seconds: float) -> Frame:
         """What to draw at a time on the timeline; the nearest there is."""
-        last = np.searchsorted(self.time[:, 0], seconds, side='right') - 1
-        w = max(0, int(last))
+        w = max(0, int(np.searchsorted(self.time[:, 0], seconds, side='right')) - 1)
         k = int(np.argmin(np.abs(self.time[w] - seconds)))
         joints = self.windows.q.shape[-1]
-        return Frame(self.windows.q[w, k], self.given[w, k, :joints], self.repaired[w, k, :joints])
+        return Frame(self.given[w, k, :joints], self.repaired[w, k, :joints], self.windows.q[w, k])
 
     def error(self, states: Array, index: int) -> Array:
         """Rms error of one state over each window, shape (W,), in its unit."""
@@ -90,3 +91,44 @@ def _predicted(model: Model, windows: Windows) -> Array:
     """States predicted from the measured start; where they run away, as large as a plot bears."""
     states = predict(model, windows, windows.measured[:, 0])
     return np.nan_to_num(states, nan=1e6, posinf=1e6, neginf=-1e6)
+
+
+@dataclass
+class Player:
+    """A clock that runs from 0 to the length of what is played [s], and begins again.
+
+    It runs `speed` times as fast as `clock`.
+    """
+
+    length: float
+    clock: Callable[[], float] = time.monotonic
+    speed: float = 1.0
+    _from: float = 0.0
+    _since: float | None = None
+
+    @property
+    def playing(self) -> bool:
+        """Whether time goes on."""
+        return self._since is not None
+
+    @property
+    def now(self) -> float:
+        """Where it is [s]."""
+        if self._since is None:
+            return self._from
+        return (self._from + self.speed * (self.clock() - self._since)) % self.length
+
+    def go(self, seconds: float) -> None:
+        """Go there, playing or not."""
+        self._from = min(max(seconds, 0.0), self.length)
+        self._since = self.clock() if self.playing else None
+
+    def play(self, on: bool = True) -> None:
+        """Go on from here, or stand still."""
+        self._from = self.now
+        self._since = self.clock() if on else None
+
+    def at_speed(self, speed: float) -> None:
+        """Another speed from here on."""
+        self.go(self.now)
+        self.speed = speed

@@ -1,15 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A parameter of an effect on a slider: fine near what changes nothing, coarse far from it."""
+"""Sliders of parameters, fine near what changes nothing, and the values where they begin."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite, pi
 
+import numpy as np
+
+from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.windows import per_window
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.watch.scene import Scene
 from leo_sim.effects import Parameter
+from leo_sim.model import Model
 
 POWER = 4
 DIGITS = 4
+SCANS = (1.0, 41), (0.05, 9), (0.012, 9)
+ON_GROUND = (1.0, 21), (0.1, 7), (0.033, 7)
+"""How far each scan goes to each side of the best so far, of a slider, and its points; fewer of a
+robot on the ground."""
+MIDDLE = 0.4
+"""Where on its slider a parameter begins that only shapes an effect."""
+FARTHEST = 1e6
+"""Noise floors; a prediction that runs away is no worse than this."""
 
 
 @dataclass(frozen=True)
@@ -18,11 +33,6 @@ class Handle:
 
     Positions go from -1 (the lowest value) over 0 (as near to no effect as there is) to 1 (the
     highest value); where no effect is an end of the range, that half is not there.
-
-    Attributes:
-        parameter: with the limits of `explain.problem.candidates`.
-        low: lowest value.
-        high: highest value.
     """
 
     parameter: Parameter
@@ -67,3 +77,45 @@ class Handle:
         """The value within the range that is nearest; whole where it has to be."""
         within = min(max(float(value), self.low), self.high)
         return float(max(1, round(within))) if self.parameter.whole else within
+
+
+def guess(scene: Scene, base: Model, candidate: Candidate) -> dict[str, float]:
+    """The values at which an effect on top of a model predicts the training windows best.
+
+    Each parameter in turn is scanned over its slider, then ever more finely about the best: one
+    batch of rollouts each.
+    """
+    handles = [Handle.of(p) for p in candidate.parameters]
+    values = np.array([_begin(h) for h in handles])
+    for width, points in ON_GROUND if scene.model.robot.contacts else SCANS:
+        for i, handle in enumerate(handles):
+            tried = _tried(handle, values[i], width, points)
+            thetas = np.repeat(values[None], len(tried), axis=0)
+            thetas[:, i] = tried
+            values = thetas[int(np.argmin(_costs(scene, base, candidate, thetas)))]
+    return {h.parameter.name: h.inside(v) for h, v in zip(handles, values, strict=True)}
+
+
+def _begin(handle: Handle) -> float:
+    scales = handle.parameter.scales or handle.parameter.turns
+    return handle.anchor if scales else handle.value(MIDDLE * handle.ends[1])
+
+
+def _tried(handle: Handle, value: float, width: float, points: int) -> np.ndarray:
+    """A value, and others so far to each side of it on the slider."""
+    positions = np.linspace(*handle.ends, points)
+    if width != 1.0:
+        around = handle.position(value) + np.linspace(-width, width, points)
+        positions = np.clip(around, *handle.ends)
+    return np.array([value, *(handle.value(p) for p in positions)])
+
+
+def _costs(scene: Scene, base: Model, candidate: Candidate, thetas: np.ndarray) -> np.ndarray:
+    """How far off the training windows are at each point (S, P), in noise, shape (S,)."""
+    windows = scene.train
+    model = Hypothesis((candidate,)).model(base, thetas)
+    measured = windows.measured[:, 0]
+    starts = np.broadcast_to(measured, (len(thetas), *measured.shape))
+    off = (windows.measured - predict(model, windows, starts)) / per_window(scene.sigma, windows)
+    size = np.sqrt(np.nan_to_num(off**2, nan=FARTHEST**2, posinf=FARTHEST**2).mean(axis=(2, 3)))
+    return np.asarray(np.minimum(size, FARTHEST).mean(axis=1))

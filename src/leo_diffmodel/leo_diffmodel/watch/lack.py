@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -23,61 +24,16 @@ from leo_diffmodel.watch.scene import Scene
 from leo_sim.model import Model
 
 Array = np.ndarray
-Parts = Callable[[Windows], MissingTorque]
 AT_ONCE, ON_GROUND_AT_ONCE = 1000, 200
 """Windows that are estimated in one go, over the joints; of a robot on the ground."""
 
 
 @dataclass(frozen=True)
 class Lack:
-    """What one model lacks.
-
-    Attributes:
-        missing: the torque, window by window.
-        places: the same by joint and condition.
-    """
+    """The torque that one model lacks, window by window, and by joint and condition."""
 
     missing: MissingTorque
     places: Where
-
-
-def lack_of(scene: Scene, model: Model) -> Generator[bool, None, Lack]:
-    """What a model lacks, with pauses on the way.
-
-    Raises:
-        ValueError: the recordings are too short.
-        numpy.linalg.LinAlgError: the model cannot follow them.
-    """
-    windows = torque_windows(scene.recordings, model, HISTORY)
-    found = yield from _estimated(model, lambda w: estimate(model, w, scene.sigma), windows)
-    missing = trusted(found, model)
-    yield False
-    return Lack(missing, where(missing, model))
-
-
-def curve(scene: Scene, missing: MissingTorque, other: Model) -> Generator[bool, None, Array]:
-    """The torque that the model as given would lack if another were the robot, with pauses.
-
-    Args:
-        scene: the data.
-        missing: the windows in which the model as given lacks torque.
-        other: the model with what is switched on.
-
-    Returns:
-        torque of each window [N m], shape (W, J).
-    """
-    model = scene.model
-    found = yield from _estimated(
-        model, lambda w: supposed(model, other, w, scene.sigma), missing.windows
-    )
-    return found.torque
-
-
-def _estimated(
-    model: Model, work: Parts, windows: Windows
-) -> Generator[bool, None, MissingTorque]:
-    most = ON_GROUND_AT_ONCE if model.robot.contacts else AT_ONCE
-    return in_parts(work, windows, max(1, most // len(model.robot.joint_names)))
 
 
 class Lacks:
@@ -105,17 +61,33 @@ class Lacks:
         try:
             yield from self._follow(model, switched)
         except (ValueError, np.linalg.LinAlgError) as error:
-            self.trouble = f'torque over short windows cannot be told here: {error}'
+            self.trouble = f'torque over short windows cannot be estimated here: {error}'
         self.behind = False
         yield True
 
     def _follow(self, model: Model, switched: bool) -> Iterator[bool]:
+        given, sigma = self._scene.model, self._scene.sigma
         if self.given is None:
-            self.given = yield from lack_of(self._scene, self._scene.model)
+            self.given = yield from self._lack_of(given)
             yield True
         if not switched:
             self.now, self.curve = self.given, None
             return
-        self.curve = yield from curve(self._scene, self.given.missing, model)
+        work = partial(supposed, given, model, sigma=sigma)
+        self.curve = (yield from self._in_parts(work, self.given.missing.windows)).torque
         yield True
-        self.now = yield from lack_of(self._scene, model)
+        self.now = yield from self._lack_of(model)
+
+    def _lack_of(self, model: Model) -> Generator[bool, None, Lack]:
+        windows = torque_windows(self._scene.recordings, model, HISTORY)
+        work = partial(estimate, model, sigma=self._scene.sigma)
+        missing = trusted((yield from self._in_parts(work, windows)), model)
+        yield False
+        return Lack(missing, where(missing, model))
+
+    def _in_parts(
+        self, work: Callable[[Windows], MissingTorque], windows: Windows
+    ) -> Generator[bool, None, MissingTorque]:
+        robot = self._scene.model.robot
+        most = ON_GROUND_AT_ONCE if robot.contacts else AT_ONCE
+        return in_parts(work, windows, max(1, most // len(robot.joint_names)))

@@ -4,30 +4,74 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
+import itertools
 from pathlib import Path
 from typing import Any
 
 from leo_diffmodel.bags.recorder import free_folder
-from leo_diffmodel.watch.adding import Answer
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.next_run.motions import MotionRun
+from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.run_file import write_run
 from leo_diffmodel.watch.errand import Errand, Finder, Heard
-from leo_diffmodel.watch.plan import Plan
+from leo_diffmodel.watch.setting import Answer
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
 
-Asked = Callable[[list[str], dict[str, Any], Heard], Plan]
-"""Proposes a run for the bags of a command line and the contents of their explain.json."""
+NAME = 'next_run'
 FIRST = "'Find it for me' comes first: the run parts what that leaves open"
 NOWHERE = 'start leo watch with -o DIR to write the run there'
 GONE = f'the data that were searched are not kept; {NOWHERE}'
 
 
-class NextRun(Errand):
-    """The run to record next; written as soon as it is known, where there is a folder.
+@dataclass(frozen=True)
+class Plan:
+    """What leo next says in sentences, and the run that it proposes, if any.
 
-    Attributes:
-        file: the run file; None where none was written.
+    `predicted` is what the model with what was named makes of the run.
     """
+
+    words: tuple[str, ...]
+    robot: Robot
+    run: Run | MotionRun | None = None
+    predicted: Recording | None = None
+
+    @property
+    def seconds(self) -> float:
+        """How long the run is [s]."""
+        if isinstance(self.run, Run):
+            return self.run.count * self.robot.control_period
+        return self.run.seconds if self.run else 0.0
+
+    def write(self, folder: Path) -> Path | None:
+        """Write the run file as a new one into a folder; None where the run is no file.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        if not isinstance(self.run, Run):
+            return None
+        folder.mkdir(parents=True, exist_ok=True)
+        names = (f'{NAME}_{n}.csv' if n > 1 else f'{NAME}.csv' for n in itertools.count(1))
+        file = next(folder / name for name in names if not (folder / name).exists())
+        return write_run(file, self.run, self.robot)
+
+    def command(self, file: Path | None) -> list[str]:
+        """The words after `leo` that send it to the robot; none where there is nothing to send."""
+        if isinstance(self.run, MotionRun):
+            return self.run.command.split()
+        return ['play', str(file)] if file else []
+
+
+Asked = Callable[[list[str], dict[str, Any], Heard], Plan]
+"""Proposes a run for the bags of a command line and the contents of their explain.json."""
+
+
+class NextRun(Errand):
+    """The run to record next; written to `file` as soon as it is known, if there is a folder."""
 
     def __init__(self, state: State, finder: Finder, asked: Asked) -> None:
         super().__init__()
@@ -55,7 +99,7 @@ class NextRun(Errand):
 
     @property
     def recorded(self) -> list[str]:
-        """As `words`, and recorded into a new bag beside the run."""
+        """As `words`, and recorded into a new bag next to the run."""
         if not self.words or self._state.folder is None:
             return self.words
         name = self.file.stem if self.file else self.words[1]
@@ -80,7 +124,7 @@ class NextRun(Errand):
             return
         if self.news.answer is not None:
             self._write(self.news.answer)
-        self._state.tell()
+        self._state.notify()
 
     def _write(self, plan: Plan) -> None:
         folder = self._state.folder

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is looked at: recordings, their noise, held-out windows, and the effects to switch on."""
+"""What is looked at: recordings, noise, effects to switch on, a model's held-out errors."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.comparison import beyond
+from leo_diffmodel.compare.headline import Headline, headline
 from leo_diffmodel.compare.known import with_known
-from leo_diffmodel.compare.pushes import fast_enough
+from leo_diffmodel.compare.pushes import fast_enough, predict
 from leo_diffmodel.compare.windows import cut, spread_out, thin, Windows
 from leo_diffmodel.explain.findings.held_out import held_out
 from leo_diffmodel.explain.problem.candidates import candidates, limited
@@ -26,7 +27,7 @@ from leo_sim.model import Model
 Array = np.ndarray
 TRAIN_SECONDS = 0.5
 MOST_TRAINING, ON_GROUND = 40, 10
-"""Windows that tell a first value of an effect that is switched on; of a robot on the ground."""
+"""Windows that give a first value of an effect; of a robot on the ground."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +72,9 @@ class Scene:
         Args:
             recordings: bags of one robot.
             model: the model as given.
-            hold_out: held out whole; where there are none, every fourth time block is.
+            hold_out: held out whole; without any, every fourth time block is.
             extra: effects of the user's own.
-            step: length of one step [s]; by default the control period of the data.
+            step: [s]; by default the control period of the data.
 
         Raises:
             UserError: too little data, or rates that the model cannot follow.
@@ -91,30 +92,57 @@ class Scene:
         except ValueError as error:
             raise UserError(f'{everything[0].path}: {error}; record 20 s or more') from error
         found = {c.label: limited(c, known, SETTINGS.grids) for c in candidates(known, extra)}
-        return cls(
-            model,
-            known,
-            tuple(everything),
-            sigma,
-            blocks,
-            held,
-            train,
-            step,
-            found,
-            Timeline.of(everything),
-        )
+        timeline, data = Timeline.of(everything), tuple(everything)
+        return cls(model, known, data, sigma, blocks, held, train, step, found, timeline)
 
     def back_to_back(self, seconds: float) -> Windows:
         """All of the data in windows of so many seconds, each beginning where one ends."""
         return cut(self.recordings, seconds, stride=seconds, history=noise.HISTORY)
 
+    @property
+    def headline(self) -> Headline:
+        """Which error is shown as one figure: how far ahead, and whether rms or median."""
+        return headline(self.model.robot, float(np.median(self.held.dt.sum(axis=1))))
+
+    def score(self, model: Model) -> Score:
+        """Errors of a model on the held-out windows, with the floor of its own predictions."""
+        prediction = errors.predict_windows(model, self.held, self.sigma)
+        kind = self.headline
+        return Score(
+            errors.horizon_table(prediction, self.step),
+            np.array(kind.figures(prediction)[kind.statistic]),
+            np.array(kind.floor(prediction)[kind.statistic]),
+        )
+
+    def size(self, model: Model, floor: Array) -> float:
+        """The error of a model as one figure, in noise floors that are known, (2J,)."""
+        states = predict(model, self.held, self.held.measured[:, 0])
+        prediction = errors.Prediction(self.held, states, np.zeros_like(states))
+        return in_floors(self.headline.figures(prediction)[self.headline.statistic], floor)
+
+
+@dataclass(frozen=True)
+class Score:
+    """Errors of one model.
+
+    Attributes:
+        rows: against horizon: {steps, seconds, rmse, mean, noise_floor}, a figure per state.
+        figures: the headline's error of each state, shape (2J,).
+        floor: what a perfect model would make of it, shape (2J,).
+    """
+
+    rows: list[dict]
+    figures: Array
+    floor: Array
+
+
+def in_floors(figures: Array | Sequence[float], floor: Array) -> float:
+    """Errors of the states (2J,) as one figure: in noise floors, rms over the states."""
+    return float(np.sqrt(np.mean((figures / floor) ** 2)))
+
 
 def _held(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Windows:
-    """Held-out windows, as long as explain's.
-
-    Raises:
-        ValueError: none fits.
-    """
+    """Held-out windows, as long as explain's; ValueError where none fits."""
     for seconds in SETTINGS.grids.horizon_seconds:
         windows = held_out(recordings, blocks, model, seconds, remembering=True)
         if windows and windows.count:
@@ -123,11 +151,7 @@ def _held(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Wind
 
 
 def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Windows:
-    """A few windows that share no time with held-out data.
-
-    Raises:
-        ValueError: none fits.
-    """
+    """A few windows that share no time with held-out data; ValueError where none fits."""
     windows = cut(recordings, TRAIN_SECONDS, history=noise.HISTORY)
     trained = windows.take(blocks.train(windows))
     if not trained.count:
@@ -137,13 +161,11 @@ def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Win
 
 @dataclass(frozen=True)
 class Timeline:
-    """Where each recording lies on the axis.
+    """Where each recording lies on an axis of a length [s].
 
     Attributes:
-        names: of the recordings.
         first: first stamp of each in its bag [s], shape (R,).
         begin: where each begins on the axis [s], shape (R,).
-        length: of all together [s].
     """
 
     names: tuple[str, ...]

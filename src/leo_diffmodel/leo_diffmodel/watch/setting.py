@@ -1,28 +1,38 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which effects are switched on, with which values: what undo brings back; and the model of it."""
+"""The switches: which effects are on with which values, the model of them, and its file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+import itertools
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from leo_diffmodel.add.patch import from_data, from_words
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.watch.scene import Scene
-from leo_sim.effects import Placed
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
+from leo_sim.model.model_file import save_model
 
 Values = Mapping[str, float]
+FOUND = 'the explanation'
+MOVED = (
+    'values were moved by hand with refitted constants, which leo add does not write: '
+    'undo to what was found, or switch all off and set them on the constants as given'
+)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """The switches of the catalogue.
+    """The switches of the catalogue: values of the effects that are on, by `effect:where`.
 
-    Attributes:
-        on: values of the effects that are switched on, by `effect:where`.
-        refitted: the constants are as the explanation refitted them, not as given.
+    Where `refitted`, the constants are as the explanation refitted them, not as given.
     """
 
     on: Mapping[str, Values] = field(default_factory=dict)
@@ -51,8 +61,11 @@ def repaired(scene: Scene, base: Model, setting: Setting) -> Model:
 def words(scene: Scene, setting: Setting) -> list[str]:
     """EFFECT:WHERE PARAM=VALUE … as typed after `leo add MODEL`."""
     hypothesis, theta = _hypothesis(scene, setting)
-    named = zip(hypothesis.candidates, hypothesis.placed(scene.model, theta), strict=True)
-    return [word for c, placed in named for word in (_name(placed, c.where), *_values(placed))]
+    on, found = hypothesis.placed(scene.model, theta), []
+    for c, placed in zip(hypothesis.candidates, on, strict=True):
+        found.append(f'{placed.effect.source or placed.effect.name}:{c.where}')
+        found += [f'{name}={float(value)!r}' for name, value in placed.parameters.items()]
+    return found
 
 
 def _hypothesis(scene: Scene, setting: Setting) -> tuple[Hypothesis, np.ndarray]:
@@ -62,9 +75,53 @@ def _hypothesis(scene: Scene, setting: Setting) -> tuple[Hypothesis, np.ndarray]
     return Hypothesis(on), np.array(theta, dtype=float)
 
 
-def _name(placed: Placed, where: str) -> str:
-    return f'{placed.effect.source or placed.effect.name}:{where}'
+class Answer(NamedTuple):
+    """The contents of explain.json, as read back from one, and the switches that say the same."""
+
+    data: dict[str, Any]
+    setting: Setting
+
+    @classmethod
+    def of(cls, explanation: Mapping[str, Any], scene: Scene) -> Answer:
+        """An explain.json's contents; effects that have no switch here are left out."""
+        data = json.loads(json.dumps(explanation))
+        on = {}
+        for row in data['effects']:
+            if (label := f'{row["name"]}:{row["where"]}') in scene.candidates:
+                on[label] = {name: p['value'] for name, p in row['parameters'].items()}
+        return cls(data, Setting(on, refitted=bool(on)))
 
 
-def _values(placed: Placed) -> list[str]:
-    return [f'{name}={float(value)!r}' for name, value in placed.parameters.items()]
+def base_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:
+    """The model under the switches: as given, or with the constants that explain refitted."""
+    if not setting.refitted or answer is None:
+        return scene.model
+    whole = from_data(scene.model, answer.data, FOUND)[0]
+    return whole.changed(effects=scene.model.effects)
+
+
+def write_model(folder: Path, scene: Scene, setting: Setting, answer: Answer | None) -> Path:
+    """Write what is switched on as `leo add` does, with the explain.json it comes from.
+
+    Raises:
+        UserError: nothing is switched on, or values were moved after constants were refitted.
+    """
+    if not setting.on:
+        raise UserError('nothing is switched on: there is nothing to add')
+    target, explained = _fresh(folder)
+    if answer and setting == answer.setting:
+        model, entries = from_data(scene.given, answer.data, FOUND)
+        write_whole(explained, json.dumps(answer.data, indent=1, allow_nan=False) + '\n')
+    else:
+        if setting.refitted and answer and answer.data['constants']:
+            raise UserError(MOVED)
+        model, entries = from_words(scene.given, words(scene, setting))
+    folder.mkdir(parents=True, exist_ok=True)
+    return save_model(target, model, [*model.history, *entries])
+
+
+def _fresh(folder: Path) -> tuple[Path, Path]:
+    """Names of a model file and an explain.json that are not there yet."""
+    ends = ('' if number == 1 else f'_{number}' for number in itertools.count(1))
+    pairs = ((folder / f'model{end}.yaml', folder / f'explain{end}.json') for end in ends)
+    return next(pair for pair in pairs if not any(path.exists() for path in pair))

@@ -11,16 +11,12 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.errors import state_names
-from leo_diffmodel.watch import adding
-from leo_diffmodel.watch.adding import Answer
 from leo_diffmodel.watch.errand import Errand
-from leo_diffmodel.watch.film import Film
-from leo_diffmodel.watch.guess import guess
+from leo_diffmodel.watch.film import Film, Player
+from leo_diffmodel.watch.handle import guess
 from leo_diffmodel.watch.lack import Lacks
-from leo_diffmodel.watch.player import Player
-from leo_diffmodel.watch.scene import Scene
-from leo_diffmodel.watch.score import Score, score, size
-from leo_diffmodel.watch.setting import repaired, Setting, words
+from leo_diffmodel.watch.scene import in_floors, Scene, Score
+from leo_diffmodel.watch.setting import Answer, base_of, repaired, Setting, words, write_model
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
@@ -31,35 +27,30 @@ SHORTEST, LONGEST = 0.05, 3.0
 
 
 class State:
-    """One state for all tabs; whatever is done to it tells those that listen.
+    """One state for all tabs; those that listen are notified of whatever is done to it.
 
     Errors and film are those of the switches at once; what takes longer follows in pieces, each
     time `go_on` is called.
 
     Attributes:
-        scene: the data.
         folder: where models may be written; None: nowhere.
-        setting: what is switched on.
         answer: what explain found; None before it was asked.
-        player: where in the recording one is.
         horizon: over which the film predicts [s].
         shown: index of the state whose error the figures show.
-        given: errors of the model as given.
-        now: errors of the model with what is switched on.
+        given, now: errors of the model as given, and with what is switched on.
         without: of each effect that is on, the error if it alone were off [noise floors];
             follows.
-        film: the recording as predicted by both.
         lacks: the torque that both lack, and where; follows.
         chosen: the joint whose missing torque is shown, and the number of the variable against
             which; None before there is one.
         seconds: what the last change took to compute.
         drawing: draws pictures and films of the view.
-        listeners: called after each change.
     """
 
     def __init__(self, scene: Scene, folder: Path | None = None) -> None:
         self.scene, self.folder = scene, folder
-        self.setting, self.answer = Setting(), None  # type: Setting, Answer | None
+        self.setting = Setting()
+        self.answer: Answer | None = None
         self._past: list[Setting] = []
         self._moving: tuple[str, str] | None = None
         self._guessed: dict[str, dict[str, float]] = {}
@@ -68,10 +59,11 @@ class State:
         self.states = state_names(scene.model)
         self.listeners: list[Callable[[], None]] = []
         self.drawing = Errand()
-        self.given = self.now = score(scene, scene.model)
+        self.given = self.now = scene.score(scene.model)
         self.without: Mapping[str, float] = {}
         self.film = Film.of(scene, self.horizon, scene.model)
-        self.lacks, self.chosen = Lacks(scene), None  # type: Lacks, tuple[int, int] | None
+        self.lacks = Lacks(scene)
+        self.chosen: tuple[int, int] | None = None
         self._rest = self._follow(scene.model)
 
     @property
@@ -88,9 +80,7 @@ class State:
     def sizes(self) -> tuple[float, float]:
         """Held-out error as given and now, in noise floors."""
         floor = self.floor.floor
-        both = (float(np.sqrt(np.mean((s.figures / floor) ** 2))) for s in (self.given, self.now))
-        before, after = both
-        return before, after
+        return in_floors(self.given.figures, floor), in_floors(self.now.figures, floor)
 
     @property
     def words(self) -> list[str]:
@@ -106,11 +96,8 @@ class State:
         """Switch an effect on, first at the value that suits the training data best, or off."""
         if on == (label in self.setting.on):
             return
-        self._moving = None
-        if on:
-            self._set(self.setting.having(label, self._first(label)))
-        else:
-            self._set(self.setting.without(label))
+        self._moving, now = None, self.setting
+        self._set(now.having(label, self._first(label)) if on else now.without(label))
 
     def move(self, label: str, name: str, value: float) -> None:
         """Give a parameter of an effect that is on another value; one drag is undone at once."""
@@ -133,24 +120,22 @@ class State:
     def found(self, explanation: Mapping[str, Any]) -> None:
         """Switch on what explain named, with its values; nothing where it named nothing.
 
-        Args:
-            explanation: the contents of explain.json.
+        `explanation` is the contents of explain.json.
         """
         self.answer, self._moving = Answer.of(explanation, self.scene), None
         if self.answer.setting.on:
             self._set(self.answer.setting)
-        self.tell()
+        self.notify()
 
     def add(self) -> Path:
         """Write the model with what is switched on as `leo add` does; where it is.
 
         Raises:
-            UserError: there is no folder to write to, nothing is switched on, or it cannot be
-                said.
+            UserError: there is no folder, nothing is switched on, or words cannot say it.
         """
         if self.folder is None:
             raise UserError('start leo watch with -o DIR to write the model there')
-        return adding.write_model(self.folder, self.scene, self.setting, self.answer)
+        return write_model(self.folder, self.scene, self.setting, self.answer)
 
     def on(self, scene: Scene) -> State:
         """The same switches on other data of the same robot; this state stays as it is."""
@@ -169,7 +154,7 @@ class State:
         self.film, self.without, self.seconds = other.film, other.without, other.seconds
         self.lacks, self._rest = other.lacks, other._rest
         self.player.length = other.player.length
-        self.tell()
+        self.notify()
 
     def look_ahead(self, seconds: float) -> None:
         """Predict over another horizon [s], as far as there is one in the data."""
@@ -177,42 +162,42 @@ class State:
             return
         self.horizon = seconds
         self.film = Film.of(self.scene, seconds, self.model)
-        self.tell()
+        self.notify()
 
     def show(self, index: int) -> None:
         """Show the error of another state."""
         if index != self.shown:
             self.shown = index
-            self.tell()
+            self.notify()
 
     def choose(self, joint: int, variable: int) -> None:
         """Show what another joint lacks, or against another variable."""
         if (joint, variable) != self.chosen:
             self.chosen = joint, variable
-            self.tell()
+            self.notify()
 
     def go(self, seconds: float) -> None:
         """Go to a time on the timeline."""
         self.player.go(seconds)
-        self.tell()
+        self.notify()
 
     def play(self, on: bool) -> None:
         """Play, or pause."""
         if on != self.player.playing:
             self.player.play(on)
-            self.tell()
+            self.notify()
 
     def at_speed(self, speed: float) -> None:
         """Play at another speed."""
         if speed != self.player.speed:
             self.player.at_speed(speed)
-            self.tell()
+            self.notify()
 
     def go_on(self) -> bool:
         """Compute the next piece of what follows the last change; whether there was one."""
         for news in self._rest:
             if news:
-                self.tell()
+                self.notify()
             return True
         return False
 
@@ -236,11 +221,11 @@ class State:
         self.setting = setting
         self._guessed |= {label: dict(values) for label, values in setting.on.items()}
         self._compute()
-        self.tell()
+        self.notify()
 
     def _compute(self) -> None:
         began, model = time.perf_counter(), self.model
-        self.now = score(self.scene, model)
+        self.now = self.scene.score(model)
         self.film = self.film.repaired_by(model)
         self.without = {k: v for k, v in self.without.items() if k in self.setting.on}
         self.lacks.behind, self._rest = True, self._follow(model)
@@ -256,13 +241,13 @@ class State:
     def _size_without(self, label: str) -> float:
         rest = {name: v for name, v in self.setting.on.items() if name != label}
         model = self._with(Setting(rest, self.setting.refitted))
-        return size(self.scene, model, self.floor.floor)
+        return self.scene.size(model, self.floor.floor)
 
     def _with(self, setting: Setting) -> Model:
-        base = adding.base_of(self.scene, setting, self.answer)
+        base = base_of(self.scene, setting, self.answer)
         return repaired(self.scene, base, setting)
 
-    def tell(self) -> None:
-        """Tell all tabs that something changed."""
+    def notify(self) -> None:
+        """Let all tabs know that something changed."""
         for listener in [*self.listeners]:
             listener()

@@ -1,35 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a robot's poses are drawn, and a view as plain values that another process can draw."""
+"""What the page shows as plain values: curves, where poses are drawn, a view to be drawn apart."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.picture.film import RATE
 from leo_diffmodel.picture.stick import Stick
-from leo_diffmodel.watch.curves import Columns
+from leo_diffmodel.report.text import source
 from leo_sim.description.robot import Robot
 
+if TYPE_CHECKING:
+    from leo_diffmodel.watch.state import State
+
 Array = np.ndarray
+Columns = dict[str, Array]
+DEEPEST = 0.1
+"""Of the floor: errors below, as on data without noise, leave the picture."""
 WIDE = 1.35
 """Width of what is looked at over its height."""
 ROOM = 1.15
 """Half its height over the reach of the robot."""
 POSES = 100
-"""Of the recordings, which tell how far the robot reaches."""
+"""Of the recordings: how far the robot reaches."""
 FAR = 20.0
 """Times the reach; what lies beyond is drawn there."""
+FILM_SECONDS = 4.0
+"""How long a film is."""
 
 
 class Stage:
-    """Where poses are drawn; lengths in m.
+    """Where poses are drawn [m].
 
-    Attributes:
-        stick: draws a pose.
-        reach: how far the robot reaches from its mount, or from its middle where it walks.
+    `reach` is how far the robot gets from its mount, or from its middle where it walks.
     """
 
     def __init__(self, robot: Robot, recordings: Sequence[Recording]) -> None:
@@ -68,17 +76,12 @@ class View:
     """What is drawn.
 
     Attributes:
-        title: the robot and its data.
-        error: as given and now, in words.
-        switched: what is switched on, a line each.
         unit: the state whose error is shown, with its unit.
         seconds: how far ahead the ghosts are predicted [s].
-        stage: draws poses.
         times: of the pictures on the timeline [s], shape (F,).
         places: the same as bag and bag time.
         poses: joint angles as given, with the switches, as measured, shape (F, 3, J).
-        horizon, time, worst: `against_horizon`, `over_time` and `worst` of `curves`.
-        held: `held` of `curves`.
+        horizon, time, worst, held: as of `against_horizon`, `over_time`, `worst` and `held`.
     """
 
     title: str
@@ -94,3 +97,98 @@ class View:
     time: Columns
     worst: Columns
     held: Array
+
+
+def view_of(state: State, times: Array) -> View:
+    """The view at some times on the timeline [s], shape (F,)."""
+    scene, film, (before, after) = state.scene, state.film, state.sizes
+    return View(
+        title=f'{scene.given.robot.name}: {source(scene.recordings)}',
+        error=f'{before:.2f} → {after:.2f} noise floors, held out, {scene.headline.short}',
+        switched=_switched(state),
+        unit=unit(state),
+        seconds=state.horizon,
+        stage=Stage(scene.model.robot, scene.recordings),
+        times=times,
+        places=tuple(scene.timeline.words(float(t)) for t in times),
+        poses=np.array([film.frame(float(t)) for t in times]),
+        horizon=against_horizon(state),
+        time=over_time(state),
+        worst=worst(state),
+        held=held(state),
+    )
+
+
+def now(state: State) -> Array:
+    """The one time of a picture [s], shape (1,)."""
+    return np.array([state.player.now])
+
+
+def from_now(state: State) -> Array:
+    """The times of a film at the speed that is chosen [s]; to the end where less is left."""
+    step, count = state.player.speed / RATE, round(FILM_SECONDS * RATE)
+    begin = max(0.0, min(state.player.now, state.player.length - step * count))
+    times = begin + step * np.arange(count + 1)
+    return times[times <= state.player.length]
+
+
+def _switched(state: State) -> tuple[str, ...]:
+    lines = []
+    for label, values in state.setting.on.items():
+        parameters = state.scene.candidates[label].parameters
+        shown = [f'{p.name} = {values[p.name]:.4g} {p.unit}'.rstrip() for p in parameters]
+        lines.append(f'{label.replace(":", " at ")}: {", ".join(shown)}')
+    if state.setting.refitted and state.answer and (moved := state.answer.data['constants']):
+        lines.append(f'refitted by the explanation: {", ".join(moved)}')
+    return tuple(lines) or ('nothing is switched on',)
+
+
+def against_horizon(state: State) -> Columns:
+    """Rms error on held-out data: seconds, given, now, floor, each (H,)."""
+    i = state.shown
+    return {
+        'seconds': np.array([r['seconds'] for r in state.given.rows]),
+        'given': np.array([r['rmse'][i] for r in state.given.rows]),
+        'now': np.array([r['rmse'][i] for r in state.now.rows]),
+        'floor': np.array([r['noise_floor'][i] for r in state.floor.rows]),
+    }
+
+
+def heights(curves: Mapping[str, Array]) -> tuple[float, float]:
+    """The axis of `against_horizon`: all that is no smaller than a part of the floor."""
+    values = np.concatenate([curves[name] for name in ('floor', 'given', 'now')])
+    least = DEEPEST * float(np.min(curves['floor']))
+    return 0.6 * max(float(np.nanmin(values)), least), 1.6 * float(np.nanmax(values))
+
+
+def over_time(state: State) -> Columns:
+    """Rms error of each window of the film: time (its middle), given, now, each (W,)."""
+    film, i = state.film, state.shown
+    return {
+        'time': film.middle,
+        'given': film.error(film.given, i),
+        'now': film.error(film.repaired, i),
+    }
+
+
+def worst(state: State) -> Columns:
+    """The worst windows with the switches as they are: time, begin, error, worst first."""
+    film, i = state.film, state.shown
+    at = film.worst(i)
+    return {
+        'time': film.middle[at],
+        'begin': film.time[at, 0],
+        'error': film.error(film.repaired, i)[at],
+    }
+
+
+def held(state: State) -> Array:
+    """Begin and end of each held-out window of the film, (N, 2)."""
+    film = state.film
+    return film.time[film.held][:, [0, -1]]
+
+
+def unit(state: State) -> str:
+    """The state whose error is shown, with its unit."""
+    shown = state.states[state.shown]
+    return f'{shown["name"]} [{shown["unit"]}]'

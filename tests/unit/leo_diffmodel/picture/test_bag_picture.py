@@ -10,10 +10,9 @@ from PIL import Image
 import pytest
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.picture.bag_picture import show, Wanted
-from leo_diffmodel.picture.scene import TOUCH
-from leo_diffmodel.picture.shapes import shapes_of
-from leo_diffmodel.picture.stick import Stick
+from leo_diffmodel.picture.bag_picture import show
+from leo_diffmodel.picture.palette import TOUCH
+from leo_diffmodel.picture.stick import shapes_of, Stick
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot, named_robots
 from leo_sim.model import Model
@@ -44,8 +43,8 @@ def share_of(picture, colour):
 @pytest.mark.parametrize('name', ROBOTS)
 def test_every_robot_is_drawn(name, tmp_path):
     bag = bag_of(name, tmp_path / 'bag')
-    strip = Image.open(show(Wanted(bag, tmp_path / 'strip.png')))
-    single = Image.open(show(Wanted(bag, tmp_path / 'single.png', at=0.2)))
+    strip = Image.open(show(bag, tmp_path / 'strip.png'))
+    single = Image.open(show(bag, tmp_path / 'single.png', at=0.2))
     assert strip.width == 1600
     assert single.width == 640
     assert min(share_of(image, '#ffffff') for image in (strip, single)) > 0.3
@@ -54,7 +53,7 @@ def test_every_robot_is_drawn(name, tmp_path):
 
 def test_contacts_are_drawn_where_feet_touch(tmp_path):
     bag = bag_of('leo', tmp_path / 'bag')
-    on, off = (Image.open(show(Wanted(bag, tmp_path / f'{at}.png', at=at))) for at in (0.2, 0.8))
+    on, off = (Image.open(show(bag, tmp_path / f'{at}.png', at=at)) for at in (0.2, 0.8))
     assert share_of(on, TOUCH) > 1e-4
     assert share_of(off, TOUCH) == 0
 
@@ -73,7 +72,7 @@ def test_the_stick_figure_is_the_robot():
 
 def test_an_animation_runs_as_fast_as_the_robot(tmp_path):
     bag = bag_of('leo', tmp_path / 'bag')
-    film = Image.open(show(Wanted(bag, tmp_path / 'film.gif', at=0.2, seconds=0.6)))
+    film = Image.open(show(bag, tmp_path / 'film.gif', at=0.2, seconds=0.6))
     assert film.n_frames == 16
     assert film.info['duration'] == 40
     assert film.size == (720, 440)
@@ -83,7 +82,7 @@ def test_a_film_without_ffmpeg_says_so(tmp_path, monkeypatch):
     bag = bag_of('pendulum', tmp_path / 'bag')
     monkeypatch.setenv('PATH', str(tmp_path))
     with pytest.raises(UserError, match=r'needs the program ffmpeg; install it or write a \.gif'):
-        show(Wanted(bag, tmp_path / 'film.mp4', seconds=0.2))
+        show(bag, tmp_path / 'film.mp4', seconds=0.2)
     assert not (tmp_path / 'film.mp4').exists()
 
 
@@ -102,7 +101,7 @@ def test_what_cannot_be_drawn(changes, said, tmp_path):
     bag = bag_of('pendulum', tmp_path / 'bag')
     output = tmp_path / changes.pop('output', 'swing.png')
     with pytest.raises(UserError, match=said):
-        show(Wanted(bag, output, **changes))
+        show(bag, output, **changes)
     assert not output.exists()
 
 

@@ -12,9 +12,9 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import RATE
-from leo_diffmodel.picture.scene import TICK
-from leo_diffmodel.watch import shown
+from leo_diffmodel.watch import view as shown
 from leo_diffmodel.watch.drawing import draw, Drawn, FILM, FINE
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
@@ -39,7 +39,7 @@ def state():
 @pytest.fixture
 def few(state):
     """A film of five pictures."""
-    return shown.view(state, shown.from_now(state)[::25])
+    return shown.view_of(state, shown.from_now(state)[::25])
 
 
 def test_a_film_begins_now_and_lasts_as_long_at_any_speed(state):
@@ -60,7 +60,7 @@ def test_where_little_is_left_a_film_shows_the_end(state):
 
 
 def test_a_picture_says_what_is_switched_on_and_draws_what_the_page_shows(state):
-    view = shown.view(state, shown.now(state))
+    view = shown.view_of(state, shown.now(state))
     drawn = Drawn(view, FINE)
     value = state.setting.on[LABEL]['c']
     words = [text.get_text() for text in drawn.figure.texts]
@@ -80,7 +80,7 @@ def test_a_picture_says_what_is_switched_on_and_draws_what_the_page_shows(state)
 
 def test_nothing_switched_on_is_said(state):
     state.switch(LABEL, False)
-    view = shown.view(state, shown.now(state))
+    view = shown.view_of(state, shown.now(state))
     state.switch(LABEL, True)
     assert view.switched == ('nothing is switched on',)
 
@@ -88,7 +88,7 @@ def test_nothing_switched_on_is_said(state):
 @pytest.mark.parametrize('name', ['view.png', 'view.svg'])
 def test_a_picture_is_written(state, tmp_path, name):
     path = tmp_path / name
-    assert draw(shown.view(state, shown.now(state)), path, lambda _: None) == name
+    assert draw(shown.view_of(state, shown.now(state)), path, lambda _: None) == name
     if path.suffix == '.svg':
         assert palette.BEFORE in path.read_text()
         ElementTree.parse(path)

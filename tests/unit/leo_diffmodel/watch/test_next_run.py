@@ -10,8 +10,7 @@ from leo_diffmodel.next_run.motions import MotionRun
 from leo_diffmodel.next_run.proposed_run import Run
 from leo_diffmodel.next_run.run_file import read_run
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.next_run import FIRST, GONE, NextRun, NOWHERE
-from leo_diffmodel.watch.plan import Plan
+from leo_diffmodel.watch.next_run import FIRST, GONE, NextRun, NOWHERE, Plan
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
@@ -43,9 +42,9 @@ class AtOnce(NextRun):
 
 @pytest.fixture
 def page(tmp_path):
-    """The state and the search, as far as a proposal needs them; tells are counted."""
-    state = SimpleNamespace(answer=None, folder=tmp_path / 'out', told=0)
-    state.tell = lambda: vars(state).update(told=state.told + 1)
+    """The state and the search, as far as a proposal needs them; notices are counted."""
+    state = SimpleNamespace(answer=None, folder=tmp_path / 'out', noticed=0)
+    state.notify = lambda: vars(state).update(noticed=state.noticed + 1)
     finder = SimpleNamespace(busy=False, news=News(), words=['bag', '--model', 'pendulum'])
     return SimpleNamespace(state=state, finder=finder, next=AtOnce(state, finder, asked))
 
@@ -78,7 +77,7 @@ def test_the_run_is_written_and_can_be_played_and_a_second_one_is_another_file(p
     )
     assert found.recorded == ['play', str(file), '--bag', str(file.with_suffix(''))]
     np.testing.assert_allclose(read_run(file).inputs[:-1], RUN.inputs, atol=1e-5)
-    assert page.state.told and found.said == ''
+    assert page.state.noticed and found.said == ''
     assert ask(page, 'ambiguous').file == tmp_path / 'out' / 'next_run_2.csv'
 
 

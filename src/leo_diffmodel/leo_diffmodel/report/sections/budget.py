@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,9 @@ MOST_ACROSS = 6
 """States that a table shows side by side."""
 NOISE_ALONE = 1.2
 """Errors up to this many times the noise floor are put down to chance."""
-TOLD = {'rmse': ('rms', 'mean squared error'), 'median': ('median', 'squared median error')}
-"""In words, by the figure that an answer is told with."""
+WORDS = {'rmse': ('rms', 'mean squared error'), 'median': ('median', 'squared median error')}
+"""By the figure that an answer is given in."""
+NO_LADDER: dict[str, Any] = {'word': '', 'states': [], 'ladder': []}
 
 
 def explained(errors: Mapping[str, Any]) -> Section:
@@ -28,32 +29,36 @@ def explained(errors: Mapping[str, Any]) -> Section:
     """
     *models, noise = errors['ladder']
     kind = errors['statistic']
-    word, squared = TOLD[kind]
+    word, squared = WORDS[kind]
+    noise_square = np.array(noise[kind]) ** 2
     square = np.array([row[kind] for row in models]) ** 2
-    whole = np.maximum(square[0], np.array(noise[kind]) ** 2)
+    whole = np.maximum(square[0], noise_square)
     whole = whole * (square[0] / whole).mean()
     share = (square / whole).mean(axis=1)
     gained = np.maximum(share[:-1] - share[1:], 0.0)
-    floor = float((np.minimum(np.array(noise[kind]) ** 2, square[-1]) / whole).mean())
-    if np.mean(square[-1] / np.array(noise[kind]) ** 2) < NOISE_ALONE**2:
+    floor = float((np.minimum(noise_square, square[-1]) / whole).mean())
+    if np.mean(square[-1] / noise_square) < NOISE_ALONE**2:
         floor = float(share[-1])
     rest = max(float(share[-1]) - floor, 0.0)
     named = [
         _part(row['model'].removeprefix('+ '), g, palette.EFFECTS[i % len(palette.EFFECTS)])
         for i, (row, g) in enumerate(zip(models[1:], gained, strict=True))
     ]
-    return _section(
-        [*named, *_remainder(rest, floor)],
-        'Where the error goes',
+    note = (
         f'Shares of the {squared} of the model as given, {noise["seconds"]:g} s ahead on '
         'held-out data; every state counts alike. Noise is what a perfect model would be charged, '
         f'and what exceeds it by less than {percent(NOISE_ALONE - 1)}, as chance does. What the '
         'answer says is something else is counted in the shorter windows of the fit, with starts '
-        'that are free; it grows with the time ahead.',
-        _ladder(errors['ladder'], errors['states'], kind),
-        [s['name'] for s in errors['states']],
-        word,
+        'that are free; it grows with the time ahead.'
     )
+    units = [s['unit'] for s in errors['states']]
+    rows = [
+        {'model': r['model'], 'error': [quantity(*e) for e in zip(r[kind], units, strict=True)]}
+        for r in errors['ladder']
+    ]
+    states = [s['name'] for s in errors['states']]
+    ladder = {'word': word, 'states': states, 'ladder': rows}
+    return _section([*named, *_remainder(rest, floor)], 'Where the error goes', note, ladder)
 
 
 def measured(budget: Mapping[str, float]) -> Section:
@@ -66,7 +71,7 @@ def measured(budget: Mapping[str, float]) -> Section:
         'Shares of the mean square of the motion within half a second; every state counts '
         'alike. Noise is what a perfect model would be charged.'
     )
-    return _section(parts, 'How much of the motion the model explains', note, [], [])
+    return _section(parts, 'How much of the motion the model explains', note, NO_LADDER)
 
 
 def _remainder(unexplained: float, noise: float) -> list[dict[str, Any]]:
@@ -80,36 +85,10 @@ def _part(name: str, share: float, colour: str) -> dict[str, Any]:
     return {'name': name, 'share': float(share), 'colour': colour}
 
 
-def _ladder(
-    rows: Sequence[Mapping[str, Any]], states: Sequence[Mapping[str, Any]], kind: str
-) -> list[dict[str, Any]]:
-    return [
-        {
-            'model': row['model'],
-            'error': [quantity(e, s['unit']) for e, s in zip(row[kind], states, strict=True)],
-        }
-        for row in rows
-    ]
-
-
 def _section(
-    parts: list[dict[str, Any]],
-    title: str,
-    note: str,
-    ladder: list[dict[str, Any]],
-    states: list[str],
-    word: str = '',
+    parts: list[dict[str, Any]], title: str, note: str, ladder: Mapping[str, Any]
 ) -> Section:
     whole = max(sum(p['share'] for p in parts), 1e-12)
     bar = [{**p, 'width': 100 * p['share'] / whole} for p in parts if p['share'] > 0]
-    values = {
-        'title': title,
-        'note': note,
-        'bar': bar,
-        'parts': parts,
-        'ladder': ladder,
-        'word': word,
-        'states': states,
-        'tall': len(states) > MOST_ACROSS,
-    }
-    return Section('budget.html', values)
+    values = {'title': title, 'note': note, 'bar': bar, 'parts': parts, **ladder}
+    return Section('budget.html', {**values, 'tall': len(ladder['states']) > MOST_ACROSS})

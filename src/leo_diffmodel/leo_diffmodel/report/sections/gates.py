@@ -14,21 +14,10 @@ from leo_diffmodel.report.text import number, quantity, unit
 
 
 def section(settings: Mapping[str, float | None], found: Search | None) -> Section:
-    """All gates by name, and the plausible range of each parameter of the supported effects.
-
-    Args:
-        settings: of explain.json; None stands for no limit.
-        found: the finished search; None where there was none.
-    """
+    """All gates of explain.json by name, and the plausible range of each named parameter."""
     said = texts(Gates)
-    gates = [
-        {
-            'name': name,
-            'value': 'no limit' if value is None else f'{value:g}',
-            'said': said.get(name, ''),
-        }
-        for name, value in settings.items()
-    ]
+    values = {n: 'no limit' if value is None else f'{value:g}' for n, value in settings.items()}
+    gates = [{'name': n, 'value': v, 'said': said.get(n, '')} for n, v in values.items()]
     return Section('gates.html', {'gates': gates, 'limits': _limits(found) if found else []})
 
 

@@ -4,36 +4,45 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from bokeh.models import Range1d, Span
 import numpy as np
 
+from leo_diffmodel.compare.conditions import conditions
 from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report.canvas import canvas, hover, LOW, plain_numbers, ticks
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.plots import health, Line
 from leo_diffmodel.report.text import number, percent
-from leo_diffmodel.report.traces import correlation as correlogram
-from leo_diffmodel.report.whiteness import by_condition, chi_squared, Correlation, correlation
 
 Array = np.ndarray
+LAGS = 10
+DRAWS = 60
+SEED = 0
+PUSH_TIMES = 5.0
+BAND = (0.025, 0.975)
+LASTING = 2.0
+SHOWN = ('speed', 'direction', 'load', 'motor')
 
 
 def section(found: Search, errors: Mapping[str, Any]) -> Section:
     """Chi-squared of every window against time, autocorrelation, and chi-squared by condition.
 
-    Args:
-        found: the finished search.
-        errors: `chi2_ratio` and `unexplained_share` of explain.json's errors.
+    Of `errors` of explain.json, `chi2_ratio` and `unexplained_share` are shown.
     """
     problem = found.problem
     most, repaired = problem.gates.unexplained, bool(found.final.hypothesis.candidates)
     time, borders = _in_a_row(problem.windows)
     white = correlation(problem, found.final)
     names = problem.base.robot.joint_names
-    plot = health(time, chi_squared(found.null), chi_squared(found.final), not repaired, borders)
+    before = chi_squared(found.null) if repaired else None
+    plot = _ratios(time, before, chi_squared(found.final), borders)
     values = {
         'certificate': found.final.certificate,
         'ratio': number(errors['chi2_ratio']),
@@ -45,15 +54,20 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'correlated': not white.white,
         'strength': number(white.strength, 2),
         'joints': list(zip(names, palette.CANDIDATES, strict=False)) if len(names) > 1 else [],
-        'conditions': _conditions(by_condition(problem, found.null, found.final), most),
+        'conditions': [
+            {**row, 'range': _range(row), 'bad': row['after'] > most}
+            for row in by_condition(problem, found.null, found.final)
+        ],
         'many': len(names) > 1,
     }
-    return Section('health.html', values, (plot, *_correlograms(white, names)))
+    kinds = ('angle', 0), ('rate', len(names))
+    correlograms = [_correlogram(white, names, *kind) for kind in kinds]
+    return Section('health.html', values, (plot, *correlograms))
 
 
 def _legend(repaired: bool) -> list[tuple[str, Stroke]]:
     before, after = Stroke(palette.BEFORE, 'points'), Stroke(palette.AFTER, 'points')
-    noise = ('only noise', Stroke(palette.NOISE, 'dashed'))
+    noise = ('only noise', palette.FLOOR)
     if repaired:
         return [('as given', before), ('repaired', after), noise]
     return [('the model', before), noise]
@@ -74,37 +88,131 @@ def _in_a_row(windows: Windows) -> tuple[Array, list[float]]:
     return (shifted, borders[1:]) if borders[1:] else (time, [])
 
 
-def _correlograms(white: Correlation, names: Sequence[str]) -> list[Any]:
-    """One for the angles and one for the rates, a line for each joint."""
-    joints, figures = len(names), []
-    for first, label in ((0, 'angle'), (joints, 'rate')):
-        columns = slice(first, first + joints)
-        lines = [
-            Line(name, white.value[:, first + j], stroke)
-            for j, (name, stroke) in enumerate(zip(names, palette.CANDIDATES, strict=False))
-        ]
-        low, high = white.low[:, columns].min(axis=1), white.high[:, columns].max(axis=1)
-        axis = f'autocorrelation, {label} [1]'
-        figures.append(correlogram(white.seconds, lines, low, high, axis))
-    return figures
+def _ratios(time: Array, before: Array | None, after: Array, borders: list[float]) -> Any:
+    """Squared whitened residual over its expected value in each window, against its middle [s].
+
+    One series where nothing was repaired; lines at the borders, where a further bag begins [s].
+    """
+    label = 'time, one bag after the other [s]' if borders else 'time in the bag [s]'
+    plot = canvas(label, 'squared residual / expected [1]', y_axis_type='log')
+    if before is not None:
+        plot.scatter(time, before, size=4, color=palette.BEFORE, alpha=0.6)
+    colour = palette.BEFORE if before is None else palette.AFTER
+    dots = plot.scatter(time, after, size=4.5, color=colour, alpha=0.7)
+    hover(plot, dots, [('bag time', '@x{0.00} s'), ('ratio', '@y{0.00}')])
+    both = after if before is None else np.concatenate([after, before])
+    bottom, top = 0.7 * min(both.min(), 1.0), 1.4 * max(both.max(), 1.0)
+    plot.y_range = Range1d(bottom, top)
+    plain_numbers(plot.yaxis)
+    plot.yaxis.ticker = ticks(bottom, top)
+    for border in borders:
+        plot.add_layout(Span(location=border, dimension='height', line_color=palette.GRID))
+    span = [float(time.min()), float(time.max())]
+    plot.line(span, [1, 1], color=palette.NOISE, line_dash='dashed', line_width=1.5)
+    return plot
 
 
-def _conditions(rows: Sequence[Mapping[str, Any]], most: float) -> list[dict[str, Any]]:
-    return [
-        {
-            'joint': r['joint'],
-            'variable': r['variable'],
-            'range': _range(r),
-            'windows': r['windows'],
-            'before': number(r['before']),
-            'after': number(r['after']),
-            'bad': r['after'] > most,
-        }
-        for r in rows
-    ]
+def _correlogram(white: Correlation, names: Sequence[str], kind: str, first: int) -> Any:
+    """A line for each joint against lag, and the widest band that white noise would stay in."""
+    columns, seconds = slice(first, first + len(names)), white.seconds
+    values = white.value[:, columns]
+    low, high = white.low[:, columns].min(axis=1), white.high[:, columns].max(axis=1)
+    plot = canvas('lag [s]', f'autocorrelation, {kind} [1]', height=LOW)
+    plot.varea(seconds, low, high, color=palette.NOISE_FILL)
+    plot.line([seconds[0], seconds[-1]], [0, 0], color=palette.NOISE, line_width=1)
+    lines = list(zip(names, values.T, palette.CANDIDATES, strict=False))
+    for name, line, stroke in lines:
+        look = {'color': stroke.colour}
+        plot.line(seconds, line, line_width=2, line_dash=stroke.dash, **look)
+        dots = plot.scatter(seconds, line, size=6, **look)
+        hover(plot, dots, [(name, '@y{0.00}'), ('lag', '@x{0.000} s')])
+    ends = np.concatenate([low, high, *(line for _, line, _ in lines)])
+    plot.y_range = Range1d(min(-0.25, 1.1 * ends.min()), max(0.25, 1.1 * ends.max()))
+    plain_numbers(plot.xaxis)
+    return plot
 
 
 def _range(row: Mapping[str, Any]) -> str:
     if isinstance(row['bin'], str):
         return row['bin']
     return ' … '.join(number(end, 2) for end in row['bin']) + f' {row["unit"]}'
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Autocorrelation of the residual, and that of white noise treated alike.
+
+    Projecting initial states out correlates even white noise, so the band comes from draws of
+    white noise through the same projection.
+
+    Attributes:
+        seconds: of each lag, shape (L,).
+        value: of each lag and channel (angles, then rates), shape (L, 2J).
+        low, high: 95 % band of white noise, shape (L, 2J).
+        strength: mean square of the autocorrelations, each in standard deviations of what white
+            noise gives: 1 for white noise.
+        white: the strength is at most 2, or one that white noise reached.
+    """
+
+    seconds: Array
+    value: Array
+    low: Array
+    high: Array
+    strength: float
+    white: bool
+
+
+def correlation(problem: Problem, fitted: Fit) -> Correlation:
+    """Autocorrelation at up to ten samples; windows far worse than most take no part."""
+    windows = problem.windows
+    inliers = np.flatnonzero(chi_squared(fitted) < PUSH_TIMES * np.median(chi_squared(fitted)))
+    linear = problem.take(inliers).linearised(
+        fitted.hypothesis, fitted.theta, fitted.start[inliers]
+    )
+    basis = np.linalg.qr(linear.by_start)[0]
+    lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))
+    channels = fitted.start.shape[-1]
+    rng, drawn = np.random.default_rng(SEED), []
+    for _ in range(DRAWS):
+        noise = rng.standard_normal((*linear.residual.shape, 1))
+        rest = noise - basis @ (np.swapaxes(basis, -1, -2) @ noise)
+        drawn.append(_autocorrelation(rest[..., 0], channels, lags))
+    value = _autocorrelation(fitted.residual[inliers], channels, lags)
+    middle, spread = np.mean(drawn, axis=0), np.std(drawn, axis=0)
+    strength = float((((value - middle) / spread) ** 2).mean())
+    highest = float((((np.array(drawn) - middle) / spread) ** 2).mean(axis=(1, 2)).max())
+    low, high = np.quantile(drawn, BAND, axis=0)
+    seconds = lags * float(np.median(windows.dt))
+    return Correlation(seconds, value, low, high, strength, strength <= max(highest, LASTING))
+
+
+def chi_squared(fitted: Fit) -> Array:
+    """Mean squared whitened residual of each window over its expected value, shape (W,)."""
+    free = fitted.residual.shape[-1] - fitted.start.shape[-1]
+    return (fitted.residual**2).sum(axis=-1) / free
+
+
+def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:
+    """Rows {joint, variable, bin, unit, windows, before, after}: median ratios by condition."""
+    names = problem.base.robot.joint_names
+    early, late = chi_squared(before), chi_squared(after)
+    return [
+        {
+            'joint': names[c.joint],
+            'variable': c.variable,
+            'bin': c.bin if isinstance(c.bin, str) else list(c.bin),
+            'unit': c.unit,
+            'windows': int(c.inside.sum()),
+            'before': float(np.median(early[c.inside])),
+            'after': float(np.median(late[c.inside])),
+        }
+        for c in conditions(problem.windows, problem.base, most=3)
+        if c.variable in SHOWN
+    ]
+
+
+def _autocorrelation(residual: Array, channels: int, lags: Array) -> Array:
+    """Of each lag and channel, over all windows, shape (L, C)."""
+    e = residual.reshape(len(residual), -1, channels)
+    power = (e**2).sum(axis=(0, 1))
+    return np.stack([(e[:, k:] * e[:, :-k]).sum(axis=(0, 1)) for k in lags]) / power

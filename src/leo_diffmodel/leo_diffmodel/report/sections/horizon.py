@@ -6,31 +6,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bokeh.models import ColumnDataSource, Range1d
 import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report.canvas import canvas, hover, Line, plain_numbers, ticks
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.plots import horizon, Line
 
-HELD_OUT = (
-    'Rms error of predictions that start from the measured state, on data that no fit has seen. '
-    'The shaded floor is what a perfect model would score on this bag: noise in the start state, '
-    'carried along, and in the reading.'
+NOTE = (
+    'Rms error of predictions that start from the measured state{} The shaded floor is what a '
+    'perfect model would score on this bag: noise in the start state, carried along, and in the '
+    'reading.'
 )
-PLAIN = (
-    'Rms error of predictions that start from the measured state; nothing was fitted. The shaded '
-    'floor is what a perfect model would score on this bag: noise in the start state, carried '
-    'along, and in the reading.'
-)
+HELD_OUT, PLAIN = ', on data that no fit has seen.', '; nothing was fitted.'
 BELOW_FLOOR = 0.6
 MOST_FIGURES = 6
 """Where there are more states, their rates are left to the JSON."""
 THIN, WIDE = 1.5, 2.5
 Row = Mapping[str, Any]
 Series = Mapping[str, tuple[list[list[float]], Stroke]]
-BEFORE = Stroke(palette.BEFORE, 'solid')
-AFTER = Stroke(palette.AFTER, 'solid')
+BEFORE, AFTER = Stroke(palette.BEFORE), palette.REPAIRED
 DOTTED = 'dotted'
 TRAINING = {'before': Stroke(palette.BEFORE, DOTTED), 'after': Stroke(palette.AFTER, DOTTED)}
 
@@ -38,10 +34,7 @@ TRAINING = {'before': Stroke(palette.BEFORE, DOTTED), 'after': Stroke(palette.AF
 def held_out(errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] = ()) -> Section:
     """Before and after a repair; where nothing was repaired, the model alone.
 
-    Args:
-        errors: of explain.json, held out.
-        repaired: effects were added.
-        training: the same rows on the data that the fits did see.
+    `errors` are those of explain.json, `training` rows of errors on the data that the fits saw.
     """
     keys = {'before': ('as given', BEFORE), 'after': ('repaired', AFTER)}
     if not repaired:
@@ -55,7 +48,7 @@ def held_out(errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] 
         series |= _training(rows, training, {k: name for k, (name, _) in keys.items()})
     floor = [r['noise_floor'] for r in rows]
     sure = errors['statistic'] == 'rmse'
-    return _section(errors['states'], _seconds(rows), series, floor, HELD_OUT, sure)
+    return _section(errors['states'], rows, series, floor, HELD_OUT, sure)
 
 
 def _training(rows: Sequence[Row], seen: Sequence[Row], names: Mapping[str, str]) -> Series:
@@ -72,7 +65,7 @@ def plain(data: Mapping[str, Any]) -> Section:
     """The errors of compare.json."""
     floor = [r['rmse'] for r in data['noise_floor']['horizon']]
     series = {'the model': ([r['rmse'] for r in data['horizon']], BEFORE)}
-    return _section(data['states'], _seconds(data['horizon']), series, floor, PLAIN)
+    return _section(data['states'], data['horizon'], series, floor, PLAIN)
 
 
 def _floor_too_high(series: Series, floor: list[list[float]]) -> bool:
@@ -82,37 +75,54 @@ def _floor_too_high(series: Series, floor: list[list[float]]) -> bool:
     return bool((best < BELOW_FLOOR * np.array(floor)).any())
 
 
-def _seconds(rows: Sequence[Row]) -> list[float]:
-    return [r['seconds'] for r in rows]
-
-
 def _section(
-    states: Sequence[Mapping[str, Any]],
-    seconds: list[float],
+    states: Sequence[Row],
+    rows: Sequence[Row],
     series: Series,
     floor: list[list[float]],
     note: str,
     sure: bool = True,
 ) -> Section:
     """The figures; the floor is `sure` unless a few windows decide it, as on the ground."""
-    figures = [
-        horizon(
-            seconds,
-            [
-                Line(n, [row[i] for row in v], stroke, THIN if stroke.dash == DOTTED else WIDE)
-                for n, (v, stroke) in series.items()
-            ],
-            [row[i] for row in floor],
-            f'rms error of {state["name"]} [{state["unit"]}]',
-        )
-        for i, state in enumerate(states)
-        if len(states) <= MOST_FIGURES or not state['name'].endswith(' rate')
-    ]
-    legend = [(name, stroke) for name, (_, stroke) in series.items()]
+    seconds, figures = [r['seconds'] for r in rows], []
+    for i, state in enumerate(states):
+        if len(states) > MOST_FIGURES and state['name'].endswith(' rate'):
+            continue
+        lines = [
+            Line(n, [row[i] for row in v], stroke, THIN if stroke.dash == DOTTED else WIDE)
+            for n, (v, stroke) in series.items()
+        ]
+        axis = f'rms error of {state["name"]} [{state["unit"]}]'
+        figures.append(_figure(seconds, lines, [row[i] for row in floor], axis))
     values = {
-        'legend': [*legend, ('noise floor', Stroke(palette.NOISE, 'dashed'))],
-        'note': note,
+        'legend': [
+            *((n, stroke) for n, (_, stroke) in series.items()),
+            ('noise floor', palette.FLOOR),
+        ],
+        'note': NOTE.format(note),
         'floor_too_high': sure and _floor_too_high(series, floor),
         'left_out': len(states) - len(figures),
     }
     return Section('horizon.html', values, tuple(figures))
+
+
+def _figure(
+    seconds: Sequence[float], lines: Sequence[Line], floor: Sequence[float], axis: str
+) -> Any:
+    """Error of each model against horizon [s], both logarithmic, with the noise floor shaded."""
+    plot = canvas('prediction horizon [s]', axis, x_axis_type='log', y_axis_type='log')
+    values = np.concatenate([floor, *(line.values for line in lines)])
+    bottom, top = 0.6 * np.nanmin(values), 1.6 * np.nanmax(values)
+    plot.y_range = Range1d(bottom, top)
+    plot.varea(seconds, bottom, floor, color=palette.NOISE_FILL)
+    plot.line(seconds, floor, color=palette.NOISE, line_width=1.5, line_dash='dashed')
+    for line in lines:
+        source = ColumnDataSource({'x': seconds, 'y': line.values, 'floor': floor})
+        look = {'color': line.stroke.colour, 'source': source}
+        plot.line('x', 'y', line_width=line.width, line_dash=line.stroke.dash, **look)
+        dots = plot.scatter('x', 'y', size=2 * line.width + 2, **look)
+        hover(plot, dots, [(line.name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
+    plain_numbers(plot.axis)
+    plot.xaxis.ticker = ticks(min(seconds), max(seconds))
+    plot.yaxis.ticker = ticks(bottom, top)
+    return plot

@@ -22,38 +22,32 @@ def section(
     hypotheses: Sequence[Row],
     constants: Mapping[str, Row],
     threshold: float | None,
-    told: str,
+    figure: str,
     gates: Gates,
 ) -> Section:
-    """The table of hypotheses, supported effects first.
+    """The table of hypotheses, rows of explain.json, supported effects first.
 
-    Args:
-        effects: the supported effects, rows of explain.json.
-        hypotheses: all candidates ranked, rows of explain.json.
-        constants: the uncertain constants as refitted.
-        threshold: gain that noise alone can give [nats].
-        told: what the errors are, in words.
-        gates: by which they were chosen.
+    `hypotheses` are all candidates ranked, `constants` those refitted, `threshold` the gain that
+    noise alone can give [nats]; `figure` says in words what the errors are.
     """
     taken = {label(e) for e in effects}
     others = [h for h in hypotheses if label(h) not in taken]
     fitted = [r for r in [*effects, *others] if r['gain_held_out'] is not None]
     top = max([*map(_gain, fitted), threshold or 0.0])
     best = _gain(hypotheses[0]) if hypotheses else 0.0
-    near = _near(effects)
+    near = {label(c): c for e in effects for c in e['confusable_with']}
     rows = [_row(e, top, 'supported', _supported(e, gates)) for e in effects]
     rows += [
         _row(h, top, *_status(h, best, near, threshold, bool(effects), gates.margin_nats))
         for h in others
     ]
-    least = threshold or 0.0
-    worth = sum(_gain(r) >= least for r in fitted)
+    worth = sum(_gain(r) >= (threshold or 0.0) for r in fitted)
     shown = min(max(worth, FEWEST), SHOWN)
     values = {
         'rows': rows[:shown],
         'more': rows[shown:],
         'threshold': threshold,
-        'told': told,
+        'figure': figure,
         'constants': [line for path, row in constants.items() for line in _refitted(path, row)],
     }
     return Section('hypotheses.html', values)
@@ -86,12 +80,8 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
 
 
 def _supported(effect: Row, gates: Gates) -> str:
-    rivals = [
-        c
-        for c in effect['confusable_with']
-        if c['separable_nats'] < gates.margin_nats and not _why(c)
-    ]
-    if rivals:
+    others = [c['separable_nats'] for c in effect['confusable_with'] if not _why(c)]
+    if any(nats_apart < gates.margin_nats for nats_apart in others):
         return 'supported, but not told apart from its rivals'
     if effect['inclusion_probability'] < gates.stable:
         return 'supported, but not in enough of the held-out turns'
@@ -128,10 +118,6 @@ def _status(
     if named:
         return 'out', f'{nats(behind)} nats behind'
     return 'out', 'not enough on its own'
-
-
-def _near(effects: Sequence[Row]) -> dict[str, Row]:
-    return {label(c): c for e in effects for c in e['confusable_with']}
 
 
 def _nearest(rivals: Sequence[Row]) -> list[str]:

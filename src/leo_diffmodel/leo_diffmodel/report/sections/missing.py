@@ -3,48 +3,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Any
 
+from bokeh.models import ColumnDataSource
 import numpy as np
 
 from leo_diffmodel.compare.sizes import torque_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.picture import palette
-from leo_diffmodel.report.lacking import lacking, variables
+from leo_diffmodel.report.binned import Binned, lacking, torque_canvas, variables
+from leo_diffmodel.report.canvas import hover
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.plots import Line, torque
-from leo_diffmodel.report.text import torque as in_print
+from leo_diffmodel.report.text import torque
 from leo_sim.description.robot import Robot
 
-if TYPE_CHECKING:
-    from leo_diffmodel.report.torque_curves import Curve
-
 Array = np.ndarray
+NO_CURVES: Mapping[str, Array] = {}
 
 
-def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = ()) -> Section:
+def section(
+    missing: MissingTorque, robot: Robot, curves: Mapping[str, Array] = NO_CURVES
+) -> Section:
     """Figures against speed, angle and input for each joint, those that lack most first.
 
-    Args:
-        missing: the estimate from the data.
-        robot: whose joints and inputs they are.
-        candidates: what each hypothesis says the estimate should be.
+    `curves` are what each hypothesis says the estimate should be [N m], shape (W, J).
     """
     shown = lacking(missing)
     figures: list[Any] = []
     rows = []
     for j in shown:
-        seen = missing.seen[:, j]
-        lines = _lines(candidates, j, seen)
-        name, measured = robot.joint_names[j], missing.torque[seen, j]
-        of = torque_unit(robot, name)
-        new = [torque(v[seen], measured, lines, a, of) for a, v in variables(missing, robot, j)]
-        rows.append((name, len(figures), len(figures) + len(new)))
+        new = _figures(missing, robot, j, curves)
+        rows.append((robot.joint_names[j], len(figures), len(figures) + len(new)))
         figures += new
     length = float(np.median(missing.windows.dt.sum(axis=1)))
     values = {
-        'legend': list(zip([c.label for c in candidates], palette.CANDIDATES, strict=False)),
+        'legend': list(zip(curves, palette.CANDIDATES, strict=False)),
         'rows': rows,
         'milliseconds': round(1e3 * length),
         'noise': ', '.join(_noise(missing, robot, j, len(shown) > 1) for j in shown),
@@ -54,15 +48,25 @@ def section(missing: MissingTorque, robot: Robot, candidates: Sequence[Curve] = 
     return Section('missing.html', values, tuple(figures))
 
 
+def _figures(
+    missing: MissingTorque, robot: Robot, joint: int, curves: Mapping[str, Array]
+) -> list[Any]:
+    """Against each variable: estimates, their binned mean and the candidates."""
+    seen, unit = missing.seen[:, joint], torque_unit(robot, robot.joint_names[joint])
+    strokes, figures = palette.CANDIDATES[: len(curves)], []
+    lines = [curve[seen, joint] for curve in curves.values()]
+    for axis, values in variables(missing, robot, joint):
+        binned = Binned.of(values[seen], missing.torque[seen, joint], lines, unit)
+        sources = ColumnDataSource(binned.dots), ColumnDataSource(binned.means)
+        plot, means = torque_canvas(*sources, strokes)
+        hover(plot, means, [('mean', f'@y{{0.000}} {binned.unit}'), (axis, '@x{0.000}')])
+        binned.label(plot, axis)
+        figures.append(plot)
+    return figures
+
+
 def _noise(missing: MissingTorque, robot: Robot, joint: int, several: bool) -> str:
     name = robot.joint_names[joint]
     typical = float(np.median(missing.spread[missing.seen[:, joint], joint]))
-    size = in_print(typical, 2, torque_unit(robot, name))
+    size = torque(typical, 2, torque_unit(robot, name))
     return f'± {size} at {name}' if several else f'± {size}'
-
-
-def _lines(candidates: Sequence[Curve], joint: int, seen: Array) -> list[Line]:
-    return [
-        Line(c.label, c.torque[seen, joint], stroke)
-        for c, stroke in zip(candidates, palette.CANDIDATES, strict=False)
-    ]

@@ -15,8 +15,8 @@ from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 FIGURES = (
-    ('measured', palette.Stroke(palette.INK, 'solid')),
-    ('as given', palette.Stroke(palette.BEFORE, 'dashed')),
+    ('measured', palette.MEASURED),
+    ('as given', palette.GIVEN),
     ('repaired', palette.Stroke(palette.AFTER, 'dotdash')),
 )
 SLOWER = 4
@@ -30,13 +30,7 @@ DASHES = {'solid': (), 'dashed': (3.0, 1.5), 'dotdash': (0.7, 1.5, 3.0, 1.5)}
 
 
 def section(stretch: Stretch, robot: Robot, title: str) -> Section:
-    """Stick figures of one window, drawn by a few lines of script that need no library.
-
-    Args:
-        stretch: the window.
-        robot: whose figure is drawn.
-        title: of the window.
-    """
+    """Stick figures of one window, drawn by a few lines of script that need no library."""
     stick = Stick(robot)
     chosen = np.unique(np.linspace(0, len(stretch.time) - 1, MOST_FRAMES).astype(int))
     sticks = [[stick.lines(q) for q in motion[chosen]] for motion in stretch.motion]

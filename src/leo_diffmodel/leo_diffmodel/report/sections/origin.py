@@ -10,7 +10,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.text import number, quantity
+from leo_diffmodel.report.text import number, numbered, quantity
 
 
 def section(
@@ -36,12 +36,6 @@ def section(
         },
     }
     return Section('origin.html', values)
-
-
-def numbered(recordings: Sequence[Recording]) -> list[str]:
-    """What the page calls each bag: #1, #2 and so on; nothing where there is only one."""
-    several = len(recordings) > 1
-    return [f'#{i + 1}' if several else '' for i in range(len(recordings))]
 
 
 def _bag(recording: Recording, sha256: str) -> dict[str, Any]:

@@ -8,18 +8,12 @@ from collections.abc import Sequence
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.outside import LEFT_OUT, moved_from_outside, share_outside, Stretch
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.sections.origin import numbered
-from leo_diffmodel.report.text import percent
+from leo_diffmodel.report.text import numbered, percent
 from leo_sim.model import Model
 
 
 def section(recordings: Sequence[Recording], model: Model) -> Section:
-    """Every stretch with its bag, times and reason.
-
-    Args:
-        recordings: all of them as given.
-        model: as given.
-    """
+    """Every stretch of the recordings with its bag, times and reason, by the model as given."""
     found = [s for s in moved_from_outside(recordings, model) if s.kind in LEFT_OUT]
     numbers = numbered(recordings)
     values = {

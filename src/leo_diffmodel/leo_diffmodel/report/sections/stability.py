@@ -19,13 +19,13 @@ def section(
 ) -> Section:
     """A bar for each chosen set, the answer first, and a line for each of its effects.
 
-    Args:
-        rows: `stability` of explain.json.
-        effects: the supported effects, rows of explain.json.
-        settings: the gates by name.
+    Rows are `stability` and `effects` of explain.json, settings the gates by name.
     """
-    kept, others = rows[:MOST_SETS], rows[MOST_SETS:]
-    sets = [_row(r, n == 0) for n, r in enumerate(kept)]
+    others = rows[MOST_SETS:]
+    sets = [
+        _bar(' + '.join(r['effects']) or 'nothing is missing', r['share'], mine=n == 0)
+        for n, r in enumerate(rows[:MOST_SETS])
+    ]
     if others:
         rest = sum(r['share'] for r in others)
         sets.append(_bar(f'{len(others)} other sets', rest, mine=False))
@@ -38,10 +38,6 @@ def section(
         'at': 100 * settings['stable'],
     }
     return Section('stability.html', values)
-
-
-def _row(row: Mapping[str, Any], mine: bool) -> dict[str, Any]:
-    return _bar(' + '.join(row['effects']) or 'nothing is missing', row['share'], mine)
 
 
 def _bar(name: str, share: float, mine: bool) -> dict[str, Any]:

@@ -10,17 +10,15 @@ import numpy as np
 
 from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.picture import palette
-from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.report.canvas import canvas, hover, prefix
+from leo_diffmodel.report.canvas import canvas, hover
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.text import estimates, percent
+from leo_diffmodel.report.text import estimates, percent, prefix
 
 QUANTITIES = {
     'torque': 'missing torque',
     'friction': 'missing friction',
     'drive': 'missing share of the motor torque',
 }
-LAW = Stroke(palette.AFTER, 'solid')
 
 
 def section(unknown: Unknown) -> Section:
@@ -33,7 +31,7 @@ def section(unknown: Unknown) -> Section:
         'gain_train': unknown.gain_train,
         'gain_held_out': unknown.gain_held_out,
         'source': unknown.source,
-        'legend': [('the law', LAW)] if unknown.fit else [],
+        'legend': [('the law', palette.REPAIRED)] if unknown.fit else [],
     }
     return Section('unknown.html', values, (_figure(unknown),))
 
@@ -45,15 +43,13 @@ def _figure(unknown: Unknown) -> Any:
     unit = f'{si}{curve["y_unit"]}' if curve['y_unit'] else '1'
     scale = scale if curve['y_unit'] else 1.0
     of = f' of {unknown.of}' if unknown.of else ''
-    plot = canvas(
-        f'{unknown.variable}{of} [{curve["x_unit"] or "1"}]',
-        f'{QUANTITIES[unknown.acts_as]} [{unit}]',
-    )
+    x_label = f'{unknown.variable}{of} [{curve["x_unit"] or "1"}]'
+    plot = canvas(x_label, f'{QUANTITIES[unknown.acts_as]} [{unit}]')
     data = {'x': curve['x'], 'y': scale * y, 'low': scale * (y - half), 'high': scale * (y + half)}
     source = ColumnDataSource(data)
     if unknown.fit:
         height = scale * np.array(curve['law'], dtype=float)
-        plot.line(curve['x'], height, line_width=3, color=LAW.colour)
+        plot.line(curve['x'], height, line_width=3, color=palette.AFTER)
     bar = Whisker(base='x', lower='low', upper='high', source=source, line_color=palette.INK)
     bar.upper_head.size = bar.lower_head.size = 5
     plot.add_layout(bar)

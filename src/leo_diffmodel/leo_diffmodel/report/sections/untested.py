@@ -10,20 +10,12 @@ from leo_diffmodel.report.page import Section
 
 
 def section(not_testable: Sequence[Mapping[str, Any]]) -> Section:
-    """Effects with their places and the reason.
-
-    Args:
-        not_testable: rows {name, where, why} of explain.json.
-    """
-    return Section('untested.html', {'rows': _by_reason(not_testable)})
-
-
-def _by_reason(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Effects with one reason as one row: `effects` [{name, where: [...]}] and `why`."""
+    """Rows {name, where, why} of explain.json, one for each reason with its effects and places."""
     found: dict[str, dict[str, list[str]]] = {}
-    for row in rows:
+    for row in not_testable:
         found.setdefault(row['why'], {}).setdefault(row['name'], []).append(row['where'])
-    return [
+    rows = [
         {'why': why, 'effects': [{'name': n, 'where': w} for n, w in effects.items()]}
         for why, effects in found.items()
     ]
+    return Section('untested.html', {'rows': rows})

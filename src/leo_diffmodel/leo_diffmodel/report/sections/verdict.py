@@ -27,7 +27,8 @@ MOST_STATES = 3
 
 def answer(explanation: Any) -> Section:
     """Verdict, sentence, the effects in plain words and the next run of an Explanation."""
-    told = bool(explanation.next_run) and explanation.next_run in explanation.sentence
+    advice = explanation.next_run
+    said = bool(advice) and advice in explanation.sentence
     values = {
         'badge': explanation.verdict,
         'kind': explanation.verdict,
@@ -35,7 +36,7 @@ def answer(explanation: Any) -> Section:
         'sentence': explanation.sentence,
         'effects': [_effect(e, explanation.model) for e in explanation.effects],
         'figures': _figures(explanation.errors) if explanation.effects else [],
-        'next_run': None if told else _as_list(explanation.next_run),
+        'next_run': None if said or not advice else advice.replace('.; ', '; '),
         'command': explanation.next_command,
     }
     return Section('verdict.html', values)
@@ -54,17 +55,14 @@ def score(data: Mapping[str, Any]) -> Section:
         f'{_times(late)}.'
     )
     kind = 'fine' if worst < NOISE_ALONE else 'measured'
-    values: dict[str, Any] = {
+    values = {
         'badge': f'{number(worst, 2)} × noise',
         'kind': kind,
         'meaning': 'rms error over the error that noise alone would cause, at the worse horizon',
         'sentence': sentence,
-        'effects': [],
-        'figures': [],
-        'next_run': None,
-        'command': None,
     }
-    return Section('verdict.html', values)
+    nothing: dict[str, Any] = {'effects': [], 'figures': [], 'next_run': None, 'command': None}
+    return Section('verdict.html', values | nothing)
 
 
 def _meaning(explanation: Any) -> str:
@@ -72,11 +70,6 @@ def _meaning(explanation: Any) -> str:
     if explanation.verdict == 'unknown' and explanation.search is None and explanation.settings:
         return OUTSIDE
     return MEANING[explanation.verdict]
-
-
-def _as_list(sentences: str | None) -> str | None:
-    """Sentences joined by semicolons, without the full stops before those."""
-    return sentences and sentences.replace('.; ', '; ')
 
 
 def _effect(row: Mapping[str, Any], model: Model) -> dict[str, Any]:
@@ -92,10 +85,7 @@ def _effect(row: Mapping[str, Any], model: Model) -> dict[str, Any]:
 
 
 def _figures(errors: Mapping[str, Any]) -> list[str]:
-    """Held-out change of the error one step and furthest ahead, and what noise alone gives.
-
-    Where medians are told, that of the ladder.
-    """
+    """Held-out change of the error one step and furthest ahead, or of the ladder's median."""
     if errors['statistic'] == 'median':
         given, *_, repaired, floor = (row['median'] for row in errors['ladder'])
         row = {'before': given, 'after': repaired, 'noise_floor': floor}

@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bokeh.models import Range1d
+import numpy as np
+
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, worst_places
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report.canvas import canvas, hover, LOW
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.plots import Line
-from leo_diffmodel.report.sections.origin import numbered
-from leo_diffmodel.report.text import percent, quantity, span, torque, unit
-from leo_diffmodel.report.traces import window
+from leo_diffmodel.report.text import numbered, percent, quantity, span, torque, unit
 from leo_diffmodel.report.worst import Stretch
 from leo_sim.model import Model
 
@@ -23,22 +24,11 @@ WORST = 6
 MOST_JOINTS, LEAST_SHARE = 6, 0.005
 WINDOWS = 3
 MOST_EVENTS = 4
-ORDER = (
-    'phase',
-    'speed',
-    'direction',
-    'load',
-    'angle',
-    'position',
-    'turned',
-    'input',
-    'motor',
-    'time',
-)
-MODELS = (
-    ('as given', Stroke(palette.BEFORE, 'solid')),
-    ('repaired', Stroke(palette.AFTER, 'solid')),
-)
+MOTION = ('phase', 'speed', 'direction', 'load', 'angle', 'position', 'turned')
+ORDER = (*MOTION, 'input', 'motor', 'time')
+MODELS = ('as given', Stroke(palette.BEFORE)), ('repaired', palette.REPAIRED)
+BAND_SIGMAS = 2.0
+MOST_DOTS = 100
 Row = Mapping[str, Any]
 
 
@@ -47,11 +37,7 @@ def section(
 ) -> Section:
     """The heat map, the worst conditions with their bag times, and the worst windows.
 
-    Args:
-        places: the missing torque by joint and condition.
-        model: the model it is missing from.
-        recordings: the bags that times refer to.
-        worst: the windows that are predicted worst.
+    `model` is the one that the torque of `places` is missing from.
     """
     names = numbered(recordings)
     joints = sorted(places.joints, key=lambda r: -r['share'])
@@ -117,12 +103,15 @@ def _range(row: Row, bags: list[str]) -> str:
     """A bin as in print, a stretch of time with its bag where there are several."""
     if isinstance(row['bin'], str):
         return row['bin']
-    prefix = f'{bags[row["bag"]]} ' if row['bag'] is not None and len(bags) > 1 else ''
-    return prefix + span(*row['bin'])
+    return f'{_bag(row, bags)} {span(*row["bin"])}'.strip()
+
+
+def _bag(row: Row, bags: list[str]) -> str:
+    return '' if row['bag'] is None else bags[row['bag']]
 
 
 def _tip(row: Row, bags: list[str]) -> str:
-    where = f' of {bags[row["bag"]]}' if row['bag'] is not None and len(bags) > 1 else ''
+    where = f' of {bag}' if (bag := _bag(row, bags)) else ''
     noise = torque(row['noise_nm'], 2, row['torque_unit'])
     return (
         f'{row["joint"]}, {row["variable"]} {bin_in_words(dict(row))}{where}: {_sizes(row)} '
@@ -150,8 +139,7 @@ def in_print(row: Row, bags: list[str]) -> dict[str, Any]:
 def _times(row: Row, bags: list[str]) -> str:
     """Bag times at which the worst windows begin, with the bag where there are several."""
     found = list(zip(row['windows'], row['bags'], strict=True))[:WINDOWS]
-    one = len(bags) == 1
-    return ', '.join(f'{t0:.2f} s' if one else f'{bags[b]} {t0:.2f} s' for (t0, _), b in found)
+    return ', '.join(f'{bags[b]} {t0:.2f} s'.strip() for (t0, _), b in found)
 
 
 def _sizes(row: Row) -> str:
@@ -181,20 +169,29 @@ def _event(event: Row, bags: list[str]) -> str:
 
 def title(stretch: Stretch, model: Model, recordings: Sequence[Recording]) -> str:
     """A window by its bag, its time and the joint that is off most."""
-    bags = numbered(recordings)
-    where = f'{bags[stretch.bag]} ' if len(bags) > 1 else ''
-    joint = model.robot.joint_names[stretch.joint]
-    return f'{where}{stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'
+    bag, joint = numbered(recordings)[stretch.bag], model.robot.joint_names[stretch.joint]
+    return f'{bag} {stretch.time[0]:.2f} … {stretch.time[-1]:.2f} s, {joint}'.strip()
 
 
 def _figure(stretch: Stretch, model: Model) -> Any:
-    lines = [
-        Line(name, values, stroke)
-        for (name, stroke), values in zip(MODELS, stretch.predicted, strict=False)
-    ]
-    name = model.robot.joint_names[stretch.joint]
-    axis = f'{name} [{length_unit(model.robot, name)}]'
-    return window(stretch.time, stretch.measured, lines, stretch.band, axis)
+    """A window as measured and as each model predicts it, and what noise in its start leaves open.
+
+    The ordinate is that of the curves; the band about the last of them may reach beyond it.
+    """
+    name, time, last = model.robot.joint_names[stretch.joint], stretch.time, stretch.predicted[-1]
+    plot = canvas('bag time [s]', f'{name} [{length_unit(model.robot, name)}]', height=LOW)
+    band = BAND_SIGMAS * stretch.band
+    plot.varea(time, last - band, last + band, color=palette.NOISE_FILL)
+    few = slice(None, None, -(-len(time) // MOST_DOTS))
+    look: dict[str, Any] = {'size': 4, 'color': palette.INK, 'line_color': None}
+    dots = plot.scatter(time[few], stretch.measured[few], **look)
+    hover(plot, dots, [('bag time', '@x{0.000} s'), ('measured', '@y{0.0000}')])
+    for (_, stroke), line in zip(MODELS, stretch.predicted, strict=False):
+        plot.line(time, line, line_width=2.5, color=stroke.colour, line_dash=stroke.dash)
+    ends = np.concatenate([stretch.measured, *stretch.predicted])
+    margin = 0.08 * max(float(np.ptp(ends)), 1e-9)
+    plot.y_range = Range1d(float(ends.min() - margin), float(ends.max() + margin))
+    return plot
 
 
 def _legend(worst: Sequence[Stretch]) -> list[tuple[str, Stroke]]:

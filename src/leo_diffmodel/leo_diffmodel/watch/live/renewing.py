@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page's state again and again on the newest data, computed beside the page."""
+"""The page's state on the newest data, and the difference model's share, computed in a thread."""
 
 from __future__ import annotations
 
@@ -7,22 +7,29 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 import os
+from pathlib import Path
 import sys
+import tempfile
 import threading
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leo_diffmodel.bags.contents import BagContents
 from leo_diffmodel.bags.recording import assembled, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.watch.live.share import Share, Sharer
+from leo_diffmodel.difference.data import Transitions, transitions
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
+if TYPE_CHECKING:
+    from leo_diffmodel.difference.model import DifferenceModel
+
+Array = np.ndarray
 PERIOD = 1.0
 """Least time between two renewals [s]."""
 REST = 3.0
@@ -34,6 +41,73 @@ NICE = 10
 
 
 @dataclass(frozen=True)
+class Share:
+    """One-step errors without and with a difference model.
+
+    They are rms over the states, in units of the spread of each state's change.
+    """
+
+    version: int
+    trained_on: int
+    without: float
+    corrected: float
+
+    @property
+    def words(self) -> str:
+        """The share in words."""
+        taken = 1.0 - self.corrected / self.without if self.without else 0.0
+        does = f'takes {taken:.0%} of' if taken >= 0 else f'adds {-taken:.0%} to'
+        figures = f'{self.without:.3g} → {self.corrected:.3g} of the change'
+        name = f'difference model {self.version}, trained on {self.trained_on} steps'
+        return f'{name}: {does} the one-step error ({figures})'
+
+
+class Sharer:
+    """Reads the weights that the graph latched last, once each time they change."""
+
+    def __init__(self, model: Model) -> None:
+        self._model, self._bytes = model, b''
+        self._difference: DifferenceModel | None = None
+        self._base = model
+
+    def share(self, weights: bytes, recording: Recording) -> Share | None:
+        """The share on a recording; None before there are weights.
+
+        Raises:
+            UserError: the weights are none, or no step of the recording was driven.
+        """
+        if not weights:
+            return None
+        if weights != self._bytes:
+            self._read(weights)
+        difference = self._difference
+        if difference is None or difference.robot != self._model.robot.name:
+            return None
+        alone = transitions([recording], self._model)
+        based = alone if self._base is self._model else transitions([recording], self._base)
+        corrected = difference.predict(based, self._base)
+        before, after = _size(alone, alone.q_model, alone.dq_model), _size(alone, *corrected)
+        return Share(difference.version, difference.trained_on, before, after)
+
+    def _read(self, weights: bytes) -> None:
+        from leo_diffmodel.difference.model import from_bytes
+
+        self._bytes, self._difference = weights, None
+        difference = from_bytes(weights)
+        with tempfile.TemporaryDirectory() as folder:
+            self._base = difference.model_beside(Path(folder, 'base.yaml'), self._model)
+        self._difference = difference
+
+
+def _size(steps: Transitions, q: Array, dq: Array) -> float:
+    """The error of predicted states, each in units of how much the state changes."""
+    off = np.hstack([steps.q_next - q, steps.dq_next - dq])
+    change = np.hstack([steps.q_next - steps.q, steps.dq_next - steps.dq])
+    size = np.sqrt((change**2).mean(axis=0)) + 1e-12
+    return float(np.sqrt(((off / size) ** 2).mean()))
+
+
+@dataclass(frozen=True)
 class Source:
     """How messages become a scene: what does not change while the robot runs."""
 
@@ -42,30 +116,19 @@ class Source:
     extra: tuple[Effect, ...] = ()
     step: float | None = None
 
-    def recording(self, contents: BagContents) -> Recording:
-        """The states of the messages, as `read_bag` makes them.
-
-        Raises:
-            UserError: they are not of this robot, or too few.
-        """
-        return assembled(contents, self.model.robot, self.mapping)
-
     def scene(self, contents: BagContents) -> Scene:
         """What the page shows of the messages.
 
         Raises:
-            UserError: as `recording`, or too few for a scene.
+            UserError: they are not of this robot, or too few.
         """
-        return Scene.of([self.recording(contents)], self.model, (), self.extra, self.step)
+        recording = assembled(contents, self.model.robot, self.mapping)
+        return Scene.of([recording], self.model, (), self.extra, self.step)
 
 
 @dataclass(frozen=True)
 class News:
-    """What a renewal brought: a state or why there is none, the difference model's share.
-
-    Attributes:
-        seconds: what it took.
-    """
+    """A state or why there is none, the difference model's share, what it took [s]."""
 
     state: State | None = None
     share: Share | None = None
@@ -84,11 +147,9 @@ class Renewing:
     """Computes in one thread that stands back; takes in what is ready when it is asked to.
 
     Args:
-        source: makes scenes.
         state: what all tabs show; changed only by `look`.
         contents: the messages of now.
         weights: of the difference model, as latched last.
-        now: a clock that goes on [s].
     """
 
     def __init__(
@@ -115,10 +176,10 @@ class Renewing:
     def look(self, count: int) -> bool:
         """Take in what is ready, and begin again where more has been measured; whether it did.
 
-        Args:
-            count: messages that have come so far.
+        `count` is the number of messages that have come so far.
         """
-        taken = self._take() if self._future is not None and self._future.done() else False
+        if taken := self._future is not None and self._future.done():
+            self._take()
         idle = self._future is None and not self.frozen
         if idle and count != self._seen and self._now() >= self._due:
             self._seen = count
@@ -129,7 +190,7 @@ class Renewing:
         """Compute no more."""
         self._thread.shutdown(wait=True, cancel_futures=True)
 
-    def _take(self) -> bool:
+    def _take(self) -> None:
         assert self._future is not None
         self.news, self._future = self._future.result(), None
         self._due = self._now() + max(PERIOD - self.news.seconds, REST * self.news.seconds)
@@ -137,7 +198,6 @@ class Renewing:
             self._state.become(self.news.state)
             if not self._state.player.playing:
                 self._state.go(self._state.player.length)
-        return True
 
     def _renewed(self, contents: BagContents) -> News:
         began = time.perf_counter()

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The last seconds of what a robot says, kept as the messages that a bag would hold."""
+"""The last seconds of what a robot says, as the messages that a bag would hold, and how it is."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from threading import Lock
@@ -12,7 +13,7 @@ import time
 
 from leo_diffmodel.bags.arrival import Origin, Sources
 from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
-from leo_diffmodel.bags.recorder import RecordedTopic
+from leo_diffmodel.bags.recorder import RecordedTopic, TWO
 from leo_diffmodel.bags.types import JOINT_STATE, STATES
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joints_text
@@ -24,6 +25,12 @@ RECENT = 5.0
 """A second robot counts for so long after its last message [s]."""
 HEADER = 12
 """Bytes up to the end of a stamp."""
+SILENT = 1.5
+"""A robot from which no state comes for so long has ended, or waits [s]."""
+GONE = (
+    'no state from the robot for {:.0f} s: it ended, waits for a command, or cannot be reached. '
+    'What was measured stays; the page goes on when it comes back'
+)
 
 
 class Tape:
@@ -35,7 +42,6 @@ class Tape:
     Attributes:
         seconds: how much is kept [s].
         heard: monotonic time of the last joint state [s]; None before the first.
-        foreign: messages of a second robot, left out.
         publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 
@@ -43,7 +49,7 @@ class Tape:
     """No bag is written."""
     troubles: tuple[str, ...] = ()
     strangers = 0
-    """They are told on the page."""
+    """They are named on the page."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
@@ -137,3 +143,42 @@ class Tape:
         if origin is Origin.OURS_AGAIN:
             self._topics.clear()
         return origin is not Origin.OTHER
+
+
+@dataclass
+class Condition:
+    """What the robot says of itself.
+
+    Attributes:
+        e_stopped: as latched; None where it says nothing.
+        message: its own line on /diagnostics: running, timed out, e-stop.
+        level: of that line, 0 where all is well.
+        trouble: why the newest data are not shown; '' where they are.
+    """
+
+    e_stopped: bool | None = None
+    message: str = ''
+    level: int = 0
+    trouble: str = ''
+
+    def line(self, tape: Tape) -> tuple[bool, str]:
+        """Whether all is well, and what to say."""
+        if is_silent(tape):
+            return False, GONE.format(_silence(tape))
+        if tape.two:
+            return False, TWO.replace('recorded', 'shown')
+        if self.trouble:
+            return False, self.trouble
+        if self.e_stopped:
+            return False, self.message or 'e-stop'
+        return not self.level, self.message or 'running'
+
+
+def is_silent(tape: Tape) -> bool:
+    """Whether no state comes from the robot."""
+    return _silence(tape) > SILENT
+
+
+def _silence(tape: Tape) -> float:
+    """Since the last state [s]."""
+    return time.monotonic() - tape.heard if tape.heard else 0.0

@@ -11,19 +11,15 @@ from bokeh.layouts import column, row
 import jinja2
 from markupsafe import Markup
 
-from leo_diffmodel.report.page import source
+from leo_diffmodel.report.text import source
 from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.next_run import NextRun
-from leo_diffmodel.watch.page.actions import ActionsView
-from leo_diffmodel.watch.page.catalogue import CatalogueView
-from leo_diffmodel.watch.page.horizon import HorizonView
-from leo_diffmodel.watch.page.look import PAGE, said, SIDE
-from leo_diffmodel.watch.page.missing import MissingView
+from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
+from leo_diffmodel.watch.page.lacking import MissingView, WhereView
+from leo_diffmodel.watch.page.look import PAGE, Part, said, SIDE, WIDE
 from leo_diffmodel.watch.page.next_run import NextRunView
-from leo_diffmodel.watch.page.over_time import OverTimeView
-from leo_diffmodel.watch.page.part import Part
 from leo_diffmodel.watch.page.robot import RobotView
-from leo_diffmodel.watch.page.where import WhereView
+from leo_diffmodel.watch.page.switches import ActionsView, CatalogueView
 from leo_diffmodel.watch.state import State
 
 FRAME_MS = 50
@@ -52,51 +48,32 @@ class Tab:
         actions = ActionsView(state, finder, command)
         self._curves: list[Part] = [horizon, self._robot, self._over_time]
         self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions]
-        upper = row(self._robot.root, horizon.root, spacing=12, sizing_mode='stretch_width')
-        main = column(
-            upper,
-            self._over_time.root,
-            where.root,
-            missing.root,
-            spacing=12,
-            sizing_mode='stretch_width',
-        )
-        self._main: Any = main
+        upper = row(self._robot.root, horizon.root, spacing=12, **WIDE)
+        below = self._over_time.root, where.root, missing.root
+        self._main: Any = column(upper, *below, spacing=12, **WIDE)
         if next_run is not None:
             self._put_below(NextRunView(next_run))
         side = column(actions.root, self._catalogue.root, spacing=12, width=SIDE)
-        document.add_root(
-            column(
-                said(_headline(state)),
-                row(main, side, spacing=12, sizing_mode='stretch_width'),
-                margin=14,
-                sizing_mode='stretch_width',
-            )
-        )
+        page = row(self._main, side, spacing=12, **WIDE)
+        document.add_root(column(said(_headline(state)), page, margin=14, **WIDE))
         document.title = f'{state.scene.model.robot.name}: leo watch'
         document.template = jinja2.Template(PAGE, autoescape=True)
-        self._begin()
+        state.listeners.append(self._changed)
+        document.add_periodic_callback(self._tick, FRAME_MS)
+        document.on_session_destroyed(lambda _: state.listeners.remove(self._changed))
+        document.on_event(DocumentReady, lambda _: self._drawn())
 
     def _put_below(self, part: Part) -> None:
         """Put one more part below the others."""
         self._parts.append(part)
         self._main.children = [*self._main.children, part.root]
 
-    def _begin(self) -> None:
-        self._state.listeners.append(self._changed)
-        self._document.add_periodic_callback(self._tick, FRAME_MS)
-        self._document.on_session_destroyed(lambda _: self._end())
-        self._document.on_event(DocumentReady, lambda _: self._drawn())
-
     def _drawn(self) -> None:
         """What can wait until the page is drawn: the rest of the catalogue, what follows."""
         if self._catalogue.lengthen():
             self._document.add_next_tick_callback(self._drawn)
         else:
-            self._state.tell()
-
-    def _end(self) -> None:
-        self._state.listeners.remove(self._changed)
+            self._state.notify()
 
     def _changed(self) -> None:
         """Show what changed as soon as this tab's turn comes, once for several changes."""

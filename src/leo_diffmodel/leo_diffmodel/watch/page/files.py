@@ -17,16 +17,16 @@ from numpy import ndarray
 from tornado.iostream import StreamClosedError
 from tornado.web import RequestHandler
 
-from leo_diffmodel.picture import palette
-from leo_diffmodel.report.page import render, Section, source
-from leo_diffmodel.watch import shown
+from leo_diffmodel.report.page import render, Section
+from leo_diffmodel.report.text import source
+from leo_diffmodel.watch import view
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.page.horizon import FLOOR, HorizonView, words
-from leo_diffmodel.watch.page.look import GIVEN, MEASURED, REPAIRED
-from leo_diffmodel.watch.page.over_time import OverTimeView
+from leo_diffmodel.watch.page.errors import FLOOR, HorizonView, OverTimeView, words
+from leo_diffmodel.watch.page.look import ROBOTS
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.state import State
 
+Times = Callable[[State], ndarray]
 Route = tuple[str, type[RequestHandler], dict[str, Any]]
 HEAR = 0.2
 """Between two looks at how far a drawing is [s]."""
@@ -44,25 +44,18 @@ def routes(state: State) -> list[Route]:
         ('copy.html', 'text/html', lambda: copy(state)),
     )
     drawn = (
-        ('view.png', 'image/png', shown.now),
-        ('view.svg', 'image/svg+xml', shown.now),
-        ('comparison.gif', 'image/gif', shown.from_now),
-        ('comparison.mp4', 'video/mp4', shown.from_now),
+        ('view.png', 'image/png', view.now),
+        ('view.svg', 'image/svg+xml', view.now),
+        ('comparison.gif', 'image/gif', view.from_now),
+        ('comparison.mp4', 'video/mp4', view.from_now),
     )
-    return [
-        *(
-            (f'/{name}', _Text, {'kind': f'{kind}; charset=utf-8', 'content': content})
-            for name, kind, content in texts
-        ),
-        *(
-            (
-                f'/{name}',
-                _Drawing,
-                {'name': name, 'kind': kind, 'times': times, 'state': state, 'turn': one_by_one},
-            )
-            for name, kind, times in drawn
-        ),
-    ]
+    found: list[Route] = []
+    for name, kind, content in texts:
+        found.append((f'/{name}', _Text, {'kind': f'{kind}; charset=utf-8', 'content': content}))
+    for name, kind, times in drawn:
+        options = {'name': name, 'kind': kind, 'times': times, 'state': state, 'turn': one_by_one}
+        found.append((f'/{name}', _Drawing, options))
+    return found
 
 
 class _File(RequestHandler):
@@ -85,15 +78,10 @@ class _Text(_File):
 
 
 class _Drawing(_File):
-    """A picture or a film, drawn by another process; one after the other, told on the page."""
+    """A picture or a film, drawn by another process; one after the other, named on the page."""
 
     def initialize(
-        self,
-        name: str,
-        kind: str,
-        times: Callable[[State], ndarray],
-        state: State,
-        turn: asyncio.Lock,
+        self, name: str, kind: str, times: Times, state: State, turn: asyncio.Lock
     ) -> None:
         self._name, self._kind, self._times = name, kind, times
         self._state, self._turn, self._gone = state, turn, False
@@ -130,14 +118,14 @@ class _Drawing(_File):
         state, drawing = self._state, self._state.drawing
         if self._gone:
             return News()
-        drawing.begin(partial(draw, shown.view(state, self._times(state)), path))
-        state.tell()
+        drawing.begin(partial(draw, view.view_of(state, self._times(state)), path))
+        state.notify()
         while drawing.busy and not self._gone:
             await asyncio.sleep(HEAR)
             if drawing.hear():
-                state.tell()
+                state.notify()
         drawing.stop()
-        state.tell()
+        state.notify()
         return drawing.news
 
 
@@ -160,67 +148,41 @@ def _horizon(state: State) -> Iterator[tuple]:
     rows = zip(state.given.rows, state.now.rows, state.floor.rows, strict=True)
     for before, after, floor in rows:
         for i, s in enumerate(state.states):
-            yield (
-                'held-out rms error',
-                s['name'],
-                before['seconds'],
-                's ahead',
-                before['rmse'][i],
-                after['rmse'][i],
-                floor['noise_floor'][i],
-                s['unit'],
-            )
+            figures = before['rmse'][i], after['rmse'][i], floor['noise_floor'][i]
+            at = before['seconds'], 's ahead'
+            yield 'held-out rms error', s['name'], *at, *figures, s['unit']
 
 
 def _time(state: State) -> Iterator[tuple]:
-    film = state.film
+    film, what = state.film, f'rms error over {state.horizon:g} s'
     for i, s in enumerate(state.states):
         both = film.error(film.given, i), film.error(film.repaired, i)
-        for time, before, after in zip(film.middle, *both, strict=True):
-            yield (
-                f'rms error over {state.horizon:g} s',
-                s['name'],
-                time,
-                's on the timeline',
-                before,
-                after,
-                '',
-                s['unit'],
-            )
+        for time, *errors in zip(film.middle, *both, strict=True):
+            yield what, s['name'], time, 's on the timeline', *errors, '', s['unit']
 
 
 def copy(state: State) -> str:
     """What the page shows now, as one HTML file that needs neither server nor network."""
     state.finish()
-    views = RobotView(state), HorizonView(state), OverTimeView(state)
+    parts = RobotView(state), HorizonView(state), OverTimeView(state)
     values = {
         'words': words(state),
         'at': state.scene.timeline.words(state.player.now),
         'ahead': state.horizon,
         'rows': _rows(state),
-        'legend': [
-            ('measured', MEASURED),
-            ('as given', GIVEN),
-            ('with the switches', REPAIRED),
-            ('noise floor', FLOOR),
-        ],
-        'cursor': palette.INK,
+        'legend': [*ROBOTS, FLOOR],
     }
-    section = Section('watch.html', values, tuple(view.plot for view in views))
+    section = Section('watch.html', values, tuple(part.plot for part in parts))
     title = f'{state.scene.given.robot.name}: the model beside the robot'
     return render(title, source(state.scene.recordings), [section])
 
 
 def _rows(state: State) -> list[dict]:
     """What is switched on."""
-    return [
-        {
-            'label': label,
-            'without': state.without[label],
-            'with': state.sizes[1],
-            'parameters': [
-                (p.name, values[p.name], p.unit) for p in state.scene.candidates[label].parameters
-            ],
-        }
-        for label, values in state.setting.on.items()
-    ]
+    rows = []
+    for label, values in state.setting.on.items():
+        parameters = state.scene.candidates[label].parameters
+        shown = [(p.name, values[p.name], p.unit) for p in parameters]
+        errors = {'without': state.without[label], 'with': state.sizes[1]}
+        rows.append({'label': label, 'parameters': shown, **errors})
+    return rows

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A running robot on the page: how it is, what it measures and gets, e-stop and recording."""
+"""A running robot on the page: how it is, its signals, e-stop, recording, sending it a run."""
 
 from __future__ import annotations
 
@@ -7,45 +7,57 @@ from typing import Any
 
 from bokeh.document import Document
 from bokeh.layouts import column, row
-from bokeh.models import Button
+from bokeh.models import Button, ColumnDataSource
+from bokeh.plotting import figure
 from markupsafe import Markup
+import numpy as np
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.errand import Finder
-from leo_diffmodel.watch.live.beside import Beside
+from leo_diffmodel.watch.live.commands import Sent
+from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.document import Tab
-from leo_diffmodel.watch.page.look import CARD, said, small
-from leo_diffmodel.watch.page.sending import SendView
-from leo_diffmodel.watch.page.strips import StripsView
+from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said, small, WIDE
+from leo_diffmodel.watch.page.next_run import (
+    HEIGHT,
+    joined,
+    joints_legend,
+    NO_LINES,
+    stepped,
+    UNITS,
+)
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
+BAD = '#8f3d00'
 ROOM = 106
 """For five lines, so that what is below stays where it is [px]."""
 LOOK_MS = 250
 """How often a tab looks how the robot is."""
+RECORDED = 'It is recorded into {}.'
+NOT_RECORDED = 'It is not recorded: press Record first to keep what it shows.'
+Array = np.ndarray
 
 
 class LiveView:
     """What the robot says of itself, and buttons that reach it."""
 
-    def __init__(self, state: State, beside: Beside) -> None:
-        self._beside, self._strips = beside, StripsView(state)
+    def __init__(self, state: State, live: Live) -> None:
+        self._live, self._strips = live, StripsView(state)
         self._stop = Button(label='E-STOP', button_type='danger', width=120, name='e-stop')
         self._release = Button(label='Release e-stop', width=120, name='release')
         self._record = Button(label='', width=120, name='record')
         self._freeze = Button(label='', width=120, name='freeze')
-        self._words = said(name='robot says', sizing_mode='stretch_width', min_height=ROOM)
-        self._connect()
+        self._words = said(name='robot says', **WIDE, min_height=ROOM)
+        self._stop.on_click(live.robot.e_stop)
+        self._release.on_click(live.robot.release)
+        self._record.on_click(self._recorded)
+        self._freeze.on_click(lambda: live.renewing.freeze(not live.renewing.frozen))
         buttons = row(self._stop, self._release, self._record, self._freeze)
-        self.root = column(
-            row(buttons, self._words, sizing_mode='stretch_width'),
-            self._strips.root,
-            stylesheets=[CARD],
-            margin=(0, 0, 12, 0),
-            sizing_mode='stretch_width',
-        )
+        parts = row(buttons, self._words, **WIDE), self._strips.root
+        self.root = column(*parts, stylesheets=[CARD], margin=(0, 0, 12, 0), **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -55,32 +67,136 @@ class LiveView:
 
     def tick(self) -> None:
         """Say how the robot is, and what the buttons would do."""
-        beside = self._beside
-        self._release.disabled = not beside.robot.condition.e_stopped
-        self._record.disabled = not beside.recording.possible
-        self._record.label = 'Stop recording' if beside.recording.on else 'Record'
-        self._freeze.label = 'Go on' if beside.renewing.frozen else 'Hold the data'
+        live = self._live
+        self._release.disabled = not live.robot.condition.e_stopped
+        self._record.disabled = not live.recording.possible
+        self._record.label = 'Stop recording' if live.recording.on else 'Record'
+        self._freeze.label = 'Go on' if live.renewing.frozen else 'Hold the data'
         self._words.text = self._said()
-
-    def _connect(self) -> None:
-        beside = self._beside
-        self._stop.on_click(beside.robot.e_stop)
-        self._release.on_click(beside.robot.release)
-        self._record.on_click(self._recorded)
-        self._freeze.on_click(lambda: beside.renewing.freeze(not beside.renewing.frozen))
 
     def _recorded(self) -> None:
         try:
-            self._beside.switch_recording()
+            self._live.switch_recording()
         except (UserError, OSError) as error:
-            self._beside.said = str(error)
+            self._live.said = str(error)
         self.tick()
 
     def _said(self) -> Markup:
-        lines = self._beside.lines()
-        colour = palette.INK if lines.well else '#8f3d00'
-        first = Markup('<b style="color:{}">{}</b>').format(colour, lines.robot)
-        return Markup('<br>').join([first, *map(small, lines.more)])
+        well, (robot, *more) = self._live.lines()
+        first = Markup('<b style="color:{}">{}</b>').format(palette.INK if well else BAD, robot)
+        return Markup('<br>').join([first, *map(small, more)])
+
+
+class SendView:
+    """Follows the player and the question, whichever tab asked."""
+
+    def __init__(self, next_run: NextRun, live: Live) -> None:
+        self._next, self._live = next_run, live
+        self._send = Button(label='', button_type='warning', width=200, name='send')
+        look = {'button_type': 'danger', 'width': 200, 'name': 'yes, move'}
+        self._yes = Button(label='Yes, move the robot', **look)
+        self._no = Button(label='No', width=80, name='no, do not move')
+        self._words = said(**WIDE, name='sending')
+        self._answers = row(self._yes, self._no)
+        self._send.on_click(self._pressed)
+        self._yes.on_click(self._confirmed)
+        self._no.on_click(self._refused)
+        self.root = column(row(self._send, self._answers), self._words, stylesheets=[CARD], **WIDE)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show what can be done now."""
+        sending = self._live.sending
+        self._send.label = 'Stop the run' if sending.on else 'Send to the robot'
+        self._send.visible = sending.on or bool(self._next.words)
+        self._send.disabled = not sending.on and (sending.question is not None or self._stopped)
+        self.root.visible = self._send.visible or bool(sending.words)
+        self._answers.visible = sending.question is not None
+        self._words.text = Markup('<b>{}</b>').format(self._asked())
+
+    @property
+    def _stopped(self) -> bool:
+        return bool(self._live.robot.condition.e_stopped)
+
+    def _pressed(self) -> None:
+        sending, plan = self._live.sending, self._next.plan
+        if sending.on:
+            sending.stop()
+        elif plan is not None and plan.run is not None and self._next.words:
+            sending.ask(Sent(tuple(self._next.words), plan.run.name, plan.seconds))
+        self.refresh()
+
+    def _confirmed(self) -> None:
+        try:
+            self._live.send()
+        except (UserError, OSError) as error:
+            self._live.said = str(error)
+        self.refresh()
+
+    def _refused(self) -> None:
+        self._live.sending.no()
+        self.refresh()
+
+    def _asked(self) -> str:
+        """The question; what the player is doing where there is none."""
+        sending, recording = self._live.sending, self._live.recording
+        if (run := sending.question) is None:
+            return ' '.join(filter(None, [sending.words, STOPPED if self._stopped else '']))
+        kept = RECORDED.format(recording.bag) if recording.on else NOT_RECORDED
+        return f'The robot will move for {run.seconds:.0f} s: "{run.name}". {kept} Go on?'
+
+
+class StripsView:
+    """Measured and predicted state above what was applied."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._measured = ColumnDataSource({'t': [], 'x': []}, name='live measured')
+        self._ahead = ColumnDataSource({'t': [], 'given': [], 'now': []}, name='live predicted')
+        self._inputs = ColumnDataSource(NO_LINES, name='live inputs')
+        self._upper = self._states()
+        self._lower = self._applied()
+        words = said(legend(*ROBOTS))
+        joints = said(joints_legend(state.scene.recordings[-1].actuators))
+        self.root = column(words, self._upper, self._lower, joints, **WIDE)
+
+    def refresh(self) -> None:
+        """Draw the data of now."""
+        state, i = self._state, self._state.shown
+        recording, film = state.scene.recordings[-1], state.film
+        t, x, inputs = joined(recording)
+        end = t[-1]
+        self._measured.data = {'t': t - end, 'x': x[:, i]}
+        first = recording.episodes[0].t[0]
+        self._ahead.data = {
+            't': _with_gaps(film.time + first - end),
+            'given': _with_gaps(film.given[..., i]),
+            'now': _with_gaps(film.repaired[..., i]),
+        }
+        self._inputs.data = stepped(t - end, inputs, recording.actuators)
+        shown = state.states[i]
+        self._upper.yaxis.axis_label = f'{shown["name"]} [{shown["unit"]}]'
+
+    def _states(self) -> figure:
+        plot = canvas('', '', height=HEIGHT, name='live states')
+        for name, stroke in (('given', palette.GIVEN), ('now', palette.REPAIRED)):
+            look = {'line_color': stroke.colour, 'line_width': 2, 'line_dash': stroke.dash}
+            plot.line('t', name, source=self._ahead, **look)
+        plot.line('t', 'x', source=self._measured, line_color=palette.INK, line_width=1.5)
+        return plot
+
+    def _applied(self) -> figure:
+        kind = self._state.scene.recordings[-1].input
+        options = {'height': HEIGHT, 'x_range': self._upper.x_range, 'name': 'live applied'}
+        plot = canvas('before the newest sample [s]', f'applied [{UNITS[kind]}]', **options)
+        plot.multi_line('ts', 'us', source=self._inputs, line_color='colour', line_width=1.5)
+        return plot
+
+
+def _with_gaps(windows: Array) -> Array:
+    """Windows (W, K+1) one after the other, NaN after each."""
+    gap = np.full((len(windows), 1), np.nan)
+    return np.concatenate([windows, gap], axis=1).ravel()
 
 
 class LiveTab(Tab):
@@ -92,16 +208,16 @@ class LiveTab(Tab):
         state: State,
         finder: Finder,
         command: list[str],
-        beside: Beside,
+        live: Live,
         next_run: NextRun | None = None,
     ) -> None:
         super().__init__(document, state, finder, command, next_run)
-        self._live = LiveView(state, beside)
-        self._parts.append(self._live)
+        self._live = LiveView(state, live)
         page: Any = document.roots[0]
+        self._parts.append(self._live)
         page.children = [page.children[0], self._live.root, *page.children[1:]]
         document.add_periodic_callback(self._live.tick, LOOK_MS)
         if next_run is not None:
-            send = SendView(next_run, beside)
+            send = SendView(next_run, live)
             self._put_below(send)
             document.add_periodic_callback(send.refresh, LOOK_MS)

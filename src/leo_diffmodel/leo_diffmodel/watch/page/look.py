@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the page looks: the report's colours, and the strokes of the three robots."""
+"""What the parts of the page share: colours, words, legends, and how they follow the state."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
-from bokeh.models import Div
+from bokeh.models import ColumnDataSource, Div
 from markupsafe import escape, Markup
+import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import FONT
 
-MEASURED = Stroke(palette.INK, 'solid')
-GIVEN = Stroke(palette.BEFORE, 'dashed')
-REPAIRED = Stroke(palette.AFTER, 'solid')
+ROBOTS = (
+    ('measured', palette.MEASURED),
+    ('as given', palette.GIVEN),
+    ('with the switches', palette.REPAIRED),
+)
+WIDE: dict[str, Any] = {'sizing_mode': 'stretch_width'}
 SIDE = 400
 """Width of the catalogue [px]."""
 
@@ -74,6 +79,40 @@ def wrong(what: object) -> Markup:
 
 def legend(*entries: tuple[str, Stroke]) -> Markup:
     """Names with their strokes, as HTML."""
-    styles = {'solid': 'solid', 'dashed': 'dashed', 'dotdash': 'dashed', 'dotted': 'dotted'}
     stroke = Markup('<i class="stroke" style="border-color:{};border-top-style:{}"></i>{}')
-    return Markup().join(stroke.format(s.colour, styles[s.dash], name) for name, s in entries)
+    return Markup().join(stroke.format(s.colour, s.dash, name) for name, s in entries)
+
+
+class Part(Protocol):
+    """Some widgets, which follow the state; moving them changes it.
+
+    Attributes:
+        root: the bokeh model to put on the page.
+    """
+
+    root: Any
+
+    def refresh(self) -> None:
+        """Show the state as it is now."""
+
+
+def renew(source: ColumnDataSource, data: Mapping[str, Any]) -> None:
+    """Give a source other columns of numbers; those that it has are not sent and drawn again."""
+    if not all(np.array_equal(source.data[name], column) for name, column in data.items()):
+        source.data = dict(data)
+
+
+class Silence:
+    """Keeps widgets from acting on the state while they are being set from it."""
+
+    def __init__(self) -> None:
+        self._deep = 0
+
+    def __enter__(self) -> None:
+        self._deep += 1
+
+    def __exit__(self, *_: object) -> None:
+        self._deep -= 1
+
+    def __bool__(self) -> bool:
+        return self._deep > 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What to record next: the run as a curve, what it would tell apart, and where it is."""
+"""What to record next: the run as a curve, which effects it separates, and where it is."""
 
 from __future__ import annotations
 
@@ -8,16 +8,21 @@ from typing import Any
 from bokeh.layouts import column, row
 from bokeh.models import Button, ColumnDataSource
 from markupsafe import Markup
+import numpy as np
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.next_run.motions import TRIED_SECONDS
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas
-from leo_diffmodel.watch.next_run import NextRun
-from leo_diffmodel.watch.page.look import CARD, said, small, wrong
-from leo_diffmodel.watch.page.strips import colour, joined, joints_legend, stepped, UNITS
-from leo_diffmodel.watch.plan import Plan
+from leo_diffmodel.watch.next_run import NextRun, Plan
+from leo_diffmodel.watch.page.look import CARD, legend, said, small, WIDE, wrong
 from leo_msgs_py.shell_words import leo
 
+Array = np.ndarray
 HEIGHT = 170
+UNITS = {'voltage': 'V', 'torque': 'N m', 'position': 'rad', 'none': ''}
+COLOURS = ('#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9')
+NO_LINES: dict[str, list] = {'ts': [], 'us': [], 'colour': [], 'joint': []}
 ON_ROBOT = 'on the robot, recorded'
 NOTE = (
     'Motion as the model with what was named predicts it, of a scripted motion the first '
@@ -32,22 +37,16 @@ class NextRunView:
         self._next = next_run
         self._ask = Button(label='What to record next', width=200, name='next run')
         self._ask.on_click(self._asked)
-        self._words = said(name='next run says', sizing_mode='stretch_width')
-        empty: dict[str, list] = {'ts': [], 'us': [], 'colour': [], 'joint': []}
-        self._inputs = ColumnDataSource(empty, name='next run inputs')
-        self._motion = ColumnDataSource(empty, name='next run motion')
+        self._words = said(name='next run says', **WIDE)
+        self._inputs = ColumnDataSource(NO_LINES, name='next run inputs')
+        self._motion = ColumnDataSource(NO_LINES, name='next run motion')
         self._shown: Plan | None = None
         self._plots = self._two()
         self._legend = said()
         note = said(small(NOTE))
-        self._curves = column(*self._plots, self._legend, note, sizing_mode='stretch_width')
-        self.root = column(
-            row(self._ask),
-            self._words,
-            self._curves,
-            stylesheets=[CARD],
-            sizing_mode='stretch_width',
-        )
+        self._curves = column(*self._plots, self._legend, note, **WIDE)
+        parts = row(self._ask), self._words, self._curves
+        self.root = column(*parts, stylesheets=[CARD], **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -100,19 +99,47 @@ class NextRunView:
             return
         track = plan.predicted
         driven = [track.joints.index(a) for a in track.actuators]
-        others = [
-            k
-            for k in range(len(track.joints))
-            if k not in driven and track.joints[k] not in plan.robot.base_joints
-        ]
-        names = tuple(track.joints[k] for k in (*driven, *others))
+        left_out = {*track.actuators, *plan.robot.base_joints}
+        shown = driven + [k for k, name in enumerate(track.joints) if name not in left_out]
+        names = tuple(track.joints[k] for k in shown)
         t, x, inputs = joined(track)
         self._inputs.data = stepped(t, inputs, track.actuators)
-        self._motion.data = {
-            'ts': [t] * len(names),
-            'us': [*x[:, [*driven, *others]].T],
-            'colour': [colour(k) for k in range(len(names))],
-            'joint': [*names],
-        }
+        self._motion.data = _lines([t] * len(names), [*x[:, shown].T], names)
         self._plots[0].yaxis.axis_label = f'input [{UNITS[track.input]}]'
         self._legend.text = joints_legend(names)
+
+
+def joined(recording: Recording) -> tuple[Array, Array, Array]:
+    """Times (T,), states (T, 2J) and inputs (T, A) of all episodes; NaN between two."""
+    parts: list[tuple[Array, ...]] = [
+        (e.t, np.hstack([e.q, e.dq]), np.where(e.enabled, e.inputs, np.nan))
+        for e in recording.episodes
+    ]
+    rows = [parts[0]]
+    for part in parts[1:]:
+        end, *values = rows[-1]
+        rows += [(end[-1:], *(np.full_like(v[:1], np.nan) for v in values)), part]
+    t, x, u = (np.concatenate(column) for column in zip(*rows, strict=True))
+    return t, x, u
+
+
+def joints_legend(joints: tuple[str, ...]) -> Markup:
+    """Which line is whose, as HTML."""
+    return legend(
+        *((name, Stroke(colour)) for name, colour in zip(joints, _colours(joints), strict=True))
+    )
+
+
+def stepped(t: Array, inputs: Array, joints: tuple[str, ...]) -> dict[str, list]:
+    """A stepped line for each actuator."""
+    times = np.repeat(t, 2)[1:]
+    return _lines([times] * len(joints), [np.repeat(u, 2)[:-1] for u in inputs.T], joints)
+
+
+def _lines(t: list[Array], values: list[Array], joints: tuple[str, ...]) -> dict[str, list]:
+    return {'ts': t, 'us': values, 'colour': _colours(joints), 'joint': [*joints]}
+
+
+def _colours(joints: tuple[str, ...]) -> list[str]:
+    """Of the lines of some joints."""
+    return [COLOURS[k % len(COLOURS)] for k in range(len(joints))]

@@ -20,13 +20,19 @@ from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.picture import palette
-from leo_diffmodel.watch.page.look import CARD, GIVEN, legend, MEASURED, REPAIRED, said
-from leo_diffmodel.watch.player import SPEEDS
+from leo_diffmodel.watch.film import SPEEDS
+from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said
+from leo_diffmodel.watch.page.look import WIDE as STRETCHED
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
 from leo_diffmodel.watch.view import Stage, WIDE
 
 Array = np.ndarray
-NO_LINES: dict[str, list] = {'xs': [], 'ys': []}
+GHOSTS = (
+    ('given', palette.GIVEN, 4, 0.75),
+    ('repaired', palette.REPAIRED, 4, 0.75),
+    ('measured', palette.MEASURED, 3, 1.0),
+)
+"""With the width [px] and the opacity of their lines."""
 
 
 class RobotView:
@@ -39,41 +45,22 @@ class RobotView:
         self._sources = self._ghosts()
         self._clock = said(width=230, name='clock')
         self._play = Button(label='Play', width=80, name='play')
-        self._speed = Select(
-            options=[f'{s:g}' for s in SPEEDS], value='1', width=80, title='speed', name='speed'
-        )
-        length = state.player.length
-        self._scrub = Slider(
-            start=0,
-            end=length,
-            step=length / 2000,
-            value=0,
-            show_value=False,
-            title='time',
-            sizing_mode='stretch_width',
-            name='scrub',
-        )
-        self._horizon = Slider(
-            start=np.log10(SHORTEST),
-            end=np.log10(_longest(state)),
-            step=0.01,
-            value=np.log10(state.horizon),
-            title='predict ahead over [s]',
-            name='horizon',
-            format=CustomJSTickFormatter(code='return (10**tick).toPrecision(2)'),
-            sizing_mode='stretch_width',
-        )
-        self._connect()
-        names = ('measured', MEASURED), ('as given', GIVEN), ('with the switches', REPAIRED)
-        self.root = column(
-            said(legend(*names)),
-            self.plot,
-            self._clock,
-            row(self._play, self._speed, self._scrub, sizing_mode='stretch_width'),
-            self._horizon,
-            stylesheets=[CARD],
-            sizing_mode='stretch_width',
-        )
+        speeds = [f'{s:g}' for s in SPEEDS]
+        self._speed = Select(options=speeds, value='1', width=80, title='speed', name='speed')
+        length, look = state.player.length, {'show_value': False, 'title': 'time', **STRETCHED}
+        ends = {'start': 0, 'end': length, 'step': length / 2000}
+        self._scrub = Slider(value=0, name='scrub', **ends, **look)
+        ends = {'start': np.log10(SHORTEST), 'end': np.log10(_longest(state)), 'step': 0.01}
+        digits = CustomJSTickFormatter(code='return (10**tick).toPrecision(2)')
+        look = {'title': 'predict ahead over [s]', 'format': digits, **STRETCHED}
+        self._horizon = Slider(value=np.log10(state.horizon), name='horizon', **ends, **look)
+        self._play.on_click(lambda: state.play(not state.player.playing))
+        self._speed.on_change('value', lambda _, __, v: state.at_speed(float(v)))
+        self._scrub.on_change('value', lambda _, __, v: self._scrubbed(v))
+        self._horizon.on_change('value', lambda _, __, v: state.look_ahead(round(10**v, 4)))
+        player = row(self._play, self._speed, self._scrub, **STRETCHED)
+        parts = said(legend(*ROBOTS)), self.plot, self._clock, player, self._horizon
+        self.root = column(*parts, stylesheets=[CARD], **STRETCHED)
         self.refresh()
 
     def refresh(self) -> None:
@@ -91,11 +78,14 @@ class RobotView:
         words = self._state.scene.timeline.words(now)
         self._clock.text = Markup('<span class="muted">{}</span>').format(words)
         frame = self._state.film.frame(now)
-        for source, q in zip(
-            self._sources, (frame.given, frame.repaired, frame.measured), strict=True
-        ):
-            source.data = self._lines(q)
-        self._feet.data = self._touching(frame.measured)
+        for source, q in zip(self._sources, frame, strict=True):
+            lines = self._stage.lines(q)
+            source.data = {
+                'xs': [p[:, 0].tolist() for p in lines],
+                'ys': [p[:, 1].tolist() for p in lines],
+            }
+        x, y = self._stage.touched(frame.measured).T.tolist()
+        self._feet.data = {'x': x, 'y': y}
         if self._stage.stick.root is None:
             self._look_at(frame.measured)
 
@@ -103,17 +93,9 @@ class RobotView:
         stick = self._stage.stick
         self._x, self._y = Range1d(), Range1d()
         self._look_at(self._state.film.frame(0.0).measured)
-        plot = figure(
-            aspect_ratio=WIDE,
-            x_range=self._x,
-            y_range=self._y,
-            tools='',
-            min_border=0,
-            toolbar_location=None,
-            outline_line_color=None,
-            sizing_mode='scale_width',
-            name='robot',
-        )
+        bare = {'tools': '', 'toolbar_location': None, 'min_border': 0, 'outline_line_color': None}
+        size = {'aspect_ratio': WIDE, 'sizing_mode': 'scale_width'}
+        plot = figure(x_range=self._x, y_range=self._y, name='robot', **size, **bare)
         plot.axis.visible, plot.grid.grid_line_color = False, None
         if stick.ground is not None:
             plot.add_layout(Span(location=0, dimension='width', line_color=palette.MUTED))
@@ -124,44 +106,20 @@ class RobotView:
     def _ghosts(self) -> list[ColumnDataSource]:
         """Sources of the two models, and of the measured robot above them."""
         sources = []
-        for name, stroke, width in (
-            ('given', GIVEN, 4),
-            ('repaired', REPAIRED, 4),
-            ('measured', MEASURED, 3),
-        ):
-            source = ColumnDataSource(NO_LINES, name=f'robot {name}')
-            look = {'line_color': stroke.colour, 'line_dash': stroke.dash, 'line_width': width}
+        for name, stroke, width, alpha in GHOSTS:
+            source = ColumnDataSource({'xs': [], 'ys': []}, name=f'robot {name}')
+            look = {'line_color': stroke.colour, 'line_dash': stroke.dash, 'line_cap': 'round'}
             self.plot.multi_line(
-                'xs',
-                'ys',
-                source=source,
-                line_cap='round',
-                **look,
-                line_alpha=1.0 if name == 'measured' else 0.75,
+                'xs', 'ys', source=source, line_width=width, line_alpha=alpha, **look
             )
             sources.append(source)
         self._feet = ColumnDataSource({'x': [], 'y': []}, name='feet')
         self.plot.scatter('x', 'y', source=self._feet, size=9, color=palette.TOUCH)
         return sources
 
-    def _connect(self) -> None:
-        state = self._state
-        self._play.on_click(lambda: state.play(not state.player.playing))
-        self._speed.on_change('value', lambda _, __, v: state.at_speed(float(v)))
-        self._scrub.on_change('value', lambda _, __, v: self._scrubbed(v))
-        self._horizon.on_change('value', lambda _, __, v: state.look_ahead(round(10**v, 4)))
-
     def _scrubbed(self, seconds: float) -> None:
         if abs(seconds - self._state.player.now) > 1.5 * self._scrub.step:
             self._state.go(seconds)
-
-    def _lines(self, q: Array) -> dict[str, list]:
-        lines = self._stage.lines(q)
-        return {'xs': [p[:, 0].tolist() for p in lines], 'ys': [p[:, 1].tolist() for p in lines]}
-
-    def _touching(self, q: Array) -> dict[str, list]:
-        touched = self._stage.touched(q)
-        return {'x': touched[:, 0].tolist(), 'y': touched[:, 1].tolist()}
 
     def _look_at(self, q: Array) -> None:
         """Keep a robot that walks in the middle."""

@@ -16,8 +16,8 @@ from bokeh.server.server import Server
 from tornado.ioloop import PeriodicCallback
 
 from leo_diffmodel.watch.errand import Finder
-from leo_diffmodel.watch.page import files
 from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.page.files import routes
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
@@ -51,19 +51,16 @@ class WatchServer:
     ) -> None:
         self._state, self._finder = state, finder
         self.token = secrets.token_urlsafe(TOKEN_BYTES)
-        application = Application(
-            FunctionHandler(lambda document: _open(document, state, finder, command, tab))
-        )
+
+        def opened(document: Any) -> None:
+            tab(document, state, finder, command)
+
+        where = {'address': HERE, 'port': port, 'prefix': self.token}
+        pauses = {'keep_alive_milliseconds': 10000, 'check_unused_sessions_milliseconds': 5000}
+        files_too = {'extra_patterns': routes(state)}
         try:
-            self._server = Server(
-                {'/': application},
-                address=HERE,
-                port=port,
-                prefix=self.token,
-                extra_patterns=files.routes(state),
-                keep_alive_milliseconds=10000,
-                check_unused_sessions_milliseconds=5000,
-            )
+            application = {'/': Application(FunctionHandler(opened))}
+            self._server = Server(application, **where, **pauses, **files_too)
         except OSError as error:
             raise UserError(
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'
@@ -127,8 +124,4 @@ class WatchServer:
         if self._finder.news.answer is not None:
             self._state.found(self._finder.news.answer)
         else:
-            self._state.tell()
-
-
-def _open(document: Any, state: State, finder: Finder, command: list[str], tab: OpenTab) -> None:
-    tab(document, state, finder, command)
+            self._state.notify()

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The last seconds of a robot's messages."""
+"""The last seconds of a robot's messages, and one line on how it is."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from leo_diffmodel.bags.recorder import RecordedTopic
 from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
-from leo_diffmodel.watch.live.tape import Tape
+from leo_diffmodel.watch.live import tape as module
+from leo_diffmodel.watch.live.tape import Condition, SILENT, Tape
 from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 
@@ -74,3 +77,17 @@ def test_a_bag_that_is_there_is_not_written_over(tape, tmp_path):
     (tmp_path / 'bag').mkdir()
     with pytest.raises(UserError, match='exists already'):
         tape.save(tmp_path / 'bag')
+
+
+def test_silence_comes_before_all_else_and_then_what_the_robot_says(monkeypatch):
+    now = 100.0
+    monkeypatch.setattr(module, 'time', SimpleNamespace(monotonic=lambda: now))
+    tape, condition = Tape(10.0), Condition(e_stopped=True, message='e-stop: 0 V', level=2)
+    tape.heard = now
+    assert condition.line(tape) == (False, 'e-stop: 0 V')
+    tape.heard -= SILENT + 1.5
+    well, text = condition.line(tape)
+    assert not well and 'no state from the robot for 3 s' in text
+    tape.heard = now
+    assert Condition(message='running').line(tape) == (True, 'running')
+    assert Condition(trouble='not shown: x').line(tape) == (False, 'not shown: x')

@@ -14,9 +14,9 @@ from leo_diffmodel.next_run.proposed_run import Run
 from leo_diffmodel.next_run.simulate import simulate
 from leo_diffmodel.watch import lack
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.page.actions import _files
+from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Tab
-from leo_diffmodel.watch.plan import Plan
+from leo_diffmodel.watch.page.switches import _files
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_sim.effects import place
@@ -143,7 +143,7 @@ def test_play_undo_all_off_and_add_do_what_they_say(page):
     assert page.model(f'switch {LABEL}').active
 
 
-def test_the_search_is_told_while_it_goes_on_and_why_it_ended(page):
+def test_the_search_is_shown_while_it_goes_on_and_why_it_ended(page):
     click(page, 'find')
     assert '7: scanning' in page.model('said').text and page.model('find').disabled
     vars(page.finder).update(busy=False, news=News(error='a <bag> is gone'))
@@ -157,7 +157,7 @@ def test_the_search_is_told_while_it_goes_on_and_why_it_ended(page):
     assert 'Nothing is missing.' in page.model('said').text and page.state.setting.on == {}
 
 
-def test_what_is_being_drawn_is_told_and_why_it_was_not(page):
+def test_what_is_being_drawn_is_said_and_why_it_was_not(page):
     page.state.drawing = SimpleNamespace(busy=True, news=News('comparison.gif, picture 21'))
     page.show()
     assert 'drawing comparison.gif, picture 21' in page.model('drawing').text

@@ -13,14 +13,14 @@ import pytest
 from tests.hostile_names import check_html, folder_of, HTML
 from tests.simulate import record
 
-from leo_diffmodel.watch import shown
 from leo_diffmodel.watch.drawing import draw
 from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.page.document import Tab
 from leo_diffmodel.watch.page.files import copy
-from leo_diffmodel.watch.page.strips import joints_legend
+from leo_diffmodel.watch.page.next_run import joints_legend
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.view import now, view_of
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -84,6 +84,6 @@ def test_the_page_itself_and_its_copy_are_what_they_are_with_any_name(state):
 
 def test_a_picture_is_xml_and_takes_no_name_for_a_formula(state, tmp_path):
     file = tmp_path / 'view.svg'
-    draw(shown.view(state, shown.now(state)), file, lambda _: None)
+    draw(view_of(state, now(state)), file, lambda _: None)
     tags = {element.tag for element in ElementTree.parse(file).iter()}
     assert not any('evil' in str(tag) for tag in tags)

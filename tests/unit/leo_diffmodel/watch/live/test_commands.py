@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run is sent to the robot after a question."""
+"""A run is sent to the robot after a question; recording on and off."""
 
 import time
 from types import SimpleNamespace
@@ -7,8 +7,15 @@ from types import SimpleNamespace
 import pytest
 from tests.patience import PATIENCE
 
-from leo_diffmodel.watch.live.beside import Beside, SILENT, STOPPED
-from leo_diffmodel.watch.live.sending import OPEN, Sending, Sent, TOO_LATE
+from leo_diffmodel.watch.live.commands import (
+    NOWHERE,
+    OPEN,
+    RecordingSwitch,
+    Sending,
+    Sent,
+    TOO_LATE,
+)
+from leo_diffmodel.watch.live.live import Live, SILENT, STOPPED
 from leo_msgs_py.errors import UserError
 
 
@@ -64,13 +71,27 @@ def test_a_robot_that_is_stopped_or_silent_gets_no_run(sending):
         tape=SimpleNamespace(heard=time.monotonic(), messages=0),
     )
     renewing = SimpleNamespace(look=lambda _: None, news=SimpleNamespace(trouble=''))
-    beside = Beside(robot, None, renewing, sending)
+    live = Live(robot, None, renewing, sending)
     with pytest.raises(UserError, match=STOPPED):
-        beside.send()
+        live.send()
     robot.condition.e_stopped, robot.tape.heard = False, time.monotonic() - 60.0
     with pytest.raises(UserError, match=SILENT):
-        beside.send()
+        live.send()
     assert sending.question is not None and not sending.on
     robot.condition.e_stopped = True
-    beside.look()
+    live.look()
     assert sending.question is None
+
+
+def test_without_a_folder_nothing_can_be_recorded():
+    switch = RecordingSwitch(None)
+    assert not switch.possible and switch.words == NOWHERE
+    with pytest.raises(UserError, match='-o DIR'):
+        switch.start()
+    switch.wait()
+
+
+def test_before_the_first_recording_there_is_no_folder(tmp_path):
+    switch = RecordingSwitch(tmp_path / 'out')
+    assert switch.possible and not switch.on and not switch.size
+    assert switch.words == 'nothing is recorded' and not (tmp_path / 'out').exists()

@@ -8,7 +8,7 @@ import pytest
 from tests.patience import PATIENCE
 from tests.unit.leo_diffmodel.watch.live.test_tape import say
 
-from leo_diffmodel.watch.live.finder import LiveFinder
+from leo_diffmodel.watch.live.live import LiveFinder
 from leo_diffmodel.watch.live.tape import Tape
 
 

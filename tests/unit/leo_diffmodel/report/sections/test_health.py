@@ -10,7 +10,7 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.report.whiteness import by_condition, chi_squared, correlation
+from leo_diffmodel.report.sections.health import by_condition, chi_squared, correlation
 from leo_sim.effects import place
 from leo_sim.model import Model
 

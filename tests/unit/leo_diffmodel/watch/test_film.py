@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Play, pause, speed, scrub."""
 
-from leo_diffmodel.watch.player import Player
+from leo_diffmodel.watch.film import Player
 
 
 def test_time_goes_on_while_it_plays_and_begins_again():

@@ -11,8 +11,7 @@ from tests.page import read
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.report import binned
-from leo_diffmodel.report.explained import write_explanation
-from leo_diffmodel.report.torque_curves import trace
+from leo_diffmodel.report.explained import trace, write_explanation
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -45,18 +44,18 @@ def explanation(recording: Recording) -> Explanation:
 
 
 def test_missing_torque_has_the_slope_of_the_hidden_friction(recording, explanation):
-    measured = trace([recording], explanation.search).measured
+    _, measured, _ = trace([recording], explanation.search)
     slope = np.polyfit(measured.dq[:, 0], measured.torque[:, 0], 1)[0]
     assert slope == pytest.approx(-FRICTION, rel=0.1)
 
 
 def test_the_leading_candidate_runs_through_the_measured_means(recording, explanation):
-    curves = trace([recording], explanation.search)
-    groups = binned.sort(curves.measured.dq[:, 0], count=10)
-    measured = curves.measured.torque[:, 0]
-    off = groups.mean(measured) - groups.mean(curves.candidates[0].torque[:, 0])
+    _, missing, curves = trace([recording], explanation.search)
+    groups = binned.sort(missing.dq[:, 0], count=10)
+    measured, first = missing.torque[:, 0], next(iter(curves.values()))
+    off = groups.mean(measured) - groups.mean(first[:, 0])
     assert np.abs(off / groups.standard_error(measured)).max() < 4
-    assert 1 <= len(curves.candidates) <= 4
+    assert 1 <= len(curves) <= 4
 
 
 @pytest.mark.parametrize('verdict', ['named', 'unknown'])

@@ -1,21 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All that stands beside the page while a robot runs: robot, recorder, player, computing."""
+"""What the page has of a running robot: the robot, a recorder, a player, computing, a search."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
+import shutil
+import tempfile
 from typing import Protocol
 
-from leo_diffmodel.watch.live.condition import Condition, is_silent
-from leo_diffmodel.watch.live.recording import RecordingSwitch
+from leo_diffmodel.bags.recorder import free_folder
+from leo_diffmodel.watch.errand import Asked, Finder, News
+from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
 from leo_diffmodel.watch.live.renewing import Renewing
-from leo_diffmodel.watch.live.sending import Sending
-from leo_diffmodel.watch.live.tape import Tape
+from leo_diffmodel.watch.live.tape import Condition, is_silent, Tape
 from leo_msgs_py.errors import UserError
 
 STOPPED = 'The e-stop is latched: release it before a run is sent.'
 SILENT = 'no state comes from the robot: nothing was sent'
 NO_SHARE = 'no difference model publishes its weights'
+SEARCHED = 'searched'
 
 
 class Robot(Protocol):
@@ -32,22 +36,9 @@ class Robot(Protocol):
         """Take the e-stop back."""
 
 
-@dataclass(frozen=True)
-class Lines:
-    """What the page says: whether all is well, how the robot is, and more, a line each."""
-
-    well: bool
-    robot: str
-    more: tuple[str, ...]
-
-
 @dataclass
-class Beside:
-    """One for all tabs.
-
-    Attributes:
-        said: what went wrong with a button; '' where nothing did.
-    """
+class Live:
+    """One for all tabs; `said` is what went wrong with a button, '' where nothing did."""
 
     robot: Robot
     recording: RecordingSwitch
@@ -87,8 +78,8 @@ class Beside:
             raise UserError(SILENT)
         self.sending.yes()
 
-    def lines(self) -> Lines:
-        """What to say now."""
+    def lines(self) -> tuple[bool, list[str]]:
+        """Whether all is well, and what to say now: how the robot is, and more."""
         well, robot = self.robot.condition.line(self.robot.tape)
         news = self.renewing.news
         held = 'the data are held as they were' if self.renewing.frozen else news.words
@@ -100,4 +91,44 @@ class Beside:
             self.recording.words,
             news.share.words if news.share else NO_SHARE,
         )
-        return Lines(well, robot, tuple(text for text in more if text))
+        return well, [robot, *filter(None, more)]
+
+
+class LiveFinder(Finder):
+    """A search over the last seconds before it was asked for.
+
+    Bags that were searched stay in the folder, as models name them; without one they are there
+    only for the search. The words are the command line of the search, less the bag.
+    """
+
+    def __init__(self, tape: Tape, asked: Asked, words: list[str], folder: Path | None) -> None:
+        super().__init__(asked, words)
+        self._tape, self._model, self._folder = tape, words, folder
+        self._passing: Path | None = None
+
+    def start(self) -> None:
+        """Keep what is measured now, and search it; say why where it cannot be kept."""
+        if self.busy:
+            return
+        try:
+            bag = self._tape.save(self._free())
+        except (UserError, OSError) as error:
+            self.news = News(error=str(error))
+            return
+        self.words = [str(bag), *self._model]
+        super().start()
+
+    def stop(self) -> None:
+        """End the search, and forget what was saved only for it."""
+        super().stop()
+        if self._passing is not None:
+            shutil.rmtree(self._passing, ignore_errors=True)
+            self._passing, self.words = None, []
+
+    def _free(self) -> Path:
+        """A folder that is not there yet, in one that is."""
+        if self._folder is not None:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            return free_folder(self._folder / SEARCHED)
+        self._passing = Path(tempfile.mkdtemp(prefix='leo_watch_'))
+        return self._passing / SEARCHED

@@ -9,30 +9,30 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.watch.live.beside import STOPPED
-from leo_diffmodel.watch.live.sending import OPEN, Sending
-from leo_diffmodel.watch.page.sending import SendView
-from leo_diffmodel.watch.plan import Plan
+from leo_diffmodel.watch.live.commands import OPEN, Sending
+from leo_diffmodel.watch.live.live import STOPPED
+from leo_diffmodel.watch.next_run import Plan
+from leo_diffmodel.watch.page.live import SendView
 from leo_sim.description.robot import load_robot
 
 
 @pytest.fixture
 def page():
-    """The buttons beside a robot, a recorder and a clock that stand still."""
+    """The buttons, with a robot, a recorder and a clock that stand still."""
     run = Run('steps', 'some steps', np.zeros((40, 1)), np.ones(40, bool))
     run = SimpleNamespace(plan=Plan((), load_robot('pendulum'), run), words=['play', 'run.csv'])
     clock, sent = [0.0], []
-    beside = SimpleNamespace(
+    live = SimpleNamespace(
         robot=SimpleNamespace(condition=SimpleNamespace(e_stopped=False)),
         recording=SimpleNamespace(on=False, bag='out/run'),
         sending=Sending(now=lambda: clock[0]),
         said='',
     )
-    beside.send = lambda: sent.append(beside.sending.question)
-    document, view = Document(), SendView(run, beside)
+    live.send = lambda: sent.append(live.sending.question)
+    document, view = Document(), SendView(run, live)
     document.add_root(view.root)
     return SimpleNamespace(
-        document=document, view=view, beside=beside, run=run, clock=clock, sent=sent
+        document=document, view=view, live=live, run=run, clock=clock, sent=sent
     )
 
 
@@ -50,7 +50,7 @@ def test_it_is_sent_only_after_a_question_that_says_whether_it_is_recorded(page)
     click(page, 'send')
     asked = widget(page, 'sending').text
     assert 'will move for 2 s: &#34;steps&#34;. It is not recorded' in asked
-    page.beside.recording.on = True
+    page.live.recording.on = True
     assert 'recorded into out/run' in widget(page, 'sending').text
     assert page.view._answers.visible and widget(page, 'send').disabled and page.sent == []
     click(page, 'yes, move')
@@ -69,7 +69,7 @@ def test_no_and_waiting_take_the_question_back(page):
 
 
 def test_a_stopped_robot_cannot_be_asked_and_without_a_run_there_is_no_button(page):
-    page.beside.robot.condition.e_stopped = True
+    page.live.robot.condition.e_stopped = True
     assert widget(page, 'send').disabled and STOPPED in widget(page, 'sending').text
     page.run.words = []
     assert not widget(page, 'send').visible and not page.view.root.visible

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The error of both models: against horizon as figures and curves, and over time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bokeh.events import Tap
+from bokeh.layouts import column, row
+from bokeh.models import BoxAnnotation, ColumnDataSource, FixedTicker, Select, Span
+from markupsafe import Markup
+import numpy as np
+
+from leo_diffmodel.picture import palette
+from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
+from leo_diffmodel.watch import view
+from leo_diffmodel.watch.page.look import CARD, legend, renew, ROBOTS, said, small, WIDE
+from leo_diffmodel.watch.state import State
+
+FLOOR = ('noise floor', palette.FLOOR)
+HEIGHT, LOW = 340, 210
+"""Of the plots against horizon and over time [px]."""
+MODELS = ('given', palette.GIVEN), ('now', palette.REPAIRED)
+NEAR = 0.015
+"""A tap this near to a worst window, as a share of all time, is meant for it."""
+NOTE = (
+    'Rms error over each stretch that is predicted from its measured start. Marked: the worst '
+    'with the switches as they are; a tap goes there. Shaded: held out, no value is read from it.'
+)
+
+
+class ErrorWords:
+    """The held-out error as figures. New text lays the page out anew, which takes longer."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self.root = said(words(state), **WIDE, name='error')
+
+    def refresh(self) -> None:
+        """Say the figures of now."""
+        self.root.text = words(self._state)
+
+
+class HorizonView:
+    """The curve of one state, which is chosen here for the other figures as well.
+
+    The words above the curve are a part of their own.
+    """
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        curves = view.against_horizon(state)
+        self._source = ColumnDataSource(curves, name='error against horizon')
+        self._ticker = FixedTicker()
+        self.plot = self._plot()
+        names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]
+        options = [(str(i), name) for i, name in enumerate(names)]
+        self._shown = Select(options=options, value='0', title='error of', width=160, name='shown')
+        self._shown.on_change('value', lambda _, __, v: state.show(int(v)))
+        self.words = ErrorWords(state)
+        head = row(self._shown, self.words.root, **WIDE)
+        parts = head, self.plot, said(legend(*ROBOTS[1:], FLOOR))
+        self.root = column(*parts, stylesheets=[CARD], **WIDE)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Draw the curves of now."""
+        renew(self._source, view.against_horizon(self._state))
+        self._frame()
+        self._shown.value = str(self._state.shown)
+
+    def _plot(self) -> Any:
+        options = {'x_axis_type': 'log', 'y_axis_type': 'log', 'y_range': (1e-3, 1.0)}
+        plot = canvas('prediction horizon [s]', '', height=HEIGHT, name='horizon plot', **options)
+        plot.varea('seconds', 1e-12, 'floor', source=self._source, color=palette.NOISE_FILL)
+        floor = {'source': self._source, 'color': palette.NOISE, 'line_dash': palette.FLOOR.dash}
+        plot.line('seconds', 'floor', line_width=1.5, **floor)
+        for name, stroke in MODELS:
+            look = {'source': self._source, 'color': stroke.colour}
+            plot.line('seconds', name, line_width=2.5, line_dash=stroke.dash, **look)
+            dots = plot.scatter('seconds', name, size=7, **look)
+            tip = (name, f'@{name}{{0.000e}}')
+            hover(plot, dots, [tip, ('floor', '@floor{0.000e}'), ('s', '@seconds')])
+        plain_numbers(plot.axis)
+        seconds = self._source.data['seconds']
+        plot.xaxis.ticker, plot.yaxis.ticker = ticks(min(seconds), max(seconds)), self._ticker
+        return plot
+
+    def _frame(self) -> None:
+        """The axes: all that is no smaller than a part of the floor."""
+        bottom, top = view.heights(self._source.data)
+        self.plot.y_range.update(start=bottom, end=top)
+        self._ticker.ticks = ticks(bottom, top)
+        self.plot.yaxis.axis_label = f'rms error of {view.unit(self._state)}'
+
+
+def words(state: State) -> Markup:
+    """The held-out error of now, as HTML: in noise floors, and of the state that is shown."""
+    (before, after), i = state.sizes, state.shown
+    unit, kind = state.states[i]['unit'], state.scene.headline
+    figures = state.given.figures[i], state.now.figures[i], state.floor.floor[i]
+    first, last, floor = (f'{v:.3g}' for v in figures)
+    head = Markup('<b class="big">{}</b> noise floors, held out, {}<br>').format(
+        f'{before:.2f} → {after:.2f}', kind.short
+    )
+    return head + small(
+        f'{state.states[i]["name"]}: {first} → {last} {unit}, noise floor {floor}; '
+        'a perfect model scores 1 noise floor'
+    )
+
+
+class OverTimeView:
+    """The error of both models in each window of the film."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._curve = ColumnDataSource(view.over_time(state), name='error over time')
+        self._marks = ColumnDataSource(view.worst(state), name='worst windows')
+        self._cursor = Span(location=0.0, dimension='height', line_color=palette.INK)
+        self._film = state.film
+        self.plot = self._plot()
+        note = said(small(NOTE), **WIDE)
+        self.root = column(self.plot, note, stylesheets=[CARD], **WIDE)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Draw the errors of now."""
+        renew(self._curve, view.over_time(self._state))
+        renew(self._marks, view.worst(self._state))
+        self.plot.yaxis.axis_label = view.unit(self._state)
+        if self._film.time.shape != self._state.film.time.shape:
+            self._film = self._state.film
+            self.plot.center = [r for r in self.plot.center if not isinstance(r, BoxAnnotation)]
+            self._shade(self.plot)
+        self.tick()
+
+    def follow_taps(self) -> None:
+        """Go where one taps; a copy of the page has nobody to ask."""
+        self.plot.on_event(Tap, lambda event: self._state.go(self._meant(event.x)))
+
+    def tick(self) -> None:
+        """Move the cursor to where one is."""
+        self._cursor.location = self._state.player.now
+
+    def _plot(self) -> Any:
+        plot = canvas('time, one bag after the other [s]', '', height=LOW, name='time plot')
+        self._shade(plot)
+        steps = {'source': self._curve, 'mode': 'center', 'line_width': 2}
+        for name, stroke in MODELS:
+            plot.step('time', name, line_color=stroke.colour, **steps)
+        look = {'size': 12, 'color': palette.UNEXPLAINED, 'line_color': palette.INK}
+        plot.scatter('time', 'error', source=self._marks, marker='inverted_triangle', **look)
+        plot.add_layout(self._cursor)
+        plot.y_range.start = 0.0
+        return plot
+
+    def _shade(self, plot: Any) -> None:
+        """A band over every held-out window of the film."""
+        look = {'fill_color': palette.NOISE_FILL, 'level': 'underlay', 'line_color': None}
+        for begin, end in view.held(self._state):
+            plot.add_layout(BoxAnnotation(left=begin, right=end, **look))
+
+    def _meant(self, seconds: float) -> float:
+        """The begin of the worst window that was tapped, or the time itself."""
+        marks = np.asarray(self._marks.data['time'])
+        nearest = int(np.argmin(np.abs(marks - seconds)))
+        near = abs(marks[nearest] - seconds) < NEAR * self._state.player.length
+        return float(self._marks.data['begin'][nearest]) if near else seconds

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The torque that models lack: where each of them fails, and one joint's against a variable."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bokeh.core.properties import value
+from bokeh.events import Tap
+from bokeh.layouts import column, row
+from bokeh.models import ColumnDataSource, NumeralTickFormatter, Range1d, Select
+from markupsafe import Markup
+import numpy as np
+
+from leo_diffmodel.compare.sizes import torque_unit
+from leo_diffmodel.compare.torque import MissingTorque
+from leo_diffmodel.compare.where import against_motion, ranked, stands_out, Where
+from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.report import binned
+from leo_diffmodel.report.canvas import canvas, FONT, hover
+from leo_diffmodel.report.sections.where import against, in_print
+from leo_diffmodel.report.text import numbered, percent
+from leo_diffmodel.watch.lack import Lack
+from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said, Silence, small, WIDE
+from leo_diffmodel.watch.state import State
+
+Array = np.ndarray
+ROWS, MOST_JOINTS = 6, 3
+HEIGHT = 268
+BAR = 0.3
+ABOVE = 0.38
+"""How far above the middle of its bar a place is named, in rows."""
+FAINT = 0.35
+"""Opacity of what may be chance."""
+NOTE = (
+    'The torque that a model lacks, by joint and condition: the share that a place has of its '
+    'mean square beyond noise, and its rms there. Pale: no more than chance makes of its time. '
+    'A tap goes to the worst window.'
+)
+NOISE_ONLY = 'nowhere: the torque it lacks stays within its noise'
+Rows = dict[str, list]
+NO_ROWS: Rows = {
+    name: [] for name in ('y', 'above', 'share', 'place', 'size', 'tip', 'begin', 'alpha')
+}
+MISSING_NOTE = (
+    'Grey: the constant torque that would explain each short window with the model as given; '
+    'black: mean of a bin ± its standard error. Blue: what the same estimate would show if what '
+    'is switched on were all that is missing.'
+)
+HEAD = Markup('<b>Torque the model lacks</b> ')
+NO_MEANS: dict[str, Any] = {name: [] for name in ('x', 'y', 'low', 'high', 'curve0')}
+
+
+class WhereView:
+    """The model as given and that with the switches, side by side."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        models = zip(('given', 'now'), ROBOTS[1:], strict=True)
+        self._rankings = [_Ranking(state, *model) for model in models]
+        self._words = said(name='where says', **WIDE)
+        both = row(*(r.root for r in self._rankings), **WIDE)
+        self.root = column(self._words, both, stylesheets=[CARD], **WIDE)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the places of now."""
+        lacks = self._state.lacks
+        note = lacks.trouble or ('computing …' if lacks.behind else NOTE)
+        self._words.text = Markup('<b>Where it fails</b> {}').format(small(note))
+        for ranking, lack in zip(self._rankings, (lacks.given, lacks.now), strict=True):
+            ranking.show(lack)
+
+    def follow_taps(self) -> None:
+        """Go to the worst window of a place where one taps."""
+        for ranking in self._rankings:
+            ranking.follow_taps()
+
+
+class _Ranking:
+    """The places of one model, worst first."""
+
+    def __init__(self, state: State, which: str, model: tuple[str, Stroke]) -> None:
+        self._state, self._head = state, legend(model)
+        self._shown: Lack | None = None
+        self._source = ColumnDataSource(NO_ROWS, name=f'where {which}')
+        self._words = said(self._head, name=f'where {which} says', **WIDE)
+        self.plot = self._plot(model[1], which)
+        self.root = column(self._words, self.plot, **WIDE)
+
+    def show(self, lack: Lack | None) -> None:
+        """Draw what is new."""
+        if lack is None or lack is self._shown:
+            return
+        self._shown = lack
+        rows = _rows(self._state, lack.places)
+        self._source.data, self.plot.visible = rows, bool(rows['y'])
+        self._words.text = self._head + Markup('<br>') + small(_said(lack.places))
+
+    def follow_taps(self) -> None:
+        """Go to the worst window of the place that is tapped."""
+        self.plot.on_event(Tap, lambda event: self._go(event.y))
+
+    def _go(self, y: float) -> None:
+        begin, number = self._source.data['begin'], round(-y)
+        if 0 <= number < len(begin):
+            self._state.go(begin[number])
+
+    def _plot(self, stroke: Stroke, which: str) -> Any:
+        ranges = {'x_range': Range1d(0.0, 1.0), 'y_range': Range1d(-ROWS + 0.5, 0.6)}
+        name = f'where {which} plot'
+        plot = canvas('share of the error', '', height=HEIGHT, name=name, **ranges)
+        plot.yaxis.visible, plot.ygrid.grid_line_color = False, None
+        plot.xaxis.formatter = NumeralTickFormatter(format='0 %')
+        look: dict[str, Any] = {'source': self._source, 'alpha': 'alpha', 'color': stroke.colour}
+        bars = plot.hbar(y='y', right='share', height=BAR, **look)
+        look = {'text_font': value(FONT), 'text_font_size': '12.5px', 'text_color': palette.INK}
+        look |= {'source': self._source, 'y': 'above', 'text_baseline': 'middle'}
+        plot.text(x=0.0, text='place', **look)
+        plot.text(x=1.0, text='size', text_align='right', **look)
+        hover(plot, bars, [('', '@tip')])
+        return plot
+
+
+def _said(places: Where) -> str:
+    """The joints with most of the error, and what differs with direction."""
+    if places.noise_only:
+        return NOISE_ONLY
+    joints = sorted(places.joints, key=lambda r: -r['share'])[:MOST_JOINTS]
+    shares = ', '.join(f'{r["joint"]} {percent(r["share"])}' for r in joints)
+    worst = {r['joint'] for r in joints[:1]}
+    moving = [against(*found) for found in against_motion(places.rows) if found[0] in worst]
+    lines = [shares if len(places.joints) > 1 else '', *moving]
+    return '; '.join(line for line in lines if line)
+
+
+def _rows(state: State, places: Where) -> Rows:
+    """A bar for each place."""
+    if places.noise_only:
+        return NO_ROWS
+    shown = ranked(places.rows)[:ROWS]
+    bags = numbered(state.scene.recordings)
+    words = [in_print(r, bags) for r in shown]
+    y = -np.arange(len(shown), dtype=float)
+    sources = np.array([r['bags'][0] for r in shown], dtype=int)
+    times = np.array([r['windows'][0][0] for r in shown])
+    return {
+        'y': [*y],
+        'above': [*(y + ABOVE)],
+        'share': [float(r['share']) for r in shown],
+        'place': [_place(w) for w in words],
+        'size': [f'{w["share"]}, {w["torque"]}' for w in words],
+        'tip': [_tip(w) for w in words],
+        'begin': state.scene.timeline.at(sources, times).tolist(),
+        'alpha': [1.0 if stands_out(r) else FAINT for r in shown],
+    }
+
+
+def _place(words: dict[str, Any]) -> str:
+    return f'{words["joint"]}, {words["variable"]} {words["range"]}'.strip()
+
+
+def _tip(words: dict[str, Any]) -> str:
+    part = f'{words["share"]} of the error in {words["time"]} of the time'
+    size = f'{words["torque"]} (noise {words["noise"]})'
+    return f'{_place(words)}: {part}, {size}; worst at {words["windows"]}'
+
+
+class MissingView:
+    """The plot, and which joint and variable it shows."""
+
+    def __init__(self, state: State) -> None:
+        self._state, self._silent = state, Silence()
+        self._shown: tuple[object, ...] = ()
+        self._dots = ColumnDataSource({'x': [], 'y': []}, name='missing torque')
+        self._means = ColumnDataSource(NO_MEANS, name='binned torque')
+        self._joint = Select(title='joint', width=160, name='joint')
+        self._variable = Select(title='against', width=260, name='against')
+        self._joint.on_change('value', lambda _, __, v: self._ask(int(v)))
+        self._variable.on_change('value', lambda _, __, v: self._ask(None, int(v)))
+        sources = self._dots, self._means
+        self.plot, means = binned.torque_canvas(*sources, [palette.REPAIRED], name='missing plot')
+        hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
+        self._words = said(**WIDE, name='missing says')
+        head = row(self._joint, self._variable, self._words, **WIDE)
+        self.root = column(head, self.plot, stylesheets=[CARD], **WIDE)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Draw what is new."""
+        lacks = self._state.lacks
+        self._words.text = HEAD + small(lacks.trouble or MISSING_NOTE)
+        if lacks.given is None:
+            return
+        missing = lacks.given.missing
+        self._choose(missing)
+        shown = missing, lacks.curve, self._state.chosen
+        if [*map(id, shown)] != [*map(id, self._shown)]:
+            self._shown = shown
+            self._draw(missing, lacks.curve)
+
+    def _choose(self, missing: MissingTorque) -> None:
+        """A first joint, and another where nothing shows of the one that was chosen."""
+        chosen = self._state.chosen
+        if chosen is None or chosen[0] not in _joints(missing):
+            self._state.chosen = self._matters(missing, binned.lacking(missing)[0])
+
+    def _matters(self, missing: MissingTorque, joint: int) -> tuple[int, int]:
+        """A joint with the variable that says most of what it lacks."""
+        return joint, binned.that_matters(missing, self._state.scene.model.robot, joint)
+
+    def _draw(self, missing: MissingTorque, curve: Array | None) -> None:
+        robot, (joint, number) = self._state.scene.model.robot, self._state.chosen or (0, 0)
+        axes, names = binned.variables(missing, robot, joint), robot.joint_names
+        number = min(number, len(axes) - 1)
+        joints = [(str(j), names[j]) for j in _joints(missing)]
+        labels = [(str(i), label) for i, (label, _) in enumerate(axes)]
+        with self._silent:
+            self._joint.update(options=joints, value=str(joint))
+            self._variable.update(options=labels, value=str(number))
+        seen, (label, values) = missing.seen[:, joint], axes[number]
+        heights = np.full(int(seen.sum()), np.nan) if curve is None else curve[seen, joint]
+        unit = torque_unit(robot, names[joint])
+        drawn = binned.Binned.of(values[seen], missing.torque[seen, joint], [heights], unit)
+        self._dots.data, self._means.data = dict(drawn.dots), dict(drawn.means)
+        drawn.label(self.plot, label)
+
+    def _ask(self, joint: int | None, number: int | None = None) -> None:
+        """Have another joint shown, against what matters there, or another variable."""
+        given, chosen = self._state.lacks.given, self._state.chosen
+        if self._silent or given is None or chosen is None:
+            return
+        if joint is not None:
+            self._state.choose(*self._matters(given.missing, joint))
+        elif number is not None:
+            self._state.choose(chosen[0], number)
+
+
+def _joints(missing: MissingTorque) -> list[int]:
+    """Those of which enough shows to be drawn; the foremost where none does."""
+    count = missing.seen.sum(axis=0)
+    return [j for j, n in enumerate(count) if n >= binned.FEWEST] or binned.lacking(missing)[:1]

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The side of the page: the catalogue of effects as switches, and buttons."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+
+from bokeh.layouts import column, row
+from bokeh.models import Button, CustomJSTickFormatter, NumericInput, Select, Slider, Switch
+from markupsafe import Markup
+
+from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.watch.errand import Finder
+from leo_diffmodel.watch.handle import Handle
+from leo_diffmodel.watch.page.look import CARD, said, SIDE, Silence, small, wrong
+from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.view import FILM_SECONDS
+from leo_msgs_py.errors import UserError
+from leo_sim.effects import Parameter
+
+WITHOUT_FFMPEG = 'for MP4 install the program ffmpeg, and start leo watch again'
+STEP = 0.001
+EVERYWHERE = 'every place'
+AT_ONCE = 40
+"""Lines that are put on the page together: a browser takes long for those of a walker."""
+NOTE = (
+    'A switch begins at the value that suits the data best that is not held out. Behind it: the '
+    'held-out error without it → with it, in noise floors.'
+)
+
+
+class ActionsView:
+    """Buttons, and what came of them in words."""
+
+    def __init__(self, state: State, finder: Finder, command: list[str]) -> None:
+        """Args: the state, the search, and `leo add MODEL` as it would be typed."""
+        self._state, self._finder, self._command = state, finder, command
+        self._find = Button(label='Find it for me', button_type='primary', name='find')
+        self._undo = Button(label='Undo', name='undo')
+        self._clear = Button(label='All off', name='clear')
+        self._add = Button(label='Add to model', name='add')
+        self._said: str = ''
+        self._words = said(width=SIDE - 40, name='said')
+        self._find.on_click(self._started)
+        self._undo.on_click(state.undo)
+        self._clear.on_click(state.clear)
+        self._add.on_click(self._added)
+        files = said(_files(), width=SIDE - 40)
+        self._drawn = said(width=SIDE - 40, name='drawing')
+        buttons = row(self._find, self._add), row(self._undo, self._clear)
+        parts = *buttons, self._words, files, self._drawn
+        self.root = column(*parts, stylesheets=[CARD], width=SIDE)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show how far the search is, what it said, and what can be done."""
+        self._undo.disabled = not self._state.can_undo
+        self._clear.disabled = self._add.disabled = not self._state.setting.on
+        self._find.disabled = self._finder.busy
+        ms = 1000 * self._state.seconds
+        time = small(f'computed in {ms:.0f} ms') if ms else ''
+        lines = [self._search(), self._said, self._typed(), time]
+        self._words.text = Markup().join(Markup('<div>{}</div>').format(x) for x in lines if x)
+        self._drawn.text = self._drawing()
+
+    def _started(self) -> None:
+        self._said = ''
+        self._finder.start()
+        self.refresh()
+
+    def _added(self) -> None:
+        try:
+            self._said = Markup('wrote <code>{}</code>').format(self._state.add())
+        except (UserError, OSError) as error:
+            self._said = wrong(error)
+        self.refresh()
+
+    def _search(self) -> str:
+        """What the search is at, or what it found."""
+        news = self._finder.news
+        if self._finder.busy:
+            return f'explaining, {news.count}: {news.text} …'
+        if news.error:
+            return wrong(news.error)
+        if self._state.answer is None:
+            return ''
+        data = self._state.answer.data
+        return Markup('<b>{verdict}</b>: {sentence}').format(**data)
+
+    def _typed(self) -> str:
+        """The command that writes the same model, while it was all done by hand."""
+        state = self._state
+        if not state.setting.on or (state.answer and state.setting == state.answer.setting):
+            return ''
+        typed = shlex.join([*self._command, *state.words])
+        return Markup('<code>{} -o NEW.yaml</code>').format(typed)
+
+    def _drawing(self) -> str:
+        """What is being drawn, or why it is not."""
+        drawing = self._state.drawing
+        if drawing.news.error:
+            return wrong(drawing.news.error)
+        return small(f'drawing {drawing.news.text} …') if drawing.busy else ''
+
+
+def _files() -> Markup:
+    """Links to what can be taken away, as HTML."""
+    film = f'the robots moving, {FILM_SECONDS:g} s from now'
+    mp4 = ['comparison.mp4'] if shutil.which('ffmpeg') else []
+    lines = [
+        _links('this view', 'view.png', 'view.svg', 'copy.html'),
+        _links(film, 'comparison.gif', *mp4),
+        _links('the numbers', 'numbers.csv'),
+        *([] if mp4 else [small(WITHOUT_FFMPEG)]),
+    ]
+    return Markup('<br>').join(lines)
+
+
+def _links(what: str, *names: str) -> Markup:
+    link = Markup('<a href="{}" download>{}</a>')
+    links = Markup().join(link.format(name, name.rpartition('.')[2].upper()) for name in names)
+    return Markup('{}: {}').format(what, links)
+
+
+class CatalogueView:
+    """A line for each effect at each place; most of a long catalogue come after the first."""
+
+    def __init__(self, state: State) -> None:
+        self._state, self._left = state, [*state.scene.candidates.values()]
+        self._lines: list[_Line] = []
+        places = list(dict.fromkeys(c.where for c in self._left))
+        look = {'name': 'place', 'title': 'effects at', 'width': SIDE - 60}
+        self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, **look)
+        self._place.on_change('value', lambda _, __, ___: self.refresh())
+        note = said(small(NOTE), width=SIDE - 40)
+        self.root = column(self._place, note, stylesheets=[CARD], width=SIDE)
+        self.lengthen()
+
+    def lengthen(self) -> bool:
+        """Add some lines; whether there are more."""
+        new = [_Line(self._state, c) for c in self._left[:AT_ONCE]]
+        self._left = self._left[AT_ONCE:]
+        for line in new:
+            line.refresh(self._place.value)
+        self._lines += new
+        self.root.children = [*self.root.children, *(line.root for line in new)]
+        return bool(self._left)
+
+    def refresh(self) -> None:
+        """Show what is on; of the others those of the place that is asked for."""
+        for line in self._lines:
+            line.refresh(self._place.value)
+
+
+class _Line:
+    """An effect at a place: its switch, what it does, and sliders while it is on."""
+
+    def __init__(self, state: State, candidate: Candidate) -> None:
+        self._state, self._candidate = state, candidate
+        self._label, self._silent = candidate.label, Silence()
+        self._switch = Switch(active=False, width=36, name=f'switch {self._label}')
+        self._switch.on_change('active', lambda _, __, on: self._switched(on))
+        self._words = said(self._text(), width=SIDE - 90, name=f'effect {self._label}')
+        self._sliders: list[_Slider] = []
+        self.root = column(row(self._switch, self._words))
+
+    def refresh(self, place: str) -> None:
+        """Show the state."""
+        on = self._label in self._state.setting.on
+        with self._silent:
+            self._switch.active = on
+        self._words.text = self._text()
+        self.root.visible = on or place in (EVERYWHERE, self._candidate.where)
+        if on and not self._sliders:
+            self._sliders = [
+                _Slider(self._state, self._label, p) for p in self._candidate.parameters
+            ]
+            self.root.children = [*self.root.children, *(s.root for s in self._sliders)]
+        for slider in self._sliders:
+            slider.refresh(on)
+
+    def _switched(self, on: bool) -> None:
+        if not self._silent:
+            self._state.switch(self._label, on)
+
+    def _text(self) -> Markup:
+        name, _, where = self._label.partition(':')
+        shown = Markup('<b>{}</b> <small>{}</small>').format(name, where)
+        if (without := self._state.without.get(self._label)) is None:
+            return shown
+        sizes = f'{without:.2f}', f'{self._state.sizes[1]:.2f}'
+        return shown + Markup('<br>{} → <b>{}</b> noise floors').format(*sizes)
+
+
+class _Slider:
+    """A parameter: a slider over its plausible range, and its value as a number.
+
+    Of a robot on the ground, whose windows take a second, a drag counts where it ends.
+    """
+
+    def __init__(self, state: State, label: str, parameter: Parameter) -> None:
+        self._state, self._label, self._name = state, label, parameter.name
+        self._handle, self._silent = Handle.of(parameter), Silence()
+        (low, high), name = self._handle.ends, f'{label} {parameter.name}'
+        look = {'show_value': False, 'tooltips': False, 'margin': (26, 8, 0, 8)}
+        ends = {'start': low, 'end': high, 'step': STEP, 'width': SIDE - 190}
+        self._slider = Slider(value=0, name=f'slider {name}', **ends, **look)
+        digits = CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`')
+        unit = f' [{parameter.unit}]' if parameter.unit else ''
+        look = {'title': f'{parameter.name}{unit}', 'width': 100, 'name': f'value {name}'}
+        anchor = self._handle.anchor
+        self._number = NumericInput(mode='float', value=anchor, format=digits, **look)
+        dragged = 'value_throttled' if state.scene.model.robot.contacts else 'value'
+        self._slider.on_change(dragged, lambda _, __, at: self._move(self._handle.value(at)))
+        self._number.on_change('value', lambda _, __, value: self._type(value))
+        self.root = row(self._slider, self._number, margin=(0, 0, 8, 40))
+
+    def refresh(self, on: bool) -> None:
+        """Show the value while the effect is on."""
+        self.root.visible = on
+        if not on:
+            return
+        value = self._state.setting.on[self._label][self._name]
+        with self._silent:
+            if self._handle.value(self._slider.value) != value:
+                self._slider.value = round(self._handle.position(value), 6)
+            self._number.value = value
+
+    def _type(self, value: float | None) -> None:
+        if value is not None:
+            self._move(self._handle.exact(value))
+
+    def _move(self, value: float) -> None:
+        if not self._silent and self._label in self._state.setting.on:
+            self._state.move(self._label, self._name, value)
