@@ -20,8 +20,7 @@ from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.next_run.run_file import write_run
+from leo_diffmodel.next_run.run_file import Run, write_run
 from leo_diffmodel.nodes.live_robot import live_robot
 from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.live.beside import Beside, STOPPED

@@ -24,8 +24,7 @@ from torch import nn, Tensor
 from torch.nn.functional import mse_loss
 
 from leo_learner.fast_update import FastUpdate
-from leo_learner.fast_update.flat import weights_and_biases
-from leo_learner.fast_update.layers import Layers
+from leo_learner.fast_update.layers import Layers, weights_and_biases
 from leo_learner.replay import Batch, Replay
 from leo_learner.training_loop import LoopConfig, TrainingLoop, Transition
 

@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from leo_diffmodel.difference.layout import layout_of
+from leo_diffmodel.difference.data import layout_of
 from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot

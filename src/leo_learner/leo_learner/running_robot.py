@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 import shlex
@@ -15,9 +15,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from leo_diffmodel.bags.recorder import Recorder
+from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_diffmodel.nodes.robot_facts import FACTS, facts_of, held_in
 from leo_learner.robot_env import RobotEnv, Stopped
+from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import call, graph, join, running, spin_until
 from leo_sim.description.robot import load_robot, Robot
@@ -26,6 +28,8 @@ FOUND_SECONDS = 10.0
 """How long a robot is looked for."""
 ANSWER_SECONDS = 60.0
 """How long one that is there may take to answer: it may be starting up."""
+PATIENCE = 5.0
+Tell = Callable[[], None]
 
 
 @contextmanager
@@ -127,3 +131,52 @@ class RunningRobot:
             raise UserError(f'the robot does not answer: {error}') from error
         finally:
             self.node.destroy_client(client)
+
+
+class RobotPlayer:
+    """Plays runs on a robot node, in lockstep or in real time; the node's safety stays in force.
+
+    Args:
+        node: joined to the graph.
+        env: the same robot as an environment, which knows how to wait for it.
+    """
+
+    def __init__(self, node: Node, env: RobotEnv) -> None:
+        self._env = env
+        self._torque = node.create_client(*topics.TORQUE)
+
+    def play(self, run: Run, tell: Tell = lambda: None) -> bool:
+        """Reset the robot, then send the run; motors are on at 0 in the end, come what may.
+
+        Returns:
+            whether all of it was played: False where the robot was restarted meanwhile.
+
+        Raises:
+            UserError: the robot does not switch its motors off or on.
+        """
+        self._env.reset()
+        on = True
+        try:
+            for inputs, wanted in zip(run.inputs, run.enabled, strict=True):
+                if bool(wanted) != on:
+                    on = bool(wanted)
+                    self._switch(on)
+                if 'lost' in self._env.step(inputs)[4]:
+                    return False
+                tell()
+            return True
+        finally:
+            if not on and running():
+                self._switch(True)
+
+    def _switch(self, on: bool) -> None:
+        request = topics.TORQUE.type.Request(data=on)
+        try:
+            done = call(self._torque, request, PATIENCE).success
+        except TimeoutError:
+            done = False
+        if not done:
+            raise UserError(
+                f'the robot does not switch its motors {"on" if on else "off"} '
+                f'(/{topics.TORQUE.name}); choose a run without torque off'
+            )

@@ -11,14 +11,16 @@ import errno
 from functools import wraps
 from importlib.metadata import entry_points, EntryPoint, version
 from importlib.util import find_spec
+from itertools import pairwise
 import os
 from pathlib import Path
+import re
+import shlex
 import signal
 import sys
 from threading import current_thread, main_thread
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.process_title import conceal
 from leo_msgs_py.terminal import visible_output
 
 _USAGE = """\
@@ -69,6 +71,8 @@ _SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2
 _INTERRUPTED = 130
 _LONGEST = 1500
+_GIVEN = re.compile(r'(\bhidden(?:_seed)?:=|^--hidden[a-z-]*=).*', re.DOTALL)
+_OPTION = re.compile(r'--hidden[a-z-]*')
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -237,3 +241,18 @@ def _find(name: str, verbs: dict[str, EntryPoint]) -> EntryPoint:
     near = difflib.get_close_matches(name, verbs, n=1)
     hint = f'did you mean {near[0]!r}?' if near else "see 'leo --help'"
     raise UserError(f'unknown verb {name!r}; {hint}')
+
+
+def conceal() -> None:
+    """Keep what is hidden in a robot out of the process list from now on.
+
+    Until Python has come this far it is there; a parameter file (`--params-file`) never is.
+    """
+    shown = [
+        '?' if _OPTION.fullmatch(before) else _GIVEN.sub(r'\1?', word)
+        for before, word in pairwise(['', *sys.orig_argv])
+    ]
+    if shown != sys.orig_argv:
+        from setproctitle import setproctitle
+
+        setproctitle(shlex.join(shown))

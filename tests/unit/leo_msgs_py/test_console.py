@@ -3,8 +3,7 @@
 
 import io
 
-from leo_msgs_py.console import Table, Terminal
-from leo_msgs_py.progress import progress
+from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.terminal import visible_output
 
 NAMES = ('command_delay', 'load_dependent_friction:shoulder_lift')

@@ -5,8 +5,8 @@ import time
 
 from tests.patience import PATIENCE
 
-from leo_msgs_py import progress
-from leo_msgs_py.progress import Clock, Told
+from leo_msgs_py import console
+from leo_msgs_py.console import Clock, Told
 
 
 class Time:
@@ -83,9 +83,9 @@ def test_who_hears_words_alone_is_told_no_steps():
 
 
 def test_piped_lines_come_while_a_step_lasts(capsys, monkeypatch):
-    monkeypatch.setattr(progress, 'EVERY', 0.001)
+    monkeypatch.setattr(console, 'EVERY', 0.001)
     lines, end = '', time.monotonic() + PATIENCE
-    with progress.progress('explaining', 10) as told:
+    with console.progress('explaining', 10) as told:
         told('friction')
         while lines.count('explaining: friction (1 of about 10 steps in ') < 2:
             assert time.monotonic() < end
@@ -93,6 +93,6 @@ def test_piped_lines_come_while_a_step_lasts(capsys, monkeypatch):
 
 
 def test_piped_and_short_nothing_is_printed(capsys):
-    with progress.progress('explaining', 10) as told:
+    with console.progress('explaining', 10) as told:
         told('friction')
     assert capsys.readouterr().err == ''

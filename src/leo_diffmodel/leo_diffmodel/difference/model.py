@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 import json
 from pathlib import Path
 from typing import NamedTuple
@@ -14,10 +14,8 @@ from safetensors.torch import load, save
 import torch
 from torch import Tensor
 
-from leo_diffmodel.difference.data import Transitions
-from leo_diffmodel.difference.layout import Layout
+from leo_diffmodel.difference.data import Layout, Transitions
 from leo_diffmodel.difference.network import Config, Network
-from leo_diffmodel.difference.trust import Trust
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model, State
@@ -25,6 +23,11 @@ from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
 
 TRUST = 'trust.'
+WITHIN = 0.99
+"""Share of the held-out data that counts as within the data; the rest is their edge."""
+SMALL = 0.1
+"""Expected errors below this share of the usual correction do no harm, wherever they are."""
+TINY = 1e-12
 
 
 class Judged(NamedTuple):
@@ -198,3 +201,63 @@ def _trust(tensors: dict[str, Tensor]) -> Trust:
     """Take the ensemble's trust out of the tensors of a file."""
     names = [name for name in tensors if name.startswith(TRUST)]
     return Trust(**{name.removeprefix(TRUST): tensors.pop(name).numpy() for name in names})
+
+
+@dataclass(frozen=True)
+class Trust:
+    """What the held-out data say of an ensemble with C outputs, raw units.
+
+    Attributes:
+        temperature: held-out error over spread of the members, rms, (C,).
+        error: held-out error, rms, (C,).
+        limit: strain up to which a correction is applied in full, (C,) (one number in files of
+            earlier versions).
+        bound: largest correction on the data, either sign, (C,).
+    """
+
+    temperature: np.ndarray
+    error: np.ndarray
+    limit: np.ndarray
+    bound: np.ndarray
+
+    def uncertainty(self, spread: np.ndarray) -> np.ndarray:
+        """Standard deviation to expect of the error, (..., C), from the members' spread."""
+        return self.temperature * spread
+
+    def strain(self, spread: np.ndarray) -> np.ndarray:
+        """Expected error over the one seen on held-out data, (..., C)."""
+        return self.uncertainty(spread) / self.error
+
+    def factor(self, strain: np.ndarray) -> np.ndarray:
+        """Share of the correction to apply, (...): 1 within the data, 0 far from them.
+
+        Up to the strain that 99 % of the held-out data stay below, those data vouch for the
+        correction, and where its expected error is a trifle beside it nothing need to; beyond
+        both nothing does, and at twice that strain nothing of it is left. In between it falls
+        along a cubic, half of it at the middle. The worst output decides.
+        """
+        beyond = np.clip((strain / self.limit).max(axis=-1) - 1.0, 0.0, 1.0)
+        return 1.0 - beyond**2 * (3.0 - 2.0 * beyond)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """By name."""
+        return {f.name: np.asarray(getattr(self, f.name), float) for f in fields(self)}
+
+
+def calibrated(
+    error: np.ndarray, spread: np.ndarray, bound: np.ndarray, usual: np.ndarray
+) -> Trust:
+    """The trust that held-out data give.
+
+    Args:
+        error: of the members' mean, (N, C).
+        spread: standard deviation over the members, (N, C).
+        bound: largest correction on the data, (C,).
+        usual: rms of the corrections there, (C,).
+    """
+    spread = np.maximum(spread, TINY)
+    rms = np.maximum(np.sqrt(np.mean(error**2, axis=0)), TINY)
+    temperature = np.maximum(np.sqrt(np.mean((error / spread) ** 2, axis=0)), TINY)
+    strain = (temperature * spread / rms).max(axis=-1)
+    limit = np.maximum(np.quantile(strain, WITHIN), SMALL * usual / rms)
+    return Trust(temperature, rms, limit, bound)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import torch
 from torch import nn, Tensor
 
-from leo_diffmodel.difference.layout import Layout
+from leo_diffmodel.difference.data import Layout
 
 FORMS = ('state', 'torque', 'full')
 
@@ -37,7 +37,7 @@ class Config:
     stop_on: float = 0.0
     """Share of the training part, its last, that chooses the best epoch; 0 keeps the last one."""
     form: str = 'state'
-    """What is learned, see `leo_diffmodel.difference.targets`: `state`, `torque` or `full`."""
+    """What is learned, see `leo_diffmodel.difference.training`: `state`, `torque` or `full`."""
     prior: float = 0.0
     """Weight of a random function each member keeps beside what it learns; 3 gives it about a
     third of the size of the target amid the data. Far from them nothing learned cancels it, so the

@@ -34,7 +34,7 @@ from leo_diffmodel.explain.tell import rows
 from leo_diffmodel.explain.tell.next_run import next_run
 from leo_diffmodel.explain.tell.sentence import answer
 from leo_diffmodel.explain.unknown.answer import Unknown
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Told
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 

@@ -16,12 +16,10 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.next_run.effects_shown import is_shown, shown
-from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.motions import MotionRun, walker_menu
-from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
 from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions
-from leo_diffmodel.next_run.separate import separable
+from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.separate import is_shown, separable, shown
 from leo_diffmodel.next_run.simulate import danger, Seen, seen, simulate, tamed
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect

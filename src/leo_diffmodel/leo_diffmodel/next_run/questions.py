@@ -13,9 +13,12 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
+from leo_diffmodel.explain.estimate.contact import converged
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.scan import scales_of, Scanner
+from leo_diffmodel.explain.estimate.standing import standing
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.classes import Facts, why_same
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
@@ -23,13 +26,13 @@ from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.next_run.on_ground import fit_in_turn, linearised
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
 MOST_CHOICES = 5
+MOST_ON_GROUND = 80
 
 
 @dataclass(frozen=True)
@@ -185,3 +188,31 @@ def _thing(row: dict[str, Any]) -> tuple[str, str]:
 
 def _label(row: dict[str, Any]) -> str:
     return f'{row["name"]}:{row["where"]}'
+
+
+def linearised(posed: Posed) -> tuple[Posed, float]:
+    """Some of the windows, settled and all open to the fit, and which share of all they are."""
+    count = posed.problem.windows.count
+    some = np.linspace(0, count - 1, min(MOST_ON_GROUND, count)).astype(int)
+    posed = standing(posed.take(some))
+    problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
+    return replace(posed, problem=problem), problem.windows.count / count
+
+
+def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> Fit:
+    """Add effects one by one, each from where a scan points; sure as all windows would make it.
+
+    Args:
+        posed: the windows with their linearisation.
+        share: of all windows that these are.
+        candidates: in their order.
+    """
+    problem = posed.problem
+    found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
+    scales = scales_of(problem.base, problem.windows)
+    for candidate in candidates:
+        scan = GroundScanner(posed.problem, found, scales).scan(candidate)
+        hypothesis = found.hypothesis.with_candidate(candidate)
+        at = replace(found, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
+        posed, found, _ = converged(posed, at)
+    return replace(found, covariance=share * found.covariance)

@@ -24,7 +24,6 @@ from pathlib import Path
 
 import numpy as np
 
-from leo_diffmodel.next_run.proposed_run import Run
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.names import nearest
@@ -35,6 +34,7 @@ FIRST = '# leo run file'
 TORQUE = {'on': True, 'off': False}
 MOST_PERIODS = 1e6
 """Of one run: 2.8 hours at 100 Hz."""
+Array = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -208,3 +208,32 @@ def _check_times(path: Path, time: np.ndarray, numbers: Sequence[int]) -> None:
         k = int(wrong[0]) + 1
         went = f'time goes from {time[k - 1]:g} to {time[k]:g} s'
         raise UserError(f'{path} line {numbers[k]}: {went}; it must grow')
+
+
+@dataclass(frozen=True)
+class Run:
+    """What to send to a robot.
+
+    Attributes:
+        name: short, for tables.
+        about: what it does, in words.
+        inputs: of each control period [V, N m or rad], shape (N, A).
+        enabled: motors on (False: free, no current) in each period, shape (N,).
+        start: pose of the robot that it begins in; '' takes the one the robot starts in.
+    """
+
+    name: str
+    about: str
+    inputs: Array
+    enabled: Array
+    start: str = ''
+
+    @property
+    def times(self) -> float:
+        """How many times as long it is as what is simulated of it."""
+        return 1.0
+
+    @property
+    def count(self) -> int:
+        """Number of control periods."""
+        return len(self.inputs)

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.next_run.motions import MotionRun, performed
-from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.menu import MotionRun, performed
+from leo_diffmodel.next_run.run_file import Run
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout

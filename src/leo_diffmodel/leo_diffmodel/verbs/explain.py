@@ -19,9 +19,8 @@ from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown import effect_file
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.compare_several import ranking_table
-from leo_diffmodel.verbs.explain_each import show_each, unique_names
-from leo_diffmodel.verbs.explain_text import told
+from leo_diffmodel.verbs.compare import ranking_table
+from leo_diffmodel.verbs.explain_text import show_each, told, unique_names
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.shell_words import leo

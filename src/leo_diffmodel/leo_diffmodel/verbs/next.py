@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 import json
 from pathlib import Path
 import shlex
@@ -13,7 +14,7 @@ from rich.text import Text
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs import next_text as text
+from leo_diffmodel.verbs.common import NEGATIVE
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
@@ -32,14 +33,15 @@ PAIRS_SHOWN, OPTIONS_SHOWN = 3, 8
 SECONDS = 20.0
 LONGEST = 600.0
 NEEDED = {'effects', 'not_testable', 'provenance'}
+POINTS_SHOWN = 12
+ABOUT = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
 
 
 def main(argv: list[str]) -> int:
     """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
-    from leo_diffmodel.next_run.motions import MotionRun
+    from leo_diffmodel.next_run.menu import MotionRun
     from leo_diffmodel.next_run.proposal import propose
-    from leo_diffmodel.next_run.proposed_run import Run
-    from leo_diffmodel.next_run.run_file import write_run
+    from leo_diffmodel.next_run.run_file import Run, write_run
 
     arguments = _parser().parse_args(argv)
     target = _target(arguments)
@@ -143,15 +145,15 @@ def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
         Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'), highlight=False
     )
     if found.aim == 'nothing':
-        console.print(text.nothing(answer))
+        console.print(nothing(answer))
         return
-    console.print(text.asked(found))
+    console.print(asked(found))
     if found.points:
         console.print(_table(found))
     if found.hopeless:
-        console.print(text.hopeless(found))
+        console.print(hopeless(found))
     if found.best is not None:
-        console.print(text.best(found, seconds), highlight=False)
+        console.print(best(found, seconds), highlight=False)
 
 
 def _point_on(file: Path | None, play: str | None) -> None:
@@ -172,13 +174,13 @@ def _table(found: Proposal) -> Table:
         table.add_column(point, justify='right')
     table.add_column('what it does')
     for option in found.options[:OPTIONS_SHOWN]:
-        nats = [text.number(n) for n in option.nats[:PAIRS_SHOWN]]
-        table.add_row(option.run.name, text.number(min(option.nats)), *nats, _about(option))
+        nats = [number(n) for n in option.nats[:PAIRS_SHOWN]]
+        table.add_row(option.run.name, number(min(option.nats)), *nats, _about(option))
     return _cut(table, found)
 
 
 def _counts(found: Proposal) -> Table:
-    from leo_diffmodel.next_run.effects_shown import is_shown
+    from leo_diffmodel.next_run.separate import is_shown
 
     table = Table(title='menu, best first')
     table.add_column('run')
@@ -198,3 +200,74 @@ def _cut(table: Table, found: Proposal) -> Table:
     if len(found.options) > OPTIONS_SHOWN:
         table.caption = f'and {len(found.options) - OPTIONS_SHOWN} more (--json lists them)'
     return table
+
+
+def in_words(found: Proposal, answer: dict[str, Any], seconds: float) -> list[str]:
+    """All of it but the menu, a line each; `seconds` is the length of the runs."""
+    if found.aim == 'nothing':
+        return [nothing(answer)]
+    lines = [asked(found)]
+    if found.hopeless:
+        lines.append(hopeless(found))
+    return [*lines, best(found, seconds)] if found.best else lines
+
+
+def nothing(answer: dict[str, Any]) -> str:
+    """Why no run is proposed.
+
+    Args:
+        answer: the contents of explain.json.
+    """
+    if answer['verdict'] in NEGATIVE and not answer.get('unknown'):
+        wanted = answer.get('next_run') or 'vary one at a time: speed, load, angle, supply'
+        return f'No run of the menu settles what is open: {wanted}'
+    if answer['verdict'] == 'unknown':
+        return (
+            'What is missing is no known effect, so no two of them are left to part; '
+            'leo explain --write-effect makes an effect of it.'
+        )
+    return 'Nothing is open, and every effect was testable: no further run is needed.'
+
+
+def asked(found: Proposal) -> str:
+    """What a run is to settle."""
+    return f'{ABOUT[found.aim]}: {_listed([*found.points, *found.hopeless])}'
+
+
+def hopeless(found: Proposal) -> str:
+    """What no run settles."""
+    return f'no run of the menu helps with: {_listed(found.hopeless)}'
+
+
+def best(found: Proposal, seconds: float) -> str:
+    """What the best run tells, and whether it is long enough."""
+    from leo_diffmodel.check.amplitudes import needed
+    from leo_diffmodel.explain.settings import SETTINGS
+    from leo_diffmodel.next_run.separate import is_shown
+
+    option = found.options[0]
+    if found.aim == 'show':
+        count = sum(bool(is_shown(n)) for n in option.nats)
+        return (
+            f'"{option.run.name}" would show {count} of the {len(found.points)}: '
+            f'{option.run.about}'
+        )
+    least = min(option.nats)
+    a, b = found.points[option.nats.index(least)].split(' | ')
+    told = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {number(least)} nats'
+    enough = needed(SETTINGS.gates.margin_nats)
+    if least > enough:
+        return told
+    longer = seconds * enough / least
+    return f'{told}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
+
+
+def number(nats: float) -> str:
+    """Evidence, as much as one can read of it."""
+    return 'over 1000' if nats > 1000 else f'{nats:.1f}'
+
+
+def _listed(points: Sequence[str]) -> str:
+    left = len(points) - POINTS_SHOWN
+    more = f' and {left} more (leo next --json)' if left > 0 else ''
+    return '; '.join(points[:POINTS_SHOWN]) + more

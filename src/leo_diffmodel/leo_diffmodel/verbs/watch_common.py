@@ -17,8 +17,8 @@ from leo_diffmodel.verbs import common
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
-    from leo_diffmodel.next_run.motions import MotionRun
-    from leo_diffmodel.next_run.proposed_run import Run
+    from leo_diffmodel.next_run.menu import MotionRun
+    from leo_diffmodel.next_run.run_file import Run
     from leo_diffmodel.watch.plan import Plan
 
 ABOUT = 'leo watch: a page where the robot, its model and the missing effect stand side by side.'
@@ -95,8 +95,7 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
         UserError: the robot has no motors, or the bags are too short to plan from.
     """
     from leo_diffmodel.next_run.proposal import propose
-    from leo_diffmodel.verbs import next_text
-    from leo_diffmodel.verbs.next import check_driven, SECONDS
+    from leo_diffmodel.verbs.next import check_driven, in_words, SECONDS
     from leo_diffmodel.watch.plan import Plan
 
     arguments = parser().parse_args(argv)
@@ -105,7 +104,7 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     found = propose(recordings, model, answer, own, SECONDS, heard)
-    words = tuple(next_text.told(found, answer, SECONDS))
+    words = tuple(in_words(found, answer, SECONDS))
     if found.best is None:
         return Plan(words, model.robot)
     run = found.best.run

@@ -8,9 +8,8 @@ import itertools
 from pathlib import Path
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.next_run.motions import MotionRun
-from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.next_run.run_file import write_run
+from leo_diffmodel.next_run.menu import MotionRun
+from leo_diffmodel.next_run.run_file import Run, write_run
 from leo_sim.description.robot import Robot
 
 NAME = 'next_run'

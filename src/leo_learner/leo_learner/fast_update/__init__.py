@@ -14,8 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from leo_learner.fast_update.flat import FlatAdam, parameters_of
-from leo_learner.fast_update.layers import Layers
+from leo_learner.fast_update.layers import FlatAdam, Layers, parameters_of
 from leo_learner.replay import Batch
 
 

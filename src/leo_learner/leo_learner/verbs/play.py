@@ -12,8 +12,14 @@ from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
 from leo_learner.verbs.common import playing
-from leo_learner.verbs.play_motion import is_motion, motion_text, play_motion, unknown
-from leo_learner.verbs.play_run import play_run, run_text
+from leo_learner.verbs.play_run import (
+    is_motion,
+    motion_text,
+    play_motion,
+    play_run,
+    run_text,
+    unknown,
+)
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.shell_words import leo
 from leo_msgs_py.verbs.common import Parser
@@ -22,8 +28,7 @@ from leo_sim.effects.consent import add_effect_argument
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
     from leo_learner.env import RobotSpaces
-    from leo_learner.left_data import WatchedEnv
-    from leo_learner.rollouts import Rollouts
+    from leo_learner.rollouts import Rollouts, WatchedEnv
     from leo_sim.model import Model
 
 EXAMPLES = """\
@@ -203,7 +208,7 @@ def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
 
 def _watched(env: RobotSpaces, difference: DifferenceModel | None) -> WatchedEnv | None:
     """The environment watched by a difference model that knows where its data end."""
-    from leo_learner.left_data import WatchedEnv
+    from leo_learner.rollouts import WatchedEnv
 
     if difference is None or difference.trust is None:
         return None
@@ -233,7 +238,7 @@ def _text(result: dict[str, Any]) -> str:
 
 
 def _played(result: dict[str, Any]) -> list[str]:
-    from leo_learner.left_data import Left
+    from leo_learner.rollouts import Left
 
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
     lines = [

@@ -3,14 +3,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.next_run.run_file import read_run
+from leo_diffmodel.next_run.run_file import read_run, Run
 from leo_learner.verbs.common import playing
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.shell_words import leo
+from leo_sim.common.names import nearest
+from leo_sim.description.robot import typed
 from leo_sim.model import Model
+from leo_sim.task.motions import MOTIONS, Routine
+
+SECONDS = 10.0
 
 
 def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
@@ -69,8 +76,7 @@ def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, A
 
 
 def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.run_player import RobotPlayer
-    from leo_learner.running_robot import running_robot
+    from leo_learner.running_robot import RobotPlayer, running_robot
 
     with running_robot(ros_args) as running:
         if run.start or options.bag:
@@ -88,3 +94,86 @@ def _make_ready(running: Any, run: Run, file: Path) -> None:
         raise UserError(f'{file} begins in {run.start!r}; the robot {robot.name} has no such pose')
     if run.start:
         running.put(run.start)
+
+
+def is_motion(name: str) -> bool:
+    """Whether a name is that of a motion."""
+    return name in MOTIONS
+
+
+def unknown(name: str, policies: Iterable[str]) -> UserError:
+    """The error for a name that is neither a motion nor a policy."""
+    hint = nearest(name, [*MOTIONS, *policies])
+    return UserError(f'{name}: no such file, shipped policy or motion{hint}')
+
+
+def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
+    """Perform a motion on `--model`, or on the running robot, and record it to `--bag`.
+
+    Raises:
+        UserError: a robot that cannot do it, or none that runs.
+    """
+    if options.collect or options.difference or options.episodes != 1:
+        raise UserError(f'leo play: a motion takes --seconds and --seed ({options.policy})')
+    player = _motion_on_model if options.model else _motion_on_robot
+    told = {'motion': str(options.policy), 'seed': options.seed} | player(options, ros_args)
+    return told if options.bag is None else told | {'bag': str(options.bag)}
+
+
+def motion_text(result: dict[str, Any]) -> str:
+    """What was performed, in words."""
+    falls = {0: 'no fall', 1: '1 fall'}.get(result['falls'], f'{result["falls"]} falls')
+    lines = [
+        f'{result["motion"]} on {result["on"]}: {result["seconds"]:.1f} s from the pose '
+        f'{result["start"]!r}, {falls}'
+    ]
+    if not result['complete']:
+        lines.append('the robot was restarted meanwhile: that was only part of it; play it again')
+    if 'bag' in result:
+        lines += [
+            f'wrote {result["bag"]}',
+            f'next: {leo("check", result["bag"], "--model", typed(result["robot"]))}',
+        ]
+    return '\n'.join(lines)
+
+
+def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
+    from leo_learner.collect import perform
+    from leo_learner.env import model_env
+    from leo_learner.rollouts import Rollouts
+    from leo_sim.model.model_file import load_model
+
+    model = load_model(options.model)
+    routine = Routine(model.robot, str(options.policy), options.seed)
+    env = Rollouts(model_env(model))
+    with playing(_periods(model.robot, options)) as tell:
+        done = perform(env, routine, _seconds(options), options.seed, tell)
+    if options.bag:
+        env.write(options.bag)
+    return _told(options.model, model.robot, routine, done)
+
+
+def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
+    from leo_learner.collect import perform
+    from leo_learner.running_robot import running_robot
+
+    with running_robot(ros_args) as running:
+        robot = running.ask()
+        routine = Routine(robot, str(options.policy), options.seed)
+        running.put(routine.start)
+        env = running.env(robot)
+        with running.recorded(options.bag), playing(_periods(robot, options)) as tell:
+            done = perform(env, routine, _seconds(options), tell=tell)
+    return _told('the robot', robot, routine, done)
+
+
+def _told(on: str, robot: Any, routine: Routine, done: Any) -> dict[str, Any]:
+    return {'on': on, 'robot': robot.name, 'start': routine.start} | asdict(done)
+
+
+def _seconds(options: Any) -> float:
+    return SECONDS if options.seconds is None else float(options.seconds)
+
+
+def _periods(robot: Any, options: Any) -> int:
+    return round(_seconds(options) / robot.control_period)

@@ -8,17 +8,23 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import json
 import os
+import re
 import time
 from typing import Any, NoReturn
 
 import yaml
 
-from leo_msgs_py import ros_yaml
 from leo_msgs_py.errors import UserError
 
 _AT_LEAST_S = 0.5
 _QUIET_S = 0.3
 _AT_MOST_S = 3.0
+_YAML_FLOAT = re.compile(
+    r'[-+]?(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))(?:[eE][-+]?[0-9]+)?$'
+    r'|[-+]?\.(?:inf|Inf|INF)$|\.(?:nan|NaN|NAN)$'
+)
+_YAML_INT = re.compile(r'[-+]?(?:0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)$')
+_OURS = ('float', 'int', 'timestamp')
 
 
 class Parser(argparse.ArgumentParser):
@@ -132,7 +138,7 @@ def as_yaml(data: Any) -> str:
 def from_yaml(text: str) -> Any:
     """A mapping typed on the command line; UserError where it is none."""
     try:
-        data = ros_yaml.load(text) if text else {}
+        data = ros_yaml(text) if text else {}
     except yaml.YAMLError as error:
         raise UserError(f'{text!r} is not YAML') from error
     if not isinstance(data, dict):
@@ -143,3 +149,20 @@ def from_yaml(text: str) -> Any:
 def _of_the_probe(name: str) -> bool:
     hidden = any(token.startswith('_') for token in name.split('/'))
     return hidden or name in ('/rosout', '/parameter_events')
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML follows YAML 1.1, in which a float needs a dot and 12:30 is a number."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, form) for tag, form in known if tag.rpartition(':')[2] not in _OURS]
+    for first, known in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver('tag:yaml.org,2002:float', _YAML_FLOAT, list('-+0123456789.'))
+_Loader.add_implicit_resolver('tag:yaml.org,2002:int', _YAML_INT, list('-+0123456789'))
+
+
+def ros_yaml(text: str) -> Any:
+    """The Python value of a YAML text; yaml.YAMLError where it is none."""
+    return yaml.load(text, Loader=_Loader)

@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.interfaces import to_plain
 from leo_msgs_py.verbs import common
 from leo_msgs_py.verbs import node as node_verb
-from leo_msgs_py.verbs.plain import to_plain
 
 _LIST_EXAMPLES = '  leo param list\n  leo param list /robot\n'
 _GET_EXAMPLES = '  leo param get /robot realtime_factor\n'

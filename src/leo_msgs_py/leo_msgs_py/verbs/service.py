@@ -6,9 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.interfaces import load
+from leo_msgs_py.interfaces import fill, load, to_plain
 from leo_msgs_py.verbs import common
-from leo_msgs_py.verbs.plain import fill, to_plain
 
 _LIST_EXAMPLES = '  leo service list -t\n'
 _CALL_EXAMPLES = (

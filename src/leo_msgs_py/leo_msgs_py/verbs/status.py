@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from leo_msgs_py.interfaces import to_plain
 from leo_msgs_py.verbs import common
-from leo_msgs_py.verbs.plain import to_plain
 
 _EXAMPLES = '  leo status\n  leo status --seconds 10 --json\n'
 _LEVELS = ('ok', 'warning', 'error', 'stale')

@@ -25,7 +25,7 @@ from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import Names, Sets
 from leo_diffmodel.explain.select.stable import Alike, narrowed
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Told
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 

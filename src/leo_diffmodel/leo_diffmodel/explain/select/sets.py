@@ -14,7 +14,7 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Told
 from leo_sim.effects import Parameter
 
 Array = np.ndarray

@@ -9,7 +9,7 @@ from bokeh.layouts import column, row
 from bokeh.models import Button, ColumnDataSource
 from markupsafe import Markup
 
-from leo_diffmodel.next_run.motions import TRIED_SECONDS
+from leo_diffmodel.next_run.menu import TRIED_SECONDS
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.look import CARD, said, small, wrong

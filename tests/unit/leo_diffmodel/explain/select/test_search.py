@@ -20,7 +20,7 @@ from leo_diffmodel.explain.problem.limits import limited
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Told
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
