@@ -16,7 +16,7 @@ from leo_learner.ddpg import OBSERVATION_SCALE, part, Training
 from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 TENSORS, REPLAY = 'agent.safetensors', 'replay.npz'
 PREFIX = 'checkpoint-'

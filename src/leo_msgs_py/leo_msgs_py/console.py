@@ -64,12 +64,7 @@ class Terminal(Console):
 
 
 class Table(RichTable):
-    """A table whose names and numbers are folded where it is too wide for the terminal, never cut.
-
-    Args:
-        headers: of columns.
-        options: as rich takes them.
-    """
+    """A table that folds names and numbers where it is too wide for the terminal, never cuts."""
 
     def __init__(self, *headers: str, **options: Any) -> None:
         super().__init__(**options)
@@ -125,8 +120,8 @@ class Clock:
     def __str__(self) -> str:
         known = self.steps is not None and self.done <= self.steps
         part = f'{self.done} of about {self.steps} steps in ' if known else ''
-        told = '' if self.left is None else f', about {in_words(self.left)} left'
-        return f'{part}{in_words(self.elapsed)}{told}'
+        rest = '' if self.left is None else f', about {in_words(self.left)} left'
+        return f'{part}{in_words(self.elapsed)}{rest}'
 
 
 def in_words(seconds: float) -> str:
@@ -135,20 +130,18 @@ def in_words(seconds: float) -> str:
 
 
 class _Left(ProgressColumn):
-    """The time left of a clock."""
-
     def __init__(self, clock: Clock) -> None:
         super().__init__()
         self._clock = clock
 
     def render(self, task: Task) -> Text:
-        """In words; nothing where it is not known."""
+        """In words; empty where it is not known."""
         left = self._clock.left
         return Text('' if left is None else f'about {in_words(left)} left')
 
 
 @dataclass
-class Told:
+class Reporter:
     """Hears what has been done, how many steps that were, and how many are to come.
 
     Attributes:
@@ -160,9 +153,9 @@ class Told:
     clock: Clock = field(default_factory=Clock)
 
     @classmethod
-    def of(cls, hears: Callable[[str], None]) -> Told:
+    def of(cls, hears: Callable[[str], None]) -> Reporter:
         """Whoever hears, also of steps; they are kept from what hears words alone."""
-        return hears if isinstance(hears, Told) else cls(hears)
+        return hears if isinstance(hears, Reporter) else cls(hears)
 
     def __call__(self, text: str, steps: int = 1) -> None:
         """One step is done, or several."""
@@ -175,8 +168,8 @@ class Told:
 
 
 @contextmanager
-def progress(title: str, steps: int | None = None, within: float = math.inf) -> Iterator[Told]:
-    """Tell on stderr what is being done, how much of how much, and the time left.
+def progress(title: str, steps: int | None = None, within: float = math.inf) -> Iterator[Reporter]:
+    """Say on stderr what is being done, how much of how much, and the time left.
 
     Args:
         title: what is being done.
@@ -186,7 +179,7 @@ def progress(title: str, steps: int | None = None, within: float = math.inf) -> 
     console, clock = Terminal(stderr=True), Clock(steps, within=within)
     shown = _bar(title, clock, console) if console.is_terminal else _lines(title, clock)
     with shown as show:
-        yield Told(show, clock)
+        yield Reporter(show, clock)
 
 
 @contextmanager

@@ -34,7 +34,7 @@ from leo_diffmodel.explain.tell import rows
 from leo_diffmodel.explain.tell.next_run import next_run
 from leo_diffmodel.explain.tell.sentence import answer
 from leo_diffmodel.explain.unknown.answer import Unknown
-from leo_msgs_py.console import Told
+from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -166,7 +166,7 @@ def explain(
         # what a user's own law does cannot be told from a hand
         cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
         until = began + settings.numerics.fitted * within
-        answer = _explained(cut, model, settings, extra, Told.of(progress), step, until)
+        answer = _explained(cut, model, settings, extra, Reporter.of(progress), step, until)
     return _stamped(answer, log, settings, origin, began)
 
 
@@ -175,7 +175,7 @@ def _explained(
     model: Model,
     settings: Settings,
     extra: Sequence[Effect],
-    heard: Told,
+    heard: Reporter,
     step: float | None,
     until: float,
 ) -> Explanation:

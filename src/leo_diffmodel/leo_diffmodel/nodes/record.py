@@ -14,7 +14,7 @@ from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.nodes.graph_recorder import GRAPH_TOPICS, GraphRecorder
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import graph, spin
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 LOOK_PERIOD = 0.5
 

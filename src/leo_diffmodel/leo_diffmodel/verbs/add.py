@@ -9,7 +9,7 @@ import json
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_sim.effects.consent import add_effect_argument, effect_words
 from leo_sim.model.model_file import load_model, save_model
 

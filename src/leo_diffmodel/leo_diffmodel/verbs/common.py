@@ -18,7 +18,7 @@ from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.bags.span import between, distinct
 from leo_msgs_py.console import progress as progress
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects import Effect, get_effect, registered_effects

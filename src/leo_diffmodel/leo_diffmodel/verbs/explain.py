@@ -23,7 +23,7 @@ from leo_diffmodel.verbs.compare import ranking_table
 from leo_diffmodel.verbs.explain_text import show_each, told, unique_names
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model

@@ -16,7 +16,7 @@ from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.description.robot import named_robots, Robot, typed
 from leo_sim.model.model_file import load_model

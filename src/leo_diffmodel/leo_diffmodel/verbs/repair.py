@@ -18,7 +18,7 @@ from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain import report, show
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_sim.effects.consent import effect_words
 from leo_sim.model.model_file import save_model
 

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from leo_learner.demo.main_job import Found, RIG
 from leo_msgs_py.console import Table
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 _KINDS = {'rmse': 'rms', 'median': 'median'}
 

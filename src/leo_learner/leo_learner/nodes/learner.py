@@ -33,7 +33,7 @@ from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import fixed_parameter, graph, join, private_parameter, running, spin_once
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import Robot
 from leo_sim.effects.consent import trust_parameter
 from leo_sim.model.model_file import load_model

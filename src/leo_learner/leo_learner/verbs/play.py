@@ -21,7 +21,7 @@ from leo_learner.verbs.play_run import (
     unknown,
 )
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects.consent import add_effect_argument
 

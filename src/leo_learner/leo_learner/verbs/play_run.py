@@ -11,7 +11,7 @@ from typing import Any
 from leo_diffmodel.next_run.run_file import read_run, Run
 from leo_learner.verbs.common import playing
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import typed
 from leo_sim.model import Model

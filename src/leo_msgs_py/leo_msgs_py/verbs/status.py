@@ -38,7 +38,7 @@ def _listen(seconds: float) -> list[dict[str, Any]]:
     def keep(message: Any) -> None:
         latest.update({status.name: status for status in message.status})
 
-    with common.probe() as node:
+    with common.probe(settled=False) as node:
         node.create_subscription(
             topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, keep, topics.DIAGNOSTICS.qos
         )
@@ -47,17 +47,14 @@ def _listen(seconds: float) -> list[dict[str, Any]]:
 
 
 def _plain(status: Any) -> dict[str, Any]:
-    level = int(to_plain(status.level))
-    values = {pair.key: pair.value for pair in status.values}
     return {
         'name': status.name,
-        'level': _LEVELS[level],
+        'level': _LEVELS[int(to_plain(status.level))],
         'message': status.message,
-        'values': values,
+        'values': {pair.key: pair.value for pair in status.values},
     }
 
 
 def _lines(status: dict[str, Any]) -> list[str]:
-    values = status['values'].items()
     head = f'{status["name"]}: {status["level"]}, {status["message"]}'
-    return [head, *(f'  {key}: {value}' for key, value in values)]
+    return [head, *(f'  {key}: {value}' for key, value in status['values'].items())]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from leo_msgs_py import topics
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_sim.drivers.base import DriverInfo
 from leo_sim.nodes.parameters import Settings
 

@@ -25,7 +25,7 @@ from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import Names, Sets
 from leo_diffmodel.explain.select.stable import Alike, narrowed
-from leo_msgs_py.console import Told
+from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -111,7 +111,7 @@ def search(
     first = fits.first(Hypothesis(constants=uncertain(model, posed.problem.trained)))
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
-    found = Sets(fits, pool, settings, Told.of(told), first.problem.until)
+    found = Sets(fits, pool, settings, Reporter.of(told), first.problem.until)
     best = choice.search(found, first)
     late = found.late
     best = choice.canonical(found, best if late else choice.long_horizon_tie_break(found, best))

@@ -14,7 +14,7 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
-from leo_msgs_py.console import Told
+from leo_msgs_py.console import Reporter
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
@@ -40,7 +40,7 @@ class Sets:
     estimator: Estimator
     pool: Sequence[Candidate]
     settings: Settings
-    told: Told
+    told: Reporter
     until: float = np.inf
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class Sets:
     front: tuple[Names, ...] = ()
 
     def __post_init__(self) -> None:
-        self.told = Told.of(self.told)
+        self.told = Reporter.of(self.told)
 
     @property
     def weight(self) -> Weight:

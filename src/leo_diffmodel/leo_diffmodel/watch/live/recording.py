@@ -9,7 +9,7 @@ from pathlib import Path
 from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.watch.live.command import Command
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 NOWHERE = 'start leo watch with -o DIR to record there'
 STARTING = 'the recorder is starting'

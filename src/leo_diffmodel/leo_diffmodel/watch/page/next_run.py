@@ -15,7 +15,7 @@ from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.look import CARD, said, small, wrong
 from leo_diffmodel.watch.page.strips import colour, joined, joints_legend, stepped, UNITS
 from leo_diffmodel.watch.plan import Plan
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 HEIGHT = 170
 ON_ROBOT = 'on the robot, recorded'

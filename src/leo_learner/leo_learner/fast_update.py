@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The networks of `ddpg`, forward and backward in numpy, with gradients derived by hand."""
+"""The update of DDPG with gradients derived by hand: what `AutogradUpdate` gives, sooner.
+
+Autograd spends several times as long on its own book-keeping as the arithmetic of networks of
+this size takes. Here matrix products are numpy's, what is between them is compiled
+(`elementwise`), and Adam passes once over all parameters; torch sees the same memory.
+`tests/unit/leo_learner/test_ddpg_update.py` holds it against autograd, option by option.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +13,74 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 import torch
 from torch import nn, Tensor
+from torch.nn.utils import parameters_to_vector, vector_to_parameters
 
-import leo_learner.fast_update.elementwise as elementwise
+from leo_learner import elementwise
+from leo_learner.replay import Batch
 
 LARGE = 2**21
 """Multiplications from which on torch's matrix product is sooner than numpy's."""
 NAMES = 'step', 'exp_avg', 'exp_avg_sq'
 """What torch.optim.Adam keeps of every parameter."""
+
+
+class FastUpdate:
+    """One gradient step on the critics and the actor of an agent, whose targets follow.
+
+    Numpy and torch share the memory of the agent's parameters and gradients: they may be changed
+    in place, not replaced, and the agent not copied. In the process that has one, BLAS works with
+    one thread from then on, which is fastest at this size.
+
+    Args:
+        agent: a `ddpg.Agent`.
+    """
+
+    def __init__(self, agent: Any) -> None:
+        threadpool_limits(1, user_api='blas')
+        config = agent.config
+        self._gamma, self._tau = np.float32(config.gamma), np.float32(config.tau)
+        self.actor_adam = FlatAdam(agent.actor, config.actor_rate)
+        self.critic_adam = FlatAdam(agent.critic, config.critic_rate, config.critic_l2)
+        self._slow_actor = parameters_of(agent.target_actor).numpy()
+        self._slow_critics = parameters_of(agent.target_critic).numpy()
+        self._actor, self._target_actor = Layers(agent.actor), Layers(agent.target_actor)
+        self._critics = [Layers(member) for member in agent.critic.members]
+        self._target_critics = [Layers(member) for member in agent.target_critic.members]
+
+    def __call__(self, batch: Batch) -> dict[str, float]:
+        """Update on a scaled batch; the losses and the mean value, as logged."""
+        target = self._target(batch)
+        return self._step_critics(batch, target) | self._step_actor(batch.observations)
+
+    def _target(self, batch: Batch) -> np.ndarray:
+        following = batch.next_observations
+        action = np.tanh(self._target_actor.forward(following))
+        values = [c.forward(following, action) for c in self._target_critics]
+        least: np.ndarray = np.minimum.reduce(values)[:, 0]
+        return batch.rewards + self._gamma * (1 - batch.terminated) * least
+
+    def _step_critics(self, batch: Batch, target: np.ndarray) -> dict[str, float]:
+        loss, values = 0.0, []
+        for critic in self._critics:
+            value = critic.forward(batch.observations, batch.actions)
+            error = value - target[:, None]
+            critic.backward(np.float32(2 / len(error)) * error)
+            loss += float(np.vdot(error, error)) / len(error)
+            values.append(float(value.sum()) / len(value))
+        self.critic_adam.step(self._slow_critics, self._tau)
+        return {'losses/qf_loss': loss, 'losses/qf_values': sum(values) / len(values)}
+
+    def _step_actor(self, observations: np.ndarray) -> dict[str, float]:
+        action = np.tanh(self._actor.forward(observations))
+        value = self._critics[0].forward(observations, action)
+        slope = np.full_like(value, -1 / len(value))
+        slope = self._critics[0].slope_of_action(slope, action.shape[1])
+        self._actor.backward(slope * (1 - action * action))
+        self.actor_adam.step(self._slow_actor, self._tau)
+        return {'losses/actor_loss': -float(value.sum()) / len(value)}
 
 
 def product(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
@@ -32,9 +97,8 @@ class _Linear:
     def __init__(self, module: nn.Module) -> None:
         parameters = [cast(nn.Parameter, p) for p in (module.weight, module.bias)]
         self.weight, self.bias = (p.detach().numpy() for p in parameters)
-        self.by_weight, self.by_bias = (
-            (torch.empty(0) if p.grad is None else p.grad).numpy() for p in parameters
-        )
+        grads = (torch.empty(0) if p.grad is None else p.grad for p in parameters)
+        self.by_weight, self.by_bias = (grad.numpy() for grad in grads)
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """The product (B, m); the bias is still to be added."""
@@ -56,10 +120,8 @@ class _Hidden:
             elementwise.relu(self.y, self.linear.bias)
             return self.y
         self._z, self.y = self.y, np.empty_like(self.y)
-        norm = self.norm
-        self._scale = elementwise.norm_relu(
-            self._z, self.linear.bias, norm.weight, norm.bias, self.y
-        )
+        shifts = self.linear.bias, self.norm.weight, self.norm.bias
+        self._scale = elementwise.norm_relu(self._z, *shifts, self.y)
         return self.y
 
     def slope(self, slope: np.ndarray) -> np.ndarray:
@@ -67,14 +129,8 @@ class _Hidden:
         through, last = np.empty_like(self.y), self.norm or self.linear
         elementwise.through_relu(slope, self.y, through, last.by_bias)
         if self.norm:
-            elementwise.through_norm(
-                through,
-                self._z,
-                self._scale,
-                self.norm.weight,
-                self.norm.by_weight,
-                self.linear.by_bias,
-            )
+            slopes = self.norm.by_weight, self.linear.by_bias
+            elementwise.through_norm(through, self._z, self._scale, self.norm.weight, *slopes)
         return through
 
 
@@ -119,7 +175,7 @@ class Layers:
 
 
 class FlatAdam:
-    """In the place of `ddpg.adam`, with its state, since torch's optimisers import slowly.
+    """In the place of `autograd_update.adam`, with its state; torch's optimisers import slowly.
 
     Args:
         module: its parameters and gradients become views of one vector each.
@@ -129,18 +185,15 @@ class FlatAdam:
 
     def __init__(self, module: nn.Module, rate: float, l2: float = 0.0) -> None:
         weights, biases = weights_and_biases(module)
-        values = parameters_of(module).numpy()
-        zeros = [torch.zeros_like(p.data) for p in (*weights, *biases)]
-        slope, slopes = laid_end_to_end(zeros)
-        for parameter, view in zip((*weights, *biases), slopes, strict=True):
+        values, parameters = parameters_of(module), [*weights, *biases]
+        slope, first, second = (torch.zeros_like(values) for _ in range(3))
+        for parameter, view in zip(parameters, _views(slope, parameters), strict=True):
             parameter.grad = view
-        steps, first, second = (
-            laid_end_to_end(z) for z in ([torch.zeros(()) for _ in zeros], zeros, zeros)
-        )
-        views = zip(steps[1], first[1], second[1], strict=True)
-        self._kept = [dict(zip(NAMES, kept, strict=True)) for kept in views]
-        self._steps, self._rate = steps[0].numpy(), rate
-        flat = values, slope.numpy(), first[0].numpy(), second[0].numpy()
+        steps = torch.zeros(len(parameters))
+        kept = steps.unbind(), _views(first, parameters), _views(second, parameters)
+        self._kept = [dict(zip(NAMES, own, strict=True)) for own in zip(*kept, strict=True)]
+        self._steps, self._rate = steps.numpy(), rate
+        flat = [vector.numpy() for vector in (values, slope, first, second)]
         count = sum(w.numel() for w in weights)
         parts = (l2, slice(count)), (0.0, slice(count, None))
         self._groups = [(l2, part, [v[part] for v in flat]) for l2, part in parts]
@@ -148,18 +201,10 @@ class FlatAdam:
     def step(self, slow: np.ndarray, share: np.float32) -> None:
         """Move the parameters by their gradients, and a target network's by a share after them."""
         self._steps += 1
+        count = float(self._steps[0])
         for l2, part, (values, slope, first, second) in self._groups:
-            elementwise.adam(
-                values,
-                slope,
-                first,
-                second,
-                slow[part],
-                l2,
-                self._rate,
-                float(self._steps[0]),
-                share,
-            )
+            rates = l2, self._rate, count, share
+            elementwise.adam(values, slope, first, second, slow[part], *rates)
 
     def state_dict(self) -> dict[str, Any]:
         """As torch.optim.Adam's."""
@@ -182,14 +227,12 @@ def weights_and_biases(module: nn.Module) -> tuple[list[nn.Parameter], list[nn.P
 def parameters_of(module: nn.Module) -> Tensor:
     """All parameters of a module, which become views of this one vector; weights come first."""
     weights, biases = weights_and_biases(module)
-    flat, views = laid_end_to_end([p.detach() for p in (*weights, *biases)])
-    for parameter, view in zip((*weights, *biases), views, strict=True):
-        parameter.data = view
+    parameters = [*weights, *biases]
+    flat = parameters_to_vector(parameters).detach()
+    vector_to_parameters(flat, parameters)
     return flat
 
 
-def laid_end_to_end(tensors: Sequence[Tensor]) -> tuple[Tensor, list[Tensor]]:
-    """Copies of tensors in one vector, and as views of it."""
-    flat = torch.cat([t.flatten() for t in tensors])
-    parts = flat.split([t.numel() for t in tensors])
-    return flat, [part.view_as(t) for part, t in zip(parts, tensors, strict=True)]
+def _views(flat: Tensor, parameters: Sequence[Tensor]) -> list[Tensor]:
+    parts = flat.split([p.numel() for p in parameters])
+    return [part.view_as(p) for part, p in zip(parts, parameters, strict=True)]
