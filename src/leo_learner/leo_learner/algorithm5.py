@@ -126,8 +126,7 @@ class Algorithm5:
         start: run of `leo learn` that takes the place of the first training.
         quiet: no progress lines.
 
-    Raises:
-        UserError: the folder holds another run, or one that cannot be read.
+    UserError where the folder holds another run, or one that cannot be read.
     """
 
     def __init__(

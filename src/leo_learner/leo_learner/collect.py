@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run a policy: returns without noise, and rollouts with noise that gather transitions."""
+"""Run a policy, for its returns or with noise to gather transitions; perform a scripted motion."""
 
 from __future__ import annotations
 
@@ -51,12 +51,7 @@ def collect(
 ) -> None:
     """Drive `steps` transitions from random starts with noise on the policy; others record.
 
-    Args:
-        env: of the robot.
-        act: the policy.
-        steps: transitions; the last episode ends where they are reached.
-        seed: of noise and starts.
-        on_step: called after every transition.
+    The last episode ends where they are reached; `on_step` is called after every one.
     """
     assert isinstance(env.action_space, gymnasium.spaces.Box)
     limit, done, episode = env.action_space.high, 0, 0
@@ -86,7 +81,7 @@ def _episode(
     pose: str,
     go_on: Callable[[], bool] = lambda: True,
 ) -> tuple[float, bool]:
-    """One episode; its return and whether it was lost."""
+    """Its return, and whether it was lost."""
     observation, _ = env.reset(seed=seed, options={'pose': pose})
     total, done = 0.0, False
     while not done:
@@ -101,7 +96,7 @@ def _episode(
 
 @dataclass(frozen=True)
 class Performed:
-    """What came of it.
+    """What came of a motion.
 
     Attributes:
         seconds: how long it moved [s].
@@ -119,16 +114,11 @@ def perform(
     routine: Routine,
     seconds: float,
     seed: int = 0,
-    tell: Callable[[], None] = lambda: None,
+    on_step: Callable[[], None] = lambda: None,
 ) -> Performed:
-    """Put the robot into the start pose, then drive it, anew after every fall.
+    """Put the robot into the start pose, then drive it `seconds` [s], anew after every fall.
 
-    Args:
-        env: of the robot, its model or its node, however it is wrapped.
-        routine: the motion.
-        seconds: to drive, falls included [s].
-        seed: of the start poses of a model.
-        tell: called after every control period.
+    `seed` is that of a model's start poses; `on_step` is called after every control period.
     """
     base = env.unwrapped
     assert isinstance(base, RobotSpaces)
@@ -143,5 +133,5 @@ def perform(
             falls += 1
         elif 'lost' in env.step(volts)[4]:
             return Performed(k * period, falls, False)
-        tell()
+        on_step()
     return Performed(count * period, falls, True)

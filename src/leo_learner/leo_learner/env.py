@@ -43,7 +43,6 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self._task = Task(robot)
 
     def _begin(self, start: State) -> np.ndarray:
-        """The observation at the start of an episode."""
         self._steps, self._memory, self.sensed = 0, Memory(), start
         return self._task.observation(start.q, start.dq)
 
@@ -67,13 +66,9 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
 class ModelEnv(RobotSpaces):
     """Episodes on `Model.step`, corrected; the corrected state is where the next step starts.
 
-    Observation, reward and termination come from the corrected state as the sensors read it.
-    With a difference model `info` tells the `factor` of the correction and the `channel` that is
-    furthest from its data, as `Judged` has them.
-
-    Args:
-        model: with its effects.
-        difference: a difference model of the same robot.
+    Observation, reward and termination come from the corrected state as the sensors read it. With
+    a difference model `info` has the `factor` of the correction and the `channel` that is furthest
+    from its data, as `Judged` has them.
     """
 
     def __init__(self, model: Model, difference: DifferenceModel | None = None) -> None:
@@ -163,7 +158,6 @@ def _check_base(difference: DifferenceModel, path: Path, model: Model) -> None:
 
 
 def _effects(model: Model) -> list[Any]:
-    """Names, places and values."""
     return sorted((e.effect.name, e.where, sorted(e.parameters.items())) for e in model.effects)
 
 

@@ -28,14 +28,11 @@ NAMES = 'step', 'exp_avg', 'exp_avg_sq'
 
 
 class FastUpdate:
-    """One gradient step on the critics and the actor of an agent, whose targets follow.
+    """One gradient step on the critics and the actor of a `ddpg.Agent`, whose targets follow.
 
     Numpy and torch share the memory of the agent's parameters and gradients: they may be changed
     in place, not replaced, and the agent not copied. In the process that has one, BLAS works with
     one thread from then on, which is fastest at this size.
-
-    Args:
-        agent: a `ddpg.Agent`.
     """
 
     def __init__(self, agent: Any) -> None:
@@ -135,11 +132,9 @@ class _Hidden:
 
 
 class Layers:
-    """A network of `ddpg` as layers; an action joins the input of the last hidden one.
+    """An actor or critic of `ddpg`; an action joins the input of the last hidden layer.
 
-    Args:
-        network: a `ddpg.Actor` or `ddpg.Critic`, whose parameters are used and whose `grad` are
-            written.
+    The network's parameters are used and their `grad` are written.
     """
 
     def __init__(self, network: Any) -> None:
@@ -177,10 +172,7 @@ class Layers:
 class FlatAdam:
     """In the place of `autograd_update.adam`, with its state; torch's optimisers import slowly.
 
-    Args:
-        module: its parameters and gradients become views of one vector each.
-        rate: learning rate.
-        l2: on weights, not on biases.
+    Parameters and gradients become views of one vector each. The l2 term spares the biases.
     """
 
     def __init__(self, module: nn.Module, rate: float, l2: float = 0.0) -> None:

@@ -31,8 +31,7 @@ class Outcome:
     """What a run came to.
 
     Attributes:
-        policy: the best policy by test.
-        test_return: its mean return in that test.
+        policy: the best policy by test, with `test_return` as its mean return there.
         steps: transitions gathered.
         seconds: wall time of this part of the run.
         finished: False where it was stopped before its last step.
@@ -59,16 +58,9 @@ def learn(
 ) -> Outcome:
     """Run `training` to `steps` transitions in `folder`, going on from a checkpoint there.
 
-    Ctrl-C ends the present episode, on a running robot at once, saves and returns.
-
-    Args:
-        training: fresh, or as it starts (networks and replay of an earlier run).
-        robot: for the policy file.
-        steps: transitions in all.
-        folder: receives TensorBoard's events, `checkpoint-*` and `policy.safetensors`.
-        title: what the progress line says.
-        quiet: no progress line.
-        alive: asked after every episode; False stops the run as Ctrl-C does.
+    Ctrl-C ends the present episode, on a running robot at once, saves and returns. The folder
+    receives TensorBoard's events, `checkpoint-*` and `policy.safetensors`. `alive` is asked after
+    every episode; False stops the run as Ctrl-C does.
     """
     began = time.perf_counter()
     folder.mkdir(parents=True, exist_ok=True)

@@ -38,14 +38,8 @@ class RobotEnv(RobotSpaces):
 
     The robot's own parameter `start` decides on the start pose, whatever `reset` asks for. An
     episode during which the robot was restarted ends with `info['lost']`, and the last
-    transition is none; until a robot answers, the environment waits.
-
-    Args:
-        node: joined to the graph; it is served while this environment waits.
-        robot: model description of the robot behind the topics; its joints may come in any
-            order.
-
-    Waiting raises UserError where the robot that runs has other joints.
+    transition is none; until a robot answers, the environment waits, and its `node`, which has
+    joined the graph, is served. UserError where the robot that runs has other joints.
     """
 
     def __init__(self, node: Node, robot: Robot) -> None:

@@ -123,12 +123,7 @@ class Left:
 
 
 class WatchedEnv(gymnasium.Wrapper):
-    """Keeps what a difference model says of every step.
-
-    Args:
-        env: a model, or the running robot.
-        difference: a difference model that knows where its data end.
-    """
+    """Keeps what a difference model that knows where its data end says of every step."""
 
     env: RobotSpaces
 

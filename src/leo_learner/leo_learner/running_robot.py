@@ -34,24 +34,16 @@ Tell = Callable[[], None]
 
 @contextmanager
 def running_robot(ros_args: list[str], name: str = 'play') -> Iterator[RunningRobot]:
-    """A node of ours beside the robot's.
-
-    Args:
-        ros_args: `--ros-args ...`.
-        name: of our node.
-    """
+    """A node of ours on the graph of the robot, named `name`."""
     with graph(ros_args):
         yield RunningRobot(join(Node(name)))
 
 
 class RunningRobot:
-    """The node `robot` beside ours.
-
-    Args:
-        node: ours, joined to the graph.
+    """The node `robot`, through a node of ours that has joined the graph.
 
     Attributes:
-        facts: what the robot's node says about itself, as bags say it; by `ask`.
+        facts: what it says about itself, as bags say it; set by `ask`.
     """
 
     def __init__(self, node: Node) -> None:
@@ -134,12 +126,7 @@ class RunningRobot:
 
 
 class RobotPlayer:
-    """Plays runs on a robot node, in lockstep or in real time; the node's safety stays in force.
-
-    Args:
-        node: joined to the graph.
-        env: the same robot as an environment, which knows how to wait for it.
-    """
+    """Plays runs on a robot node, in lockstep or in real time; its safety stays in force."""
 
     def __init__(self, node: Node, env: RobotEnv) -> None:
         self._env = env
@@ -148,8 +135,7 @@ class RobotPlayer:
     def play(self, run: Run, tell: Tell = lambda: None) -> bool:
         """Reset the robot, then send the run; motors are on at 0 in the end, come what may.
 
-        Returns:
-            whether all of it was played: False where the robot was restarted meanwhile.
+        False where the robot was restarted meanwhile.
 
         Raises:
             UserError: the robot does not switch its motors off or on.

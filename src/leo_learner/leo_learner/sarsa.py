@@ -52,13 +52,7 @@ CONFIGS = {'thesis': Config()}
 
 
 class Agent:
-    """The tiles and what they say about the actions.
-
-    Args:
-        n_obs: numbers observed.
-        limit: largest inputs, (A,).
-        config: of the run.
-        seed: of the weights at the start.
+    """The tiles and what they say about the actions, up to `limit` (A,).
 
     Raises:
         UserError: the tiles of `config` are for other observations and actions.
@@ -98,16 +92,7 @@ class Agent:
 
 
 class Training(TrainingLoop):
-    """SARSA(lambda) on an environment.
-
-    Args:
-        env: see `TrainingLoop`.
-        config: of the run.
-        seed: of the weights, the starts and the exploration.
-
-    Raises:
-        UserError: the tiles of `config` are for other observations and actions.
-    """
+    """SARSA(lambda) on an environment; UserError as `Agent`."""
 
     agent_name = 'sarsa'
     config: Config

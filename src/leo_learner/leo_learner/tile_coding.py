@@ -206,16 +206,7 @@ def claim(
     salt: np.uint64,
     initial: np.float32,
 ) -> np.ndarray:
-    """Cells (T,) of one observation and action, claimed where they are free.
-
-    Args:
-        cells: see `values`.
-        weights: see `values`.
-        observed: hash of the observation per tiling, (T,).
-        own: hash of the action per tiling, (T,).
-        salt: see `values`.
-        initial: see `values`.
-    """
+    """Cells (T,) of an observation and action (hashes, (T,)), claimed where free; see `values`."""
     slots = np.empty(len(own), np.int64)
     for j in range(len(own)):
         key = mixed(observed[j] ^ own[j])

@@ -51,10 +51,10 @@ def walks(robot: Robot) -> bool:
 
 
 def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> Walk:
-    """The figures of an episode from its states.
+    """The figures of an episode of a robot with two feet.
 
     Args:
-        robot: with two feet.
+        robot: of the episode.
         q: measured angles at the start and after each control period [rad], (T + 1, J).
         dq: their rates [rad/s], (T + 1, J).
         inputs: voltages held in each period [V], (T, A).
@@ -77,12 +77,7 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
 
 
 def footsteps(gait: Gait, q: np.ndarray) -> list[float]:
-    """Length of each footstep, m: the new stance ankle before the old one when they change.
-
-    Args:
-        gait: of the robot.
-        q: angles of an episode, (T, J), m and rad.
-    """
+    """Length of each footstep [m]: the new stance ankle before the old one; q is (T, J)."""
     stance, lengths = int(gait.stance(q[0], Memory().stance)), []
     for row in q[1:]:
         now = int(gait.stance(row, stance))
@@ -93,12 +88,7 @@ def footsteps(gait: Gait, q: np.ndarray) -> list[float]:
 
 
 def passes(gait: Gait, q: np.ndarray) -> int:
-    """How often one ankle passes the other.
-
-    Args:
-        gait: of the robot.
-        q: angles of an episode, (T, J), m and rad.
-    """
+    """How often one ankle passes the other; q is (T, J)."""
     apart = gait.stride(q, 0)
     side = np.sign(apart[np.abs(apart) > PAST])
     return int(np.sum(side[1:] != side[:-1]))

@@ -25,17 +25,13 @@ def from_explanation(
 ) -> tuple[Model, list[dict]]:
     """The model with the effects and refitted constants of an explain.json, and its history.
 
-    Where an effect file was written of what is no known effect, that is added too.
-
-    Args:
-        model: to add to.
-        source: the explain.json.
-        sibling: the model may be of another robot that has the same places; constants that it
-            does not have are left out.
+    Where an effect file was written of what is no known effect, that is added too. With `sibling`
+    the model may be of another robot that has the same places; constants that it does not have
+    are left out.
 
     Raises:
-        UserError: no such file, not an explain.json, another robot, a place or a unit that this
-            robot does not have, nothing named in it, or a Python file that may not run.
+        UserError: not an explain.json, another robot, a place or a unit that this robot does not
+            have, nothing named in it, or a Python file that may not run.
     """
     return from_data(model, read_explanation(Path(source)), source, sibling)
 
@@ -71,8 +67,7 @@ def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
     """The model with effects given as EFFECT[:WHERE] PARAM=VALUE …, one after the other.
 
     Raises:
-        UserError: unknown effect, place or parameter, no value, one that is no number, or one
-            outside the parameter's physical bounds.
+        UserError: unknown effect, place or parameter, no value or none within physical bounds.
     """
     added = []
     for word, *values in _each(words):

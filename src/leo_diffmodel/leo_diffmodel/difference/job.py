@@ -194,8 +194,6 @@ def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:
 
 
 class _Printer:
-    """Prints a line now and then."""
-
     def __init__(self) -> None:
         self._last = 0.0
 
@@ -206,13 +204,9 @@ class _Printer:
 
 
 def repaired(recordings: Sequence[Recording], model: Model, path: Path) -> tuple[Model, str]:
-    """The model with the effects that explain the recordings, and the text of its file.
+    """The model with the effects that explain the recordings, written to `path`, and its text.
 
-    Args:
-        recordings: of the robot.
-        model: as given.
-        path: where the file is written; its text names a robot folder in full, since it is read
-            elsewhere too.
+    The text names a robot folder in full, since it is read elsewhere too.
     """
     import yaml
 

@@ -73,10 +73,7 @@ class DifferenceModel:
     def judge(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> Judged:
         """The correction and how far it is to be believed.
 
-        Args:
-            q: joint angles, as measured, (..., J).
-            dq: joint rates, as measured, (..., J).
-            inputs: held inputs [V, N m or rad], (..., A).
+        Angles and rates as measured, (..., J); held inputs [V, N m or rad], (..., A).
         """
         each = self.members(q, dq, inputs)
         mean = each.mean(axis=0)
@@ -99,13 +96,9 @@ class DifferenceModel:
     def applied(
         self, model: Model, before: State, inputs: np.ndarray, correction: np.ndarray
     ) -> State:
-        """The state one control period after `before`, corrected.
+        """The state one control period after `before`, with a correction (C,) of `judge`.
 
-        Args:
-            model: the correction belongs to.
-            before: its state.
-            inputs: held inputs [V, N m or rad], (A,).
-            correction: of `judge`, (C,).
+        Inputs are held [V, N m or rad], (A,).
         """
         dt = model.robot.control_period
         if self.config.form == 'torque':
@@ -231,10 +224,9 @@ class Trust:
     def factor(self, strain: np.ndarray) -> np.ndarray:
         """Share of the correction to apply, (...): 1 within the data, 0 far from them.
 
-        Up to the strain that 99 % of the held-out data stay below, those data vouch for the
-        correction, and where its expected error is a trifle beside it nothing need to; beyond
-        both nothing does, and at twice that strain nothing of it is left. In between it falls
-        along a cubic, half of it at the middle. The worst output decides.
+        It is 1 up to `limit`, which 99 % of the held-out data stay below (or where the expected
+        error is small against the correction), 0 from twice the limit on, and a cubic between
+        them. The worst output decides.
         """
         beyond = np.clip((strain / self.limit).max(axis=-1) - 1.0, 0.0, 1.0)
         return 1.0 - beyond**2 * (3.0 - 2.0 * beyond)

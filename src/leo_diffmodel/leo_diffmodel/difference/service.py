@@ -176,15 +176,10 @@ def correction(
     dq: np.ndarray,
     inputs: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What is to be added to a model's next angles [rad] and rates [rad/s], both (J,).
+    """What is to be added to the next angles [rad] and rates [rad/s] of `model`, both (J,).
 
-    Args:
-        model: whose next state is asked about.
-        corrected: the model that `difference` goes on top of: the same, or a repaired one.
-        difference: the difference model.
-        q: joint angles, (J,).
-        dq: joint rates, (J,).
-        inputs: what is held [V, N m or rad], (A,).
+    `corrected` is the model that `difference` goes on top of: the same, or a repaired one. State
+    (J,) and held inputs [V, N m or rad], (A,).
     """
     following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
     state = corrected.state_from(q, dq)

@@ -32,12 +32,8 @@ def train(
 ) -> int:
     """Minimise the mean squared error of the next state; returns the last epoch that was kept.
 
-    Args:
-        network: with the weights to start from; receives the best.
-        fitted: what the gradients see.
-        watched: chooses every member's best epoch; where it is empty the last one is kept.
-        config: of the fit.
-        on_epoch: called after every pass.
+    The network receives the best weights: `watched`, which no gradient sees, chooses every
+    member's best epoch; where it is empty the last one is kept.
     """
     scale = spread_of(fitted.y) if config.normalise else torch.ones(())
     step = _stepper(network, config, fitted, scale)
@@ -144,9 +140,7 @@ class Targets:
     def lacking(self, output: Tensor, size: Tensor) -> Tensor:
         """What outputs (N, outputs) should have been more, (N, outputs).
 
-        Args:
-            output: of the network.
-            size: usual size of an output, (outputs,).
+        `size` is the usual size of an output, (outputs,).
         """
         missing = self.y - self.moved(output)
         if self.effect is None:

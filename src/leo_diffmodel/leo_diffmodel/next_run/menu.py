@@ -26,13 +26,7 @@ TRIED_SECONDS = 6.0
 
 
 def menu(robot: Robot, levels: Array, seconds: float) -> list[Run]:
-    """Every run for one robot.
-
-    Args:
-        robot: the robot.
-        levels: largest input to use on each actuator [V, N m or rad], shape (A,).
-        seconds: length of each run.
-    """
+    """Runs of `seconds` for one robot; `levels` are its largest inputs [V, N m or rad], (A,)."""
     time = np.arange(max(1, round(seconds / robot.control_period))) * robot.control_period
     runs = [
         _powered(name, about, shape, time, share * levels) for name, about, shape, share in SHAPES
@@ -55,7 +49,6 @@ def _powered(name: str, about: str, shape: Shape, time: Array, levels: Array) ->
 
 
 def _let_go(time: Array, levels: Array) -> Run:
-    """Kicks, after each of which the motors are off and the robot swings freely."""
     run = _powered(
         'kick and let go',
         f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again',
@@ -68,7 +61,6 @@ def _let_go(time: Array, levels: Array) -> Run:
 
 
 def _in_turn(time: Array, levels: Array) -> Run:
-    """Random steps on one actuator at a time, the others at 0."""
     run = _powered(
         'one joint at a time',
         'random steps on one motor, the others at 0, in turn',
@@ -157,13 +149,7 @@ SHAPES: tuple[tuple[str, str, Shape, float], ...] = (
 
 @dataclass(frozen=True)
 class MotionRun:
-    """A scripted motion to be recorded.
-
-    Attributes:
-        motion: of `MOTIONS`.
-        seed: of its figures.
-        seconds: how long [s].
-    """
+    """A scripted motion to be recorded for some seconds; `seed` is that of its figures."""
 
     motion: str
     seed: int
@@ -191,12 +177,9 @@ class MotionRun:
 
 
 def walker_menu(robot: Robot, levels: Array, seconds: float) -> list[Run | MotionRun]:
-    """Every run for a robot on the ground: none of them makes it fall at once.
+    """Runs of `seconds` for a robot with a floating base: none of them makes it fall at once.
 
-    Args:
-        robot: with a floating base.
-        levels: largest input to use on each actuator where the base is held, shape (A,).
-        seconds: length of each run.
+    `levels` are the largest inputs where the base is held, (A,).
     """
     hung = [
         replace(run, name=f'{pose}: {run.name}', start=pose)
@@ -237,8 +220,6 @@ def performed(run: MotionRun, model: Model, period: float) -> tuple[Episode, ...
 
 
 class _Track:
-    """Episodes as they grow."""
-
     def __init__(self, dt: float) -> None:
         self.episodes: list[Episode] = []
         self._rows: list[tuple[Array, ...]] = []

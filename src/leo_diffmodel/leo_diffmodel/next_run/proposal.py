@@ -103,15 +103,9 @@ def propose(
     seconds: float = 20.0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Proposal:
-    """Choose the next run for an explanation of the same bags.
+    """Choose the next run, of `seconds`, for an explanation of the same bags and model.
 
-    Args:
-        recordings: the bags that were explained.
-        model: the model that was explained.
-        answer: the contents of explain.json.
-        extra: a user's own effects.
-        seconds: length of the runs.
-        progress: told what is being looked at.
+    `answer` is the content of explain.json, `extra` are a user's own effects.
 
     Raises:
         UserError: the bags are too short to plan from.

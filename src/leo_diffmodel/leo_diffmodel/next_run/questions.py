@@ -202,10 +202,7 @@ def linearised(posed: Posed) -> tuple[Posed, float]:
 def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> Fit:
     """Add effects one by one, each from where a scan points; sure as all windows would make it.
 
-    Args:
-        posed: the windows with their linearisation.
-        share: of all windows that these are.
-        candidates: in their order.
+    `share` is the share of all windows that are fitted.
     """
     problem = posed.problem
     found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))

@@ -88,7 +88,6 @@ class RunFile:
 
 
 def _periods(seconds: float, robot: Robot) -> int:
-    """How many control periods of a robot a run takes."""
     count = seconds / robot.control_period
     if count > MOST_PERIODS:
         raise UserError(

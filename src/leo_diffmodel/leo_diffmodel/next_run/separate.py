@@ -111,7 +111,6 @@ def _nats(rest: Array, by_theta: Array, step: Array) -> Array:
 
 
 def _best(rest: Array, by_theta: Array, weight: Array, prior: Array) -> Array:
-    """The step of the parameters that leaves least."""
     matrix = np.einsum('w,wnp,wnq->pq', weight, by_theta, by_theta) + prior
     slope = np.einsum('w,wnp,wn->p', weight, by_theta, rest)
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))

@@ -74,7 +74,6 @@ def simulate(runs: Sequence[Run | MotionRun], model: Model, period: float) -> li
 
 
 def _batch(runs: Sequence[Run], model: Model, period: float, pose: str) -> list[Recording]:
-    """Runs from one start pose, all at once."""
     robot = model.robot
     repeat = max(1, round(robot.control_period / period))
     dt = robot.control_period / repeat

@@ -110,12 +110,7 @@ class GraphRecorder:
         self.add_named(topic.name, f'{package}/{kind}/{topic.type.__name__}', topic.qos)
 
     def add_named(self, name: str, type_text: str, qos: QoSProfile) -> None:
-        """Record a topic.
-
-        Args:
-            name: as nodes give it; remapped as `node`'s are.
-            type_text: as `sensor_msgs/msg/JointState`.
-            qos: what its publisher offers.
+        """Record a topic, remapped as the node's are, of a type as `sensor_msgs/msg/JointState`.
 
         Raises:
             UserError: the type is not installed, or its definition not known.
@@ -148,7 +143,6 @@ class GraphRecorder:
         )
 
     def _health(self) -> tuple[bytes, str]:
-        """Return the diagnostic level and what to say."""
         recorder = self._recorder
         if troubles := recorder.troubles:
             level = DiagnosticStatus.ERROR if recorder.full else DiagnosticStatus.WARN
@@ -166,7 +160,6 @@ class GraphRecorder:
         self._recorder.close()
 
     def _take(self) -> None:
-        """Record what has arrived on all topics, in the order of its arrival."""
         self._times.begin()
         found = [
             (topic, message)
@@ -190,7 +183,6 @@ class GraphRecorder:
         return self._times.logged(message.received_ns or message.published_ns)
 
     def _publishers(self, topic: str) -> set[bytes]:
-        """Return the GIDs of those that the graph knows."""
         return {bytes(p.endpoint_gid) for p in self._ears.get_publishers_info_by_topic(topic)}
 
     def _flush(self) -> None:

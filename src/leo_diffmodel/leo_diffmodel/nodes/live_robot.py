@@ -87,12 +87,7 @@ class LiveRobot:
 
 @contextmanager
 def live_robot(seconds: float, ros_args: list[str]) -> Iterator[LiveRobot]:
-    """Listen to the robot of the graph as long as this lasts.
-
-    Args:
-        seconds: how much of it is kept [s].
-        ros_args: `--ros-args ...`.
-    """
+    """Listen to the robot of the graph as long as this lasts; its last `seconds` [s] are kept."""
     with graph([*(ros_args or ['--ros-args']), '--log-level', 'warn']):
         node = Node(f'leo_watch_{os.getpid()}', start_parameter_services=False)
         robot = LiveRobot(node, Tape(seconds))

@@ -20,15 +20,9 @@ LOOK_PERIOD = 0.5
 
 
 def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> int:
-    """Record until SIGINT or SIGTERM and return the exit status, 1 where messages were lost.
+    """Record topics until SIGINT or SIGTERM; 1 where messages were lost. No names: the graph's.
 
-    Args:
-        names: topics; none means those of the graph.
-        folder: must not exist; None makes a dated one.
-        ros_args: `--ros-args ...`.
-
-    Raises:
-        UserError: the folder exists.
+    Without a folder a dated one is made; UserError where it exists.
     """
     if folder is not None and folder.exists():
         raise UserError(f'{folder} exists already; choose another folder')

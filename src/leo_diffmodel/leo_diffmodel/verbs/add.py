@@ -43,11 +43,6 @@ def main(argv: list[str]) -> int:
 
 
 def _model(arguments: argparse.Namespace) -> str:
-    """What to add to: the positional one, or with --robot the one that it names.
-
-    Raises:
-        UserError: both, or neither.
-    """
     if arguments.robot is not None and not arguments.source:
         raise UserError('--robot goes with --from explain.json: it moves one to another robot')
     if (arguments.model is None) == (arguments.robot is None):

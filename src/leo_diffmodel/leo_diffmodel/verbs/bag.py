@@ -73,7 +73,7 @@ def _record(argv: list[str]) -> int:
     parser = common.Parser('leo bag record', 'Record topics until Ctrl-C.', _RECORD_EXAMPLES)
     parser.add_argument('topics', nargs='*', metavar='TOPIC', help="default: the graph's topics")
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder to make')
-    words, ros_args = _apart(argv)
+    words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
     from leo_diffmodel.nodes.record import record
@@ -93,7 +93,7 @@ def _play(argv: list[str]) -> int:
         metavar='S',
         help='before the start, so long for a reader of every topic (1 s)',
     )
-    words, ros_args = _apart(argv)
+    words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
     from leo_diffmodel.bags.play import play
@@ -200,12 +200,6 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
     return cuts(0, moved_from_outside([recording], with_known(model, [recording])))
 
 
-def _apart(argv: list[str]) -> tuple[list[str], list[str]]:
-    """Words of the command, then everything from --ros-args on."""
-    at = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
-    return argv[:at], argv[at:]
-
-
 def _fix(argv: list[str]) -> int:
     """Run `leo bag fix`; exit status 1 where something that is sure could not be mended."""
     parser = common.Parser('leo bag fix', _FIX_ABOUT, _FIX_EXAMPLES)
@@ -240,7 +234,6 @@ def _fix(argv: list[str]) -> int:
 
 
 def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Sequence[Found]]:
-    """The bag and what is wrong with it."""
     from leo_diffmodel.bags.contents import load
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.compare.known import with_known

@@ -83,7 +83,6 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
-    """Every bag read both ways of holding its inputs."""
     from leo_diffmodel.check.check import Bag
 
     as_read = read_topic_map(arguments.topic_map)

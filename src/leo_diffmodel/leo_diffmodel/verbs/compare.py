@@ -144,7 +144,6 @@ def _joints(rows: list[dict]) -> Table:
 
 
 def _unit(rows: list[dict]) -> str:
-    """Of the torques or forces in rows."""
     return ' or '.join(sorted({row['torque_unit'] for row in rows}))
 
 
@@ -259,7 +258,6 @@ def ranking_table(data: dict) -> Table:
 
 
 def _sizes(row: dict, mine: np.ndarray) -> tuple[float, float]:
-    """Rms error over some of the states, and its noise floor."""
     error, floor = (np.sqrt(np.mean(np.square(row[key])[mine])) for key in ('rmse', 'noise_floor'))
     return float(error), float(floor)
 

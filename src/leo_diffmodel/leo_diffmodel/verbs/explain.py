@@ -207,11 +207,6 @@ def _gains(row: dict) -> str:
 
 
 def _fresh_effect(path: str | None) -> Path | None:
-    """A new Python file to write to.
-
-    Raises:
-        UserError: no .py, it exists, or its folder cannot be written to.
-    """
     if path is None:
         return None
     target = Path(path)
@@ -275,5 +270,4 @@ def _add_words(arguments: argparse.Namespace, folder: Path, result: Explanation)
 
 
 def _driven(result: Explanation) -> bool:
-    """Whether a run can be sent to the robot."""
     return any(a.strongest > 0 for a in result.model.robot.actuators)

@@ -18,12 +18,7 @@ REST = re.compile(r'\. (?=\d+ % of |The rest |Shown in )')
 
 
 def told(verdict: str, sentence: str) -> list[str]:
-    """The headline first; where all of it is too long, what else is said, a line each.
-
-    Args:
-        verdict: one word.
-        sentence: of an Explanation.
-    """
+    """The headline first; where all of it is too long, what else is said, a line each."""
     if len(verdict) + 2 + len(sentence) <= WIDTH * LINES:
         return [sentence]
     sentence, notes = _without_notes(sentence)

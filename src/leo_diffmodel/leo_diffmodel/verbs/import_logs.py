@@ -151,7 +151,6 @@ def _parser() -> Parser:
 
 
 def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Path]]:
-    """Return (logs, bag) pairs."""
     if not each:
         return [(logs, output)]
     bags = [output / Path(log).stem for log in logs]
@@ -183,7 +182,6 @@ def _summary(info: BagInfo) -> dict[str, Any]:
 
 
 def _constants(info: BagInfo) -> dict[str, float]:
-    """Return the constants of the robot that the log knew, by path."""
     known: dict[str, float] = json.loads(info.metadata.get('constants', '{}'))
     return known
 

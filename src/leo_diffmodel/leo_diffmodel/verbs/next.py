@@ -114,7 +114,6 @@ def _target(arguments: argparse.Namespace) -> Path:
 def _answer(
     arguments: argparse.Namespace, recordings: list[Recording], model: Model, own: list[Effect]
 ) -> dict[str, Any]:
-    """The explanation: the one given, or a new one."""
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:

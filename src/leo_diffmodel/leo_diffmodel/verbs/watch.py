@@ -11,7 +11,7 @@ from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common, watch_common
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.verbs.common import where
+from leo_msgs_py.verbs.common import ros_args_apart, where
 from leo_sim.effects.consent import add_effect_argument, words
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def _live(argv: list[str]) -> int:
     from leo_diffmodel.watch.live.renewing import Source
     from leo_sim.model.window_shares import alone
 
-    typed, ros_args = _apart(argv)
+    typed, ros_args = ros_args_apart(argv)
     arguments = _live_parser().parse_args(typed)
     arguments.ros_args = ros_args
     common.fresh_folder(arguments.output)
@@ -121,7 +121,6 @@ def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scen
 
 
 def _look(beside: Any, server: Any) -> None:
-    """Take in what is new; end with the process's signals."""
     from leo_msgs_py.node import running
 
     beside.look()
@@ -130,11 +129,7 @@ def _look(beside: Any, server: Any) -> None:
 
 
 def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
-    """The first scene; None where it was interrupted.
-
-    Raises:
-        UserError: no robot publishes, or what it publishes makes no scene.
-    """
+    """The first scene; None where it was interrupted, UserError where no robot makes one."""
     from leo_diffmodel.bags.states import OtherJoints
 
     if not _until(lambda: robot.tape.heard is not None, patience):
@@ -159,7 +154,6 @@ def _since(began: float) -> float:
 
 
 def _until(true: Callable[[], bool], seconds: float) -> bool:
-    """Wait for something to be so, at most so long; whether it is."""
     end = time.monotonic() + seconds
     while not true():
         if time.monotonic() > end + SLICE or _ended():
@@ -179,12 +173,6 @@ def _explain_words(arguments: argparse.Namespace) -> list[str]:
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
     step = ['--step', str(arguments.step)] if arguments.step else []
     return ['--model', arguments.model, *mapped, *step, *words(arguments.effect)]
-
-
-def _apart(argv: list[str]) -> tuple[list[str], list[str]]:
-    """Words of the command, then everything from --ros-args on."""
-    at = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
-    return argv[:at], argv[at:]
 
 
 def _live_parser() -> argparse.ArgumentParser:

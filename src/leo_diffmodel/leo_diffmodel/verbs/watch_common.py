@@ -84,12 +84,7 @@ def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
 
 
 def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], None]) -> Plan:
-    """What `leo next` says to the same bags and what explain said of them.
-
-    Args:
-        argv: as of `asked`.
-        answer: the contents of explain.json.
-        heard: told what is being looked at.
+    """What `leo next` says to the same words as `asked`, and to the explain.json that this gave.
 
     Raises:
         UserError: the robot has no motors, or the bags are too short to plan from.
@@ -115,7 +110,6 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
 def _predicted(
     run: Run | MotionRun, model: Model, answer: dict[str, Any], recordings: list[Recording]
 ) -> Recording:
-    """What the model with what was named makes of a run."""
     from leo_diffmodel.add.patch import from_data
     from leo_diffmodel.compare.known import with_known
     from leo_diffmodel.compare.windows import sample_period

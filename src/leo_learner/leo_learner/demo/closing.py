@@ -18,14 +18,15 @@ _KINDS = {'rmse': 'rms', 'median': 'median'}
 
 
 def closing(found: Found, folder: Path, console: Console) -> None:
-    """Print what was found beside the truth, errors, returns and where the reports are."""
+    """Print what was found and the truth, errors, returns and where the reports are."""
     table = Table(title=f'the main job, {found.seconds:.0f} s', show_header=False)
     table.add_column(style='bold')
     table.add_column(overflow='fold')
     table.add_row('named', named(found.repair))
     table.add_row('truth', described(found.truth['effects']))
     _add_error(table, found.repair, 'rmse')
-    names = {'ideal': 'the ideal model', 'repaired': _repaired(found), 'real': 'the robot itself'}
+    repaired = 'the repaired model' + (' + difference model' if found.difference else '')
+    names = {'ideal': 'the ideal model', 'repaired': repaired, 'real': 'the robot itself'}
     for name, value in found.returns.items():
         table.add_row(f'return on the robot, trained on {names[name]}', f'{value:.1f}')
     reports = [folder / 'repair' / 'report.html']
@@ -44,16 +45,8 @@ def closing(found: Found, folder: Path, console: Console) -> None:
 
 def watching(folder: Path) -> list[str]:
     """The command of the live page on what a main job recorded."""
-    folder = folder.resolve()
-    return [
-        'leo',
-        'watch',
-        str(folder / 'rollout'),
-        '--model',
-        'pendulum',
-        '-o',
-        str(folder / 'watch'),
-    ]
+    rollout, out = (str(folder.resolve() / name) for name in ('rollout', 'watch'))
+    return ['leo', 'watch', rollout, '--model', 'pendulum', '-o', out]
 
 
 def named(answer: Mapping[str, Any]) -> str:
@@ -90,7 +83,7 @@ def _confusable(effect: Mapping[str, Any]) -> str:
 
 
 def _add_error(table: Table, answer: Mapping[str, Any], kind: str) -> None:
-    """Held-out errors of an explain.json as given, repaired and of noise alone.
+    """Held-out errors as given, repaired and of noise alone.
 
     `kind` is rmse, or median where somebody may have pushed the robot.
     """
@@ -104,7 +97,3 @@ def _add_error(table: Table, answer: Mapping[str, Any], kind: str) -> None:
             f'{given[kind][k]:.4g} -> {repaired[kind][k]:.4g} {state["unit"]}, '
             f'noise floor {floor[kind][k]:.4g}',
         )
-
-
-def _repaired(found: Found) -> str:
-    return 'the repaired model' + (' + difference model' if found.difference else '')

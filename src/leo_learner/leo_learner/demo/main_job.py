@@ -64,14 +64,7 @@ class Found:
 
 
 class MainJob:
-    """The steps of the main job in their order.
-
-    Args:
-        folder: of everything it writes.
-        plan: sizes.
-        console: where it says what it does.
-        data: folder of recorded robots (`../shared/data`), or None.
-    """
+    """The steps of the main job in their order; `data` is a folder of recorded robots."""
 
     def __init__(self, folder: Path, plan: Plan, console: Console, data: Path | None) -> None:
         self._folder, self._plan, self._console, self._data = folder, plan, console, data
@@ -104,48 +97,31 @@ class MainJob:
         return str(self._folder.joinpath(*parts))
 
     def _start_robot(self, name: str, seed: int) -> None:
-        plan = self._plan
-        self._processes.node(
-            name,
-            'leo_sim',
-            'robot',
-            **ROBOT,
-            seed=seed,
-            hidden_seed=plan.hidden_seed,
-            sealed=self._path('truth.sealed'),
-            noise=[*plan.noise],
-        )
+        plan, sealed = self._plan, self._path('truth.sealed')
+        hidden = {'hidden_seed': plan.hidden_seed, 'sealed': sealed, 'noise': [*plan.noise]}
+        self._processes.node(name, 'leo_sim', 'robot', **ROBOT, seed=seed, **hidden)
 
     def _learn_ideal(self) -> None:
         self._say('1. a pendulum robot with a hidden effect runs; learn on the ideal model')
-        self._processes.ask(
-            'learn',
-            '--robot',
-            'pendulum',
-            '--seed',
-            str(self._plan.seed),
-            '--steps',
-            str(self._plan.steps),
-            '-o',
-            self._path('ideal'),
-        )
+        plan, words = self._plan, ('learn', '--robot', 'pendulum', '-o', self._path('ideal'))
+        self._processes.ask(*words, '--seed', str(plan.seed), '--steps', str(plan.steps))
 
     def _roll_out(self) -> None:
         self._say('2. roll the policy out on the robot, record it')
-        self._processes.node(
-            'diffmodel', 'leo_diffmodel', 'diffmodel', model='pendulum', bag=self._path('rollout')
-        )
+        self._start_diffmodel('pendulum')
         self._processes.wait_for(self._folder / 'rollout', 'diffmodel')
-        self._processes.ask(
-            'play', self._policy('ideal'), '--collect', str(self._plan.transitions)
-        )
+        steps = str(self._plan.transitions)
+        self._processes.ask('play', self._policy('ideal'), '--collect', steps)
         self._processes.stop('diffmodel')
+
+    def _start_diffmodel(self, model: str, record: bool = True) -> None:
+        given = {'model': model, 'bag': self._path('rollout'), 'record': record}
+        self._processes.node('diffmodel', 'leo_diffmodel', 'diffmodel', **given)
 
     def _repair(self) -> str:
         self._say('3. compare, explain, repair the model')
-        self.found.repair = self._processes.ask(
-            'repair', self._path('rollout'), '--model', 'pendulum', '-o', self._path('repair')
-        )
+        bag, out = self._path('rollout'), self._path('repair')
+        self.found.repair = self._processes.ask('repair', bag, '--model', 'pendulum', '-o', out)
         self._console.print(self.found.repair['sentence'])
         return self._with_difference() if self._unexplained() else self._path('repair/model.yaml')
 
@@ -159,22 +135,9 @@ class MainJob:
         """The repaired model with a difference model for what no effect explains."""
         self._say('   the rest is learned by the difference model')
         weights = self._folder / 'rollout.difference' / 'difference-001.safetensors'
-        self._processes.node(
-            'diffmodel',
-            'leo_diffmodel',
-            'diffmodel',
-            model=self._path('repair/model.yaml'),
-            bag=self._path('rollout'),
-            record=False,
-        )
-        self._processes.ask(
-            'service',
-            'call',
-            '/difference_model/update',
-            'std_srvs/srv/Trigger',
-            '--timeout',
-            '60',
-        )
+        self._start_diffmodel(self._path('repair/model.yaml'), record=False)
+        update = '/difference_model/update', 'std_srvs/srv/Trigger', '--timeout', '60'
+        self._processes.ask('service', 'call', *update)
         self._processes.wait_for(weights, 'diffmodel')
         self._processes.stop('diffmodel')
         model = load_model(self._path('repair', 'model.yaml'))
@@ -184,18 +147,9 @@ class MainJob:
         return str(path)
 
     def _begin_on_robot(self) -> None:
-        self._say('   beside it, for reference: retrain on the robot itself')
-        self._processes.start(
-            'learn_real',
-            'learn',
-            '--robot',
-            'pendulum',
-            '--on-robot',
-            *self._more(),
-            '-o',
-            self._path('real'),
-            '--json',
-        )
+        self._say('   meanwhile, for reference: retrain on the robot itself')
+        words = 'learn', '--robot', 'pendulum', '--on-robot', '-o', self._path('real'), '--json'
+        self._processes.start('learn_real', *words, *self._more())
 
     def _retrain(self, model: str) -> None:
         self._say('4. retrain on the repaired model')
@@ -203,16 +157,8 @@ class MainJob:
         self._processes.wait('learn_real')
 
     def _more(self) -> list[str]:
-        """Options of a retraining from the ideal policy."""
-        plan = self._plan
-        return [
-            '--start',
-            self._path('ideal'),
-            '--steps',
-            str(plan.more_steps),
-            '--seed',
-            str(plan.seed),
-        ]
+        sizes = '--steps', str(self._plan.more_steps), '--seed', str(self._plan.seed)
+        return ['--start', self._path('ideal'), *sizes]
 
     def _play(self) -> None:
         self._say('5. play all three policies on the robot, from the same starts')
@@ -229,33 +175,18 @@ class MainJob:
         return self._path(name, 'policy.safetensors')
 
     def _begin_measured(self) -> bool:
-        """Start the repair of the real pendulum's model, beside everything else."""
+        """Start the repair of the real pendulum's model; say whether there are recordings."""
         if self._data is None or not (logs := sorted((self._data / RIG).glob(LOGS))):
             return False
-        self._say('   beside it: the model of the real pendulum is repaired from its recordings')
+        self._say('   meanwhile: the model of the real pendulum is repaired from its recordings')
         held_out = [log for log in logs if HELD_OUT in log.name]
         fitted = [log for log in logs if HELD_OUT not in log.name]
         for name, part in (('fitted', fitted), ('held_out', held_out)):
-            self._processes.ask(
-                'import',
-                *map(str, part),
-                '--map',
-                RIG,
-                '-o',
-                self._path(RIG, name),
-                '--bag-per-log',
-            )
-        self._processes.start(
-            RIG,
-            'repair',
-            *self._bags('fitted'),
-            '--hold-out',
-            *self._bags('held_out'),
-            '--model',
-            'torque_pendulum',
-            '-o',
-            self._path(RIG, 'repair'),
-        )
+            words = '--map', RIG, '-o', self._path(RIG, name), '--bag-per-log'
+            self._processes.ask('import', *map(str, part), *words)
+        bags = *self._bags('fitted'), '--hold-out', *self._bags('held_out')
+        model = '--model', 'torque_pendulum', '-o', self._path(RIG, 'repair')
+        self._processes.start(RIG, 'repair', *bags, *model)
         return True
 
     def _bags(self, name: str) -> list[str]:

@@ -75,10 +75,7 @@ class Processes(AbstractContextManager['Processes']):
     def start(self, name: str, *words: str, files: Sequence[int] = ()) -> None:
         """Start `leo WORDS` in the background; its output goes to `name`.log.
 
-        Args:
-            name: of the process and its log.
-            words: of the command.
-            files: descriptors that it inherits.
+        `files` are descriptors that it inherits.
         """
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(

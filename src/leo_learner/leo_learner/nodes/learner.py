@@ -129,20 +129,12 @@ def _algorithm(node: Node, status: Status) -> Algorithm5:
 
 
 def _alive() -> bool:
-    """Serve what is due between two episodes; whether to go on."""
     spin_once(0.0)
     return running()
 
 
 class Status:
-    """Logs what is being done, and repeats it on /diagnostics once a second.
-
-    Args:
-        node: the learner.
-
-    Attributes:
-        done: how far the run is; None before it begins.
-    """
+    """Logs what is being done, and repeats it on /diagnostics once a second."""
 
     def __init__(self, node: Node) -> None:
         self._node, self._said = node, 'starting'
@@ -180,12 +172,7 @@ class Status:
 
 
 class DifferenceClient:
-    """Waits for weights of a later version, asking until it gets them.
-
-    Args:
-        node: joined to the graph; it is served while this waits.
-        robot: name of the robot the weights must be of.
-    """
+    """Waits for weights of a later version, of the robot's name, asking until it gets them."""
 
     def __init__(self, node: Node, robot: str) -> None:
         self._node, self._robot = node, robot

@@ -78,12 +78,7 @@ def _watch(folder: Path) -> None:
 
 
 def quick(folder: Path, as_json: bool = False) -> int:
-    """Explain the recording into a folder, then open its truth, each as a person types it.
-
-    Args:
-        folder: of explain.json and the report.
-        as_json: print both answers as JSON, a line each, and nothing else.
-    """
+    """Explain the shipped recording into a folder, then open its truth, as a person types it."""
     from leo_diffmodel.verbs.explain import main as explain
     from leo_sim.verbs.reveal import main as reveal
 

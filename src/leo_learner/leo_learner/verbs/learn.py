@@ -14,7 +14,7 @@ from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.terminal import leo
-from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument
 
@@ -58,11 +58,10 @@ class Run:
 
 def main(argv: list[str]) -> int:
     """Train, save, print the policy's test return; 1 if the robot left, 130 at Ctrl-C."""
-    options, rest = _parser().parse_known_args(argv)
-    if rest and rest[0] != '--ros-args':
-        raise UserError(f'leo learn: unknown argument {rest[0]!r}; see leo learn --help')
+    words, ros_args = ros_args_apart(argv)
+    options = _parser().parse_args(words)
     run, folder = _run(options)
-    outcome = _train(run, folder, rest, quiet=options.json)
+    outcome = _train(run, folder, ros_args, quiet=options.json)
     result = {'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}
     if options.json:
         print(json.dumps(result))
@@ -130,7 +129,6 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
 
 
 def _steps(agent: str, config: str, model: str) -> int:
-    """Transitions where --steps does not say."""
     from leo_learner.configs import default_steps, SARSA_STEPS
     from leo_sim.model.model_file import load_model
 
@@ -179,7 +177,6 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
 def _stage(
     run: Run, model: Model, ros_args: list[str]
 ) -> Iterator[tuple[Any, Callable[[], bool]]]:
-    """What is trained on, the model or the running robot, and whether to go on."""
     from leo_learner.env import training_env
 
     if not run.on_robot:

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The part of `leo play` that sends a run file instead of asking a policy."""
+"""What `leo play` plays that is no policy: a run file, or the scripted motion of a walker."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from rich.progress import Progress
+
 from leo_diffmodel.next_run.run_file import read_run, Run
-from leo_learner.verbs.common import playing
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_sim.common.names import nearest
@@ -18,6 +21,15 @@ from leo_sim.model import Model
 from leo_sim.task.motions import MOTIONS, Routine
 
 SECONDS = 10.0
+
+
+@contextmanager
+def playing(steps: int) -> Iterator[Callable[[], None]]:
+    """A bar with the time left, on stderr; what it yields is called after each of the steps."""
+    console = Terminal(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task('playing', total=steps)
+        yield lambda: bar.advance(task)
 
 
 def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
@@ -36,14 +48,14 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
         run = file.run_for(model.robot)
     except UserError as error:
         raise UserError(f'{options.policy}: {error}') from error
-    told = {
+    result = {
         'run': str(options.policy),
         'name': run.name,
         'on': options.model or 'the robot',
         'seconds': run.count * model.robot.control_period,
     }
     player = _on_model if options.model else _on_robot
-    return told | player(run, model, options, ros_args)
+    return result | player(run, model, options, ros_args)
 
 
 def run_text(result: dict[str, Any]) -> str:
@@ -62,12 +74,12 @@ def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, A
     import numpy as np
 
     state, rows = model.start(run.start or 'nominal', np.random.default_rng(0)), []
-    with playing(run.count) as tell:
+    with playing(run.count) as step:
         for inputs, on in zip(run.inputs, run.enabled, strict=True):
             enabled = np.full(len(inputs), on)
             state = model.step(state, inputs, model.robot.control_period, enabled=enabled)
             rows.append(np.concatenate(model.sense(state)))
-            tell()
+            step()
     seen = np.array(rows)
     joints = model.robot.joint_names
     names = [f'{j} [rad]' for j in joints] + [f'{j} [rad/s]' for j in joints]
@@ -82,13 +94,12 @@ def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict
         if run.start or options.bag:
             _make_ready(running, run, options.policy)
         player = RobotPlayer(running.node, running.env(model.robot))
-        with running.recorded(options.bag), playing(run.count * options.episodes) as tell:
-            complete = all(player.play(run, tell) for _ in range(options.episodes))
+        with running.recorded(options.bag), playing(run.count * options.episodes) as step:
+            complete = all(player.play(run, step) for _ in range(options.episodes))
     return {'complete': complete} | ({'bag': str(options.bag)} if options.bag else {})
 
 
 def _make_ready(running: Any, run: Run, file: Path) -> None:
-    """See which robot is there, and put it where the run begins."""
     robot = running.ask()
     if run.start and run.start not in robot.start_poses:
         raise UserError(f'{file} begins in {run.start!r}; the robot {robot.name} has no such pose')
@@ -116,8 +127,8 @@ def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
     if options.collect or options.difference or options.episodes != 1:
         raise UserError(f'leo play: a motion takes --seconds and --seed ({options.policy})')
     player = _motion_on_model if options.model else _motion_on_robot
-    told = {'motion': str(options.policy), 'seed': options.seed} | player(options, ros_args)
-    return told if options.bag is None else told | {'bag': str(options.bag)}
+    result = {'motion': str(options.policy), 'seed': options.seed} | player(options, ros_args)
+    return result if options.bag is None else result | {'bag': str(options.bag)}
 
 
 def motion_text(result: dict[str, Any]) -> str:
@@ -146,11 +157,11 @@ def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
     model = load_model(options.model)
     routine = Routine(model.robot, str(options.policy), options.seed)
     env = Rollouts(model_env(model))
-    with playing(_periods(model.robot, options)) as tell:
-        done = perform(env, routine, _seconds(options), options.seed, tell)
+    with playing(_periods(model.robot, options)) as step:
+        done = perform(env, routine, _seconds(options), options.seed, step)
     if options.bag:
         env.write(options.bag)
-    return _told(options.model, model.robot, routine, done)
+    return _performed(options.model, model.robot, routine, done)
 
 
 def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
@@ -162,12 +173,12 @@ def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
         routine = Routine(robot, str(options.policy), options.seed)
         running.put(routine.start)
         env = running.env(robot)
-        with running.recorded(options.bag), playing(_periods(robot, options)) as tell:
-            done = perform(env, routine, _seconds(options), tell=tell)
-    return _told('the robot', robot, routine, done)
+        with running.recorded(options.bag), playing(_periods(robot, options)) as step:
+            done = perform(env, routine, _seconds(options), on_step=step)
+    return _performed('the robot', robot, routine, done)
 
 
-def _told(on: str, robot: Any, routine: Routine, done: Any) -> dict[str, Any]:
+def _performed(on: str, robot: Any, routine: Routine, done: Any) -> dict[str, Any]:
     return {'on': on, 'robot': robot.name, 'start': routine.start} | asdict(done)
 
 
