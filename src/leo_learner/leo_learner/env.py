@@ -147,18 +147,19 @@ def read_difference(path: Path, robot: Robot) -> DifferenceModel:
 
 
 def _check_base(difference: DifferenceModel, path: Path, model: Model) -> None:
+    def known(model: Model) -> list[Any]:
+        return sorted(
+            (e.effect.name, e.where, sorted(e.parameters.items())) for e in model.effects
+        )
+
     with TemporaryDirectory() as folder:
         beneath = difference.model_beside(Path(folder, 'model.yaml'), model)
-    if _effects(beneath) != _effects(model):
+    if known(beneath) != known(model):
         names = ', '.join(f'{e.effect.name} at {" ".join(e.where)}' for e in beneath.effects)
         raise UserError(
             f'{path} goes on top of {names or "no effect"}; give the model with these, which was '
             f'written beside it ({path.with_suffix(".yaml").name})'
         )
-
-
-def _effects(model: Model) -> list[Any]:
-    return sorted((e.effect.name, e.where, sorted(e.parameters.items())) for e in model.effects)
 
 
 def training_model(model: Model) -> Model:

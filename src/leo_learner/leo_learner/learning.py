@@ -71,7 +71,12 @@ def learn(
         curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps + 1))
         signals = stack.enter_context(_stopped_by_signal(training))
         stack.enter_context(suppress(KeyboardInterrupt))  # of an environment that waited
-        training.run(steps, _both(curves.add_scalar, show), _Saver(training, folder, alive))
+
+        def log(name: str, value: float, step: int) -> None:
+            curves.add_scalar(name, value, step)
+            show(name, value, step)
+
+        training.run(steps, log, _Saver(training, folder, alive))
     save_checkpoint(folder, training)
     save_policy(folder / POLICY, training, robot)
     return Outcome(
@@ -82,14 +87,6 @@ def learn(
         training.steps >= steps,
         bool(signals),
     )
-
-
-def _both(first: OnScalar, second: OnScalar) -> OnScalar:
-    def pass_on(name: str, value: float, step: int) -> None:
-        first(name, value, step)
-        second(name, value, step)
-
-    return pass_on
 
 
 class _Saver:

@@ -13,13 +13,14 @@ from typing import Any
 import gymnasium
 import numpy as np
 from safetensors import safe_open, SafetensorError
+from safetensors.torch import save
 import torch
 from torch import Tensor
 
 from leo_learner import ddpg, sarsa, sym
-from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
@@ -161,7 +162,7 @@ def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
         'steps': str(training.steps),
         'test_return': repr(training.best_return),
     }
-    save_tensors(path, training.best_policy(), metadata)
+    write_whole(path, save(training.best_policy(), metadata))
 
 
 def _actor(

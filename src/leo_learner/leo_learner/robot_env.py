@@ -13,7 +13,7 @@ from rclpy.node import Node
 from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import running, spin_once
+from leo_msgs_py.node import listen, running, spin_once
 from leo_msgs_py.values import Command, JointStates
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
@@ -51,15 +51,8 @@ class RobotEnv(RobotSpaces):
         self._repeated = False
         self._state: JointStates | None = None
         self._period_ns = round(robot.control_period * 1e9)
-        node.create_subscription(
-            topics.JOINT_STATES.type,
-            topics.JOINT_STATES.name,
-            self._on_state,
-            topics.JOINT_STATES.qos,
-        )
-        node.create_subscription(
-            topics.EPISODE.type, topics.EPISODE.name, self._on_episode, topics.EPISODE.qos
-        )
+        listen(node, topics.JOINT_STATES, self._on_state)
+        listen(node, topics.EPISODE, self._on_episode)
         # The robot wants the newest command, a recorder every one: so many are kept for it.
         kind, name, _ = topics.COMMANDS[INTERFACES[robot.input]]
         self._commands = node.create_publisher(kind, name, topics.DEEP)

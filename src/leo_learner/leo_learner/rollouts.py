@@ -51,16 +51,16 @@ class Rollouts(gymnasium.Wrapper):
 
     def recording(self) -> Recording:
         """Everything so far."""
-        robot, period = self.model_env.robot, self.model_env.robot.control_period
+        robot = self.model_env.robot
         return Recording(
             path=Path('in-process'),
             sha256='',
             joints=robot.joint_names,
             actuators=tuple(a.joint for a in robot.actuators),
             input=robot.input,
-            command_period=period,
+            command_period=robot.control_period,
             metadata={},
-            episodes=tuple(_episode(rows, period) for rows in self._whole()),
+            episodes=self._whole(),
         )
 
     def write(self, folder: Path) -> None:
@@ -69,8 +69,8 @@ class Rollouts(gymnasium.Wrapper):
         Raises:
             UserError: none of them has two steps.
         """
-        robot, period = self.model_env.robot, self.model_env.robot.control_period
-        runs = [_run(_episode(rows, period), robot) for rows in self._whole()]
+        robot = self.model_env.robot
+        runs = [_run(episode, robot) for episode in self._whole()]
         if not runs:
             raise UserError(f'{folder}: no episode of two steps to write; drive for longer')
         held = robot.start_poses[self._pose].held
@@ -78,8 +78,10 @@ class Rollouts(gymnasium.Wrapper):
         write_runs(folder, runs, facts)
         self.episodes = []
 
-    def _whole(self) -> list[Rows]:
-        return [rows for rows in self.episodes if len(rows) > 2]
+    def _whole(self) -> tuple[Episode, ...]:
+        """The episodes of two steps or more."""
+        period = self.model_env.robot.control_period
+        return tuple(_episode(rows, period) for rows in self.episodes if len(rows) > 2)
 
     def _row(self, inputs: np.ndarray) -> tuple[np.ndarray, ...]:
         return self.model_env.state.q, self.model_env.state.dq, inputs

@@ -15,7 +15,7 @@ from leo_diffmodel.nodes.graph_recorder import GraphRecorder, keeping_newest
 from leo_diffmodel.watch.live.condition import Condition
 from leo_diffmodel.watch.live.tape import Tape
 from leo_msgs_py import topics
-from leo_msgs_py.node import graph, served_apart
+from leo_msgs_py.node import graph, listen, served_apart
 
 LOOK = 0.1
 """Longest time between two looks at what came [s]."""
@@ -41,15 +41,11 @@ class LiveRobot:
         self._name = f'{node.get_namespace().rstrip("/")}/{ROBOT}'
         self._recording = GraphRecorder(node, tape, kept=keeping_newest)
         self._recording.add_graph()
-        self._stop, self._release = (
-            node.create_client(*service) for service in (topics.E_STOP, topics.E_STOP_RESET)
-        )
-        for topic, heard in (
-            (topics.E_STOPPED, self._on_stopped),
-            (topics.DIAGNOSTICS, self._on_diagnostics),
-            (topics.DIFFERENCE_WEIGHTS, self._on_weights),
-        ):
-            node.create_subscription(topic.type, topic.name, heard, topic.qos)
+        self._stop = node.create_client(*topics.E_STOP)
+        self._release = node.create_client(*topics.E_STOP_RESET)
+        listen(node, topics.E_STOPPED, self._on_stopped)
+        listen(node, topics.DIAGNOSTICS, self._on_diagnostics)
+        listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
 
     def e_stop(self) -> None:
         """Stop the robot; sent at once, the answer comes to `asked`."""

@@ -16,7 +16,6 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Header
 
@@ -32,7 +31,16 @@ from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import fixed_parameter, graph, join, private_parameter, running, spin_once
+from leo_msgs_py.node import (
+    every,
+    fixed_parameter,
+    graph,
+    join,
+    listen,
+    private_parameter,
+    running,
+    spin_once,
+)
 from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import Robot
 from leo_sim.effects.consent import trust_parameter
@@ -104,7 +112,7 @@ def main(argv: list[str]) -> int:
 
 
 def _algorithm(node: Node, status: Status) -> Algorithm5:
-    """What the node's parameters ask for, on the robot and the difference model beside it."""
+    """What the node's parameters ask for, on the robot and the difference model of the graph."""
     settings = read_settings(node)
     trust_parameter(private_parameter(node, 'effect', ['']))
     model = load_model(fixed_parameter(node, 'model', 'pendulum'))
@@ -140,7 +148,7 @@ class Status:
         self._node, self._said = node, 'starting'
         self.done: Done | None = None
         self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
-        node.create_timer(PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        every(node, PERIOD, self._report)
 
     def say(self, text: str) -> None:
         """Log one line; it is the message of the reports until the next."""
@@ -178,8 +186,7 @@ class DifferenceClient:
         self._node, self._robot = node, robot
         self._weights, self._said = b'', ''
         self._version = 0
-        weights = topics.DIFFERENCE_WEIGHTS
-        node.create_subscription(weights.type, weights.name, self._on_weights, weights.qos)
+        listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
         self._update = node.create_client(*topics.DIFFERENCE_UPDATE)
 
     def newer(self, version: int) -> bytes:

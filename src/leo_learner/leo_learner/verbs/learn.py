@@ -119,9 +119,7 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
     if agent == 'sarsa' and options.start:
         raise UserError('leo learn: --start takes networks, which --agent sarsa has not')
     model = options.model or options.robot or ('pendulum' if actions == 'full' else 'leo_ode')
-    steps = options.steps
-    if steps is None:
-        steps = _steps(agent, config, model)
+    steps = _steps(agent, config, model) if options.steps is None else options.steps
     if steps < 1 or seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
     run = Run(model, config, seed, steps, options.on_robot, options.start, agent, actions)
@@ -169,7 +167,12 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
         raise UserError(f'{model.robot.name} has no task to learn; give its robot.yaml a reward')
     with _stage(run, model, ros_args) as (env, alive):
         training = _training(run, model.robot, driven(env, run.actions), folder)
-        _write_down(run, folder)
+        try:
+            write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
+        except OSError as error:
+            raise UserError(
+                f'cannot write {folder} ({error.strerror}); give another -o'
+            ) from error
         return learn(training, model.robot, run.steps, folder, quiet=quiet, alive=alive)
 
 
@@ -200,13 +203,6 @@ def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
     if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
         start_from(Path(run.start), training)
     return training
-
-
-def _write_down(run: Run, folder: Path) -> None:
-    try:
-        write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
-    except OSError as error:
-        raise UserError(f'cannot write {folder} ({error.strerror}); give another -o') from error
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:

@@ -31,7 +31,7 @@ def main(argv: list[str]) -> int:
 def _listen(seconds: float) -> list[dict[str, Any]]:
     """The last status of each part that reports on /diagnostics, by name."""
     from leo_msgs_py import topics
-    from leo_msgs_py.node import spin_until
+    from leo_msgs_py.node import listen, spin_until
 
     latest: dict[str, Any] = {}
 
@@ -39,9 +39,7 @@ def _listen(seconds: float) -> list[dict[str, Any]]:
         latest.update({status.name: status for status in message.status})
 
     with common.probe(settled=False) as node:
-        node.create_subscription(
-            topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, keep, topics.DIAGNOSTICS.qos
-        )
+        listen(node, topics.DIAGNOSTICS, keep)
         spin_until(lambda: False, seconds)
     return [_plain(latest[name]) for name in sorted(latest)]
 
