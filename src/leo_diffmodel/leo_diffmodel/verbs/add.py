@@ -10,6 +10,7 @@ from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects.consent import add_effect_argument, effect_words
 from leo_sim.model.model_file import load_model, save_model
 
@@ -50,7 +51,7 @@ def _model(arguments: argparse.Namespace) -> str:
     return str(arguments.model or arguments.robot)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('add', __doc__ or '', EXAMPLES)
     arguments.add_argument('model', nargs='?', help='a model file, a robot name or a robot folder')
     arguments.add_argument(
@@ -66,5 +67,5 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
+    arguments.add_json()
     return arguments

@@ -28,7 +28,7 @@ _INFO_EXAMPLES = """\
   leo bag info bags/swing             # also finishes a bag whose recorder was killed
 """
 _CUT_EXAMPLES = """\
-  leo bag cut bags/swing -o bags/calm --from 3 --to 12.5
+  leo bag cut bags/swing -o bags/part --from 3 --to 12.5
   leo bag cut bags/swing -o bags/alone --without-outside --model pendulum
 """
 _SHOW_EXAMPLES = """\
@@ -48,25 +48,23 @@ a new bag; the old one stays as it is.
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
     verbs = {
-        'record': _record,
-        'play': _play,
-        'info': _info,
-        'show': _show,
-        'cut': _cut,
-        'fix': _fix,
+        'record': (_record, _RECORD_EXAMPLES),
+        'play': (_play, _PLAY_EXAMPLES),
+        'info': (_info, _INFO_EXAMPLES),
+        'show': (_show, _SHOW_EXAMPLES),
+        'cut': (_cut, _CUT_EXAMPLES),
+        'fix': (_fix, _FIX_EXAMPLES),
     }
     about = 'Record, play, look into, draw, cut and mend bags (rosbag2, MCAP).'
-    examples = ''.join(
-        [
-            _RECORD_EXAMPLES,
-            _PLAY_EXAMPLES,
-            _INFO_EXAMPLES,
-            _SHOW_EXAMPLES,
-            _CUT_EXAMPLES,
-            _FIX_EXAMPLES,
-        ]
-    )
-    return common.dispatch('leo bag', about, verbs, argv, examples)
+    run = {name: function for name, (function, _) in verbs.items()}
+    examples = ''.join(text for _, text in verbs.values())
+    return common.dispatch('leo bag', about, run, argv, examples)
+
+
+def _of_a_bag(verb: str, about: str, examples: str) -> common.Parser:
+    parser = common.Parser(f'leo bag {verb}', about, examples)
+    parser.add_argument('bag', type=Path, metavar='BAG')
+    return parser
 
 
 def _record(argv: list[str]) -> int:
@@ -82,8 +80,7 @@ def _record(argv: list[str]) -> int:
 
 
 def _play(argv: list[str]) -> int:
-    parser = common.Parser('leo bag play', 'Publish a bag as it was recorded.', _PLAY_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('play', 'Publish a bag as it was recorded.', _PLAY_EXAMPLES)
     parser.add_argument('--rate', type=float, default=1.0, metavar='R', help='1 = as recorded')
     parser.add_argument('--loop', action='store_true', help='again and again until Ctrl-C')
     parser.add_argument(
@@ -103,8 +100,7 @@ def _play(argv: list[str]) -> int:
 
 def _info(argv: list[str]) -> int:
     about = 'Topics, rates, episodes and gaps of a bag; finishes one cut short.'
-    parser = common.Parser('leo bag info', about, _INFO_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('info', about, _INFO_EXAMPLES)
     parser.add_json()
     options = parser.parse_args(argv)
 
@@ -125,8 +121,7 @@ def _info(argv: list[str]) -> int:
 
 def _show(argv: list[str]) -> int:
     about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
-    parser = common.Parser('leo bag show', about, _SHOW_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('show', about, _SHOW_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='.png, .gif or .mp4')
     parser.add_argument('--model', default='', help="the bag's robot by default")
     add_effect_argument(parser)
@@ -138,22 +133,16 @@ def _show(argv: list[str]) -> int:
 
     from leo_diffmodel.picture.bag_picture import show, Wanted
 
-    path = show(
-        Wanted(
-            options.bag, options.output, options.model, options.at, options.seconds, options.poses
-        )
-    )
-    if options.json:
-        print(json.dumps({'written': str(path)}))
-    else:
-        print(f'wrote {path}\nnext: {leo("bag", "info", options.bag)}')
+    part = options.at, options.seconds, options.poses
+    path = show(Wanted(options.bag, options.output, options.model, *part))
+    lines = [f'wrote {path}', f'next: {leo("bag", "info", options.bag)}']
+    common.show(options, {'written': str(path)}, lines)
     return 0
 
 
 def _cut(argv: list[str]) -> int:
     about = 'Write a part of a bag as a new bag: all topics, stamps as they were.'
-    parser = common.Parser('leo bag cut', about, _CUT_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('cut', about, _CUT_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--from', dest='begin', type=float, metavar='S', help='begin there [s]')
     parser.add_argument('--to', dest='end', type=float, metavar='S', help='end there [s]')
@@ -174,12 +163,10 @@ def _cut(argv: list[str]) -> int:
     out = _outside(options)
     mapping = read_topic_map(options.topic_map)
     count = cut_bag(options.bag, options.output, options.begin, options.end, out, mapping)
-    if options.json:
-        print(json.dumps({'written': str(options.output), 'messages': count, 'left_out': out}))
-    else:
-        left = f', {len(out)} stretches left out' if options.without_outside else ''
-        print(f'wrote {options.output}, {count} messages{left}')
-        print(f'next: {leo("bag", "info", options.output)}')
+    left = f', {len(out)} stretches left out' if options.without_outside else ''
+    wrote = f'wrote {options.output}, {count} messages{left}'
+    data = {'written': str(options.output), 'messages': count, 'left_out': out}
+    common.show(options, data, [wrote, f'next: {leo("bag", "info", options.output)}'])
     return 0
 
 
@@ -202,8 +189,7 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
 
 def _fix(argv: list[str]) -> int:
     """Run `leo bag fix`; exit status 1 where something that is sure could not be mended."""
-    parser = common.Parser('leo bag fix', _FIX_ABOUT, _FIX_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('fix', _FIX_ABOUT, _FIX_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--model', default='', help="the bag's robot by default")
     parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
@@ -218,18 +204,12 @@ def _fix(argv: list[str]) -> int:
     left = [f for f in faults if f.error and f not in undone]
     if undone:
         _write(options.output, recording, undone)
-    if options.json:
-        print(
-            json.dumps(
-                {
-                    'written': str(options.output) if undone else None,
-                    'mended': [f.to_json() for f in undone],
-                    'left': [f.to_json() for f in left],
-                }
-            )
-        )
-    else:
-        _say(options.bag, options.output, undone, left)
+    data = {
+        'written': str(options.output) if undone else None,
+        'mended': [f.to_json() for f in undone],
+        'left': [f.to_json() for f in left],
+    }
+    common.show(options, data, _in_words(options.bag, options.output, undone, left))
     return 1 if left else 0
 
 
@@ -252,17 +232,14 @@ def _write(folder: Path, recording: Recording, faults: Sequence[Found]) -> None:
     from leo_diffmodel.bags.arrays import write_runs
     from leo_diffmodel.faults.mending import mended, runs_of
 
-    told = '; '.join(f'{f.what}: {f.mending}' if f.cuts else f.line for f in faults)
-    metadata = {'imported_from': recording.name, **recording.metadata, 'mended': told}
+    done = '; '.join(f'{f.what}: {f.mending}' if f.cuts else f.line for f in faults)
+    metadata = {'imported_from': recording.name, **recording.metadata, 'mended': done}
     write_runs(folder, runs_of(mended(recording, faults)), metadata)
 
 
-def _say(bag: Path, new: Path, undone: Sequence[Found], left: Sequence[Found]) -> None:
-    for fault in undone:
-        print(f'mended: {fault.what} ({fault.mending})')
-    for fault in left:
-        print(f'not mended: {"; or ".join([fault.what, *fault.otherwise])}')
+def _in_words(bag: Path, new: Path, undone: Sequence[Found], left: Sequence[Found]) -> list[str]:
+    lines = [f'mended: {fault.what} ({fault.mending})' for fault in undone]
+    lines += [f'not mended: {"; or ".join([fault.what, *fault.otherwise])}' for fault in left]
     if undone:
-        print(f'wrote {new}\nnext: {leo("bag", "info", new)}')
-    else:
-        print(f'nothing that can be mended is surely wrong with {bag}; nothing written')
+        return [*lines, f'wrote {new}', f'next: {leo("bag", "info", new)}']
+    return [*lines, f'nothing that can be mended is surely wrong with {bag}; nothing written']

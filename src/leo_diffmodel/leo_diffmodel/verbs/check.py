@@ -20,7 +20,7 @@ from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
-from leo_sim.effects.consent import add_effect_argument
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -56,8 +56,8 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     bags = _bags(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('checking', 1 + len(candidates(model, own))) as told:
-        result = check(bags, model, own, told)
+    with common.progress('checking', 1 + len(candidates(model, own))) as heard:
+        result = check(bags, model, own, heard)
     if folder:
         common.write_json(folder, 'check.json', result.to_json())
     if arguments.json:
@@ -68,17 +68,10 @@ def main(argv: list[str]) -> int:
     return 0 if result.is_good else 1
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('check', __doc__ or '', EXAMPLES)
-    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
-    arguments.add_argument(
-        '--model', required=True, help='a model file, a robot name or a robot folder'
-    )
-    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    add_effect_argument(arguments)
-    common.add_span_arguments(arguments)
+    common.add_bag_arguments(arguments, hold_out=False, step=False)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write check.json here')
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     return arguments
 
 
@@ -87,13 +80,11 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
 
     as_read = read_topic_map(arguments.topic_map)
     both = [read_both_ways(path, model.robot, as_read) for path in arguments.bags]
-    common.tell_warnings([recording for recording, _ in both])
+    common.print_warnings([recording for recording, _ in both])
     recordings = common.span(arguments, [recording for recording, _ in both])
     distinct(recordings)
-    return [
-        Bag(recording, _spanned(arguments, other), as_read.hold)
-        for recording, (_, other) in zip(recordings, both, strict=True)
-    ]
+    others = [_spanned(arguments, other) for _, other in both]
+    return [Bag(r, other, as_read.hold) for r, other in zip(recordings, others, strict=True)]
 
 
 def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:
@@ -111,8 +102,7 @@ def _point_on(
     if any(f.severity == 'error' for f in result.findings):
         print('next: mend what is marked error, then check again')
         return
-    driven = any(a.strongest > 0 for a in model.robot.actuators)
-    if not (result.is_good or driven):
+    if not (result.is_good or common.is_driven(model)):
         print('next: swing it by hand from other angles, then check again')
         return
     verb = 'explain' if result.is_good else 'next'

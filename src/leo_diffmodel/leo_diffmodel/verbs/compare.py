@@ -19,6 +19,7 @@ from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
@@ -44,10 +45,10 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
     recordings = common.span(arguments, recordings)
-    with common.progress('comparing', STAGES + 1) as told:
-        result = compare(recordings, model, arguments.step, told)
+    with common.progress('comparing', STAGES + 1) as heard:
+        result = compare(recordings, model, arguments.step, heard)
         if folder:
-            told('report')
+            heard('report')
             _write(folder, result, recordings, model, common.watch(arguments))
     if arguments.json:
         print(json.dumps(result.data))
@@ -60,7 +61,7 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('compare', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, several=True)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
@@ -120,8 +121,7 @@ def _states(data: dict) -> Table:
     """Errors ahead of many states: a line each, and some of the horizons."""
     rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
     rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
-    table = Table(title='rms error ahead of the measured start / noise floor')
-    table.add_column('state')
+    table = Table('state', title='rms error ahead of the measured start / noise floor')
     for row, _ in rows:
         table.add_column(f'{row["seconds"]:.3g} s', justify='right')
     for i, state in enumerate(data['states']):
@@ -131,8 +131,7 @@ def _states(data: dict) -> Table:
 
 
 def _joints(rows: list[dict]) -> Table:
-    table = Table(title='torque the model lacks, rms beyond noise')
-    table.add_column('joint')
+    table = Table('joint', title='torque the model lacks, rms beyond noise')
     unit = _unit(rows)
     for column in ('share', unit, 'as V', 'of stall', f'noise [{unit}]'):
         table.add_column(column, justify='right')
@@ -149,9 +148,8 @@ def _unit(rows: list[dict]) -> str:
 
 def _places(rows: list[dict], worst: list[dict]) -> Table:
     """One line for each joint and variable: how the torque goes with it, and where it is worst."""
-    table = Table(title='where it fails, worst first')
-    for column in ('joint', 'variable', 'low to high', 'worst at'):
-        table.add_column(column)
+    columns = 'joint', 'variable', 'low to high', 'worst at'
+    table = Table(*columns, title='where it fails, worst first')
     for column in ('of error', 'of time', _unit(worst)):
         table.add_column(column, justify='right')
     for row in worst[:SHOWN]:
@@ -212,8 +210,8 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
     models = {name: load_model(name) for name in names}
     recordings = common.read_bags(arguments.bags, models[names[0]], arguments.topic_map)
     recordings = common.span(arguments, recordings)
-    with common.progress('comparing', RANKING_STAGES * len(models)) as told:
-        data = rank(recordings, models, arguments.step, told)
+    with common.progress('comparing', RANKING_STAGES * len(models)) as heard:
+        data = rank(recordings, models, arguments.step, heard)
     if folder:
         common.write_json(folder, 'ranking.json', data)
     if arguments.json:
@@ -234,38 +232,30 @@ def _print_ranking(data: dict) -> None:
     seen = ' that no fit saw' if data['held_out_blocks_only'] else ''
     best, *others = (row['model'] for row in data['models'])
     alike = [row['model'] for row in data['models'][1:] if _alike(row)]
-    told = (
-        f'not distinguishable from {best}: {", ".join(alike)}'
-        if alike
-        else (f'{best} is better than the {"other" if len(others) == 1 else "others"}')
-    )
-    console.print(f'{told} (95 %, over {data["blocks"]} blocks of time{seen})', soft_wrap=True)
+    first = f'{best} is better than the {"other" if len(others) == 1 else "others"}'
+    said = f'not distinguishable from {best}: {", ".join(alike)}' if alike else first
+    console.print(f'{said} (95 %, over {data["blocks"]} blocks of time{seen})', soft_wrap=True)
 
 
 def ranking_table(data: dict) -> Table:
     """A line for each model; the sizes are taken together over the states of one unit."""
     units = [state['unit'] for state in data['states']]
-    table = Table(title=f'rms error {data["seconds"]:.2g} s ahead / noise floor, best first')
-    table.add_column('model')
+    title = f'rms error {data["seconds"]:.2g} s ahead / noise floor, best first'
+    table = Table('model', title=title)
     for unit in ('%', *dict.fromkeys(units)):
         table.add_column(f'[{unit}]', justify='right', no_wrap=True)
     table.add_column('', no_wrap=True)
     for row in data['models']:
         sizes = (_sizes(row, np.array(units) == unit) for unit in dict.fromkeys(units))
         cells = [f'{error:.2g} / {floor:.2g}' for error, floor in sizes]
-        table.add_row(row['model'], f'{100 * row["share"] ** 0.5:.2g}', *cells, _place(row, data))
+        place = 'best' if row is data['models'][0] else 'alike' if _alike(row) else 'worse'
+        table.add_row(row['model'], f'{100 * row["share"] ** 0.5:.2g}', *cells, place)
     return table
 
 
 def _sizes(row: dict, mine: np.ndarray) -> tuple[float, float]:
     error, floor = (np.sqrt(np.mean(np.square(row[key])[mine])) for key in ('rmse', 'noise_floor'))
     return float(error), float(floor)
-
-
-def _place(row: dict, data: dict) -> str:
-    if row is data['models'][0]:
-        return 'best'
-    return 'alike' if _alike(row) else 'worse'
 
 
 def _alike(row: dict) -> bool:

@@ -188,16 +188,11 @@ def _constants(info: BagInfo) -> dict[str, float]:
 
 def _sentence(info: BagInfo, passive: bool) -> str:
     samples = sum(episode.samples for episode in info.episodes)
+    joined = '\n' + info.metadata['joined'] if info.metadata.get('joined') else ''
     return (
         f'wrote {info.path}: {len(info.episodes)} episode(s), {samples} samples of '
         f'{", ".join(info.joints)} at {info.state_rate:.0f} Hz'
         f'{", passive (no input)" if passive else ""}'
         f'{"".join(f", {path} = {value:.6g}" for path, value in _constants(info).items())}'
-        f'{_how_joined(info)}'
+        f'{joined}'
     )
-
-
-def _how_joined(info: BagInfo) -> str:
-    """Return how parts of one run became its bag; '' where it has none."""
-    told = info.metadata.get('joined', '')
-    return f'\n{told}' if told else ''

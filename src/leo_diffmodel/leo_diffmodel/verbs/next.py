@@ -17,8 +17,8 @@ from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.common import NEGATIVE
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect
-from leo_sim.effects.consent import add_effect_argument
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -50,8 +50,8 @@ def main(argv: list[str]) -> int:
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
-    with common.progress('choosing a run') as told:
-        found = propose(recordings, model, answer, own, arguments.seconds, told)
+    with common.progress('choosing a run') as heard:
+        found = propose(recordings, model, answer, own, arguments.seconds, heard)
     run = found.best and found.best.run
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
     motion = run.command if isinstance(run, MotionRun) else None
@@ -61,7 +61,10 @@ def main(argv: list[str]) -> int:
         print(json.dumps(found.to_json() | chosen))
     else:
         _show(found, answer, arguments.seconds)
-        _point_on(file, play)
+        if file:
+            print(f'wrote {file}')
+        if play:
+            print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
     return 0 if found.best or found.aim == 'nothing' else 1
 
 
@@ -71,29 +74,21 @@ def check_driven(model: Model) -> None:
     Raises:
         UserError: it has no motors.
     """
-    if not any(a.strongest > 0 for a in model.robot.actuators):
+    if not common.is_driven(model):
         why = 'has no motors, so there is no run to send; swing it by hand from other angles'
         raise UserError(f'{model.robot.name} {why}')
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('next', __doc__ or '', EXAMPLES)
-    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
-    arguments.add_argument(
-        '--model', required=True, help='a model file, a robot name or a robot folder'
-    )
+    common.add_bag_arguments(arguments, hold_out=False, step=False)
     arguments.add_argument(
         '--explain', metavar='DIR', help='folder of leo explain -o for the same bags and model'
     )
-    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    add_effect_argument(arguments)
-    common.add_span_arguments(arguments)
     arguments.add_argument('--seconds', type=float, default=SECONDS, help='length of the run')
     arguments.add_argument(
         '-o', dest='output', default='next_run.csv', metavar='FILE.csv', help='the run to write'
     )
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
-    arguments.set_defaults(hold_out=[])
     return arguments
 
 
@@ -117,8 +112,8 @@ def _answer(
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:
-        with common.progress('explaining') as told:
-            return explain(recordings, model, (), own, told).to_json()
+        with common.progress('explaining') as heard:
+            return explain(recordings, model, (), own, heard).to_json()
     path = Path(arguments.explain)
     path = path / 'explain.json' if path.is_dir() else path
     try:
@@ -155,50 +150,28 @@ def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
         console.print(best(found, seconds), highlight=False)
 
 
-def _point_on(file: Path | None, play: str | None) -> None:
-    if file:
-        print(f'wrote {file}')
-    if play:
-        print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
-
-
 def _table(found: Proposal) -> Table:
-    if found.aim == 'show' and len(found.points) > PAIRS_SHOWN:
-        return _counts(found)
+    counted = found.aim == 'show' and len(found.points) > PAIRS_SHOWN
     kind = 'nats apart' if found.aim == 'separate' else 'nats of evidence'
-    table = Table(title=f'menu, best first; predicted {kind}')
-    table.add_column('run')
-    table.add_column('least', justify='right')
-    for point in found.points[:PAIRS_SHOWN]:
-        table.add_column(point, justify='right')
+    table = Table('run', title='menu, best first' + (not counted) * f'; predicted {kind}')
+    figures = ('least', *found.points[:PAIRS_SHOWN])
+    for title in (f'would show, of {len(found.points)}',) if counted else figures:
+        table.add_column(title, justify='right')
     table.add_column('what it does')
     for option in found.options[:OPTIONS_SHOWN]:
-        nats = [number(n) for n in option.nats[:PAIRS_SHOWN]]
-        table.add_row(option.run.name, number(min(option.nats)), *nats, _about(option))
-    return _cut(table, found)
-
-
-def _counts(found: Proposal) -> Table:
-    from leo_diffmodel.next_run.separate import is_shown
-
-    table = Table(title='menu, best first')
-    table.add_column('run')
-    table.add_column(f'would show, of {len(found.points)}', justify='right')
-    table.add_column('what it does')
-    for option in found.options[:OPTIONS_SHOWN]:
-        shown = sum(bool(is_shown(n)) for n in option.nats)
-        table.add_row(option.run.name, str(shown), _about(option))
-    return _cut(table, found)
-
-
-def _about(option: Option) -> str:
-    return f'left out: {option.unsafe}' if option.unsafe else option.run.about
-
-
-def _cut(table: Table, found: Proposal) -> Table:
+        nats = min(option.nats), *option.nats[:PAIRS_SHOWN]
+        cells = [_count_shown(option)] if counted else [number(n) for n in nats]
+        about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
+        table.add_row(option.run.name, *cells, about)
     if len(found.options) > OPTIONS_SHOWN:
         table.caption = f'and {len(found.options) - OPTIONS_SHOWN} more (--json lists them)'
     return table
+
+
+def _count_shown(option: Option) -> str:
+    from leo_diffmodel.next_run.separate import is_shown
+
+    return str(sum(bool(is_shown(n)) for n in option.nats))
 
 
 def in_words(found: Proposal, answer: dict[str, Any], seconds: float) -> list[str]:
@@ -242,15 +215,11 @@ def best(found: Proposal, seconds: float) -> str:
     """What the best run tells, and whether it is long enough."""
     from leo_diffmodel.check.amplitudes import needed
     from leo_diffmodel.explain.settings import SETTINGS
-    from leo_diffmodel.next_run.separate import is_shown
 
     option = found.options[0]
     if found.aim == 'show':
-        count = sum(bool(is_shown(n)) for n in option.nats)
-        return (
-            f'"{option.run.name}" would show {count} of the {len(found.points)}: '
-            f'{option.run.about}'
-        )
+        count = f'{_count_shown(option)} of the {len(found.points)}'
+        return f'"{option.run.name}" would show {count}: {option.run.about}'
     least = min(option.nats)
     a, b = found.points[option.nats.index(least)].split(' | ')
     told = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {number(least)} nats'

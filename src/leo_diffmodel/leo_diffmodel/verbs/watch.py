@@ -11,8 +11,8 @@ from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common, watch_common
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.verbs.common import ros_args_apart, where
-from leo_sim.effects.consent import add_effect_argument, words
+from leo_msgs_py.verbs.common import Parser, ros_args_apart, where
+from leo_sim.effects.consent import words
 
 if TYPE_CHECKING:
     from leo_diffmodel.nodes.live_robot import LiveRobot
@@ -175,13 +175,10 @@ def _explain_words(arguments: argparse.Namespace) -> list[str]:
     return ['--model', arguments.model, *mapped, *step, *words(arguments.effect)]
 
 
-def _live_parser() -> argparse.ArgumentParser:
+def _live_parser() -> Parser:
     arguments = common.parser('watch', LIVE_ABOUT, LIVE_EXAMPLES)
     arguments.add_argument('--live', action='store_true', help='a running robot, not a bag')
-    arguments.add_argument(
-        '--model', required=True, help='a model file, a robot name or a robot folder'
-    )
-    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    common.add_model_arguments(arguments)
     arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.add_argument(
         '--seconds',
@@ -197,9 +194,7 @@ def _live_parser() -> argparse.ArgumentParser:
         metavar='S',
         help='how long to wait for a robot (10 s)',
     )
-    add_effect_argument(arguments)
     watch_common.add_page_arguments(arguments)
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     return arguments
 
 

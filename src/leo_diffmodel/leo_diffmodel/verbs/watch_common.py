@@ -14,6 +14,7 @@ import webbrowser
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -47,15 +48,15 @@ def screen() -> bool:
     return there or not sys.platform.startswith('linux')
 
 
-def parser() -> argparse.ArgumentParser:
-    """What is typed after `leo watch`, beside bags."""
+def parser() -> Parser:
+    """What is typed after `leo watch`."""
     arguments = common.parser('watch', ABOUT, EXAMPLES)
     common.add_bag_arguments(arguments)
     add_page_arguments(arguments)
     return arguments
 
 
-def add_page_arguments(arguments: argparse.ArgumentParser) -> None:
+def add_page_arguments(arguments: Parser) -> None:
     """Where it writes, and how the page is served."""
     arguments.add_argument(
         '-o', dest='output', metavar='DIR', help="where 'add to model' writes; without, nowhere"
