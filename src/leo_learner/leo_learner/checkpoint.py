@@ -49,7 +49,6 @@ def save_checkpoint(folder: Path, training: TrainingLoop) -> Path:
 
 
 def _unwritten(folder: Path, error: OSError) -> UserError:
-    """What to do where a disk takes no checkpoint."""
     kept = any(folder.glob(f'{PREFIX}*'))
     resumed = leo('learn', '--resume', folder)
     then = f'go on with: {resumed}' if kept else 'start again: nothing was saved'

@@ -158,7 +158,7 @@ def _check_base(difference: DifferenceModel, path: Path, model: Model) -> None:
         names = ', '.join(f'{e.effect.name} at {" ".join(e.where)}' for e in beneath.effects)
         raise UserError(
             f'{path} goes on top of {names or "no effect"}; give the model with these, which was '
-            f'written beside it ({path.with_suffix(".yaml").name})'
+            f'written with it ({path.with_suffix(".yaml").name})'
         )
 
 

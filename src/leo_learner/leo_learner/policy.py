@@ -24,6 +24,8 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
+DAMAGE = SafetensorError, KeyError, TypeError, ValueError, RuntimeError, OverflowError
+"""What reading a damaged file raises."""
 Act = Callable[[np.ndarray], np.ndarray]
 """Observation (..., n_obs) -> action (..., A) in [-1, 1]."""
 
@@ -68,14 +70,7 @@ class Policy:
                 metadata = file.metadata() or {}
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
             return cls._build(metadata, tensors)
-        except (
-            SafetensorError,
-            KeyError,
-            TypeError,
-            ValueError,
-            RuntimeError,
-            OverflowError,
-        ) as error:
+        except DAMAGE as error:
             raise UserError(
                 f'{path}: not a policy file ({one_line(error)}); give the policy.safetensors '
                 'that leo learn wrote'
@@ -91,15 +86,8 @@ class Policy:
                 raise ValueError(f'{name} has numbers that are none')
         observation = tuple(json.loads(metadata['observation']))
         act = AGENTS[metadata.get('agent', 'ddpg')](metadata, len(observation), limit, tensors)
-        return cls(
-            act,
-            metadata['robot'],
-            metadata.get('actions', 'full'),
-            observation,
-            metadata['unit'],
-            limit,
-            metadata,
-        )
+        robot, actions = metadata['robot'], metadata.get('actions', 'full')
+        return cls(act, robot, actions, observation, metadata['unit'], limit, metadata)
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Inputs (..., A) in volts (N m) for unscaled observations (..., n_obs)."""

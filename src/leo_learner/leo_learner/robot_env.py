@@ -162,8 +162,5 @@ def _state(measured: JointStates) -> State:
 def _same(a: JointStates | None, b: JointStates | None) -> bool:
     if a is None or b is None:
         return a is b
-    return (
-        a.stamp_ns == b.stamp_ns
-        and np.array_equal(a.position, b.position)
-        and np.array_equal(a.velocity, b.velocity)
-    )
+    values = zip((a.position, a.velocity), (b.position, b.velocity), strict=True)
+    return a.stamp_ns == b.stamp_ns and all(np.array_equal(x, y) for x, y in values)

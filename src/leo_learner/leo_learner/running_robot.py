@@ -29,7 +29,6 @@ FOUND_SECONDS = 10.0
 ANSWER_SECONDS = 60.0
 """How long one that is there may take to answer: it may be starting up."""
 PATIENCE = 5.0
-Tell = Callable[[], None]
 
 
 @contextmanager
@@ -132,7 +131,7 @@ class RobotPlayer:
         self._env = env
         self._torque = node.create_client(*topics.TORQUE)
 
-    def play(self, run: Run, tell: Tell = lambda: None) -> bool:
+    def play(self, run: Run, on_step: Callable[[], None] = lambda: None) -> bool:
         """Reset the robot, then send the run; motors are on at 0 in the end, come what may.
 
         False where the robot was restarted meanwhile.
@@ -149,7 +148,7 @@ class RobotPlayer:
                     self._switch(on)
                 if 'lost' in self._env.step(inputs)[4]:
                     return False
-                tell()
+                on_step()
             return True
         finally:
             if not on and running():

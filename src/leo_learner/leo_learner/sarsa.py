@@ -66,14 +66,8 @@ class Agent:
             )
         levels = np.linspace(-1, 1, config.levels)
         self.actions = np.array(list(product(levels, repeat=len(limit))))
-        self.tiles = TileCoding(
-            np.array(config.widths),
-            self.actions * limit,
-            config.tilings,
-            config.memory,
-            config.initial,
-            seed,
-        )
+        widths, sizes = np.array(config.widths), (config.tilings, config.memory, config.initial)
+        self.tiles = TileCoding(widths, self.actions * limit, *sizes, seed)
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """The best action in [-1, 1], of equal ones the first; (..., n_obs) -> (..., A)."""

@@ -65,15 +65,10 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
     distance = float(sum(steps) if by_feet else gait.com_x(q[-1]) - gait.com_x(q[0]))
     power = task.motor_power(dq[:-1], inputs, dq[1:])
     energy = float(np.sum(power)) * robot.control_period
-    return Walk(
-        distance,
-        len(steps),
-        passes(gait, q),
-        bool(task.terminated(State(q[-1], dq[-1]))),
-        energy,
-        energy / distance if distance > 0 else None,
-        len(inputs) * robot.control_period,
-    )
+    fell = bool(task.terminated(State(q[-1], dq[-1])))
+    per_metre = energy / distance if distance > 0 else None
+    seconds = len(inputs) * robot.control_period
+    return Walk(distance, len(steps), passes(gait, q), fell, energy, per_metre, seconds)
 
 
 def footsteps(gait: Gait, q: np.ndarray) -> list[float]:

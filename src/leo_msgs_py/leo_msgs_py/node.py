@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What our nodes need beside rclpy: a process around them, private parameters, waiting.
+"""What our nodes need besides rclpy: a process around them, private parameters, waiting.
 
     with graph(argv):
         spin(RobotNode())

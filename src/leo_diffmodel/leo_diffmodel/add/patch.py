@@ -58,9 +58,8 @@ def from_data(
         path: c for path, c in whole['constants'].items() if path in model.constants or not sibling
     }
     moved = {'moved_from': robot} if robot != model.robot.name else {}
-    return _refitted(changed(model, placed), source, refitted), [
-        entry | moved for entry in history(data)
-    ]
+    entries = [entry | moved for entry in history(data)]
+    return _refitted(changed(model, placed), source, refitted), entries
 
 
 def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
@@ -107,7 +106,8 @@ def by_name(
         wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())
         raise UserError(f'{added} without a value changes nothing; say {wanted}')
     check_bounds(model.robot, placed)
-    return changed(model, [placed]), [{'added': added, 'by': 'hand', 'date': _today()}]
+    today = datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds')
+    return changed(model, [placed]), [{'added': added, 'by': 'hand', 'date': today}]
 
 
 def _each(words: Sequence[str]) -> list[list[str]]:
@@ -197,12 +197,8 @@ def _assignment(word: str) -> tuple[str, float]:
         return name, float(value)
     except ValueError:
         other = '' if '=' in word else f'; and no effect is named {name!r}'
-        told = f'{word!r}: write PARAM=VALUE with a number, e.g. c=0.002{other}'
-        raise UserError(told) from None
-
-
-def _today() -> str:
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds')
+        what = f'{word!r}: write PARAM=VALUE with a number, e.g. c=0.002{other}'
+        raise UserError(what) from None
 
 
 class _Value(BaseModel):

@@ -87,9 +87,8 @@ def fit(
     network.eval()
     trust = _trust(network, fitted, watched) if config.members > 1 else None
     version = start.version + 1 if start else 1
-    difference = DifferenceModel(
-        network, layout, config, model.robot.name, version, len(steps), trust, base
-    )
+    made = network, layout, config, model.robot.name, version, len(steps), trust, base
+    difference = DifferenceModel(*made)
     return difference, _report(difference, steps, data, cut, model, epochs)
 
 

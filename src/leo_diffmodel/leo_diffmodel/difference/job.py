@@ -121,13 +121,13 @@ class Updates:
             self._child.wait()
             self._child = None
 
-    def _note(self, told: dict[str, Any]) -> None:
-        if 'report' in told:
-            self.progress = Progress('fitted', told['report'])
-        elif 'error' in told:
-            self._error = told['error']
+    def _note(self, said: dict[str, Any]) -> None:
+        if 'report' in said:
+            self.progress = Progress('fitted', said['report'])
+        elif 'error' in said:
+            self._error = said['error']
         else:
-            self.progress = Progress('fitting', told)
+            self.progress = Progress('fitting', said)
 
     def _last_error(self, status: int) -> str:
         lines = self._log.read_text(errors='replace').splitlines()

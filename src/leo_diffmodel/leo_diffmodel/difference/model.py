@@ -117,9 +117,8 @@ class DifferenceModel:
         if self.config.form == 'torque':
             push = np.zeros_like(steps.q)
             push[:, list(model.robot.actuated)] = correction
-            q, dq = rollout(
-                model, steps.q, steps.dq, steps.inputs[:, None], steps.period, push=push[:, None]
-            )
+            start, inputs = (steps.q, steps.dq), steps.inputs[:, None]
+            q, dq = rollout(model, *start, inputs, steps.period, push=push[:, None])
             return q[:, 1], dq[:, 1]
         full = self.config.form == 'full'
         q, dq = (steps.q, steps.dq) if full else (steps.q_model, steps.dq_model)
@@ -178,16 +177,9 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
             f'{source}: not the weights of a difference model ({said}); '
             'they come from /difference_model/weights'
         ) from error
-    return DifferenceModel(
-        network.eval(),
-        layout,
-        config,
-        metadata['robot'],
-        int(metadata['version']),
-        int(metadata['trained_on']),
-        trust,
-        metadata.get('base', ''),
-    )
+    version, trained_on = int(metadata['version']), int(metadata['trained_on'])
+    known = metadata['robot'], version, trained_on, trust, metadata.get('base', '')
+    return DifferenceModel(network.eval(), layout, config, *known)
 
 
 def _trust(tensors: dict[str, Tensor]) -> Trust:

@@ -39,7 +39,7 @@ class Config:
     form: str = 'state'
     """What is learned, see `leo_diffmodel.difference.training`: `state`, `torque` or `full`."""
     prior: float = 0.0
-    """Weight of a random function each member keeps beside what it learns; 3 gives it about a
+    """Weight of a random function each member adds to what it learns; 3 gives it about a
     third of the size of the target amid the data. Far from them nothing learned cancels it, so the
     members disagree there (Osband et al. 2018, randomised prior functions)."""
     members: int = 1

@@ -63,14 +63,12 @@ def _stepper(
 ) -> Callable[[Targets], float]:
     if config.optimiser == 'adagrad':
         optimiser: torch.optim.Optimizer = torch.optim.Adagrad(network.parameters(), config.rate)
-        fall = 1.0
+        least = config.rate
     else:
         optimiser = torch.optim.AdamW(network.parameters(), config.rate, fused=True)
-        fall = 0.0
+        least = 0.0
     total = config.epochs * -(-len(fitted.x) // config.batch)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(
-        optimiser, total, eta_min=config.rate * fall
-    )
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, total, eta_min=least)
 
     def step(batch: Targets) -> float:
         loss = _losses(network, batch, scale).mean()

@@ -49,25 +49,15 @@ def _powered(name: str, about: str, shape: Shape, time: Array, levels: Array) ->
 
 
 def _let_go(time: Array, levels: Array) -> Run:
-    run = _powered(
-        'kick and let go',
-        f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again',
-        steps(0.3),
-        time,
-        levels,
-    )
+    about = f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again'
+    run = _powered('kick and let go', about, steps(0.3), time, levels)
     enabled = time % (KICK_SECONDS + SWING_SECONDS) < KICK_SECONDS
     return Run(run.name, run.about, run.inputs * enabled[:, None], enabled)
 
 
 def _in_turn(time: Array, levels: Array) -> Run:
-    run = _powered(
-        'one joint at a time',
-        'random steps on one motor, the others at 0, in turn',
-        steps(0.3),
-        time,
-        levels,
-    )
+    about = 'random steps on one motor, the others at 0, in turn'
+    run = _powered('one joint at a time', about, steps(0.3), time, levels)
     turn = np.floor(len(levels) * time / (time[-1] + 1e-9)).astype(int)
     mine = turn[:, None] == np.arange(len(levels))
     return Run(run.name, run.about, run.inputs * mine, run.enabled)
@@ -106,26 +96,22 @@ def _binary(time: Array, rng: np.random.Generator) -> Array:
 
 
 def _flicker(time: Array, rng: np.random.Generator) -> Array:
-    """Full level one way or the other, drawn anew every second control period."""
     index = np.arange(len(time)) // 2
     return rng.choice([-1.0, 1.0], index[-1] + 1)[index]
 
 
 def _stairs(time: Array, rng: np.random.Generator) -> Array:
-    """Constant inputs of 2 s that rest the robot in several poses, in random order."""
     return _held(time, 2.0, lambda n: rng.permutation(np.linspace(-1, 1, n)))
 
 
 def _one_way(time: Array, rng: np.random.Generator) -> Array:
-    """Steps of one sign for the first half, of the other for the second."""
     sign = np.where(time < 0.5 * time[-1], 1.0, -1.0)
     return sign * np.abs(_held(time, 0.5, lambda n: rng.uniform(0.2, 1, n)))
 
 
 def _pulses(time: Array, rng: np.random.Generator) -> Array:
-    """Pulses of 0.1 s, then 0.7 s at 0 (0 V brakes)."""
     sizes = _held(time, 0.8, lambda n: rng.uniform(0.5, 1, n) * rng.choice([-1, 1], n))
-    return np.where(time % 0.8 < 0.1 - 1e-9, sizes, 0.0)
+    return np.where(time % 0.8 < 0.1 - 1e-9, sizes, 0.0)  # 0 V brakes
 
 
 SHAPES: tuple[tuple[str, str, Shape, float], ...] = (

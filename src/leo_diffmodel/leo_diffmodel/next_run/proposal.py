@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choose a run from the menu: the one that tells most about what is open."""
+"""Choose a run from the menu: the one that says most about what is open."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leo_diffmodel.compare.scheme import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
-from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions
+from leo_diffmodel.next_run.questions import fit_all, Fitted, questions
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.separate import is_shown, separable, shown
 from leo_diffmodel.next_run.simulate import danger, Seen, seen, simulate, tamed
@@ -114,8 +114,8 @@ def propose(
     try:
         short = noise.short_windows(recordings)
     except ValueError as error:
-        told = ', '.join(str(r.path) for r in recordings)
-        raise UserError(f'{told}: {error}; record 2 s or more to plan from') from error
+        bags = ', '.join(str(r.path) for r in recordings)
+        raise UserError(f'{bags}: {error}; record 2 s or more to plan from') from error
     period = sample_period(recordings)
     before = seen(recordings, period)
     model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
@@ -163,13 +163,9 @@ def _parted(
                 separable(model, tracks[a], before.period, question.sigma, question.fits[b])
                 for a, b in ((i, j), (j, i))
             ]
-            points.append(_pair(question.question, i, j))
+            points.append(f'{question.question.choices[i]} | {question.question.choices[j]}')
             columns.append(np.min(both, axis=0))
     return points, np.stack(columns, axis=1), unsafe
-
-
-def _pair(question: Question, i: int, j: int) -> str:
-    return f'{question.choices[i]} | {question.choices[j]}'
 
 
 def _ranked(

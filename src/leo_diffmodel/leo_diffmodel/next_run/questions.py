@@ -42,7 +42,7 @@ class Question:
     Attributes:
         others: labels (effect:where) of the effects that are not in question.
         choices: labels of what it could be, the leading one first.
-        pairs: numbers of the choices that a run could tell apart, two by two.
+        pairs: numbers of the choices that a run could separate, two by two.
     """
 
     others: tuple[str, ...]
@@ -66,10 +66,10 @@ class Fitted:
 
 
 def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
-    """The open questions of an explain.json: effects with rivals that nothing tells apart.
+    """The open questions of an explain.json: effects with rivals that nothing separates.
 
-    What is the same thing in any run is no open question. What is so only as long as the motors
-    are never free is one where there is no other.
+    Effects that are the same in any run are no open question. Effects that are the same only as
+    long as the motors are never free are one where there is no other.
     """
     margin = SETTINGS.gates.margin_nats
     close = [
@@ -111,7 +111,7 @@ def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Ques
         pairs = tuple(
             (i, j)
             for i, j in itertools.combinations(range(len(choices)), 2)
-            if why_same(_thing(choices[i]), _thing(choices[j]), facts) is None
+            if why_same(_placed(choices[i]), _placed(choices[j]), facts) is None
         )
         if pairs:
             others = tuple(other for other in labels if other != label)
@@ -182,7 +182,7 @@ def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit
     return np.asarray(left.max(axis=0))
 
 
-def _thing(row: dict[str, Any]) -> tuple[str, str]:
+def _placed(row: dict[str, Any]) -> tuple[str, str]:
     return row['name'], row['where']
 
 

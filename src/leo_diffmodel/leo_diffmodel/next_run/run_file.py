@@ -137,7 +137,8 @@ def read_run(path: Path) -> RunFile:
         lines = path.read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f'cannot read {path}: {error}') from error
-    notes = dict(_note(line) for line in lines if line.startswith('# ') and ': ' in line)
+    noted = (line[2:].partition(': ') for line in lines if line.startswith('# '))
+    notes = {name: text.strip() for name, colon, text in noted if colon}
     table = [(n, line) for n, line in enumerate(lines, 1) if line and not line.startswith('#')]
     if len(table) < 3 or not table[0][1].startswith('time [s],'):
         raise UserError(
@@ -150,21 +151,13 @@ def read_run(path: Path) -> RunFile:
     rows = [_row(path, n, next(csv.reader([line])), header) for n, line in table[1:]]
     time = np.array([r[0] for r in rows])
     _check_times(path, time, [n for n, _ in table[1:]])
-    return RunFile(
+    robot, name, start = (
         notes.get('robot', ''),
         notes.get('run', path.stem),
-        units[0],
-        tuple(actuators),
-        time,
-        np.array([r[1] for r in rows]),
-        np.array([r[2] for r in rows]),
         notes.get('start', ''),
     )
-
-
-def _note(line: str) -> tuple[str, str]:
-    name, _, text = line[2:].partition(': ')
-    return name, text.strip()
+    inputs, enabled = (np.array([row[k] for row in rows]) for k in (1, 2))
+    return RunFile(robot, name, units[0], tuple(actuators), time, inputs, enabled, start)
 
 
 def _column(path: Path, name: str) -> tuple[str, str]:

@@ -71,24 +71,13 @@ def separable(
     settings = settings_for(base.robot)
     windows, weight = windows_of(runs, period, settings.grids)
     noises = np.tile(sigma, (len(runs), 1))
-    linear = shooting.linearise(
-        base,
-        windows,
-        noises,
-        settings.numerics,
-        other.hypothesis,
-        other.theta,
-        windows.measured[:, 0],
-    )
+    at = other.hypothesis, other.theta, windows.measured[:, 0]
+    linear = shooting.linearise(base, windows, noises, settings.numerics, *at)
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
-    out = []
-    for run in range(len(runs)):
-        own = windows.source == run
-        out.append(
-            _least(rest[own], by_theta[own], weight[own], prior, settings.gates.window_nats)
-        )
-    return np.array(out)
+    most = settings.gates.window_nats
+    each = [windows.source == run for run in range(len(runs))]
+    return np.array([_least(rest[w], by_theta[w], weight[w], prior, most) for w in each])
 
 
 def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: float) -> float:

@@ -26,7 +26,7 @@ DIAGNOSTICS_PERIOD = 1.0
 
 
 class Part(Protocol):
-    """One thing the node does."""
+    """What the node does: recording, or the difference model."""
 
     def status(self) -> DiagnosticStatus:
         """Return how it is."""

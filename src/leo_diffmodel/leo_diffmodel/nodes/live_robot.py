@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A running robot beside the page: its last messages, how it is, and its e-stop."""
+"""A running robot for the live page: its last messages, how it is, and its e-stop."""
 
 from __future__ import annotations
 

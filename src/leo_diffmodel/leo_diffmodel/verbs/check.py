@@ -193,7 +193,7 @@ def _effects_table(result: Check) -> Table:
 
 
 def _by_name(result: Check) -> Table:
-    """One row per effect where there are many places for each."""
+    """One row for each effect, over its places."""
     table = _titled(
         result,
         'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '

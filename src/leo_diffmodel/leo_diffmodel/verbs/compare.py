@@ -91,7 +91,7 @@ def _print(data: dict) -> None:
     if data['noise_only']:
         console.print(
             'No place stands out: the torque it lacks stays within its noise '
-            '(leo explain sees smaller things).'
+            '(leo explain sees smaller errors).'
         )
         return
     console.print(_joints(data['joints']))

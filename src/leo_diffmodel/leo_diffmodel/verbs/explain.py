@@ -20,7 +20,7 @@ from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown import effect_file
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare import ranking_table
-from leo_diffmodel.verbs.explain_text import show_each, told, unique_names
+from leo_diffmodel.verbs.explain_text import in_lines, show_each, unique_names
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -136,7 +136,7 @@ def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> N
 def show(result: Explanation) -> None:
     """Print the verdict and the leading hypotheses."""
     console = Terminal()
-    headline, *lines = told(result.verdict, result.sentence)
+    headline, *lines = in_lines(result.verdict, result.sentence)
     console.print(Text.assemble((result.verdict, 'bold'), f': {headline}'), highlight=False)
     for line in lines:
         console.print(line, highlight=False)

@@ -17,7 +17,7 @@ EFFECTS = re.compile(r'; (?=[A-Za-z_][\w.]*:\S+ \()')
 REST = re.compile(r'\. (?=\d+ % of |The rest |Shown in )')
 
 
-def told(verdict: str, sentence: str) -> list[str]:
+def in_lines(verdict: str, sentence: str) -> list[str]:
     """The headline first; where all of it is too long, what else is said, a line each."""
     if len(verdict) + 2 + len(sentence) <= WIDTH * LINES:
         return [sentence]
@@ -59,7 +59,7 @@ def _stopped(line: str) -> str:
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
-    """The last parts of the paths that tell them apart, as names of folders."""
+    """The last parts of the paths in which they differ, as names of folders."""
     for count in range(1, max(len(p.resolve().parts) for p in paths) + 1):
         names = ['_'.join(p.resolve().parts[-count:]).strip('/') for p in paths]
         if len(set(names)) == len(names):

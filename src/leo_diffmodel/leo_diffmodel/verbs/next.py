@@ -212,7 +212,7 @@ def hopeless(found: Proposal) -> str:
 
 
 def best(found: Proposal, seconds: float) -> str:
-    """What the best run tells, and whether it is long enough."""
+    """What the best run says, and whether it is long enough."""
     from leo_diffmodel.check.amplitudes import needed
     from leo_diffmodel.explain.settings import SETTINGS
 
@@ -222,12 +222,12 @@ def best(found: Proposal, seconds: float) -> str:
         return f'"{option.run.name}" would show {count}: {option.run.about}'
     least = min(option.nats)
     a, b = found.points[option.nats.index(least)].split(' | ')
-    told = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {number(least)} nats'
+    said = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {number(least)} nats'
     enough = needed(SETTINGS.gates.margin_nats)
     if least > enough:
-        return told
+        return said
     longer = seconds * enough / least
-    return f'{told}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
+    return f'{said}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
 
 
 def number(nats: float) -> str:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from leo_diffmodel.watch.live.renewing import Source
     from leo_diffmodel.watch.scene import Scene
 
-LIVE_ABOUT = 'leo watch --live: the page beside a running robot.'
+LIVE_ABOUT = 'leo watch --live: the page of a running robot.'
 LIVE_EXAMPLES = (
     'leo watch --live --model pendulum',
     'leo watch --live --model leo -o out/live --ros-args -r __ns:=/left',
@@ -169,7 +169,7 @@ def _ended() -> bool:
 
 
 def _explain_words(arguments: argparse.Namespace) -> list[str]:
-    """What `leo watch` takes beside a bag to explain it alike."""
+    """What `leo watch` takes with a bag to explain it alike."""
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
     step = ['--step', str(arguments.step)] if arguments.step else []
     return ['--model', arguments.model, *mapped, *step, *words(arguments.effect)]

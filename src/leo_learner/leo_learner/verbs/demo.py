@@ -81,10 +81,10 @@ def quick(folder: Path, as_json: bool = False) -> int:
     from leo_diffmodel.verbs.explain import main as explain
     from leo_sim.verbs.reveal import main as reveal
 
-    told = ['--json'] if as_json else []
-    words = ['explain', str(SHIPPED / 'bag'), '--model', ROBOT, '-o', str(folder), *told]
+    form = ['--json'] if as_json else []
+    words = ['explain', str(SHIPPED / 'bag'), '--model', ROBOT, '-o', str(folder), *form]
     status = _typed(explain, words, as_json)
-    _typed(reveal, ['reveal', str(SHIPPED / 'secret.seal'), *told], as_json)
+    _typed(reveal, ['reveal', str(SHIPPED / 'secret.seal'), *form], as_json)
     if not as_json:
         print(f'report: {folder.resolve() / "report.html"}')
     return status

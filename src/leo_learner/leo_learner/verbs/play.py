@@ -239,7 +239,7 @@ def _played(result: dict[str, Any]) -> list[str]:
         *map(walk_text, result.get('walks', ())),
     ]
     if 'difference' in result and result['left_data'] is None:
-        lines.append(f'{result["difference"]}: one network, which cannot tell where its data end')
+        lines.append(f'{result["difference"]}: a single network: where its data end is unknown')
     for number, row in enumerate(result.get('left_data') or (), 1):
         lines.append(f'episode {number}: {Left(**row)}')
     return lines
