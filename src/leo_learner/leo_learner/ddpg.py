@@ -67,6 +67,7 @@ class Config(LoopConfig):
 
 
 THESIS = Config()
+Update = Callable[['Agent'], Any]
 
 
 def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.ModuleList:
@@ -126,8 +127,8 @@ class Critics(nn.Module):
 
     def __init__(self, n_obs: int, n_act: int, config: Config) -> None:
         super().__init__()
-        count = 2 if config.twin_critics else 1
-        self.members = nn.ModuleList(Critic(n_obs, n_act, config) for _ in range(count))
+        each = range(2 if config.twin_critics else 1)
+        self.members = nn.ModuleList(Critic(n_obs, n_act, config) for _ in each)
 
     def forward(self, observation: Tensor, action: Tensor) -> Tensor:
         """Values of a batch by every critic."""
@@ -165,12 +166,7 @@ class Agent:
     """
 
     def __init__(
-        self,
-        n_obs: int,
-        n_act: int,
-        config: Config,
-        seed: int,
-        update: Callable[[Agent], Any] = FastUpdate,
+        self, n_obs: int, n_act: int, config: Config, seed: int, update: Update = FastUpdate
     ) -> None:
         torch.set_num_threads(1)
         self.config = config
@@ -282,8 +278,7 @@ class Training(TrainingLoop):
         return self._best
 
     def _begin(self, rng: np.random.Generator) -> None:
-        config, self._rng = self.config, rng
-        size = len(self.limit)
+        config, self._rng, size = self.config, rng, len(self.limit)
         self._noise = OrnsteinUhlenbeck(size, config.noise_theta, config.noise_sigma, rng)
 
     def _explore(self, observation: np.ndarray) -> np.ndarray:
