@@ -62,7 +62,7 @@ def main(argv: list[str]) -> int:
 
 
 def _of_a_bag(verb: str, about: str, examples: str) -> common.Parser:
-    parser = common.Parser(f'leo bag {verb}', about, examples)
+    parser = common.Parser(verb, about, examples)
     parser.add_argument('bag', type=Path, metavar='BAG')
     return parser
 
@@ -80,7 +80,7 @@ def _record(argv: list[str]) -> int:
 
 
 def _play(argv: list[str]) -> int:
-    parser = _of_a_bag('play', 'Publish a bag as it was recorded.', _PLAY_EXAMPLES)
+    parser = _of_a_bag('leo bag play', 'Publish a bag as it was recorded.', _PLAY_EXAMPLES)
     parser.add_argument('--rate', type=float, default=1.0, metavar='R', help='1 = as recorded')
     parser.add_argument('--loop', action='store_true', help='again and again until Ctrl-C')
     parser.add_argument(
@@ -100,7 +100,7 @@ def _play(argv: list[str]) -> int:
 
 def _info(argv: list[str]) -> int:
     about = 'Topics, rates, episodes and gaps of a bag; finishes one cut short.'
-    parser = _of_a_bag('info', about, _INFO_EXAMPLES)
+    parser = _of_a_bag('leo bag info', about, _INFO_EXAMPLES)
     parser.add_json()
     options = parser.parse_args(argv)
 
@@ -121,7 +121,7 @@ def _info(argv: list[str]) -> int:
 
 def _show(argv: list[str]) -> int:
     about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
-    parser = _of_a_bag('show', about, _SHOW_EXAMPLES)
+    parser = _of_a_bag('leo bag show', about, _SHOW_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='.png, .gif or .mp4')
     parser.add_argument('--model', default='', help="the bag's robot by default")
     add_effect_argument(parser)
@@ -142,7 +142,7 @@ def _show(argv: list[str]) -> int:
 
 def _cut(argv: list[str]) -> int:
     about = 'Write a part of a bag as a new bag: all topics, stamps as they were.'
-    parser = _of_a_bag('cut', about, _CUT_EXAMPLES)
+    parser = _of_a_bag('leo bag cut', about, _CUT_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--from', dest='begin', type=float, metavar='S', help='begin there [s]')
     parser.add_argument('--to', dest='end', type=float, metavar='S', help='end there [s]')
@@ -189,7 +189,7 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
 
 def _fix(argv: list[str]) -> int:
     """Run `leo bag fix`; exit status 1 where something that is sure could not be mended."""
-    parser = _of_a_bag('fix', _FIX_ABOUT, _FIX_EXAMPLES)
+    parser = _of_a_bag('leo bag fix', _FIX_ABOUT, _FIX_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--model', default='', help="the bag's robot by default")
     parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')

@@ -25,9 +25,9 @@ _EXAMPLES = (
     + " '{data: [1.5]}'\n"
 )
 _STREAM_EXAMPLES = {
-    'echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
+    'leo topic echo': '  leo topic echo /joint_states\n  leo topic echo /robot/episode --once\n'
     '  leo topic echo /joint_states --json | head -5\n',
-    'hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
+    'leo topic hz': '  leo topic hz /joint_states\n  leo topic hz /joint_states --once\n',
 }
 _PUB_EXAMPLES = (
     '  leo topic pub -r 20 /voltage_controller/commands std_msgs/msg/Float64MultiArray'
@@ -92,7 +92,7 @@ def _endpoint(info: Any) -> dict[str, Any]:
 
 
 def _echo(argv: list[str]) -> int:
-    options = _stream_options('echo', 'Print the messages of a topic.', 'message', argv)
+    options = _stream_options('leo topic echo', 'Print the messages of a topic.', 'message', argv)
     from leo_msgs_py.node import running, spin_once
 
     heard: list[Any] = []
@@ -110,7 +110,7 @@ def _echo(argv: list[str]) -> int:
 
 
 def _hz(argv: list[str]) -> int:
-    options = _stream_options('hz', 'Print the rate of a topic.', 'line', argv)
+    options = _stream_options('leo topic hz', 'Print the rate of a topic.', 'line', argv)
     from leo_msgs_py.node import running, spin_until
 
     stamps: list[float] = []
@@ -129,7 +129,7 @@ def _hz(argv: list[str]) -> int:
 
 
 def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argparse.Namespace:
-    parser = common.Parser(f'leo topic {verb}', about, _STREAM_EXAMPLES[verb])
+    parser = common.Parser(verb, about, _STREAM_EXAMPLES[verb])
     parser.add_argument('topic')
     parser.add_argument('type', nargs='?', help='type, where nobody publishes yet')
     parser.add_argument('--once', action='store_true', help=f'stop after the first {what}')
