@@ -30,8 +30,9 @@ from typing import Any
 import numpy as np
 import torch
 
+from leo_learner.autograd_update import AutogradUpdate
 from leo_learner.configs import THESIS_WALKING
-from leo_learner.ddpg import Agent, AutogradUpdate, Config, Training
+from leo_learner.ddpg import Agent, Config, Training
 from leo_learner.env import ModelEnv, training_env
 from leo_learner.replay import Batch, Replay
 from leo_sim.model import Model

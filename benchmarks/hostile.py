@@ -21,7 +21,7 @@ import time
 import numpy as np
 from rclpy.node import Node
 
-from leo_learner.demo.processes import free_domain
+from leo_learner.processes import free_domain
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph
 

@@ -20,7 +20,7 @@ import tempfile
 import numpy as np
 
 from leo_diffmodel.bags.contents import load
-from leo_learner.demo.processes import Processes
+from leo_learner.processes import Processes
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.values import nanoseconds
 from leo_sim.description.robot import load_robot

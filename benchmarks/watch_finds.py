@@ -30,7 +30,7 @@ from bokeh.events import ButtonClick
 
 from leo_lab.blind.case import draw_case
 from leo_lab.blind.record import record
-from leo_learner.demo.processes import LEO
+from leo_learner.processes import LEO
 
 TAGS = re.compile(r'<[^>]+>')
 PATIENCE, AGAIN = 3600.0, 4.0

@@ -27,7 +27,7 @@ LOADERS = ('pickle', 'marshal', 'shelve', 'dill', 'runpy', 'importlib.import_mod
 ALLOWED = {
     'leo_sim.common.user_code': {'importlib.util.spec_from_file_location'},
     'leo_msgs_py.interfaces': {'importlib.import_module'},
-    'leo_msgs_py.ros_yaml': {'yaml.load'},
+    'leo_msgs_py.verbs.common': {'yaml.load'},
 }
 """A user's file of effects or a driver, which he names; installed interfaces; a safe loader."""
 FIELD = '\0'

@@ -14,7 +14,7 @@ import pytest
 from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
-from leo_msgs_py import progress
+from leo_msgs_py import console
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -32,7 +32,7 @@ def _few():
     Nor do they say after 10 s how far they are, which a busy machine needs.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(progress, 'EVERY', threading.TIMEOUT_MAX)
+        patch.setattr(console, 'EVERY', threading.TIMEOUT_MAX)
         among(
             patch,
             Model(TORQUE),

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from leo_learner.demo.quick import SHIPPED
+from leo_learner.verbs.demo import SHIPPED
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.verbs.reveal import read_sealed

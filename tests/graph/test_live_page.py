@@ -20,8 +20,7 @@ from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.next_run.run_file import write_run
+from leo_diffmodel.next_run.run_file import Run, write_run
 from leo_diffmodel.nodes.live_robot import live_robot
 from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.live.commands import RecordingSwitch, TOO_LATE
@@ -30,7 +29,7 @@ from leo_diffmodel.watch.live.renewing import Renewing, Source
 from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
-from leo_learner.demo.processes import LEO
+from leo_learner.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Command

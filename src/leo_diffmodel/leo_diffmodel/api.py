@@ -40,7 +40,7 @@ def compare(
         bags: of one robot; a passive one counts too.
         model: a model, a model file, the name of a robot or its folder.
         step: length of one step [s]; by default the control period of the data.
-        progress: told what comes next.
+        progress: hears what comes next.
 
     Raises:
         UserError: no such bag or model, the same bag twice, or too little data.
@@ -71,14 +71,14 @@ def explain(
         bags: of one robot, to learn from.
         model: a model, a model file, the name of a robot or its folder.
         hold_out: bags no fit may see; by default every fourth time block is held out.
-        effects: of your own beside the known ones; naming a Python file here lets it run.
+        effects: of your own besides the known ones; naming a Python file here lets it run.
         step: length of the one step that errors are given for [s]; by default the control period
             of the data.
         within: time for the answer [s]; it is then the best that has come to its end, and says so.
         keep: use what looks moved from outside or badly logged, too.
         mend: undo what is surely wrong with the log, and go on; else that is the answer.
         edit_test: bags of the robot after what is named was taken out of it.
-        progress: told what is being tried.
+        progress: hears what is being tried.
 
     Raises:
         UserError: no such bag, model or effect, or the same bag twice.

@@ -75,12 +75,10 @@ class Done:
         phase: what is next: `train`, `test`, `collect`, `update` or `end`.
         version: of the difference model in use, 0 for none.
         tests: mean return on the robot after each round.
-        driver: round whose policy drives the robot: the last whose test was not worse than that
-            of the driver before it.
+        driver: round whose policy drives the robot: the last that was no worse than its driver.
         samples: control steps the robot has made, tests included.
         seconds: wall time of all phases.
-        of: robot, first training, configuration and seed of the run; empty in files of earlier
-            versions.
+        of: what a run that goes on must have in common; empty in files of earlier versions.
     """
 
     update: int = 0
@@ -111,6 +109,7 @@ class Counted(gymnasium.Wrapper):
         return self.env.step(action)
 
 
+@dataclass
 class Algorithm5:
     """Rounds of train, test, collect, update until `settings.updates` are made.
 
@@ -126,43 +125,32 @@ class Algorithm5:
         start: run of `leo learn` that takes the place of the first training.
         quiet: no progress lines.
 
-    Raises:
-        UserError: the folder holds another run, or one that cannot be read.
+    UserError where the folder holds another run, or one that cannot be read.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        model: Model,
-        config: Config,
-        settings: Settings,
-        robot: gymnasium.Env,
-        source: DifferenceSource,
-        alive: Callable[[], bool] = lambda: True,
-        say: Callable[[str], None] = print,
-        start: Path | None = None,
-        quiet: bool = False,
-    ) -> None:
-        self.folder, self._model, self._config = folder, model, config
-        self._settings, self._robot, self._source = settings, robot, source
-        self._alive, self._say, self._start, self._quiet = alive, say, start, quiet
+    folder: Path
+    model: Model
+    config: Config
+    settings: Settings
+    robot: gymnasium.Env
+    source: DifferenceSource
+    alive: Callable[[], bool] = lambda: True
+    say: Callable[[str], None] = print
+    start: Path | None = None
+    quiet: bool = False
+
+    def __post_init__(self) -> None:
         self.done = self._read()
         if self.done.phase == 'end' and not self._over():
             self.done.phase = 'collect'  # more updates are asked for than it was to make
 
     def run(self) -> bool:
-        """All that is left to do; False where it was told to stop before."""
-        phases = {
-            'train': self._train,
-            'test': self._test,
-            'collect': self._collect,
-            'update': self._update,
-        }
+        """All that is left to do; False where it was stopped before."""
         while self.done.phase != 'end':
             began = time.monotonic()
-            ended = phases[self.done.phase]()
+            ended = getattr(self, f'_{self.done.phase}')()
             self.done.seconds += time.monotonic() - began
-            self._write()
+            write_whole(self.folder / DONE, json.dumps(asdict(self.done), indent=1))
             if not ended:
                 return False
         return True
@@ -177,8 +165,8 @@ class Algorithm5:
         return [self._round(update) / POLICY for update in range(len(self.done.tests))]
 
     def _train(self) -> bool:
-        update, settings = self.done.update, self._settings
-        config = self._config
+        update, settings = self.done.update, self.settings
+        config = self.config
         if update and settings.thesis:
             config = replace(config, noise_sigma=UPDATE_SIGMA)
         model, difference = self.corrected()
@@ -188,15 +176,15 @@ class Algorithm5:
             self._start_from_before(training)
         steps = settings.update_steps if update else settings.first_steps
         on = f'model + difference {self.done.version}' if update else 'the model'
-        self._say(f'round {update}: training {steps} steps on {on}')
+        self.say(f'round {update}: training {steps} steps on {on}')
         outcome = learn(
             training,
-            self._model.robot,
+            self.model.robot,
             steps,
             self._round(update),
             title=f'round {update}',
-            quiet=self._quiet,
-            alive=self._alive,
+            quiet=self.quiet,
+            alive=self.alive,
         )
         if outcome.finished:
             self.done.phase = 'test'
@@ -205,11 +193,11 @@ class Algorithm5:
     def _test(self) -> bool:
         done = self.done
         policy = Policy.load(self._round(done.update) / POLICY)
-        counted = Counted(self._robot)
-        result = float(play(counted, policy, self._settings.tests).mean())
+        counted = Counted(self.robot)
+        result = float(play(counted, policy, self.settings.tests).mean())
         done.samples += counted.steps
         done.tests.append(result)
-        self._say(f'round {done.update}: return on the robot {result:.1f}{self._decide(result)}')
+        self.say(f'round {done.update}: return on the robot {result:.1f}{self._decide(result)}')
         done.phase = 'end' if self._over() else 'collect'
         return True
 
@@ -223,31 +211,29 @@ class Algorithm5:
         return f', worse than {before:.1f}: the policy of round {done.driver} goes on driving it'
 
     def _over(self) -> bool:
-        done, settings = self.done, self._settings
+        done, settings = self.done, self.settings
         since = done.update - int(np.argmax(done.tests))
         return done.update >= settings.updates or since >= settings.patience
 
     def _collect(self) -> bool:
-        steps = self._settings.transitions
-        self._say(f'round {self.done.update}: gathering {steps} transitions on the robot')
-        collect(self._robot, Policy.load(self.best), steps, self._seed())
+        steps = self.settings.transitions
+        self.say(f'round {self.done.update}: gathering {steps} transitions on the robot')
+        collect(self.robot, Policy.load(self.best), steps, self._seed())
         self.done.samples += steps
         self.done.phase = 'update'
         return True
 
     def _update(self) -> bool:
-        self._say(f'round {self.done.update}: updating the difference model')
-        weights = self._source.newer(self.done.version)
+        self.say(f'round {self.done.update}: updating the difference model')
+        weights = self.source.newer(self.done.version)
         difference = from_bytes(weights)
         write_whole(self.folder / f'difference-{difference.version:03d}.safetensors', weights)
         self.done.version = difference.version
-        named = [
-            f'{placed.effect.name} at {", ".join(placed.where)}'
-            for placed in self.corrected()[0].effects
-        ]
-        self._say(
+        effects = self.corrected()[0].effects
+        named = ', '.join(f'{e.effect.name} at {", ".join(e.where)}' for e in effects)
+        self.say(
             f'difference model {difference.version}, from {difference.trained_on} steps'
-            + (f', on top of {", ".join(named)}' if named else '')
+            f'{named and f", on top of {named}"}'
         )
         self.done.update += 1
         self.done.phase = 'train'
@@ -256,35 +242,35 @@ class Algorithm5:
     def _start_from_before(self, training: Training) -> None:
         """The networks behind the robot's driver; in the thesis the first round's replay too."""
         start_from(self._round(self.done.driver), training)
-        if self._settings.thesis:
+        if self.settings.thesis:
             training.replay.load(newest(self._round(0)) / 'replay.npz', KEPT_REPLAY)
 
     def gather_again(self) -> None:
         """What was gathered for the update that is next has been lost."""
         self.done.phase = 'collect'
-        self.done.samples -= self._settings.transitions
+        self.done.samples -= self.settings.transitions
 
     def corrected(self) -> tuple[Model, DifferenceModel | None]:
         """The model with the effects named so far, and the difference model on top of it."""
         if not self.done.version:
-            return self._model, None
+            return self.model, None
         path = self.folder / f'difference-{self.done.version:03d}.safetensors'
         difference = from_bytes(path.read_bytes(), str(path))
-        model = difference.model_beside(path.with_suffix('.yaml'), self._model)
-        return model, difference if self._settings.network else None
+        model = difference.model_beside(path.with_suffix('.yaml'), self.model)
+        return model, difference if self.settings.network else None
 
     def _round(self, update: int) -> Path:
-        if update == 0 and self._start is not None:
-            return self._start
+        if update == 0 and self.start is not None:
+            return self.start
         return self.folder / f'round-{update}'
 
     def _seed(self) -> int:
-        return 1000 * self._settings.seed + self.done.update
+        return 1000 * self.settings.seed + self.done.update
 
     def _read(self) -> Done:
         path, of = self.folder / DONE, self._of()
         if not path.exists():
-            return Done(phase='train' if self._start is None else 'test', of=of)
+            return Done(phase='train' if self.start is None else 'test', of=of)
         try:
             done = Done(**json.loads(path.read_text()))
         except (OSError, TypeError, ValueError) as error:
@@ -303,13 +289,10 @@ class Algorithm5:
     def _of(self) -> dict[str, Any]:
         """What a run that is gone on with must have in common with this one."""
         of = {
-            'robot': self._model.robot.name,
-            'model': write_effects(self._model.effects),
-            'start': self._start and str(self._start),
-            'seed': self._settings.seed,
-            'config': asdict(self._config),
+            'robot': self.model.robot.name,
+            'model': write_effects(self.model.effects),
+            'start': self.start and str(self.start),
+            'seed': self.settings.seed,
+            'config': asdict(self.config),
         }
         return cast(dict[str, Any], json.loads(json.dumps(of)))
-
-    def _write(self) -> None:
-        write_whole(self.folder / DONE, json.dumps(asdict(self.done), indent=1))

@@ -10,13 +10,13 @@ from pathlib import Path
 import shutil
 
 from safetensors import SafetensorError
-from safetensors.torch import load_file
+from safetensors.torch import load_file, save
 
 from leo_learner.ddpg import OBSERVATION_SCALE, part, Training
-from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
+from leo_msgs_py.whole_file import write_whole
 
 TENSORS, REPLAY = 'agent.safetensors', 'replay.npz'
 PREFIX = 'checkpoint-'
@@ -33,7 +33,7 @@ def save_checkpoint(folder: Path, training: TrainingLoop) -> Path:
     shutil.rmtree(temporary, ignore_errors=True)
     try:
         temporary.mkdir(parents=True)
-        save_tensors(temporary / TENSORS, training.tensors())
+        write_whole(temporary / TENSORS, save(training.tensors()))
         if training.replay is not None:
             training.replay.save(temporary / REPLAY)
         (temporary / 'run.json').write_text(json.dumps(_counters(training), indent=1))
@@ -49,7 +49,6 @@ def save_checkpoint(folder: Path, training: TrainingLoop) -> Path:
 
 
 def _unwritten(folder: Path, error: OSError) -> UserError:
-    """What to do where a disk takes no checkpoint."""
     kept = any(folder.glob(f'{PREFIX}*'))
     resumed = leo('learn', '--resume', folder)
     then = f'go on with: {resumed}' if kept else 'start again: nothing was saved'

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run a policy: returns without noise, and rollouts with noise that gather transitions."""
+"""Run a policy, for its returns or with noise to gather transitions; perform a scripted motion."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import gymnasium
 import numpy as np
 
 from leo_learner.ddpg import OrnsteinUhlenbeck
+from leo_learner.env import RobotSpaces
+from leo_sim.task.motions import Routine
 
 Act = Callable[[np.ndarray], np.ndarray]
 """Observation (n_obs,) -> input [V, N m or rad] (A,), as `Policy` is one."""
-
 COLLECT_THETA, COLLECT_SIGMA = 0.15, 0.1
 """Noise while gathering transitions on the robot (docs/reference/leo.md 10)."""
 
@@ -49,12 +51,7 @@ def collect(
 ) -> None:
     """Drive `steps` transitions from random starts with noise on the policy; others record.
 
-    Args:
-        env: of the robot.
-        act: the policy.
-        steps: transitions; the last episode ends where they are reached.
-        seed: of noise and starts.
-        on_step: called after every transition.
+    The last episode ends where they are reached; `on_step` is called after every one.
     """
     assert isinstance(env.action_space, gymnasium.spaces.Box)
     limit, done, episode = env.action_space.high, 0, 0
@@ -84,7 +81,7 @@ def _episode(
     pose: str,
     go_on: Callable[[], bool] = lambda: True,
 ) -> tuple[float, bool]:
-    """One episode; its return and whether it was lost."""
+    """Its return, and whether it was lost."""
     observation, _ = env.reset(seed=seed, options={'pose': pose})
     total, done = 0.0, False
     while not done:
@@ -95,3 +92,46 @@ def _episode(
         total += float(reward)
         done = terminated or truncated or not go_on()
     return total, False
+
+
+@dataclass(frozen=True)
+class Performed:
+    """What came of a motion.
+
+    Attributes:
+        seconds: how long it moved [s].
+        falls: how often it fell and was put up again; each begins an episode.
+        complete: False where the robot was restarted meanwhile.
+    """
+
+    seconds: float
+    falls: int
+    complete: bool
+
+
+def perform(
+    env: gymnasium.Env,
+    routine: Routine,
+    seconds: float,
+    seed: int = 0,
+    on_step: Callable[[], None] = lambda: None,
+) -> Performed:
+    """Put the robot into the start pose, then drive it `seconds` [s], anew after every fall.
+
+    `seed` is that of a model's start poses; `on_step` is called after every control period.
+    """
+    base = env.unwrapped
+    assert isinstance(base, RobotSpaces)
+    options = {'pose': routine.start}
+    env.reset(seed=seed, options=options)
+    period, falls = base.robot.control_period, 0
+    count = max(1, round(seconds / period))
+    for k in range(count):
+        volts = routine.volts(base.sensed.q, base.sensed.dq)
+        if volts is None:
+            env.reset(options=options)
+            falls += 1
+        elif 'lost' in env.step(volts)[4]:
+            return Performed(k * period, falls, False)
+        on_step()
+    return Performed(count * period, falls, True)

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Deep deterministic policy gradient as in Rastogi's thesis (2017), chapters 2, 5 and 7.
 
-One file, read from top to bottom: the settings, the networks, the exploration noise, the update,
-the agent (act, learn), what it does in the training loop. `THESIS` is the reference, number by
-number from sections 9 and 10 of docs/reference/leo.md; every option that differs from it is off
-there. Which are on for which robot is in `configs`; docs/ddpg.md lists every deviation from
-Lillicrap et al. (2016) and the thesis.
+From top to bottom: the settings, the networks, the exploration noise, the agent (act, learn), what
+it does in the training loop; the update is in `autograd_update` and, faster, in `fast_update`.
+`THESIS` is the reference, number by number from sections 9 and 10 of docs/reference/leo.md; every
+option that differs from it is off there. Which are on for which robot is in `configs`;
+docs/ddpg.md lists every deviation from Lillicrap et al. (2016) and the thesis.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import copy
 from dataclasses import dataclass
@@ -21,11 +21,8 @@ import gymnasium
 import numpy as np
 import torch
 from torch import nn, Tensor
-from torch.nn.functional import mse_loss
 
-from leo_learner.fast_update import FastUpdate
-from leo_learner.fast_update.flat import weights_and_biases
-from leo_learner.fast_update.layers import Layers
+from leo_learner.fast_update import FastUpdate, Layers
 from leo_learner.replay import Batch, Replay
 from leo_learner.training_loop import LoopConfig, TrainingLoop, Transition
 
@@ -70,6 +67,7 @@ class Config(LoopConfig):
 
 
 THESIS = Config()
+Update = Callable[['Agent'], Any]
 
 
 def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.ModuleList:
@@ -129,8 +127,8 @@ class Critics(nn.Module):
 
     def __init__(self, n_obs: int, n_act: int, config: Config) -> None:
         super().__init__()
-        count = 2 if config.twin_critics else 1
-        self.members = nn.ModuleList(Critic(n_obs, n_act, config) for _ in range(count))
+        each = range(2 if config.twin_critics else 1)
+        self.members = nn.ModuleList(Critic(n_obs, n_act, config) for _ in each)
 
     def forward(self, observation: Tensor, action: Tensor) -> Tensor:
         """Values of a batch by every critic."""
@@ -146,75 +144,9 @@ class OrnsteinUhlenbeck:
 
     def __call__(self) -> np.ndarray:
         """The next value, (size,)."""
-        self._value += -self._theta * self._value + self._sigma * self._rng.normal(
-            size=self._value.shape
-        )
+        drawn = self._rng.normal(size=self._value.shape)
+        self._value += -self._theta * self._value + self._sigma * drawn
         return self._value.copy()
-
-
-def adam(module: nn.Module, rate: float, l2: float = 0.0) -> torch.optim.Adam:
-    """Adam whose L2 term spares the biases; 1/2 c |W|^2 in the loss is c W in the gradient."""
-    weights, biases = weights_and_biases(module)
-    groups = [{'params': weights, 'weight_decay': l2}, {'params': biases}]
-    return torch.optim.Adam(groups, lr=rate, fused=True)
-
-
-class AutogradUpdate:
-    """One gradient step on the critics and the actor of an agent, whose targets follow.
-
-    With target networks Q', mu' and a batch of (s, a, r, s', d):
-
-        y = r + gamma (1 - d) min_i Q'_i(s', mu'(s'))
-        critics: minimise sum_i mean((Q_i(s, a) - y)^2) + c/2 |W|^2
-        actor:   maximise mean(Q_1(s, mu(s)))
-        targets: w' <- w' + tau (w - w')
-
-    These lines are the reference of `FastUpdate`, which trains: it gives the same to rounding.
-
-    Args:
-        agent: whose networks it updates.
-    """
-
-    def __init__(self, agent: Agent) -> None:
-        self._agent, config = agent, agent.config
-        self.actor_adam = adam(agent.actor, config.actor_rate)
-        self.critic_adam = adam(agent.critic, config.critic_rate, config.critic_l2)
-
-    def __call__(self, batch: Batch) -> dict[str, float]:
-        """Update on a scaled batch; the losses and the mean value, as logged."""
-        tensors = Batch(*(torch.from_numpy(column) for column in batch))
-        losses = self._step_critics(tensors) | self._step_actor(tensors.observations)
-        self._follow(self._agent.target_actor, self._agent.actor)
-        self._follow(self._agent.target_critic, self._agent.critic)
-        return losses
-
-    def _step_critics(self, batch: Batch) -> dict[str, float]:
-        agent = self._agent
-        with torch.no_grad():
-            following = batch.next_observations
-            value = agent.target_critic(following, agent.target_actor(following)).amin(dim=0)
-            target = batch.rewards + agent.config.gamma * (1 - batch.terminated) * value
-        values = agent.critic(batch.observations, batch.actions)
-        loss = sum(mse_loss(value, target) for value in values)
-        self.critic_adam.zero_grad()
-        loss.backward()
-        self.critic_adam.step()
-        return {'losses/qf_loss': loss.item(), 'losses/qf_values': values.mean().item()}
-
-    def _step_actor(self, observations: Tensor) -> dict[str, float]:
-        agent = self._agent
-        agent.critic.requires_grad_(False)
-        loss = -agent.critic.members[0](observations, agent.actor(observations)).mean()
-        self.actor_adam.zero_grad()
-        loss.backward()
-        self.actor_adam.step()
-        agent.critic.requires_grad_(True)
-        return {'losses/actor_loss': loss.item()}
-
-    def _follow(self, target: nn.Module, learned: nn.Module) -> None:
-        with torch.no_grad():
-            for slow, fast in zip(target.parameters(), learned.parameters(), strict=True):
-                slow.lerp_(fast, self._agent.config.tau)
 
 
 @contextmanager
@@ -230,21 +162,11 @@ def denormals_as_zero() -> Iterator[None]:
 class Agent:
     """The networks, their targets and optimisers: everything that learning changes.
 
-    Args:
-        n_obs: numbers observed.
-        n_act: numbers given out.
-        config: the settings.
-        seed: of the networks' first weights.
-        update: what an update is computed by; `AutogradUpdate` in tests.
+    `seed` is that of the first weights, `update` makes what computes an update.
     """
 
     def __init__(
-        self,
-        n_obs: int,
-        n_act: int,
-        config: Config,
-        seed: int,
-        update: type[FastUpdate | AutogradUpdate] = FastUpdate,
+        self, n_obs: int, n_act: int, config: Config, seed: int, update: Update = FastUpdate
     ) -> None:
         torch.set_num_threads(1)
         self.config = config
@@ -323,13 +245,7 @@ def part(tensors: Mapping[str, Tensor], prefix: str) -> dict[str, Tensor]:
 
 
 class Training(TrainingLoop):
-    """DDPG on an environment.
-
-    Args:
-        env: see `TrainingLoop`.
-        config: `THESIS` or a variation, see `configs`.
-        seed: of the networks, the noise, the starts and the batches.
-    """
+    """DDPG on an environment, with `THESIS` or a variation of it (see `configs`)."""
 
     agent_name = 'ddpg'
     config: Config
@@ -362,8 +278,7 @@ class Training(TrainingLoop):
         return self._best
 
     def _begin(self, rng: np.random.Generator) -> None:
-        config, self._rng = self.config, rng
-        size = len(self.limit)
+        config, self._rng, size = self.config, rng, len(self.limit)
         self._noise = OrnsteinUhlenbeck(size, config.noise_theta, config.noise_sigma, rng)
 
     def _explore(self, observation: np.ndarray) -> np.ndarray:

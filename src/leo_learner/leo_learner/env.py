@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from leo_diffmodel.difference.layout import layout_of
+from leo_diffmodel.difference.data import layout_of
 from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
@@ -43,7 +43,6 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self._task = Task(robot)
 
     def _begin(self, start: State) -> np.ndarray:
-        """The observation at the start of an episode."""
         self._steps, self._memory, self.sensed = 0, Memory(), start
         return self._task.observation(start.q, start.dq)
 
@@ -67,13 +66,9 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
 class ModelEnv(RobotSpaces):
     """Episodes on `Model.step`, corrected; the corrected state is where the next step starts.
 
-    Observation, reward and termination come from the corrected state as the sensors read it.
-    With a difference model `info` tells the `factor` of the correction and the `channel` that is
-    furthest from its data, as `Judged` has them.
-
-    Args:
-        model: with its effects.
-        difference: a difference model of the same robot.
+    Observation, reward and termination come from the corrected state as the sensors read it. With
+    a difference model `info` has the `factor` of the correction and the `channel` that is furthest
+    from its data, as `Judged` has them.
     """
 
     def __init__(self, model: Model, difference: DifferenceModel | None = None) -> None:
@@ -152,19 +147,19 @@ def read_difference(path: Path, robot: Robot) -> DifferenceModel:
 
 
 def _check_base(difference: DifferenceModel, path: Path, model: Model) -> None:
+    def known(model: Model) -> list[Any]:
+        return sorted(
+            (e.effect.name, e.where, sorted(e.parameters.items())) for e in model.effects
+        )
+
     with TemporaryDirectory() as folder:
         beneath = difference.model_beside(Path(folder, 'model.yaml'), model)
-    if _effects(beneath) != _effects(model):
+    if known(beneath) != known(model):
         names = ', '.join(f'{e.effect.name} at {" ".join(e.where)}' for e in beneath.effects)
         raise UserError(
             f'{path} goes on top of {names or "no effect"}; give the model with these, which was '
-            f'written beside it ({path.with_suffix(".yaml").name})'
+            f'written with it ({path.with_suffix(".yaml").name})'
         )
-
-
-def _effects(model: Model) -> list[Any]:
-    """Names, places and values."""
-    return sorted((e.effect.name, e.where, sorted(e.parameters.items())) for e in model.effects)
 
 
 def training_model(model: Model) -> Model:

@@ -31,8 +31,7 @@ class Outcome:
     """What a run came to.
 
     Attributes:
-        policy: the best policy by test.
-        test_return: its mean return in that test.
+        policy: the best policy by test, with `test_return` as its mean return there.
         steps: transitions gathered.
         seconds: wall time of this part of the run.
         finished: False where it was stopped before its last step.
@@ -59,16 +58,9 @@ def learn(
 ) -> Outcome:
     """Run `training` to `steps` transitions in `folder`, going on from a checkpoint there.
 
-    Ctrl-C ends the present episode, on a running robot at once, saves and returns.
-
-    Args:
-        training: fresh, or as it starts (networks and replay of an earlier run).
-        robot: for the policy file.
-        steps: transitions in all.
-        folder: receives TensorBoard's events, `checkpoint-*` and `policy.safetensors`.
-        title: what the progress line says.
-        quiet: no progress line.
-        alive: asked after every episode; False stops the run as Ctrl-C does.
+    Ctrl-C ends the present episode, on a running robot at once, saves and returns. The folder
+    receives TensorBoard's events, `checkpoint-*` and `policy.safetensors`. `alive` is asked after
+    every episode; False stops the run as Ctrl-C does.
     """
     began = time.perf_counter()
     folder.mkdir(parents=True, exist_ok=True)
@@ -79,7 +71,12 @@ def learn(
         curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps + 1))
         signals = stack.enter_context(_stopped_by_signal(training))
         stack.enter_context(suppress(KeyboardInterrupt))  # of an environment that waited
-        training.run(steps, _both(curves.add_scalar, show), _Saver(training, folder, alive))
+
+        def log(name: str, value: float, step: int) -> None:
+            curves.add_scalar(name, value, step)
+            show(name, value, step)
+
+        training.run(steps, log, _Saver(training, folder, alive))
     save_checkpoint(folder, training)
     save_policy(folder / POLICY, training, robot)
     return Outcome(
@@ -90,14 +87,6 @@ def learn(
         training.steps >= steps,
         bool(signals),
     )
-
-
-def _both(first: OnScalar, second: OnScalar) -> OnScalar:
-    def pass_on(name: str, value: float, step: int) -> None:
-        first(name, value, step)
-        second(name, value, step)
-
-    return pass_on
 
 
 class _Saver:

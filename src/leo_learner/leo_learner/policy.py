@@ -13,16 +13,19 @@ from typing import Any
 import gymnasium
 import numpy as np
 from safetensors import safe_open, SafetensorError
+from safetensors.torch import save
 import torch
 from torch import Tensor
 
 from leo_learner import ddpg, sarsa, sym
-from leo_learner.tensor_file import save_tensors
 from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
+DAMAGE = SafetensorError, KeyError, TypeError, ValueError, RuntimeError, OverflowError
+"""What reading a damaged file raises."""
 Act = Callable[[np.ndarray], np.ndarray]
 """Observation (..., n_obs) -> action (..., A) in [-1, 1]."""
 
@@ -67,14 +70,7 @@ class Policy:
                 metadata = file.metadata() or {}
                 tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
             return cls._build(metadata, tensors)
-        except (
-            SafetensorError,
-            KeyError,
-            TypeError,
-            ValueError,
-            RuntimeError,
-            OverflowError,
-        ) as error:
+        except DAMAGE as error:
             raise UserError(
                 f'{path}: not a policy file ({one_line(error)}); give the policy.safetensors '
                 'that leo learn wrote'
@@ -90,15 +86,8 @@ class Policy:
                 raise ValueError(f'{name} has numbers that are none')
         observation = tuple(json.loads(metadata['observation']))
         act = AGENTS[metadata.get('agent', 'ddpg')](metadata, len(observation), limit, tensors)
-        return cls(
-            act,
-            metadata['robot'],
-            metadata.get('actions', 'full'),
-            observation,
-            metadata['unit'],
-            limit,
-            metadata,
-        )
+        robot, actions = metadata['robot'], metadata.get('actions', 'full')
+        return cls(act, robot, actions, observation, metadata['unit'], limit, metadata)
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
         """Inputs (..., A) in volts (N m) for unscaled observations (..., n_obs)."""
@@ -161,7 +150,7 @@ def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
         'steps': str(training.steps),
         'test_return': repr(training.best_return),
     }
-    save_tensors(path, training.best_policy(), metadata)
+    write_whole(path, save(training.best_policy(), metadata))
 
 
 def _actor(

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import running, spin_once
+from leo_msgs_py.node import listen, running, spin_once
 from leo_msgs_py.values import Command, JointStates
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
@@ -38,14 +38,8 @@ class RobotEnv(RobotSpaces):
 
     The robot's own parameter `start` decides on the start pose, whatever `reset` asks for. An
     episode during which the robot was restarted ends with `info['lost']`, and the last
-    transition is none; until a robot answers, the environment waits.
-
-    Args:
-        node: joined to the graph; it is served while this environment waits.
-        robot: model description of the robot behind the topics; its joints may come in any
-            order.
-
-    Waiting raises UserError where the robot that runs has other joints.
+    transition is none; until a robot answers, the environment waits, and its `node`, which has
+    joined the graph, is served. UserError where the robot that runs has other joints.
     """
 
     def __init__(self, node: Node, robot: Robot) -> None:
@@ -57,15 +51,8 @@ class RobotEnv(RobotSpaces):
         self._repeated = False
         self._state: JointStates | None = None
         self._period_ns = round(robot.control_period * 1e9)
-        node.create_subscription(
-            topics.JOINT_STATES.type,
-            topics.JOINT_STATES.name,
-            self._on_state,
-            topics.JOINT_STATES.qos,
-        )
-        node.create_subscription(
-            topics.EPISODE.type, topics.EPISODE.name, self._on_episode, topics.EPISODE.qos
-        )
+        listen(node, topics.JOINT_STATES, self._on_state)
+        listen(node, topics.EPISODE, self._on_episode)
         # The robot wants the newest command, a recorder every one: so many are kept for it.
         kind, name, _ = topics.COMMANDS[INTERFACES[robot.input]]
         self._commands = node.create_publisher(kind, name, topics.DEEP)
@@ -175,8 +162,5 @@ def _state(measured: JointStates) -> State:
 def _same(a: JointStates | None, b: JointStates | None) -> bool:
     if a is None or b is None:
         return a is b
-    return (
-        a.stamp_ns == b.stamp_ns
-        and np.array_equal(a.position, b.position)
-        and np.array_equal(a.velocity, b.velocity)
-    )
+    values = zip((a.position, a.velocity), (b.position, b.velocity), strict=True)
+    return a.stamp_ns == b.stamp_ns and all(np.array_equal(x, y) for x, y in values)

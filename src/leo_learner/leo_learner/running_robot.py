@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 import shlex
@@ -15,9 +15,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from leo_diffmodel.bags.recorder import Recorder
+from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_diffmodel.nodes.robot_facts import FACTS, facts_of, held_in
 from leo_learner.robot_env import RobotEnv, Stopped
+from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import call, graph, join, running, spin_until
 from leo_sim.description.robot import load_robot, Robot
@@ -26,28 +28,21 @@ FOUND_SECONDS = 10.0
 """How long a robot is looked for."""
 ANSWER_SECONDS = 60.0
 """How long one that is there may take to answer: it may be starting up."""
+PATIENCE = 5.0
 
 
 @contextmanager
 def running_robot(ros_args: list[str], name: str = 'play') -> Iterator[RunningRobot]:
-    """A node of ours beside the robot's.
-
-    Args:
-        ros_args: `--ros-args ...`.
-        name: of our node.
-    """
+    """A node of ours on the graph of the robot, named `name`."""
     with graph(ros_args):
         yield RunningRobot(join(Node(name)))
 
 
 class RunningRobot:
-    """The node `robot` beside ours.
-
-    Args:
-        node: ours, joined to the graph.
+    """The node `robot`, through a node of ours that has joined the graph.
 
     Attributes:
-        facts: what the robot's node says about itself, as bags say it; by `ask`.
+        facts: what it says about itself, as bags say it; set by `ask`.
     """
 
     def __init__(self, node: Node) -> None:
@@ -127,3 +122,46 @@ class RunningRobot:
             raise UserError(f'the robot does not answer: {error}') from error
         finally:
             self.node.destroy_client(client)
+
+
+class RobotPlayer:
+    """Plays runs on a robot node, in lockstep or in real time; its safety stays in force."""
+
+    def __init__(self, node: Node, env: RobotEnv) -> None:
+        self._env = env
+        self._torque = node.create_client(*topics.TORQUE)
+
+    def play(self, run: Run, on_step: Callable[[], None] = lambda: None) -> bool:
+        """Reset the robot, then send the run; motors are on at 0 in the end, come what may.
+
+        False where the robot was restarted meanwhile.
+
+        Raises:
+            UserError: the robot does not switch its motors off or on.
+        """
+        self._env.reset()
+        on = True
+        try:
+            for inputs, wanted in zip(run.inputs, run.enabled, strict=True):
+                if bool(wanted) != on:
+                    on = bool(wanted)
+                    self._switch(on)
+                if 'lost' in self._env.step(inputs)[4]:
+                    return False
+                on_step()
+            return True
+        finally:
+            if not on and running():
+                self._switch(True)
+
+    def _switch(self, on: bool) -> None:
+        request = topics.TORQUE.type.Request(data=on)
+        try:
+            done = call(self._torque, request, PATIENCE).success
+        except TimeoutError:
+            done = False
+        if not done:
+            raise UserError(
+                f'the robot does not switch its motors {"on" if on else "off"} '
+                f'(/{topics.TORQUE.name}); choose a run without torque off'
+            )

@@ -52,13 +52,7 @@ CONFIGS = {'thesis': Config()}
 
 
 class Agent:
-    """The tiles and what they say about the actions.
-
-    Args:
-        n_obs: numbers observed.
-        limit: largest inputs, (A,).
-        config: of the run.
-        seed: of the weights at the start.
+    """The tiles and what they say about the actions, up to `limit` (A,).
 
     Raises:
         UserError: the tiles of `config` are for other observations and actions.
@@ -72,14 +66,8 @@ class Agent:
             )
         levels = np.linspace(-1, 1, config.levels)
         self.actions = np.array(list(product(levels, repeat=len(limit))))
-        self.tiles = TileCoding(
-            np.array(config.widths),
-            self.actions * limit,
-            config.tilings,
-            config.memory,
-            config.initial,
-            seed,
-        )
+        widths, sizes = np.array(config.widths), (config.tilings, config.memory, config.initial)
+        self.tiles = TileCoding(widths, self.actions * limit, *sizes, seed)
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """The best action in [-1, 1], of equal ones the first; (..., n_obs) -> (..., A)."""
@@ -98,16 +86,7 @@ class Agent:
 
 
 class Training(TrainingLoop):
-    """SARSA(lambda) on an environment.
-
-    Args:
-        env: see `TrainingLoop`.
-        config: of the run.
-        seed: of the weights, the starts and the exploration.
-
-    Raises:
-        UserError: the tiles of `config` are for other observations and actions.
-    """
+    """SARSA(lambda) on an environment; UserError as `Agent`."""
 
     agent_name = 'sarsa'
     config: Config

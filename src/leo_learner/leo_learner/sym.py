@@ -37,11 +37,8 @@ FEET = ('left_foot', 'right_foot')
 class SymMap:
     """Between what Sym sees and drives and the states and actuators of a LEO robot.
 
-    Args:
-        robot: with LEO's joints, feet and voltages.
-
     Raises:
-        UserError: it is no such robot.
+        UserError: it has not LEO's joints, feet and voltages.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -85,12 +82,7 @@ class Sym(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):
     """Any environment of a LEO robot as Sym: 10 numbers seen (`OBSERVED`), 3 voltages.
 
     A change of the stance leg (`Gait.stance`) exchanges left and right at the next observation.
-
-    Args:
-        env: on a model or on the robot node.
-
-    Raises:
-        UserError: its robot is no LEO.
+    UserError where the robot is no LEO.
     """
 
     def __init__(self, env: gymnasium.Env[np.ndarray, np.ndarray]) -> None:

@@ -33,12 +33,9 @@ class TileCoding:
         widths: of a tile, per observation and then per action, in their units.
         actions: (N, A), in the units of `widths`.
         tilings: T.
-        memory: number of cells, a power of two.
+        memory: number of cells, a power of two; `weights` are theirs, (memory,) float32.
         initial: weights start as U(0, initial).
         seed: of the weights at the start.
-
-    Attributes:
-        weights: of the cells, (memory,), float32.
     """
 
     def __init__(
@@ -65,23 +62,15 @@ class TileCoding:
 
     def values(self, observation: np.ndarray) -> np.ndarray:
         """Of all actions, (N,)."""
-        return values(
-            self._cells,
-            self.weights,
-            self._observed(observation),
-            self._keys,
-            self._counts,
-            self._groups,
-            self._salt,
-            self._initial,
-        )
+        observed, start = self._observed(observation), (self._salt, self._initial)
+        tiles = self._keys, self._counts, self._groups
+        return np.asarray(values(self._cells, self.weights, observed, *tiles, *start))
 
     def claim(self, observation: np.ndarray, action: int) -> np.ndarray:
         """The cells (T,) of an observation and the action with that number, claimed if new."""
         own = self._keys[np.arange(self._tilings), self._groups[:, action]]
-        return claim(
-            self._cells, self.weights, self._observed(observation), own, self._salt, self._initial
-        )
+        observed, start = self._observed(observation), (self._salt, self._initial)
+        return np.asarray(claim(self._cells, self.weights, observed, own, *start))
 
     def claimed(self) -> dict[str, np.ndarray]:
         """All cells in use: `slot` (C,) int32, `mark` (C,) int32, `weight` (C,) float32."""
@@ -103,7 +92,7 @@ class TileCoding:
         self.weights[slots] = claimed['weight']
 
     def _free(self, memory: int) -> None:
-        """All cells free: mark 0, and the weight beside it, in one cache line."""
+        """All cells free: mark 0, and the weight in the same cache line."""
         self._cells = np.zeros((memory, 2), np.uint32)
         self.weights: np.ndarray = self._cells.view(np.float32)[:, 1]
 
@@ -206,16 +195,7 @@ def claim(
     salt: np.uint64,
     initial: np.float32,
 ) -> np.ndarray:
-    """Cells (T,) of one observation and action, claimed where they are free.
-
-    Args:
-        cells: see `values`.
-        weights: see `values`.
-        observed: hash of the observation per tiling, (T,).
-        own: hash of the action per tiling, (T,).
-        salt: see `values`.
-        initial: see `values`.
-    """
+    """Cells (T,) of an observation and action (hashes, (T,)), claimed where free; see `values`."""
     slots = np.empty(len(own), np.int64)
     for j in range(len(own)):
         key = mixed(observed[j] ^ own[j])

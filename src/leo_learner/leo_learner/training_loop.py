@@ -53,11 +53,8 @@ class Transition(NamedTuple):
 class TrainingLoop(ABC):
     """Episodes on an environment; what an agent does in them is in its subclass.
 
-    Args:
-        env: observations as the policy sees them, actions in volts (or N m); `reset` takes
-            `options={'pose': 'nominal' | 'random'}`.
-        config: of the agent.
-        seed: of everything random.
+    Observations are as the policy sees them, actions in volts (or N m); `reset` takes
+    `options={'pose': 'nominal' | 'random'}`.
     """
 
     agent_name: ClassVar[str]

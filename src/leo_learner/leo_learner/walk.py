@@ -51,10 +51,10 @@ def walks(robot: Robot) -> bool:
 
 
 def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> Walk:
-    """The figures of an episode from its states.
+    """The figures of an episode of a robot with two feet.
 
     Args:
-        robot: with two feet.
+        robot: of the episode.
         q: measured angles at the start and after each control period [rad], (T + 1, J).
         dq: their rates [rad/s], (T + 1, J).
         inputs: voltages held in each period [V], (T, A).
@@ -65,24 +65,14 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
     distance = float(sum(steps) if by_feet else gait.com_x(q[-1]) - gait.com_x(q[0]))
     power = task.motor_power(dq[:-1], inputs, dq[1:])
     energy = float(np.sum(power)) * robot.control_period
-    return Walk(
-        distance,
-        len(steps),
-        passes(gait, q),
-        bool(task.terminated(State(q[-1], dq[-1]))),
-        energy,
-        energy / distance if distance > 0 else None,
-        len(inputs) * robot.control_period,
-    )
+    fell = bool(task.terminated(State(q[-1], dq[-1])))
+    per_metre = energy / distance if distance > 0 else None
+    seconds = len(inputs) * robot.control_period
+    return Walk(distance, len(steps), passes(gait, q), fell, energy, per_metre, seconds)
 
 
 def footsteps(gait: Gait, q: np.ndarray) -> list[float]:
-    """Length of each footstep, m: the new stance ankle before the old one when they change.
-
-    Args:
-        gait: of the robot.
-        q: angles of an episode, (T, J), m and rad.
-    """
+    """Length of each footstep [m]: the new stance ankle before the old one; q is (T, J)."""
     stance, lengths = int(gait.stance(q[0], Memory().stance)), []
     for row in q[1:]:
         now = int(gait.stance(row, stance))
@@ -93,12 +83,7 @@ def footsteps(gait: Gait, q: np.ndarray) -> list[float]:
 
 
 def passes(gait: Gait, q: np.ndarray) -> int:
-    """How often one ankle passes the other.
-
-    Args:
-        gait: of the robot.
-        q: angles of an episode, (T, J), m and rad.
-    """
+    """How often one ankle passes the other; q is (T, J)."""
     apart = gait.stride(q, 0)
     side = np.sign(apart[np.abs(apart) > PAST])
     return int(np.sum(side[1:] != side[:-1]))

@@ -116,14 +116,7 @@ def supply(stamp_ns: int, joint: str, volts: float) -> bytes:
         _header(stamp_ns, joint),
         float(volts),
         *unmeasured,
-        0,
-        0,
-        0,
-        True,
-        empty,
-        empty,
-        '',
-        '',
+        *(0, 0, 0, True, empty, empty, '', ''),
     )
 
 

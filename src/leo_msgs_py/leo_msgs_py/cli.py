@@ -11,14 +11,16 @@ import errno
 from functools import wraps
 from importlib.metadata import entry_points, EntryPoint, version
 from importlib.util import find_spec
+from itertools import pairwise
 import os
 from pathlib import Path
+import re
+import shlex
 import signal
 import sys
 from threading import current_thread, main_thread
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.process_title import conceal
 from leo_msgs_py.terminal import visible_output
 
 _USAGE = """\
@@ -69,24 +71,14 @@ _SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2
 _INTERRUPTED = 130
 _LONGEST = 1500
-
-
-def main(argv: list[str] | None = None) -> int:
-    """Run a verb.
-
-    Args:
-        argv: arguments without the program name; None takes the process's.
-
-    Returns:
-        Exit status: the verb's own, 2 for bad input (one line on stderr), 130 interrupted.
-    """
-    return _guarded(_dispatch, sys.argv[1:] if argv is None else argv)
+_GIVEN = re.compile(r'(\bhidden(?:_seed)?:=|^--hidden[a-z-]*=).*', re.DOTALL)
+_OPTION = re.compile(r'--hidden[a-z-]*')
 
 
 def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
-    """Make `run` the `main` of a node, also for the script that `ros2 run` starts.
+    """Make `run` a `main` that a script can start: bad input is one line on stderr, status 2.
 
-    Without arguments it takes the process's; bad input is one line on stderr and status 2.
+    Without arguments it takes the process's.
     """
 
     @wraps(run)
@@ -96,14 +88,27 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
     return main
 
 
-def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
-    """The exit status of `run`, whose output can be read and whose processes can be ended.
+@executable
+def main(argv: list[str]) -> int:
+    """Run a verb; its own exit status, 2 for bad input (one line on stderr), 130 interrupted."""
+    verbs = {entry.name: entry for entry in entry_points(group='leo.verbs')}
+    if not argv or argv[0] in _HELP:
+        print(_help(verbs, in_full=argv[1:] == ['all']), end='')
+        return 0 if argv else _BAD_INPUT
+    if argv[0] == '--version':
+        print(f'leo {version("leo_msgs_py")}')
+        return 0
+    status: int = _find(argv[0], verbs).load()(argv[1:])
+    return status
 
-    SIGTERM interrupts as Ctrl-C does; control codes in what is printed are spelt out; a Python
-    that is started takes no module from the folder one is in; what is hidden leaves the process
-    list before the second that imports take.
+
+def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
+    """The exit status of `run`.
+
+    SIGTERM interrupts as Ctrl-C does, control codes in what is printed are spelt out, and a Python
+    that is started takes no module from the working folder.
     """
-    conceal()
+    conceal()  # before the second that imports take
     # Set by the ROS wheels when they start Python a second time; another environment's Python
     # started from here has a library path of its own to set.
     os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
@@ -126,7 +131,6 @@ def _safe_path() -> Iterator[None]:
 
 
 def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
-    """The exit status of `run`, with one line for bad input and silence for an interrupt."""
     try:
         status = run(words)
         sys.stdout.flush()
@@ -159,7 +163,6 @@ def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
 
 
 def _of_a_file(error: OSError) -> str:
-    """What the operating system has against a file, and what to do."""
     name = 'the output' if error.filename is None else str(error.filename)
     todo = 'make room' if error.errno in _NO_ROOM else 'mend that or choose another'
     return f'{error.strerror}: {name}; {todo}'
@@ -174,25 +177,11 @@ def _forget_output() -> None:
 
 
 def _one_line(text: str) -> str:
-    """A message on one line, its middle left out where it is very long."""
     line = ' '.join(text.split())
     return line if len(line) <= _LONGEST else f'{line[: _LONGEST // 2]} … {line[-200:]}'
 
 
-def _dispatch(words: list[str]) -> int:
-    verbs = {entry.name: entry for entry in entry_points(group='leo.verbs')}
-    if not words or words[0] in _HELP:
-        print(_help(verbs, in_full=words[1:] == ['all']), end='')
-        return 0 if words else _BAD_INPUT
-    if words[0] == '--version':
-        print(f'leo {version("leo_msgs_py")}')
-        return 0
-    status: int = _find(words[0], verbs).load()(words[1:])
-    return status
-
-
 def _help(verbs: dict[str, EntryPoint], in_full: bool) -> str:
-    """The first help page; `in_full` every verb with what it does."""
     if in_full:
         return '\n'.join(_lines(verbs, sorted(verbs))) + '\n'
     first = _lines(verbs, [name for name in _FIRST if name in verbs])
@@ -206,7 +195,6 @@ def _lines(verbs: dict[str, EntryPoint], names: list[str]) -> list[str]:
 
 
 def _groups(verbs: dict[str, EntryPoint]) -> list[str]:
-    """The verbs that are not on the first page, by what they are for."""
     known = {*_FIRST, *(name for group in _OTHERS.values() for name in group)}
     groups = {**_OTHERS, _ELSEWHERE: tuple(sorted(set(verbs) - known))}
     there = {title: [n for n in names if n in verbs] for title, names in groups.items()}
@@ -237,3 +225,18 @@ def _find(name: str, verbs: dict[str, EntryPoint]) -> EntryPoint:
     near = difflib.get_close_matches(name, verbs, n=1)
     hint = f'did you mean {near[0]!r}?' if near else "see 'leo --help'"
     raise UserError(f'unknown verb {name!r}; {hint}')
+
+
+def conceal() -> None:
+    """Keep what is hidden in a robot out of the process list from now on.
+
+    A parameter file (`--params-file`) is never shown there.
+    """
+    shown = [
+        '?' if _OPTION.fullmatch(before) else _GIVEN.sub(r'\1?', word)
+        for before, word in pairwise(['', *sys.orig_argv])
+    ]
+    if shown != sys.orig_argv:
+        from setproctitle import setproctitle
+
+        setproctitle(shlex.join(shown))

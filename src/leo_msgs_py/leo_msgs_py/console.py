@@ -3,15 +3,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+import math
+import sys
+from threading import Event, Thread
+import time
 from typing import Any, IO
 
 from rich.console import Console, ConsoleOptions, RenderableType
+from rich.progress import (
+    BarColumn,
+    Progress,
+    ProgressColumn,
+    SpinnerColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+)
 from rich.segment import Segment
 from rich.table import Table as RichTable
 from rich.text import Text
 
 from leo_msgs_py.terminal import visible
+
+EVERY = 10.0
+"""Between lines where nobody watches a terminal, s."""
+FEWEST = 3
+"""Steps after which the time left is guessed."""
 
 
 class Terminal(Console):
@@ -43,12 +64,7 @@ class Terminal(Console):
 
 
 class Table(RichTable):
-    """A table whose names and numbers are folded where it is too wide for the terminal, never cut.
-
-    Args:
-        headers: of columns.
-        options: as rich takes them.
-    """
+    """A table that folds names and numbers where it is too wide for the terminal, never cuts."""
 
     def __init__(self, *headers: str, **options: Any) -> None:
         super().__init__(**options)
@@ -58,3 +74,142 @@ class Table(RichTable):
     def add_column(self, *header: Any, **options: Any) -> None:
         """Add a column; see rich."""
         super().add_column(*header, **{'overflow': 'fold', **options})
+
+
+@dataclass
+class Clock:
+    """Steps done, and what they say of the time left.
+
+    Attributes:
+        steps: about how many there will be; None where nobody knows.
+        now: the time [s].
+        within: after which they end in any case [s].
+    """
+
+    steps: int | None = None
+    now: Callable[[], float] = time.monotonic
+    within: float = math.inf
+    done: int = 0
+    began: float = field(init=False)
+    last: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.began = self.last = self.now()
+
+    def step(self, steps: int = 1) -> None:
+        """One step more is done, or several."""
+        self.done, self.last = self.done + steps, self.now()
+
+    @property
+    def elapsed(self) -> float:
+        """Since the beginning [s]."""
+        return self.now() - self.began
+
+    @property
+    def left(self) -> float | None:
+        """Guess of the time left [s]; no less than the step takes that is being done.
+
+        None where too little is known: at the beginning, and after more steps than expected.
+        """
+        if self.steps is None or not FEWEST <= self.done < self.steps:
+            return None
+        pace = (self.last - self.began) / self.done
+        guess = max(pace * (self.steps - self.done), self.now() - self.last)
+        return min(guess, max(self.within - self.elapsed, 0.0))
+
+    def __str__(self) -> str:
+        known = self.steps is not None and self.done <= self.steps
+        part = f'{self.done} of about {self.steps} steps in ' if known else ''
+        rest = '' if self.left is None else f', about {in_words(self.left)} left'
+        return f'{part}{in_words(self.elapsed)}{rest}'
+
+
+def in_words(seconds: float) -> str:
+    """A time that nobody knows to the second."""
+    return f'{seconds:.0f} s' if seconds < 100 else f'{seconds / 60:.0f} min'
+
+
+class _Left(ProgressColumn):
+    def __init__(self, clock: Clock) -> None:
+        super().__init__()
+        self._clock = clock
+
+    def render(self, task: Task) -> Text:
+        """In words; empty where it is not known."""
+        left = self._clock.left
+        return Text('' if left is None else f'about {in_words(left)} left')
+
+
+@dataclass
+class Reporter:
+    """Hears what has been done, how many steps that were, and how many are to come.
+
+    Attributes:
+        show: shows what is being done.
+        clock: counts the steps.
+    """
+
+    show: Callable[[str], None]
+    clock: Clock = field(default_factory=Clock)
+
+    @classmethod
+    def of(cls, hears: Callable[[str], None]) -> Reporter:
+        """Whoever hears, also of steps; they are kept from what hears words alone."""
+        return hears if isinstance(hears, Reporter) else cls(hears)
+
+    def __call__(self, text: str, steps: int = 1) -> None:
+        """One step is done, or several."""
+        self.clock.step(steps)
+        self.show(text)
+
+    def expect(self, steps: int) -> None:
+        """About so many more steps are to come."""
+        self.clock.steps = self.clock.done + steps
+
+
+@contextmanager
+def progress(title: str, steps: int | None = None, within: float = math.inf) -> Iterator[Reporter]:
+    """Say on stderr what is being done, how much of how much, and the time left.
+
+    Args:
+        title: what is being done.
+        steps: about how many there will be, where that is known.
+        within: after which it ends in any case [s].
+    """
+    console, clock = Terminal(stderr=True), Clock(steps, within=within)
+    shown = _bar(title, clock, console) if console.is_terminal else _lines(title, clock)
+    with shown as show:
+        yield Reporter(show, clock)
+
+
+@contextmanager
+def _bar(title: str, clock: Clock, console: Terminal) -> Iterator[Callable[[str], None]]:
+    what = TextColumn('{task.description}', markup=False)
+    columns = (SpinnerColumn(), what, BarColumn(), TimeElapsedColumn(), _Left(clock))
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=clock.steps)
+
+        def show(text: str) -> None:
+            about = f'{title}: {text}'
+            bar.update(task, total=clock.steps, completed=clock.done, description=about)
+
+        yield show
+
+
+@contextmanager
+def _lines(title: str, clock: Clock) -> Iterator[Callable[[str], None]]:
+    """A line every `EVERY` seconds, however long a step takes."""
+    said, over = deque([title], maxlen=1), Event()
+
+    def lines() -> None:
+        while not over.wait(EVERY):
+            with suppress(OSError, ValueError):  # nobody reads any more
+                print(f'{said[-1]} ({clock})', file=sys.stderr, flush=True)
+
+    thread = Thread(target=lines, daemon=True)
+    thread.start()
+    try:
+        yield lambda text: said.append(f'{title}: {text}')
+    finally:
+        over.set()
+        thread.join()

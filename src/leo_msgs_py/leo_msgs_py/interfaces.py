@@ -12,6 +12,7 @@ from typing import Any
 from leo_msgs_py.errors import UserError
 
 _NAME = re.compile(r'([a-z]\w*)/(?:(msg|srv|action)/)?([A-Z]\w*)', re.ASCII)
+_SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
 
 
 def load(name: str, kind: str = 'msg') -> Any:
@@ -37,3 +38,60 @@ def _has(package: str, folder: str) -> bool:
     spec = find_spec(package)
     places = spec.submodule_search_locations if spec else None
     return any(Path(place, folder).is_dir() for place in places or ())
+
+
+def to_plain(value: Any) -> Any:
+    """A message as nested dictionaries, lists and scalars, fields in order."""
+    if hasattr(value, 'get_fields_and_field_types'):
+        names = value.get_fields_and_field_types()
+        return {n: to_plain(getattr(value, n)) for n in names}
+    if isinstance(value, bytes):
+        return list(value) if len(value) != 1 else value[0]
+    if hasattr(value, 'tolist'):
+        return value.tolist()
+    return [to_plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def fill(message: Any, data: dict[str, Any]) -> Any:
+    """Set a message's fields from a dictionary and return it.
+
+    Raises:
+        UserError: no such field (listing those there are), or a value that does not fit.
+    """
+    kinds = message.get_fields_and_field_types()
+    for name, value in data.items():
+        if name not in kinds:
+            there = ', '.join(kinds) or 'none'
+            raise UserError(f'{type(message).__name__} has no field {name!r}; it has: {there}')
+        try:
+            setattr(message, name, _convert(getattr(message, name), value, kinds[name]))
+        except (TypeError, ValueError, AssertionError) as error:
+            raise UserError(
+                f'{type(message).__name__}.{name} ({kinds[name]}) cannot be {value!r}'
+            ) from error
+    return message
+
+
+def _convert(current: Any, value: Any, kind: str) -> Any:
+    if hasattr(current, 'get_fields_and_field_types'):
+        return fill(current, _mapping(value))
+    found = _SEQUENCE.fullmatch(kind)
+    element = (found[1] or found[2]) if found else ''
+    if '/' in element:
+        cls = load(element)
+        return [fill(cls(), _mapping(item)) for item in value]
+    if kind in ('double', 'float'):
+        return float(value)
+    if element in ('double', 'float'):
+        return [float(item) for item in value]
+    if kind.startswith('string') and not isinstance(value, str):
+        raise TypeError(kind)
+    if isinstance(current, int) and not isinstance(value, int):
+        raise TypeError(kind)
+    return value
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise UserError(f'{value!r} should be a mapping {{field: value, ...}}')
+    return value

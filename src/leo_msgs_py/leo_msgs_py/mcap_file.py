@@ -23,7 +23,7 @@ from mcap.writer import MCAP0_MAGIC
 import zstandard
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 DAMAGE = (
     McapError,
@@ -134,11 +134,7 @@ class McapFile:
 
 
 def refuse_many(path: Path, topics: Collection[object]) -> None:
-    """Refuse a file with more topics than robots have.
-
-    Raises:
-        UserError: it has.
-    """
+    """Raise UserError where a file has more topics than robots have."""
     if len(topics) > MOST_TOPICS:
         raise UserError(
             f'{path} has more than {MOST_TOPICS} topics, as no robot has; make a bag '
@@ -163,10 +159,8 @@ def _ends_in_magic(stream: IO[bytes]) -> bool:
 
 
 def _is_as_written(chunk: Chunk, data: bytes) -> bool:
-    """Say whether a chunk's size and, where it has one, its checksum are right."""
-    if len(data) != chunk.uncompressed_size:
-        return False
-    return chunk.uncompressed_crc in (0, zlib.crc32(data))
+    checksum_is_right = chunk.uncompressed_crc in (0, zlib.crc32(data))
+    return len(data) == chunk.uncompressed_size and checksum_is_right
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -188,20 +182,15 @@ def _unpacked(chunk: Chunk) -> bytes:
 
 
 def _pieces(chunk: Chunk) -> Iterator[bytes]:
-    """Yield a chunk's records piece by piece."""
     if chunk.compression == 'zstd':
         yield from zstandard.ZstdDecompressor().read_to_iter(chunk.data, write_size=PIECE)
     elif chunk.compression == 'lz4':
-        yield from _lz4_pieces(chunk.data)
+        stream, data = lz4.frame.LZ4FrameDecompressor(), chunk.data
+        while not stream.eof and (piece := stream.decompress(data, max_length=PIECE)):
+            data = b''
+            yield piece
     elif not chunk.compression:
         yield chunk.data
-
-
-def _lz4_pieces(data: bytes) -> Iterator[bytes]:
-    stream = lz4.frame.LZ4FrameDecompressor()
-    while not stream.eof and (piece := stream.decompress(data, max_length=PIECE)):
-        data = b''
-        yield piece
 
 
 def find_files(path: Path) -> tuple[Path, ...]:

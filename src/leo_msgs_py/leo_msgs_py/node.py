@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What our nodes need beside rclpy: a process around them, private parameters, waiting.
+"""What our nodes need besides rclpy: a process around them, private parameters, waiting.
 
     with graph(argv):
         spin(RobotNode())
@@ -9,7 +9,7 @@ Everything else is rclpy's own: nodes, parameters, timers, publishers, services.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 import gc
 import signal
@@ -18,6 +18,7 @@ import time
 from typing import Any
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.logging import get_logger, LoggingSeverity, set_logger_level
@@ -25,6 +26,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from leo_msgs_py import middleware
@@ -54,10 +56,8 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
     """Take part in the graph as long as this lasts; SIGINT and SIGTERM end `spin` and waits.
 
     rclpy's own handlers would shut it down at once, and a callback that still publishes would
-    fail; with these everything works until the end. A later SIGINT interrupts.
-
-    Args:
-        argv: command line without the program name; rclpy heeds its `--ros-args`.
+    fail; with these everything works until the end. A later SIGINT interrupts. rclpy heeds the
+    `--ros-args` of `argv`.
 
     Raises:
         UserError: arguments or environment that ROS does not understand, or security that it
@@ -117,10 +117,9 @@ def spin_once(timeout: float = SLICE) -> None:
 
 
 def spare_collector() -> None:
-    """Have Python's garbage collector leave out all that exists now.
+    """Have Python's garbage collector leave out all that exists now, before a loop in real time.
 
-    To look through it takes 20 to 60 ms at random moments, in which no thread of Python runs. Call
-    this when a loop in real time is about to begin.
+    To look through it takes 20 to 60 ms at random moments, in which no thread of Python runs.
     """
     gc.collect()
     gc.freeze()
@@ -128,12 +127,9 @@ def spare_collector() -> None:
 
 @contextmanager
 def served_apart(node: Node, period: float, tick: Callable[[], None]) -> Iterator[None]:
-    """Serve a node by a thread of its own, whatever the others wait for.
+    """Serve a node, which joins no other executor, by a thread of its own; destroyed at the end.
 
-    Args:
-        node: it joins no other executor, and is destroyed at the end.
-        period: longest time between two ticks [s].
-        tick: called in that thread.
+    `tick` is called in that thread, at least every `period` [s].
     """
     executor, ended = EventsExecutor(), Event()
     harden(node)
@@ -158,13 +154,7 @@ def served_apart(node: Node, period: float, tick: Callable[[], None]) -> Iterato
 def listen_with_info(
     node: Node, topic: Topic, callback: Callable[[Any, dict[str, Any]], None]
 ) -> Subscription:
-    """Subscribe with what the middleware knows of a message: when it was sent, its number.
-
-    Args:
-        node: whose subscription it is.
-        topic: what to listen to.
-        callback: called with the message and rclpy's MessageInfo.
-    """
+    """Subscribe, and get with each message rclpy's MessageInfo: when it was sent, its number."""
 
     def called(*given: Any) -> None:
         # EventsExecutor of rclpy 7.1.6 hands over the pair as one argument, the others as two.
@@ -174,6 +164,16 @@ def listen_with_info(
     subscription = node.create_subscription(topic.type, topic.name, called, topic.qos)
     subscription._callback_type = Subscription.CallbackType.WithMessageInfo
     return subscription
+
+
+def listen(node: Node, topic: Topic, callback: Callable[[Any], None]) -> None:
+    """Subscribe to a topic of the graph."""
+    node.create_subscription(topic.type, topic.name, callback, topic.qos)
+
+
+def every(node: Node, period: float, action: Callable[[], None]) -> Timer:
+    """Have an action run every `period` [s], whatever ROS's clock shows."""
+    return node.create_timer(period, action, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
 
 def spin_until(condition: Callable[[], bool], timeout: float) -> bool:
@@ -209,10 +209,9 @@ def describe() -> str:
 
 
 def fixed_parameter(node: Node, name: str, default: Any) -> Any:
-    """Declare a parameter that holds from start to end, and return its value.
+    """Declare a parameter that nobody can set while the node runs, and return its value.
 
-    A whole number given for a float is one, a text for a list of texts a list of it. Setting it
-    while the node runs is refused.
+    A whole number given for a float is one, a text for a list of texts a list of it.
 
     Raises:
         UserError: the command line gives a value of another type than the default's.
@@ -232,10 +231,7 @@ def declared(node: Node, name: str, default: Any, read_only: bool = False) -> An
 def private_parameter(node: Node, name: str, default: Any) -> Any:
     """Return what the command line or a parameter file gives for a name, without declaring it.
 
-    Nobody can read it back: a declared parameter is served to all and published as an event.
-
-    Raises:
-        UserError: a value of another type than the default's.
+    A declared parameter is served to all. UserError for a value of another type than `default`.
     """
     given = node._parameter_overrides.get(name)  # rclpy shows overrides only by declaring them
     return default if given is None else _of_type(name, given.value, default)
@@ -256,7 +252,9 @@ def _of_type(name: str, value: Any, default: Any) -> Any:
         return float(value)
     if wanted == Parameter.Type.STRING_ARRAY and isinstance(value, str):
         return [value]
-    if wanted == Parameter.Type.DOUBLE_ARRAY and _all_numbers(value):
+    sequence = isinstance(value, Iterable) and not isinstance(value, (str, bytes))
+    numbers = sequence and all(type(item) in (int, float) for item in value)
+    if wanted == Parameter.Type.DOUBLE_ARRAY and numbers:
         return [float(item) for item in value]
     try:
         if Parameter.Type.from_parameter_value(value) == wanted:
@@ -265,12 +263,6 @@ def _of_type(name: str, value: Any, default: Any) -> Any:
         pass
     kind = wanted.name.lower().replace('_', ' ')
     raise UserError(f'parameter {name!r} must be of type {kind}, not {value!r}')
-
-
-def _all_numbers(value: Any) -> bool:
-    if isinstance(value, (str, bytes, bool, int, float)) or value is None:
-        return False
-    return all(type(item) in (int, float) for item in value)
 
 
 def _init(words: list[str]) -> None:

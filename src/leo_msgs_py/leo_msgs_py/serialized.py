@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Serialized messages that wait at a subscription, each with the GID of its publisher.
 
-rclpy's own take tells all that rmw knows of a message (rmw/types.h, Jazzy) but the GID; so
-rcl's function is called here, found through the library that rclpy has loaded.
+rclpy's own take gives all that rmw knows of a message (rmw/types.h, Jazzy) but the GID, so rcl's
+function is called here, found through the library that rclpy has loaded.
 """
 
 from __future__ import annotations
@@ -88,7 +88,6 @@ def taken(subscription: Subscription) -> Iterator[Taken]:
 
 
 def _take(subscription: Subscription, data: _Bytes, info: _Info) -> bool:
-    """Take one message; say whether there was one."""
     result = _rcl.rcl_take_serialized_message(
         subscription.handle.pointer, c.addressof(data), c.addressof(info), None
     )

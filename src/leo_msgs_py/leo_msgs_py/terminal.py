@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 import re
+import shlex
 import sys
 from typing import Any, TextIO
 
@@ -54,3 +55,8 @@ def visible_output() -> Iterator[None]:
         yield
     finally:
         sys.stdout, sys.stderr = before
+
+
+def leo(*words: object) -> str:
+    """A `leo` command as a shell takes it: each word quoted where it must be."""
+    return shlex.join(['leo', *map(str, words)])

@@ -92,7 +92,7 @@ def conversion(unit: str, target: str, what: str) -> float:
         what: the value's name, for the error.
 
     Raises:
-        UserError: units that measure different things.
+        UserError: units of different dimensions.
     """
     if not same_dimension(unit, target):
         raise UserError(f'{what} is in {unit!r}, which is no unit of it; give it in {target!r}')

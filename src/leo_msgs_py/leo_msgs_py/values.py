@@ -15,13 +15,13 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class JointStates:
-    """One measurement of all joints.
+    """One measurement of all J joints.
 
     Attributes:
         stamp_ns: time of measurement [ns].
-        names: joint names, length J.
-        position: joint angles [rad] (slides: m), continuous, shape (J,).
-        velocity: joint rates [rad/s] (m/s), shape (J,).
+        names: of the joints.
+        position: angles [rad] (slides: m), continuous, shape (J,).
+        velocity: rates [rad/s] (m/s), shape (J,).
         effort: measured torques [N m] (N), shape (J,), or None where nothing measures them.
     """
 
@@ -119,11 +119,7 @@ class Applied:
 
     @classmethod
     def from_message(cls, message: Any, interface: str) -> Applied:
-        """From sensor_msgs/JointState; NaN means torque off.
-
-        Args:
-            message: from `robot/applied_voltage`, `applied_effort` or `applied_position`.
-            interface: 'voltage', 'effort' or 'position', what its topic is named after.
+        """From sensor_msgs/JointState; NaN means torque off, its topic's name is the interface.
 
         Raises:
             UserError: not one value for every joint.
@@ -138,10 +134,6 @@ class Applied:
     @classmethod
     def from_dynamic(cls, message: Any, interface: str) -> Applied:
         """From control_msgs/DynamicJointState: the joints that have the input interface.
-
-        Args:
-            message: the message; joints without the interface (passive ones) are left out.
-            interface: 'voltage' or 'effort'.
 
         Raises:
             UserError: no joint has the interface.

@@ -89,7 +89,7 @@ def test_an_equal_policy_takes_over_but_is_no_gain(loop):
 def test_every_step_of_the_robot_is_counted_and_fitted(loop):
     algorithm = loop([-3.0, -2.0, -1.0, -1.0, -1.0])
     assert algorithm.run()
-    per_test, gathered = algorithm._robot.env.episode_steps, SETTINGS.transitions
+    per_test, gathered = algorithm.robot.env.episode_steps, SETTINGS.transitions
     assert algorithm.done.samples == 5 * per_test + 4 * gathered
     in_first_fit = per_test + gathered
     assert 0.9 * in_first_fit < loop.source.samples[0] <= in_first_fit
@@ -118,7 +118,7 @@ def test_a_run_goes_on_with_the_phase_it_was_in(loop):
 
 def test_a_training_that_is_stopped_goes_on_and_its_time_counts(loop):
     algorithm = loop([-300.0, -200.0, -250.0, -260.0])
-    algorithm._alive = lambda: False
+    algorithm.alive = lambda: False
     assert not algorithm.run()
     again = loop([-300.0, -200.0, -250.0, -260.0])
     assert (again.done.phase, again.done.update) == ('train', 0)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import torch
 
+from leo_learner.autograd_update import AutogradUpdate
 from leo_learner.checkpoint import load_checkpoint, save_checkpoint, start_from
 from leo_learner.configs import RECOMMENDED
-from leo_learner.ddpg import Agent, AutogradUpdate, OrnsteinUhlenbeck, THESIS, Training
+from leo_learner.ddpg import Agent, OrnsteinUhlenbeck, THESIS, Training
 from leo_learner.learning import learn
 from leo_learner.replay import Batch, Replay
 from leo_msgs_py.errors import UserError

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from leo_learner.ddpg import Agent, AutogradUpdate, Config, THESIS
+from leo_learner.autograd_update import AutogradUpdate
+from leo_learner.ddpg import Agent, Config, THESIS
 from leo_learner.replay import Batch
 
 N_OBS, N_ACT = 5, 2

@@ -16,19 +16,18 @@ import pytest
 from safetensors import safe_open
 from safetensors.torch import save_file
 
-from leo_diffmodel.difference.layout import layout_of
-from leo_diffmodel.difference.model import DifferenceModel
+from leo_diffmodel.difference.data import layout_of
+from leo_diffmodel.difference.model import DifferenceModel, Trust
 from leo_diffmodel.difference.network import Config, Network
-from leo_diffmodel.difference.trust import Trust
 from leo_learner.checkpoint import load_checkpoint
 from leo_learner.collect import collect, play
 from leo_learner.configs import RECOMMENDED
 from leo_learner.ddpg import Training
 from leo_learner.env import load_difference, model_env, ModelEnv
 from leo_learner.learning import learn
-from leo_learner.left_data import WatchedEnv
 from leo_learner.policy import observation_names, Policy, save_policy
 from leo_learner.robot_env import RobotEnv, Stopped
+from leo_learner.rollouts import WatchedEnv
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError

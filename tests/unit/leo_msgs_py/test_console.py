@@ -2,9 +2,12 @@
 """Tables fold what is too wide; they cut nothing."""
 
 import io
+import time
 
-from leo_msgs_py.console import Table, Terminal
-from leo_msgs_py.progress import progress
+from tests.patience import PATIENCE
+
+from leo_msgs_py import console
+from leo_msgs_py.console import Clock, progress, Reporter, Table, Terminal
 from leo_msgs_py.terminal import visible_output
 
 NAMES = ('command_delay', 'load_dependent_friction:shoulder_lift')
@@ -34,3 +37,92 @@ def test_a_bar_draws_itself_and_no_name_in_it_is_obeyed(monkeypatch):
     shown = text.getvalue()
     assert '\x1b[2K' in shown and r'\x1b[2K' not in shown
     assert 'explaining: drag' in shown and 'drag\x1b[2J' not in shown
+
+
+class Time:
+    def __init__(self):
+        self.at = 0.0
+
+    def __call__(self):
+        return self.at
+
+
+def clock_after(steps, pace, done):
+    at = Time()
+    clock = Clock(steps, at)
+    for _ in range(done):
+        at.at += pace
+        clock.step()
+    return at, clock
+
+
+def test_the_time_left_follows_the_pace():
+    _, clock = clock_after(10, 2.0, 4)
+    assert clock.left == 12.0
+    assert str(clock) == '4 of about 10 steps in 8 s, about 12 s left'
+
+
+def test_a_last_step_that_takes_minutes_has_not_one_second_left():
+    at, clock = clock_after(10, 1.0, 9)
+    assert clock.left == 1.0
+    at.at += 240.0
+    assert clock.left == 240.0
+    assert str(clock) == '9 of about 10 steps in 4 min, about 4 min left'
+
+
+def test_more_steps_than_expected_and_few_say_nothing():
+    assert clock_after(10, 1.0, 12)[1].left is None
+    assert clock_after(10, 1.0, 1)[1].left is None
+    assert clock_after(None, 1.0, 5)[1].left is None
+
+
+def test_a_step_that_is_as_long_as_several_counts_as_them():
+    at, clock = clock_after(100, 2.0, 0)
+    for steps in (1, 2, 7):
+        at.at += 2.0 * steps
+        clock.step(steps)
+    assert clock.left == 180.0
+
+
+def test_no_more_time_is_left_than_there_is():
+    at = Time()
+    clock = Clock(100, at, within=30.0)
+    for _ in range(4):
+        at.at += 5.0
+        clock.step()
+    assert clock.left == 10.0
+
+
+def test_what_is_to_come_is_told_as_it_is_known():
+    clock, shown = Clock(None, Time()), []
+    told = Reporter(shown.append, clock)
+    assert Reporter.of(told) is told
+    told('noise')
+    assert (str(clock), clock.left) == ('0 s', None)
+    told.expect(20)
+    told('friction', 4)
+    assert shown == ['noise', 'friction'] and str(clock).startswith('5 of about 21 steps in ')
+
+
+def test_who_hears_words_alone_is_told_no_steps():
+    heard = []
+    told = Reporter.of(heard.append)
+    told.expect(3)
+    told('friction', 8)
+    assert heard == ['friction']
+
+
+def test_piped_lines_come_while_a_step_lasts(capsys, monkeypatch):
+    monkeypatch.setattr(console, 'EVERY', 0.001)
+    lines, end = '', time.monotonic() + PATIENCE
+    with console.progress('explaining', 10) as told:
+        told('friction')
+        while lines.count('explaining: friction (1 of about 10 steps in ') < 2:
+            assert time.monotonic() < end
+            lines += capsys.readouterr().err
+
+
+def test_piped_and_short_nothing_is_printed(capsys):
+    with console.progress('explaining', 10) as told:
+        told('friction')
+    assert capsys.readouterr().err == ''

@@ -13,6 +13,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+from tests.hostile_names import SHELL
 from tests.places import ROOT
 import yaml
 
@@ -21,12 +22,13 @@ from leo_msgs_py import cli
 from leo_msgs_py.cdr import joint_state
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.terminal import Output, visible
+from leo_msgs_py.terminal import leo, Output, visible
 from leo_sim.description.robot import load_robot
 
 HARM = '\x1b]0;owned\x07\x1b[2J\x9b31m[bold]x[/red]\u202e'
 SPELT = r'\x1b]0;owned\x07\x1b[2J\x9b31m[bold]x[/red]\u202e'
 OBEYED = re.compile('[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]')
+SHOW = 'leo() { printf "%s\\n" "$@"; }\n'
 
 
 @pytest.mark.parametrize(
@@ -71,12 +73,11 @@ def test_every_console_is_one_that_obeys_nothing():
     assert [str(p) for p in files if p != mine and made.search(p.read_text())] == []
 
 
-def test_errors_spell_out(capsys, monkeypatch):
+def test_errors_spell_out(capsys):
     def refuse(argv):
         raise UserError(f'no joint {HARM}')
 
-    monkeypatch.setattr(cli, '_dispatch', refuse)
-    assert cli.main([]) == 2
+    assert cli.executable(refuse)([]) == 2
     assert capsys.readouterr().err == f'leo: error: no joint {SPELT}\n'
 
 
@@ -169,3 +170,11 @@ def test_the_console_is_richs_own_in_all_else():
     expected = io.StringIO()
     Console(file=expected, width=40).print(Table('a', 'b'))
     assert stream.getvalue() == expected.getvalue()
+
+
+@pytest.mark.parametrize('name', [SHELL, 'two words', 'a\nb', "it's", '~', '*', '-o'])
+def test_a_shell_takes_each_word_as_it_is(name, tmp_path):
+    typed = SHOW + leo('bag', 'info', name)
+    done = subprocess.run(['sh', '-c', typed], cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout == f'bag\ninfo\n{name}\n'
+    assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,7 @@ from leo_lab.blind.origin import check_seeds, commit
 from leo_lab.blind.run_cases import Task
 from leo_lab.result_lines import append_result, read_results
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 CASES: dict[str | None, dict[str, int]] = {
     None: {'effect': 400, 'none': 400, 'pair': 150, 'outside': 60, 'small': 300, 'pushed': 60},

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.difference.layout import layout_of
+from leo_diffmodel.difference.data import layout_of
 from leo_learner.env import ModelEnv
 
 

@@ -11,8 +11,8 @@ from typing import Any
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
+from leo_diffmodel.difference.job import repaired
 from leo_diffmodel.difference.network import CONFIGS
-from leo_diffmodel.difference.repaired import repaired
 from leo_learner.rollouts import Rollouts
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model

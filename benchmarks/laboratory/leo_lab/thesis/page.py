@@ -8,7 +8,7 @@ from pathlib import Path
 from leo_lab.result_lines import read_results
 from leo_lab.thesis.cases import found
 from leo_lab.thesis.catalogue import EXPERIMENTS
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.whole_file import write_whole
 
 ABOUT = """\

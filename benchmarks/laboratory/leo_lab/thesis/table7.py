@@ -18,9 +18,8 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.difference.data import transitions
+from leo_diffmodel.difference.data import layout_of, transitions
 from leo_diffmodel.difference.fit import fit
-from leo_diffmodel.difference.layout import layout_of
 from leo_diffmodel.difference.network import CONFIGS as NETWORKS
 from leo_lab.thesis.walking import curve
 from leo_learner.checkpoint import start_from

@@ -26,9 +26,8 @@ from leo_learner.collect import collect, play
 from leo_learner.configs import RECOMMENDED_WALKING
 from leo_learner.env import ModelEnv
 from leo_learner.learning import POLICY
-from leo_learner.left_data import Left, WatchedEnv
 from leo_learner.policy import Policy
-from leo_learner.rollouts import Rollouts
+from leo_learner.rollouts import Left, Rollouts, WatchedEnv
 from leo_learner.walk import Recorded
 from leo_sim.model import Model
 from leo_sim.truth.drawing import draw

@@ -14,7 +14,7 @@ from typing import Any, TYPE_CHECKING
 from leo_lab.verbs import reproduce_table7
 from leo_lab.workers import add_worker_arguments, chosen_workers
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import dispatch, Parser
 
 if TYPE_CHECKING:

@@ -6,12 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import datetime
+import json
 from pathlib import Path
 from typing import Any
 
-from leo_diffmodel.add.explanation_file import read_explanation
+from pydantic import BaseModel
+
 from leo_msgs_py.errors import UserError
-from leo_sim.common.yaml_file import Quantity
+from leo_sim.common.yaml_file import check, Finite, Quantity, read_text
 from leo_sim.description.constants import checked
 from leo_sim.effects import check_bounds, EFFECTS, get_effect, place, Placed, registered_effects
 from leo_sim.effects.consent import require
@@ -23,17 +25,13 @@ def from_explanation(
 ) -> tuple[Model, list[dict]]:
     """The model with the effects and refitted constants of an explain.json, and its history.
 
-    Where an effect file was written of what is no known effect, that is added too.
-
-    Args:
-        model: to add to.
-        source: the explain.json.
-        sibling: the model may be of another robot that has the same places; constants that it
-            does not have are left out.
+    Where an effect file was written of what is no known effect, that is added too. With `sibling`
+    the model may be of another robot that has the same places; constants that it does not have
+    are left out.
 
     Raises:
-        UserError: no such file, not an explain.json, another robot, a place or a unit that this
-            robot does not have, nothing named in it, or a Python file that may not run.
+        UserError: not an explain.json, another robot, a place or a unit that this robot does not
+            have, nothing named in it, or a Python file that may not run.
     """
     return from_data(model, read_explanation(Path(source)), source, sibling)
 
@@ -60,17 +58,15 @@ def from_data(
         path: c for path, c in whole['constants'].items() if path in model.constants or not sibling
     }
     moved = {'moved_from': robot} if robot != model.robot.name else {}
-    return _refitted(changed(model, placed), source, refitted), [
-        entry | moved for entry in history(data)
-    ]
+    entries = [entry | moved for entry in history(data)]
+    return _refitted(changed(model, placed), source, refitted), entries
 
 
 def from_words(model: Model, words: Sequence[str]) -> tuple[Model, list[dict]]:
     """The model with effects given as EFFECT[:WHERE] PARAM=VALUE …, one after the other.
 
     Raises:
-        UserError: unknown effect, place or parameter, no value, one that is no number, or one
-            outside the parameter's physical bounds.
+        UserError: unknown effect, place or parameter, no value or none within physical bounds.
     """
     added = []
     for word, *values in _each(words):
@@ -110,7 +106,8 @@ def by_name(
         wanted = ' '.join(f'{p}=VALUE [{u}]' for p, u in placed.units.items())
         raise UserError(f'{added} without a value changes nothing; say {wanted}')
     check_bounds(model.robot, placed)
-    return changed(model, [placed]), [{'added': added, 'by': 'hand', 'date': _today()}]
+    today = datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds')
+    return changed(model, [placed]), [{'added': added, 'by': 'hand', 'date': today}]
 
 
 def _each(words: Sequence[str]) -> list[list[str]]:
@@ -200,9 +197,79 @@ def _assignment(word: str) -> tuple[str, float]:
         return name, float(value)
     except ValueError:
         other = '' if '=' in word else f'; and no effect is named {name!r}'
-        told = f'{word!r}: write PARAM=VALUE with a number, e.g. c=0.002{other}'
-        raise UserError(told) from None
+        what = f'{word!r}: write PARAM=VALUE with a number, e.g. c=0.002{other}'
+        raise UserError(what) from None
 
 
-def _today() -> str:
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds')
+class _Value(BaseModel):
+    value: Finite
+    unit: str | None = None
+
+
+class _Constant(_Value):
+    recordings: dict[str, _Value] = {}
+
+
+class _Parameter(_Value):
+    ci95: tuple[Finite, Finite]
+
+
+class _PlacedRow(BaseModel):
+    name: str
+    where: str | list[str]
+    source: str | None = None
+    parameters: dict[str, _Parameter]
+
+
+class _Effect(_PlacedRow):
+    error_before: Any
+    error_after: Any
+
+
+class _Whole(BaseModel):
+    effects: list[_PlacedRow]
+    constants: dict[str, _Constant]
+
+
+class _Law(BaseModel):
+    """What is no known effect, where an effect file was written of it."""
+
+    model: _Whole
+    source: str
+    joint: str
+    error_before: Any
+    error_after: Any
+
+
+class _Provenance(BaseModel):
+    robot: str
+    bags: Any
+    date: str
+
+
+class _ExplanationFile(BaseModel):
+    verdict: str
+    effects: list[_Effect]
+    constants: dict[str, _Constant]
+    provenance: _Provenance
+    unknown: dict[str, Any] | None = None
+
+
+def read_explanation(path: Path) -> dict[str, Any]:
+    """The content of an explain.json, all that is needed from it there and of its type.
+
+    Raises:
+        UserError: no such file, no JSON, or no explain.json: file, where, what.
+    """
+    if not path.is_file():
+        raise UserError(f'no file {path}; run leo explain … -o DIR first')
+    try:
+        data = json.loads(read_text(path))
+    except (ValueError, RecursionError) as error:
+        raise UserError(f'{path} is not JSON: {error}') from error
+    if not isinstance(data, dict) or not {'verdict', 'effects', 'provenance'} <= data.keys():
+        raise UserError(f'{path} is not an explain.json; leo explain … -o DIR writes one')
+    check(data, _ExplanationFile, path)
+    if 'model' in (data.get('unknown') or {}):
+        check(data['unknown'], _Law, path)
+    return data

@@ -20,10 +20,7 @@ Ask = Callable[[Model, float], Explanation]
 def rounds(ask: Ask, model: Model, within: float) -> list[Explanation]:
     """One explanation, and another of the repaired model as long as sure effects leave a rest.
 
-    Args:
-        ask: explains a model within a time [s].
-        model: as given.
-        within: time for all of them [s].
+    `ask` explains a model within a time [s]; `within` is the time for all of them [s].
     """
     until = time.monotonic() + within
     found = [ask(model, within)]

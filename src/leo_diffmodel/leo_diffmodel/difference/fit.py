@@ -9,13 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
-from leo_diffmodel.difference.data import Transitions
-from leo_diffmodel.difference.layout import layout_of
-from leo_diffmodel.difference.model import DifferenceModel
+from leo_diffmodel.difference.data import layout_of, Transitions
+from leo_diffmodel.difference.model import calibrated, DifferenceModel, Trust
 from leo_diffmodel.difference.network import Config, Network
-from leo_diffmodel.difference.targets import Targets, targets
-from leo_diffmodel.difference.training import OnEpoch, train
-from leo_diffmodel.difference.trust import calibrated, Trust
+from leo_diffmodel.difference.training import OnEpoch, Targets, targets, train
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
@@ -90,9 +87,8 @@ def fit(
     network.eval()
     trust = _trust(network, fitted, watched) if config.members > 1 else None
     version = start.version + 1 if start else 1
-    difference = DifferenceModel(
-        network, layout, config, model.robot.name, version, len(steps), trust, base
-    )
+    made = network, layout, config, model.robot.name, version, len(steps), trust, base
+    difference = DifferenceModel(*made)
     return difference, _report(difference, steps, data, cut, model, epochs)
 
 

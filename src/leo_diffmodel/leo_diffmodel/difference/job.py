@@ -3,18 +3,29 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 import json
 import os
 from pathlib import Path
 import subprocess
 import sys
-from typing import Any, IO
+import time
+from typing import Any, IO, TYPE_CHECKING
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import write_whole
+from leo_sim.effects.consent import add_effect_argument
+
+if TYPE_CHECKING:
+    from leo_diffmodel.bags.recording import Recording
+    from leo_sim.description.robot import Robot
+    from leo_sim.model import Model
 
 CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
+PROGRESS_PERIOD = 0.5
+"""Wall time between two lines of progress [s]."""
 
 
 @dataclass
@@ -73,7 +84,7 @@ class Updates:
             raise UserError('nothing is recorded yet; let the robot run first')
         newest = self.newest()
         number = 1 + (int(newest.stem.rpartition('-')[2]) if newest else 0)
-        command = [sys.executable, '-m', 'leo_diffmodel.difference.child', *map(str, bags)]
+        command = [sys.executable, '-m', 'leo_diffmodel.difference.job', *map(str, bags)]
         command += ['--model', self._model, '--config', self._config]
         command += ['-o', str(self._folder / f'difference-{number:03d}.safetensors')]
         command += [*self._options, *(['--start', str(newest)] if newest else [])]
@@ -110,15 +121,106 @@ class Updates:
             self._child.wait()
             self._child = None
 
-    def _note(self, told: dict[str, Any]) -> None:
-        if 'report' in told:
-            self.progress = Progress('fitted', told['report'])
-        elif 'error' in told:
-            self._error = told['error']
+    def _note(self, said: dict[str, Any]) -> None:
+        if 'report' in said:
+            self.progress = Progress('fitted', said['report'])
+        elif 'error' in said:
+            self._error = said['error']
         else:
-            self.progress = Progress('fitting', told)
+            self.progress = Progress('fitting', said)
 
     def _last_error(self, status: int) -> str:
         lines = self._log.read_text(errors='replace').splitlines()
         said = [line for line in lines if line.strip()]
         return said[-1] if said else f'the fit ended with status {status}'
+
+
+def main(argv: list[str]) -> int:
+    """Fit the difference model to bags and write its weights."""
+    parser = argparse.ArgumentParser(prog='python -m leo_diffmodel.difference.job')
+    parser.add_argument('bags', nargs='+', type=Path)
+    parser.add_argument('--model', required=True, help='model file or robot')
+    parser.add_argument('--config', default='recommended', choices=CONFIG_NAMES)
+    parser.add_argument('--repair', action='store_true', help='name effects in the model first')
+    add_effect_argument(parser)
+    parser.add_argument('--start', type=Path, help='the previous weights')
+    parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
+    parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
+    options = parser.parse_args(argv)
+    try:
+        report = _fit(options)
+    except (UserError, OSError) as error:
+        print(json.dumps({'error': str(error)}), flush=True)
+        return 2
+    print(json.dumps({'report': report}), flush=True)
+    return 0
+
+
+def _fit(options: argparse.Namespace) -> dict[str, float]:
+    from leo_diffmodel.difference.data import transitions
+    from leo_diffmodel.difference.fit import fit
+    from leo_diffmodel.difference.model import from_bytes
+    from leo_diffmodel.difference.network import CONFIGS
+    from leo_sim.model.model_file import load_model
+
+    os.nice(5)
+    model, base = load_model(options.model), ''
+    recordings = _readable(options.bags, model.robot)
+    if options.repair:
+        model, base = repaired(recordings, model, options.output.with_suffix('.yaml'))
+    steps = transitions(recordings, model, options.limit)
+    start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
+    config = CONFIGS[options.config]
+    fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Printer())
+    write_whole(options.output, fitted.to_bytes())
+    named = {'effects': len(model.effects)} if options.repair else {}
+    return named | {name: value for name, value in asdict(report).items() if value is not None}
+
+
+def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:
+    """The bags that hold something; a robot killed at its start leaves one that does not."""
+    from leo_diffmodel.bags.recording import read_bag
+
+    found, errors = [], []
+    for bag in bags:
+        try:
+            found.append(read_bag(bag, robot))
+        except UserError as error:
+            errors.append(error)
+            print(f'left out: {error}', file=sys.stderr)
+    if not found:
+        raise errors[-1]
+    return found
+
+
+class _Printer:
+    def __init__(self) -> None:
+        self._last = 0.0
+
+    def __call__(self, done: int, total: int, loss: float) -> None:
+        if time.monotonic() - self._last > PROGRESS_PERIOD:
+            self._last = time.monotonic()
+            print(json.dumps({'epoch': done, 'epochs': total, 'loss': loss}), flush=True)
+
+
+def repaired(recordings: Sequence[Recording], model: Model, path: Path) -> tuple[Model, str]:
+    """The model with the effects that explain the recordings, written to `path`, and its text.
+
+    The text names a robot folder in full, since it is read elsewhere too.
+    """
+    import yaml
+
+    from leo_diffmodel.explain.explanation import explain
+    from leo_sim.description.robot import named_robots
+    from leo_sim.model.model_file import save_model
+
+    found = explain(recordings, model).model
+    save_model(path, found)
+    content = yaml.safe_load(path.read_text())
+    if content['robot'] not in named_robots():
+        content['robot'] = str(model.robot.folder.resolve())
+    return found, yaml.safe_dump(content, sort_keys=False)
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

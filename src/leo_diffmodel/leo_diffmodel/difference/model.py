@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 import json
 from pathlib import Path
 from typing import NamedTuple
@@ -14,10 +14,8 @@ from safetensors.torch import load, save
 import torch
 from torch import Tensor
 
-from leo_diffmodel.difference.data import Transitions
-from leo_diffmodel.difference.layout import Layout
+from leo_diffmodel.difference.data import Layout, Transitions
 from leo_diffmodel.difference.network import Config, Network
-from leo_diffmodel.difference.trust import Trust
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model, State
@@ -25,6 +23,11 @@ from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
 
 TRUST = 'trust.'
+WITHIN = 0.99
+"""Share of the held-out data that counts as within the data; the rest is their edge."""
+SMALL = 0.1
+"""Expected errors below this share of the usual correction do no harm, wherever they are."""
+TINY = 1e-12
 
 
 class Judged(NamedTuple):
@@ -70,10 +73,7 @@ class DifferenceModel:
     def judge(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> Judged:
         """The correction and how far it is to be believed.
 
-        Args:
-            q: joint angles, as measured, (..., J).
-            dq: joint rates, as measured, (..., J).
-            inputs: held inputs [V, N m or rad], (..., A).
+        Angles and rates as measured, (..., J); held inputs [V, N m or rad], (..., A).
         """
         each = self.members(q, dq, inputs)
         mean = each.mean(axis=0)
@@ -96,13 +96,9 @@ class DifferenceModel:
     def applied(
         self, model: Model, before: State, inputs: np.ndarray, correction: np.ndarray
     ) -> State:
-        """The state one control period after `before`, corrected.
+        """The state one control period after `before`, with a correction (C,) of `judge`.
 
-        Args:
-            model: the correction belongs to.
-            before: its state.
-            inputs: held inputs [V, N m or rad], (A,).
-            correction: of `judge`, (C,).
+        Inputs are held [V, N m or rad], (A,).
         """
         dt = model.robot.control_period
         if self.config.form == 'torque':
@@ -121,9 +117,8 @@ class DifferenceModel:
         if self.config.form == 'torque':
             push = np.zeros_like(steps.q)
             push[:, list(model.robot.actuated)] = correction
-            q, dq = rollout(
-                model, steps.q, steps.dq, steps.inputs[:, None], steps.period, push=push[:, None]
-            )
+            start, inputs = (steps.q, steps.dq), steps.inputs[:, None]
+            q, dq = rollout(model, *start, inputs, steps.period, push=push[:, None])
             return q[:, 1], dq[:, 1]
         full = self.config.form == 'full'
         q, dq = (steps.q, steps.dq) if full else (steps.q_model, steps.dq_model)
@@ -182,19 +177,71 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
             f'{source}: not the weights of a difference model ({said}); '
             'they come from /difference_model/weights'
         ) from error
-    return DifferenceModel(
-        network.eval(),
-        layout,
-        config,
-        metadata['robot'],
-        int(metadata['version']),
-        int(metadata['trained_on']),
-        trust,
-        metadata.get('base', ''),
-    )
+    version, trained_on = int(metadata['version']), int(metadata['trained_on'])
+    known = metadata['robot'], version, trained_on, trust, metadata.get('base', '')
+    return DifferenceModel(network.eval(), layout, config, *known)
 
 
 def _trust(tensors: dict[str, Tensor]) -> Trust:
     """Take the ensemble's trust out of the tensors of a file."""
     names = [name for name in tensors if name.startswith(TRUST)]
     return Trust(**{name.removeprefix(TRUST): tensors.pop(name).numpy() for name in names})
+
+
+@dataclass(frozen=True)
+class Trust:
+    """What the held-out data say of an ensemble with C outputs, raw units.
+
+    Attributes:
+        temperature: held-out error over spread of the members, rms, (C,).
+        error: held-out error, rms, (C,).
+        limit: strain up to which a correction is applied in full, (C,) (one number in files of
+            earlier versions).
+        bound: largest correction on the data, either sign, (C,).
+    """
+
+    temperature: np.ndarray
+    error: np.ndarray
+    limit: np.ndarray
+    bound: np.ndarray
+
+    def uncertainty(self, spread: np.ndarray) -> np.ndarray:
+        """Standard deviation to expect of the error, (..., C), from the members' spread."""
+        return self.temperature * spread
+
+    def strain(self, spread: np.ndarray) -> np.ndarray:
+        """Expected error over the one seen on held-out data, (..., C)."""
+        return self.uncertainty(spread) / self.error
+
+    def factor(self, strain: np.ndarray) -> np.ndarray:
+        """Share of the correction to apply, (...): 1 within the data, 0 far from them.
+
+        It is 1 up to `limit`, which 99 % of the held-out data stay below (or where the expected
+        error is small against the correction), 0 from twice the limit on, and a cubic between
+        them. The worst output decides.
+        """
+        beyond = np.clip((strain / self.limit).max(axis=-1) - 1.0, 0.0, 1.0)
+        return 1.0 - beyond**2 * (3.0 - 2.0 * beyond)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """By name."""
+        return {f.name: np.asarray(getattr(self, f.name), float) for f in fields(self)}
+
+
+def calibrated(
+    error: np.ndarray, spread: np.ndarray, bound: np.ndarray, usual: np.ndarray
+) -> Trust:
+    """The trust that held-out data give.
+
+    Args:
+        error: of the members' mean, (N, C).
+        spread: standard deviation over the members, (N, C).
+        bound: largest correction on the data, (C,).
+        usual: rms of the corrections there, (C,).
+    """
+    spread = np.maximum(spread, TINY)
+    rms = np.maximum(np.sqrt(np.mean(error**2, axis=0)), TINY)
+    temperature = np.maximum(np.sqrt(np.mean((error / spread) ** 2, axis=0)), TINY)
+    strain = (temperature * spread / rms).max(axis=-1)
+    limit = np.maximum(np.quantile(strain, WITHIN), SMALL * usual / rms)
+    return Trust(temperature, rms, limit, bound)

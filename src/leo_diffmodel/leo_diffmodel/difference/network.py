@@ -9,7 +9,7 @@ from itertools import pairwise
 import torch
 from torch import nn, Tensor
 
-from leo_diffmodel.difference.layout import Layout
+from leo_diffmodel.difference.data import Layout
 
 FORMS = ('state', 'torque', 'full')
 
@@ -37,9 +37,9 @@ class Config:
     stop_on: float = 0.0
     """Share of the training part, its last, that chooses the best epoch; 0 keeps the last one."""
     form: str = 'state'
-    """What is learned, see `leo_diffmodel.difference.targets`: `state`, `torque` or `full`."""
+    """What is learned, see `leo_diffmodel.difference.training`: `state`, `torque` or `full`."""
     prior: float = 0.0
-    """Weight of a random function each member keeps beside what it learns; 3 gives it about a
+    """Weight of a random function each member adds to what it learns; 3 gives it about a
     third of the size of the target amid the data. Far from them nothing learned cancels it, so the
     members disagree there (Osband et al. 2018, randomised prior functions)."""
     members: int = 1

@@ -11,7 +11,6 @@ from typing import Any, TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8MultiArray
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.node import every, listen
 from leo_msgs_py.values import JointStates
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
@@ -61,22 +61,16 @@ class DifferenceService:
             raise UserError(f'no difference model {settings.config!r}; give one of {names}')
         self._node, self._settings = node, settings
         self._model: Model = load_model(settings.model)
-        self._updates = Updates(
-            settings.folder,
-            settings.model,
-            settings.config,
-            settings.repair,
-            effect_words(self._model.effects),
-        )
+        given = settings.folder, settings.model, settings.config, settings.repair
+        self._updates = Updates(*given, effect_words(self._model.effects))
         self._corrected = self._model
         self._difference: DifferenceModel | None = None
         self._fitted_at = float('-inf')
         self._corrections = node.create_publisher(*topics.DIFFERENCE_CORRECTION)
         self._weights = node.create_publisher(*topics.DIFFERENCE_WEIGHTS)
-        query = topics.DIFFERENCE_QUERY
-        node.create_subscription(query.type, query.name, self._on_query, query.qos)
+        listen(node, topics.DIFFERENCE_QUERY, self._on_query)
         node.create_service(*topics.DIFFERENCE_UPDATE, self._on_update)
-        node.create_timer(POLL_PERIOD, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        every(node, POLL_PERIOD, self._poll)
         self._publish_newest()
 
     def status(self) -> DiagnosticStatus:
@@ -99,23 +93,23 @@ class DifferenceService:
         self._updates.stop()
 
     def _on_update(self, _request: Any, response: Any) -> Any:
+        response.success, response.message = self._begin()
+        return response
+
+    def _begin(self) -> tuple[bool, str]:
+        """Whether an update has begun, and what to answer."""
         if self._updates.busy:
-            response.success, response.message = False, 'busy: an update is under way'
-            return response
+            return False, 'busy: an update is under way'
         if time.monotonic() - self._fitted_at < JUST_NOW:
-            response.success, response.message = False, 'an update has just ended'
-            return response
+            return False, 'an update has just ended'
         failed = self._updates.progress.error
         try:
             self._updates.begin(self._settings.bags())
         except UserError as error:
             self._updates.progress = Progress('failed', error=str(error))
-            response.success, response.message = False, str(error)
-        else:
-            again = f'; the last one failed: {failed}' if failed else ''
-            response.success = True
-            response.message = f'accepted: progress on /diagnostics{again}'
-        return response
+            return False, str(error)
+        again = f'; the last one failed: {failed}' if failed else ''
+        return True, f'accepted: progress on /diagnostics{again}'
 
     def _poll(self) -> None:
         if not self._updates.poll():
@@ -158,14 +152,9 @@ class DifferenceService:
         except UserError as error:
             self._node.get_logger().error(str(error), throttle_duration_sec=1.0)
             return
-        self._corrections.publish(
-            JointState(
-                header=message.header,
-                name=list(self._model.robot.joint_names),
-                position=q_wanted.tolist(),
-                velocity=dq_wanted.tolist(),
-            )
-        )
+        names = list(self._model.robot.joint_names)
+        wanted = {'position': q_wanted.tolist(), 'velocity': dq_wanted.tolist()}
+        self._corrections.publish(JointState(header=message.header, name=names, **wanted))
 
 
 def correction(
@@ -176,15 +165,10 @@ def correction(
     dq: np.ndarray,
     inputs: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What is to be added to a model's next angles [rad] and rates [rad/s], both (J,).
+    """What is to be added to the next angles [rad] and rates [rad/s] of `model`, both (J,).
 
-    Args:
-        model: whose next state is asked about.
-        corrected: the model that `difference` goes on top of: the same, or a repaired one.
-        difference: the difference model.
-        q: joint angles, (J,).
-        dq: joint rates, (J,).
-        inputs: what is held [V, N m or rad], (A,).
+    `corrected` is the model that `difference` goes on top of: the same, or a repaired one. State
+    (J,) and held inputs [V, N m or rad], (A,).
     """
     following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
     state = corrected.state_from(q, dq)
@@ -200,7 +184,8 @@ def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarra
     """
     robot = model.robot
     asked = JointStates.from_message(message).of(robot.joint_names)
-    inputs = None if asked.effort is None else asked.effort[_driven(model)]
+    driven = [robot.joint_names.index(actuator.joint) for actuator in robot.actuators]
+    inputs = None if asked.effort is None else asked.effort[driven]
     if inputs is None or not np.isfinite(inputs).all():
         unit = robot.input_unit
         raise UserError(
@@ -209,7 +194,3 @@ def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarra
             f'{", ".join(actuator.joint for actuator in robot.actuators)}'
         )
     return asked.position, asked.velocity, inputs
-
-
-def _driven(model: Model) -> list[int]:
-    return [model.robot.joint_names.index(actuator.joint) for actuator in model.robot.actuators]

@@ -29,7 +29,7 @@ from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.sentence import answer, next_run
 from leo_diffmodel.explain.settings import Settings, settings_for
 from leo_diffmodel.explain.unknown.answer import Unknown
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -110,7 +110,7 @@ def explain(
         # a user's own law may do what a hand does
         cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
         until = began + settings.numerics.fitted * within
-        answer = _explained(cut, model, settings, extra, Told.of(progress), step, until)
+        answer = _explained(cut, model, settings, extra, Reporter.of(progress), step, until)
     return replace(
         answer,
         seconds=time.monotonic() - began,
@@ -126,7 +126,7 @@ def _explained(
     model: Model,
     settings: Settings,
     extra: Sequence[Effect],
-    heard: Told,
+    heard: Reporter,
     step: float | None,
     until: float,
 ) -> Explanation:

@@ -4,26 +4,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.next_run.run_file import Run
+from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
+from leo_sim.model import Model
+from leo_sim.task.motions import check_motion, MOTIONS, Routine
 
 Array = np.ndarray
 Shape = Callable[[Array, np.random.Generator], Array]
 SEED = 0
 KICK_SECONDS, SWING_SECONDS = 1.5, 2.5
+SEEDS = (11, 12, 13)
+"""Of the figures of each motion; others than those a user takes first."""
+TRIED_SECONDS = 6.0
+"""A motion is simulated so long, and its evidence grown to its length."""
 
 
 def menu(robot: Robot, levels: Array, seconds: float) -> list[Run]:
-    """Every run for one robot.
-
-    Args:
-        robot: the robot.
-        levels: largest input to use on each actuator [V, N m or rad], shape (A,).
-        seconds: length of each run.
-    """
+    """Runs of `seconds` for one robot; `levels` are its largest inputs [V, N m or rad], (A,)."""
     time = np.arange(max(1, round(seconds / robot.control_period))) * robot.control_period
     runs = [
         _powered(name, about, shape, time, share * levels) for name, about, shape, share in SHAPES
@@ -46,27 +49,15 @@ def _powered(name: str, about: str, shape: Shape, time: Array, levels: Array) ->
 
 
 def _let_go(time: Array, levels: Array) -> Run:
-    """Kicks, after each of which the motors are off and the robot swings freely."""
-    run = _powered(
-        'kick and let go',
-        f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again',
-        steps(0.3),
-        time,
-        levels,
-    )
+    about = f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again'
+    run = _powered('kick and let go', about, steps(0.3), time, levels)
     enabled = time % (KICK_SECONDS + SWING_SECONDS) < KICK_SECONDS
     return Run(run.name, run.about, run.inputs * enabled[:, None], enabled)
 
 
 def _in_turn(time: Array, levels: Array) -> Run:
-    """Random steps on one actuator at a time, the others at 0."""
-    run = _powered(
-        'one joint at a time',
-        'random steps on one motor, the others at 0, in turn',
-        steps(0.3),
-        time,
-        levels,
-    )
+    about = 'random steps on one motor, the others at 0, in turn'
+    run = _powered('one joint at a time', about, steps(0.3), time, levels)
     turn = np.floor(len(levels) * time / (time[-1] + 1e-9)).astype(int)
     mine = turn[:, None] == np.arange(len(levels))
     return Run(run.name, run.about, run.inputs * mine, run.enabled)
@@ -105,26 +96,22 @@ def _binary(time: Array, rng: np.random.Generator) -> Array:
 
 
 def _flicker(time: Array, rng: np.random.Generator) -> Array:
-    """Full level one way or the other, drawn anew every second control period."""
     index = np.arange(len(time)) // 2
     return rng.choice([-1.0, 1.0], index[-1] + 1)[index]
 
 
 def _stairs(time: Array, rng: np.random.Generator) -> Array:
-    """Constant inputs of 2 s that rest the robot in several poses, in random order."""
     return _held(time, 2.0, lambda n: rng.permutation(np.linspace(-1, 1, n)))
 
 
 def _one_way(time: Array, rng: np.random.Generator) -> Array:
-    """Steps of one sign for the first half, of the other for the second."""
     sign = np.where(time < 0.5 * time[-1], 1.0, -1.0)
     return sign * np.abs(_held(time, 0.5, lambda n: rng.uniform(0.2, 1, n)))
 
 
 def _pulses(time: Array, rng: np.random.Generator) -> Array:
-    """Pulses of 0.1 s, then 0.7 s at 0 (0 V brakes)."""
     sizes = _held(time, 0.8, lambda n: rng.uniform(0.5, 1, n) * rng.choice([-1, 1], n))
-    return np.where(time % 0.8 < 0.1 - 1e-9, sizes, 0.0)
+    return np.where(time % 0.8 < 0.1 - 1e-9, sizes, 0.0)  # 0 V brakes
 
 
 SHAPES: tuple[tuple[str, str, Shape, float], ...] = (
@@ -144,3 +131,100 @@ SHAPES: tuple[tuple[str, str, Shape, float], ...] = (
     ('one way', 'steps of one sign, then of the other', _one_way, 1.0),
     ('pulses', 'pulses of 0.1 s with 0.7 s at 0 between', _pulses, 1.0),
 )
+
+
+@dataclass(frozen=True)
+class MotionRun:
+    """A scripted motion to be recorded for some seconds; `seed` is that of its figures."""
+
+    motion: str
+    seed: int
+    seconds: float
+
+    @property
+    def name(self) -> str:
+        """Short, for tables."""
+        return f'{self.motion}, seed {self.seed}'
+
+    @property
+    def about(self) -> str:
+        """What it does, in words."""
+        return f'{MOTIONS[self.motion].about}, from the pose {MOTIONS[self.motion].start!r}'
+
+    @property
+    def times(self) -> float:
+        """How many times as long it is as what is simulated of it."""
+        return max(1.0, self.seconds / TRIED_SECONDS)
+
+    @property
+    def command(self) -> str:
+        """The words after `leo` that perform it."""
+        return f'play {self.motion} --seed {self.seed} --seconds {self.seconds:g}'
+
+
+def walker_menu(robot: Robot, levels: Array, seconds: float) -> list[Run | MotionRun]:
+    """Runs of `seconds` for a robot with a floating base: none of them makes it fall at once.
+
+    `levels` are the largest inputs where the base is held, (A,).
+    """
+    hung = [
+        replace(run, name=f'{pose}: {run.name}', start=pose)
+        for pose, is_held in ((n, p.held) for n, p in robot.start_poses.items())
+        if is_held
+        for run in menu(robot, levels, seconds)
+    ]
+    motions = [MotionRun(m, s, seconds) for m in MOTIONS if _can(robot, m) for s in SEEDS]
+    return [*hung, *motions]
+
+
+def _can(robot: Robot, motion: str) -> bool:
+    try:
+        check_motion(robot, motion)
+    except UserError:
+        return False
+    return True
+
+
+def performed(run: MotionRun, model: Model, period: float) -> tuple[Episode, ...]:
+    """The motion as a model performs it, without noise, states every `period` s."""
+    robot, rng = model.robot, np.random.default_rng(run.seed)
+    repeat = max(1, round(robot.control_period / period))
+    dt = robot.control_period / repeat
+    routine, track = Routine(robot, run.motion, run.seed), _Track(dt)
+    state = model.start(routine.start, rng)
+    for _ in range(round(min(run.seconds, TRIED_SECONDS) / robot.control_period)):
+        volts = routine.volts(*model.sense(state))
+        if volts is None:
+            track.cut()
+            state = model.start(routine.start, rng, track.seconds)
+            continue
+        for _ in range(repeat):
+            track.add(*model.sense(state), volts)
+            state = model.step(state, volts, dt)
+    track.cut()
+    return tuple(track.episodes)
+
+
+class _Track:
+    def __init__(self, dt: float) -> None:
+        self.episodes: list[Episode] = []
+        self._rows: list[tuple[Array, ...]] = []
+        self._dt, self._count = dt, 0
+
+    @property
+    def seconds(self) -> float:
+        """Since the run began, at the last cut."""
+        return self._dt * self._count
+
+    def add(self, *row: Array) -> None:
+        """Angles, rates and inputs held from then on."""
+        self._rows.append(row)
+
+    def cut(self) -> None:
+        """The robot is put up again, or done."""
+        if len(self._rows) > 1:
+            q, dq, inputs = (np.array(column) for column in zip(*self._rows, strict=True))
+            t = self._dt * (self._count + np.arange(len(q), dtype=np.float64))
+            self.episodes.append(Episode(t, q, dq, inputs, np.ones(inputs.shape, dtype=bool)))
+        self._count += len(self._rows) + 1
+        self._rows = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choose a run from the menu: the one that tells most about what is open."""
+"""Choose a run from the menu: the one that says most about what is open."""
 
 from __future__ import annotations
 
@@ -16,12 +16,10 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.next_run.effects_shown import is_shown, shown
-from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.motions import MotionRun, walker_menu
-from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.next_run.questions import fit_all, Fitted, Question, questions
-from leo_diffmodel.next_run.separate import separable
+from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
+from leo_diffmodel.next_run.questions import fit_all, Fitted, questions
+from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.separate import is_shown, separable, shown
 from leo_diffmodel.next_run.simulate import danger, Seen, seen, simulate, tamed
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
@@ -105,15 +103,9 @@ def propose(
     seconds: float = 20.0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Proposal:
-    """Choose the next run for an explanation of the same bags.
+    """Choose the next run, of `seconds`, for an explanation of the same bags and model.
 
-    Args:
-        recordings: the bags that were explained.
-        model: the model that was explained.
-        answer: the contents of explain.json.
-        extra: a user's own effects.
-        seconds: length of the runs.
-        progress: told what is being looked at.
+    `answer` is the content of explain.json, `extra` are a user's own effects.
 
     Raises:
         UserError: the bags are too short to plan from.
@@ -122,8 +114,8 @@ def propose(
     try:
         short = noise.short_windows(recordings)
     except ValueError as error:
-        told = ', '.join(str(r.path) for r in recordings)
-        raise UserError(f'{told}: {error}; record 2 s or more to plan from') from error
+        bags = ', '.join(str(r.path) for r in recordings)
+        raise UserError(f'{bags}: {error}; record 2 s or more to plan from') from error
     period = sample_period(recordings)
     before = seen(recordings, period)
     model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
@@ -171,13 +163,9 @@ def _parted(
                 separable(model, tracks[a], before.period, question.sigma, question.fits[b])
                 for a, b in ((i, j), (j, i))
             ]
-            points.append(_pair(question.question, i, j))
+            points.append(f'{question.question.choices[i]} | {question.question.choices[j]}')
             columns.append(np.min(both, axis=0))
     return points, np.stack(columns, axis=1), unsafe
-
-
-def _pair(question: Question, i: int, j: int) -> str:
-    return f'{question.choices[i]} | {question.choices[j]}'
 
 
 def _ranked(

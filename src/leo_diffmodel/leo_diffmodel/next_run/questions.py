@@ -15,7 +15,9 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.estimate.scan import Scanner
+from leo_diffmodel.explain.estimate.standing import converged, standing
 from leo_diffmodel.explain.problem.candidates import candidates, limited, uncertain
 from leo_diffmodel.explain.problem.classes import Facts, why_same
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
@@ -23,13 +25,13 @@ from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.next_run.on_ground import fit_in_turn, linearised
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
 MOST_CHOICES = 5
+MOST_ON_GROUND = 80
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Question:
     Attributes:
         others: labels (effect:where) of the effects that are not in question.
         choices: labels of what it could be, the leading one first.
-        pairs: numbers of the choices that a run could tell apart, two by two.
+        pairs: numbers of the choices that a run could separate, two by two.
     """
 
     others: tuple[str, ...]
@@ -63,10 +65,10 @@ class Fitted:
 
 
 def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
-    """The open questions of an explain.json: effects with rivals that nothing tells apart.
+    """The open questions of an explain.json: effects with rivals that nothing separates.
 
-    What is the same thing in any run is no open question. What is so only as long as the motors
-    are never free is one where there is no other.
+    Effects that are the same in any run are no open question. Effects that are the same only as
+    long as the motors are never free are one where there is no other.
     """
     margin = SETTINGS.gates.margin_nats
     close = [
@@ -108,7 +110,7 @@ def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Ques
         pairs = tuple(
             (i, j)
             for i, j in itertools.combinations(range(len(choices)), 2)
-            if why_same(_thing(choices[i]), _thing(choices[j]), facts) is None
+            if why_same(_placed(choices[i]), _placed(choices[j]), facts) is None
         )
         if pairs:
             others = tuple(other for other in labels if other != label)
@@ -179,9 +181,34 @@ def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit
     return np.asarray(left.max(axis=0))
 
 
-def _thing(row: dict[str, Any]) -> tuple[str, str]:
+def _placed(row: dict[str, Any]) -> tuple[str, str]:
     return row['name'], row['where']
 
 
 def _label(row: dict[str, Any]) -> str:
     return f'{row["name"]}:{row["where"]}'
+
+
+def linearised(posed: Posed) -> tuple[Posed, float]:
+    """Some of the windows, settled and all open to the fit, and which share of all they are."""
+    count = posed.problem.windows.count
+    some = np.linspace(0, count - 1, min(MOST_ON_GROUND, count)).astype(int)
+    posed = standing(posed.take(some))
+    problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
+    return replace(posed, problem=problem), problem.windows.count / count
+
+
+def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> Fit:
+    """Add effects one by one, each from where a scan points; sure as all windows would make it.
+
+    `share` is the share of all windows that are fitted.
+    """
+    problem = posed.problem
+    found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
+    scales = scales_of(problem.base, problem.windows)
+    for candidate in candidates:
+        scan = GroundScanner(posed.problem, found, scales).scan(candidate)
+        hypothesis = found.hypothesis.with_candidate(candidate)
+        at = replace(found, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
+        posed, found, _ = converged(posed, at)
+    return replace(found, covariance=share * found.covariance)

@@ -24,7 +24,6 @@ from pathlib import Path
 
 import numpy as np
 
-from leo_diffmodel.next_run.proposed_run import Run
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.names import nearest
@@ -35,6 +34,7 @@ FIRST = '# leo run file'
 TORQUE = {'on': True, 'off': False}
 MOST_PERIODS = 1e6
 """Of one run: 2.8 hours at 100 Hz."""
+Array = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,6 @@ class RunFile:
 
 
 def _periods(seconds: float, robot: Robot) -> int:
-    """How many control periods of a robot a run takes."""
     count = seconds / robot.control_period
     if count > MOST_PERIODS:
         raise UserError(
@@ -138,7 +137,8 @@ def read_run(path: Path) -> RunFile:
         lines = path.read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f'cannot read {path}: {error}') from error
-    notes = dict(_note(line) for line in lines if line.startswith('# ') and ': ' in line)
+    noted = (line[2:].partition(': ') for line in lines if line.startswith('# '))
+    notes = {name: text.strip() for name, colon, text in noted if colon}
     table = [(n, line) for n, line in enumerate(lines, 1) if line and not line.startswith('#')]
     if len(table) < 3 or not table[0][1].startswith('time [s],'):
         raise UserError(
@@ -151,21 +151,13 @@ def read_run(path: Path) -> RunFile:
     rows = [_row(path, n, next(csv.reader([line])), header) for n, line in table[1:]]
     time = np.array([r[0] for r in rows])
     _check_times(path, time, [n for n, _ in table[1:]])
-    return RunFile(
+    robot, name, start = (
         notes.get('robot', ''),
         notes.get('run', path.stem),
-        units[0],
-        tuple(actuators),
-        time,
-        np.array([r[1] for r in rows]),
-        np.array([r[2] for r in rows]),
         notes.get('start', ''),
     )
-
-
-def _note(line: str) -> tuple[str, str]:
-    name, _, text = line[2:].partition(': ')
-    return name, text.strip()
+    inputs, enabled = (np.array([row[k] for row in rows]) for k in (1, 2))
+    return RunFile(robot, name, units[0], tuple(actuators), time, inputs, enabled, start)
 
 
 def _column(path: Path, name: str) -> tuple[str, str]:
@@ -208,3 +200,32 @@ def _check_times(path: Path, time: np.ndarray, numbers: Sequence[int]) -> None:
         k = int(wrong[0]) + 1
         went = f'time goes from {time[k - 1]:g} to {time[k]:g} s'
         raise UserError(f'{path} line {numbers[k]}: {went}; it must grow')
+
+
+@dataclass(frozen=True)
+class Run:
+    """What to send to a robot.
+
+    Attributes:
+        name: short, for tables.
+        about: what it does, in words.
+        inputs: of each control period [V, N m or rad], shape (N, A).
+        enabled: motors on (False: free, no current) in each period, shape (N,).
+        start: pose of the robot that it begins in; '' takes the one the robot starts in.
+    """
+
+    name: str
+    about: str
+    inputs: Array
+    enabled: Array
+    start: str = ''
+
+    @property
+    def times(self) -> float:
+        """How many times as long it is as what is simulated of it."""
+        return 1.0
+
+    @property
+    def count(self) -> int:
+        """Number of control periods."""
+        return len(self.inputs)

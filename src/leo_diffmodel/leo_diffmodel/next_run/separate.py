@@ -4,20 +4,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.check.amplitudes import needed
+from leo_diffmodel.check.traces import scan_all
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.pose import window_seconds
-from leo_diffmodel.explain.settings import Grids, settings_for
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import Grids, SETTINGS, settings_for
+from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
 MOST_WINDOWS, ROUNDS = 40, 4
+MOST_ON_GROUND = 20
+"""Windows of each run on the ground."""
 
 
 def windows_of(
@@ -62,24 +71,13 @@ def separable(
     settings = settings_for(base.robot)
     windows, weight = windows_of(runs, period, settings.grids)
     noises = np.tile(sigma, (len(runs), 1))
-    linear = shooting.linearise(
-        base,
-        windows,
-        noises,
-        settings.numerics,
-        other.hypothesis,
-        other.theta,
-        windows.measured[:, 0],
-    )
+    at = other.hypothesis, other.theta, windows.measured[:, 0]
+    linear = shooting.linearise(base, windows, noises, settings.numerics, *at)
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
-    out = []
-    for run in range(len(runs)):
-        own = windows.source == run
-        out.append(
-            _least(rest[own], by_theta[own], weight[own], prior, settings.gates.window_nats)
-        )
-    return np.array(out)
+    most = settings.gates.window_nats
+    each = [windows.source == run for run in range(len(runs))]
+    return np.array([_least(rest[w], by_theta[w], weight[w], prior, most) for w in each])
 
 
 def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: float) -> float:
@@ -102,10 +100,52 @@ def _nats(rest: Array, by_theta: Array, step: Array) -> Array:
 
 
 def _best(rest: Array, by_theta: Array, weight: Array, prior: Array) -> Array:
-    """The step of the parameters that leaves least."""
     matrix = np.einsum('w,wnp,wnq->pq', weight, by_theta, by_theta) + prior
     slope = np.einsum('w,wnp,wn->p', weight, by_theta, rest)
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     return np.asarray(
         np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0] / size
     )
+
+
+def shown(
+    model: Model,
+    runs: Sequence[Recording],
+    period: float,
+    sigma: Array,
+    labels: Sequence[str],
+    extra: Sequence[Effect] = (),
+) -> Array:
+    """Evidence of each effect's largest plausible size in each run, shape (runs, labels) [nats].
+
+    Args:
+        model: the model as it stands.
+        runs: simulated with it, without noise.
+        period: time from state to state [s].
+        sigma: measurement noise, shape (2J,).
+        labels: the effects that the bags could not test, as effect:where.
+        extra: a user's own effects.
+    """
+    wanted = [c for c in candidates(model, extra) if c.label in labels]
+    on_ground = bool(model.robot.contacts)
+    settings = settings_for(model.robot)
+    windows, weight = windows_of(
+        runs, period, settings.grids, MOST_ON_GROUND if on_ground else MOST_WINDOWS
+    )
+    out = []
+    for run in range(len(runs)):
+        own = windows.source == run
+        part = windows.take(own)
+        problem = Problem(
+            model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool), settings
+        )
+        if on_ground:
+            kept, linearisation = settled(model, part, problem.sigma, problem.settings)
+            problem = replace(problem.take(kept), linearisation=linearisation)
+        out.append([s.nats.max() * weight[own].mean() for s in scan_all(problem, model, wanted)])
+    return np.array(out)
+
+
+def is_shown(nats: float | Array) -> Array:
+    """Where an effect would stand out of noise in 19 runs of 20."""
+    return np.asarray(nats > needed(SETTINGS.gates.least_nats))

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.next_run.motions import MotionRun, performed
-from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.menu import MotionRun, performed
+from leo_diffmodel.next_run.run_file import Run
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -74,7 +74,6 @@ def simulate(runs: Sequence[Run | MotionRun], model: Model, period: float) -> li
 
 
 def _batch(runs: Sequence[Run], model: Model, period: float, pose: str) -> list[Recording]:
-    """Runs from one start pose, all at once."""
     robot = model.robot
     repeat = max(1, round(robot.control_period / period))
     dt = robot.control_period / repeat
@@ -102,17 +101,14 @@ def tamed(runs: Sequence[Run | MotionRun], model: Model, before: Seen) -> list[R
         if not wild:
             break
         for i in wild:
-            milder[i] = _milder(milder[i])
+            if isinstance(run := milder[i], Run):
+                milder[i] = replace(run, inputs=TAMING * run.inputs)
     return [
         replace(new, name=f'{old.name}, gentle')
-        if isinstance(new, Run) and new is not old
+        if new is not old and isinstance(new, Run)
         else new
         for old, new in zip(runs, milder, strict=True)
     ]
-
-
-def _milder(run: Run | MotionRun) -> Run | MotionRun:
-    return replace(run, inputs=TAMING * run.inputs) if isinstance(run, Run) else run
 
 
 def danger(run: Run | MotionRun, recording: Recording, robot: Robot, before: Seen) -> str | None:
@@ -139,7 +135,8 @@ def too_far(recording: Recording, robot: Robot, before: Seen) -> str | None:
 
 
 def _recording(run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]) -> Recording:
-    robot, pose = model.robot, _pose(run)
+    robot = model.robot
+    pose = MOTIONS[run.motion].start if isinstance(run, MotionRun) else run.start
     held = pose in model.robot.start_poses and model.robot.start_poses[pose].held
     return Recording(
         Path(run.name),
@@ -151,7 +148,3 @@ def _recording(run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]
         episodes,
         {'held': str(held).lower()},
     )
-
-
-def _pose(run: Run | MotionRun) -> str:
-    return MOTIONS[run.motion].start if isinstance(run, MotionRun) else run.start

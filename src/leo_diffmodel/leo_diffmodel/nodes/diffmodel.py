@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Header
 
@@ -21,14 +20,14 @@ from leo_diffmodel.difference.service import DifferenceService, Settings
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
-from leo_msgs_py.node import fixed_parameter, graph, private_parameter, spin
+from leo_msgs_py.node import every, fixed_parameter, graph, private_parameter, spin
 from leo_sim.effects.consent import trust_parameter
 
 DIAGNOSTICS_PERIOD = 1.0
 
 
 class Part(Protocol):
-    """One thing the node does."""
+    """What the node does: recording, or the difference model."""
 
     def status(self) -> DiagnosticStatus:
         """Return how it is."""
@@ -58,8 +57,7 @@ class DiffModelNode(Node):
         difference = self._difference()  # may refuse its model, and then nothing is recorded
         self._parts: list[Part] = [self._record(robot), difference] if record else [difference]
         self._diagnostics = self.create_publisher(*topics.DIAGNOSTICS)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
+        every(self, DIAGNOSTICS_PERIOD, self._report)
 
     def close(self) -> None:
         """Finish what is open."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from operator import itemgetter
 from typing import Any, TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from rclpy.subscription import Subscription
@@ -19,7 +19,8 @@ from leo_diffmodel.bags.types import definition, to_yaml
 from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.interfaces import load
-from leo_msgs_py.serialized import Taken, taken
+from leo_msgs_py.node import every
+from leo_msgs_py.serialized import taken
 from leo_msgs_py.topics import Topic
 
 if TYPE_CHECKING:
@@ -85,15 +86,12 @@ class GraphRecorder:
             start_parameter_services=False,
         )
         self._subscriptions: list[tuple[RecordedTopic, Subscription]] = []
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timers = [
-            node.create_timer(period, action, clock=steady)
-            for period, action in (
-                (TAKE_PERIOD, self._take),
-                (FLUSH_PERIOD, self._flush),
-                (FACTS_PERIOD, self._describe),
-            )
-        ]
+        periods = {
+            TAKE_PERIOD: self._take,
+            FLUSH_PERIOD: self._flush,
+            FACTS_PERIOD: self._describe,
+        }
+        self._timers = [every(node, period, action) for period, action in periods.items()]
 
     def add_graph(self) -> None:
         """Record the graph's topics."""
@@ -109,12 +107,7 @@ class GraphRecorder:
         self.add_named(topic.name, f'{package}/{kind}/{topic.type.__name__}', topic.qos)
 
     def add_named(self, name: str, type_text: str, qos: QoSProfile) -> None:
-        """Record a topic.
-
-        Args:
-            name: as nodes give it; remapped as `node`'s are.
-            type_text: as `sensor_msgs/msg/JointState`.
-            qos: what its publisher offers.
+        """Record a topic, remapped as the node's are, of a type as `sensor_msgs/msg/JointState`.
 
         Raises:
             UserError: the type is not installed, or its definition not known.
@@ -147,7 +140,6 @@ class GraphRecorder:
         )
 
     def _health(self) -> tuple[bytes, str]:
-        """Return the diagnostic level and what to say."""
         recorder = self._recorder
         if troubles := recorder.troubles:
             level = DiagnosticStatus.ERROR if recorder.full else DiagnosticStatus.WARN
@@ -165,7 +157,6 @@ class GraphRecorder:
         self._recorder.close()
 
     def _take(self) -> None:
-        """Record what has arrived on all topics, in the order of its arrival."""
         self._times.begin()
         found = [
             (topic, message)
@@ -173,23 +164,13 @@ class GraphRecorder:
             for message in taken(subscription)
         ]
         self._times.end()
-        arrived = [(self._logged(message), topic, message) for topic, message in found]
-        arrived.sort(key=lambda entry: entry[0])
-        for logged_ns, topic, message in arrived:
-            self._recorder.record(
-                topic,
-                message.data,
-                message.published_ns,
-                logged_ns,
-                message.number,
-                message.publisher,
-            )
-
-    def _logged(self, message: Taken) -> int:
-        return self._times.logged(message.received_ns or message.published_ns)
+        arrived = [
+            (self._times.logged(m.received_ns or m.published_ns), topic, m) for topic, m in found
+        ]
+        for logged_ns, topic, m in sorted(arrived, key=itemgetter(0)):
+            self._recorder.record(topic, m.data, m.published_ns, logged_ns, m.number, m.publisher)
 
     def _publishers(self, topic: str) -> set[bytes]:
-        """Return the GIDs of those that the graph knows."""
         return {bytes(p.endpoint_gid) for p in self._ears.get_publishers_info_by_topic(topic)}
 
     def _flush(self) -> None:
@@ -197,9 +178,9 @@ class GraphRecorder:
         if self._recorder.folder != self._said:
             self._said = self._recorder.folder
             self._node.get_logger().info(f'recording {self._said}')
-        self._tell(self._recorder.troubles)
+        self._log(self._recorder.troubles)
 
-    def _tell(self, troubles: Sequence[str]) -> None:
+    def _log(self, troubles: Sequence[str]) -> None:
         """Log a trouble when it begins, that of a second publisher once for each."""
         strangers = self._recorder.strangers
         known = [*self._troubles, *([TWO] if strangers == self._strangers else [])]
@@ -208,17 +189,14 @@ class GraphRecorder:
             self._node.get_logger().warning(text)
         self._warned = self._warned or bool(fresh)
         if self._warned and not troubles:
-            self._node.get_logger().info(f'recording {self._said} again, {self._left_out()}')
+            lost, foreign = self._recorder.lost, self._recorder.foreign
+            left_out = f'{lost} messages lost, {foreign} of another robot left out'
+            self._node.get_logger().info(f'recording {self._said} again, {left_out}')
             self._warned = False
         self._troubles, self._strangers = [*troubles], strangers
 
-    def _left_out(self) -> str:
-        recorder = self._recorder
-        return f'{recorder.lost} messages lost, {recorder.foreign} of another robot left out'
-
     def _describe(self) -> None:
-        facts = self._facts.poll()
-        if facts:
+        if facts := self._facts.poll():
             self._recorder.describe(facts)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A running robot beside the page: its last messages, how it is, and its e-stop."""
+"""A running robot for the live page: its last messages, how it is, and its e-stop."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rclpy.node import Node
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder, keeping_newest
 from leo_diffmodel.watch.live.tape import Condition, Tape
 from leo_msgs_py import topics
-from leo_msgs_py.node import graph, served_apart
+from leo_msgs_py.node import graph, listen, served_apart
 
 LOOK = 0.1
 """Longest time between two looks at what came [s]."""
@@ -39,15 +39,11 @@ class LiveRobot:
         self._name = f'{node.get_namespace().rstrip("/")}/{ROBOT}'
         self._recording = GraphRecorder(node, tape, kept=keeping_newest)
         self._recording.add_graph()
-        self._stop, self._release = (
-            node.create_client(*service) for service in (topics.E_STOP, topics.E_STOP_RESET)
-        )
-        for topic, heard in (
-            (topics.E_STOPPED, self._on_stopped),
-            (topics.DIAGNOSTICS, self._on_diagnostics),
-            (topics.DIFFERENCE_WEIGHTS, self._on_weights),
-        ):
-            node.create_subscription(topic.type, topic.name, heard, topic.qos)
+        self._stop = node.create_client(*topics.E_STOP)
+        self._release = node.create_client(*topics.E_STOP_RESET)
+        listen(node, topics.E_STOPPED, self._on_stopped)
+        listen(node, topics.DIAGNOSTICS, self._on_diagnostics)
+        listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
 
     def e_stop(self) -> None:
         """Stop the robot; sent at once, the answer comes to `asked`."""
@@ -85,12 +81,7 @@ class LiveRobot:
 
 @contextmanager
 def live_robot(seconds: float, ros_args: list[str]) -> Iterator[LiveRobot]:
-    """Listen to the robot of the graph as long as this lasts.
-
-    Args:
-        seconds: how much of it is kept [s].
-        ros_args: `--ros-args ...`.
-    """
+    """Listen to the robot of the graph as long as this lasts; its last `seconds` [s] are kept."""
     with graph([*(ros_args or ['--ros-args']), '--log-level', 'warn']):
         node = Node(f'leo_watch_{os.getpid()}', start_parameter_services=False)
         robot = LiveRobot(node, Tape(seconds))

@@ -7,28 +7,21 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from leo_diffmodel.bags.recorder import Recorder
 from leo_diffmodel.nodes.graph_recorder import GRAPH_TOPICS, GraphRecorder
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import graph, spin
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.node import every, graph, spin
+from leo_msgs_py.terminal import leo
 
 LOOK_PERIOD = 0.5
 
 
 def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> int:
-    """Record until SIGINT or SIGTERM and return the exit status, 1 where messages were lost.
+    """Record topics until SIGINT or SIGTERM; 1 where messages were lost. No names: the graph's.
 
-    Args:
-        names: topics; none means those of the graph.
-        folder: must not exist; None makes a dated one.
-        ros_args: `--ros-args ...`.
-
-    Raises:
-        UserError: the folder exists.
+    Without a folder a dated one is made; UserError where it exists.
     """
     if folder is not None and folder.exists():
         raise UserError(f'{folder} exists already; choose another folder')
@@ -70,8 +63,7 @@ class _Wanted:
                 recording.add(topic)
         if self.missing:
             node.get_logger().info(f'waiting for {", ".join(self.missing)}')
-            steady = Clock(clock_type=ClockType.STEADY_TIME)
-            node.create_timer(LOOK_PERIOD, self._look, clock=steady)
+            every(node, LOOK_PERIOD, self._look)
 
     def _found(self, name: str) -> bool:
         if name in self.missing:

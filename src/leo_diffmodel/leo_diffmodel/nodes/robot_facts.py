@@ -21,11 +21,9 @@ PATIENCE = 4
 
 
 class RobotFacts:
-    """Asks the node `robot` beside ours, now and again, without ever waiting.
+    """Asks the node `robot` now and again, without ever waiting.
 
-    Args:
-        node: joined to the graph.
-        robot: the model to name where nobody answers (hardware on plain ROS topics).
+    `robot` is the model to name where nobody answers (hardware on plain ROS topics).
     """
 
     def __init__(self, node: Node, robot: str = '') -> None:
@@ -64,7 +62,6 @@ def facts_of(values: Iterable[ParameterValue]) -> dict[str, str]:
 
 
 def _text(message: ParameterValue) -> str:
-    """Return a value as text, '' for one that is not set."""
     value = parameter_value_to_python(message)
     if value is None:
         return ''

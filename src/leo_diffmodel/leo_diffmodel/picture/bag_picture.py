@@ -10,8 +10,8 @@ from PIL import Image
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recording import read_bag
+from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.progress import progress
 from leo_sim.model.model_file import load_model
 
 from . import film

@@ -9,7 +9,8 @@ import json
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects.consent import add_effect_argument, effect_words
 from leo_sim.model.model_file import load_model, save_model
 
@@ -43,11 +44,6 @@ def main(argv: list[str]) -> int:
 
 
 def _model(arguments: argparse.Namespace) -> str:
-    """What to add to: the positional one, or with --robot the one that it names.
-
-    Raises:
-        UserError: both, or neither.
-    """
     if arguments.robot is not None and not arguments.source:
         raise UserError('--robot goes with --from explain.json: it moves one to another robot')
     if (arguments.model is None) == (arguments.robot is None):
@@ -55,7 +51,7 @@ def _model(arguments: argparse.Namespace) -> str:
     return str(arguments.model or arguments.robot)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('add', __doc__ or '', EXAMPLES)
     arguments.add_argument('model', nargs='?', help='a model file, a robot name or a robot folder')
     arguments.add_argument(
@@ -71,5 +67,5 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
+    arguments.add_json()
     return arguments

@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import asdict
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from leo_diffmodel.verbs.bag_fix import EXAMPLES as FIX_EXAMPLES
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs import common
 from leo_sim.effects.consent import add_effect_argument
+
+if TYPE_CHECKING:
+    from leo_diffmodel.bags.recording import Recording
+    from leo_diffmodel.faults.base import Found
 
 _RECORD_EXAMPLES = """\
   leo bag record                      # the graph's topics, into a new dated folder
@@ -23,7 +28,7 @@ _INFO_EXAMPLES = """\
   leo bag info bags/swing             # also finishes a bag whose recorder was killed
 """
 _CUT_EXAMPLES = """\
-  leo bag cut bags/swing -o bags/calm --from 3 --to 12.5
+  leo bag cut bags/swing -o bags/part --from 3 --to 12.5
   leo bag cut bags/swing -o bags/alone --without-outside --model pendulum
 """
 _SHOW_EXAMPLES = """\
@@ -31,37 +36,42 @@ _SHOW_EXAMPLES = """\
   leo bag show bags/swing -o swing.gif --at 2 --seconds 5
   leo bag show bags/swing -o at_3s.png --at 3
 """
+_FIX_EXAMPLES = """\
+  leo bag fix bags/run1 -o bags/run1_mended --model pendulum
+"""
+_FIX_ABOUT = """\
+Mend what is surely wrong with a log, as leo check names it, and write joint states and inputs as
+a new bag; the old one stays as it is.
+"""
 
 
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
     verbs = {
-        'record': _record,
-        'play': _play,
-        'info': _info,
-        'show': _show,
-        'cut': _cut,
-        'fix': _fix,
+        'record': (_record, _RECORD_EXAMPLES),
+        'play': (_play, _PLAY_EXAMPLES),
+        'info': (_info, _INFO_EXAMPLES),
+        'show': (_show, _SHOW_EXAMPLES),
+        'cut': (_cut, _CUT_EXAMPLES),
+        'fix': (_fix, _FIX_EXAMPLES),
     }
     about = 'Record, play, look into, draw, cut and mend bags (rosbag2, MCAP).'
-    examples = ''.join(
-        [
-            _RECORD_EXAMPLES,
-            _PLAY_EXAMPLES,
-            _INFO_EXAMPLES,
-            _SHOW_EXAMPLES,
-            _CUT_EXAMPLES,
-            FIX_EXAMPLES,
-        ]
-    )
-    return common.dispatch('leo bag', about, verbs, argv, examples)
+    run = {name: function for name, (function, _) in verbs.items()}
+    examples = ''.join(text for _, text in verbs.values())
+    return common.dispatch('leo bag', about, run, argv, examples)
+
+
+def _of_a_bag(verb: str, about: str, examples: str) -> common.Parser:
+    parser = common.Parser(verb, about, examples)
+    parser.add_argument('bag', type=Path, metavar='BAG')
+    return parser
 
 
 def _record(argv: list[str]) -> int:
     parser = common.Parser('leo bag record', 'Record topics until Ctrl-C.', _RECORD_EXAMPLES)
     parser.add_argument('topics', nargs='*', metavar='TOPIC', help="default: the graph's topics")
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder to make')
-    words, ros_args = _apart(argv)
+    words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
     from leo_diffmodel.nodes.record import record
@@ -70,8 +80,7 @@ def _record(argv: list[str]) -> int:
 
 
 def _play(argv: list[str]) -> int:
-    parser = common.Parser('leo bag play', 'Publish a bag as it was recorded.', _PLAY_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('leo bag play', 'Publish a bag as it was recorded.', _PLAY_EXAMPLES)
     parser.add_argument('--rate', type=float, default=1.0, metavar='R', help='1 = as recorded')
     parser.add_argument('--loop', action='store_true', help='again and again until Ctrl-C')
     parser.add_argument(
@@ -81,7 +90,7 @@ def _play(argv: list[str]) -> int:
         metavar='S',
         help='before the start, so long for a reader of every topic (1 s)',
     )
-    words, ros_args = _apart(argv)
+    words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
     from leo_diffmodel.bags.play import play
@@ -91,8 +100,7 @@ def _play(argv: list[str]) -> int:
 
 def _info(argv: list[str]) -> int:
     about = 'Topics, rates, episodes and gaps of a bag; finishes one cut short.'
-    parser = common.Parser('leo bag info', about, _INFO_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('leo bag info', about, _INFO_EXAMPLES)
     parser.add_json()
     options = parser.parse_args(argv)
 
@@ -112,8 +120,7 @@ def _info(argv: list[str]) -> int:
 
 def _show(argv: list[str]) -> int:
     about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
-    parser = common.Parser('leo bag show', about, _SHOW_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('leo bag show', about, _SHOW_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='.png, .gif or .mp4')
     parser.add_argument('--model', default='', help="the bag's robot by default")
     add_effect_argument(parser)
@@ -125,19 +132,16 @@ def _show(argv: list[str]) -> int:
 
     from leo_diffmodel.picture.bag_picture import show
 
-    shown = options.at, options.seconds, options.poses
-    path = show(options.bag, options.output, options.model, *shown)
-    if options.json:
-        print(json.dumps({'written': str(path)}))
-    else:
-        print(f'wrote {path}\nnext: {leo("bag", "info", options.bag)}')
+    part = options.at, options.seconds, options.poses
+    path = show(options.bag, options.output, options.model, *part)
+    lines = [f'wrote {path}', f'next: {leo("bag", "info", options.bag)}']
+    common.show(options, {'written': str(path)}, lines)
     return 0
 
 
 def _cut(argv: list[str]) -> int:
     about = 'Write a part of a bag as a new bag: all topics, stamps as they were.'
-    parser = common.Parser('leo bag cut', about, _CUT_EXAMPLES)
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser = _of_a_bag('leo bag cut', about, _CUT_EXAMPLES)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--from', dest='begin', type=float, metavar='S', help='begin there [s]')
     parser.add_argument('--to', dest='end', type=float, metavar='S', help='end there [s]')
@@ -158,19 +162,11 @@ def _cut(argv: list[str]) -> int:
     out = _outside(options)
     mapping = read_topic_map(options.topic_map)
     count = cut_bag(options.bag, options.output, options.begin, options.end, out, mapping)
-    if options.json:
-        print(json.dumps({'written': str(options.output), 'messages': count, 'left_out': out}))
-    else:
-        left = f', {len(out)} stretches left out' if options.without_outside else ''
-        print(f'wrote {options.output}, {count} messages{left}')
-        print(f'next: {leo("bag", "info", options.output)}')
+    left = f', {len(out)} stretches left out' if options.without_outside else ''
+    wrote = f'wrote {options.output}, {count} messages{left}'
+    data = {'written': str(options.output), 'messages': count, 'left_out': out}
+    common.show(options, data, [wrote, f'next: {leo("bag", "info", options.output)}'])
     return 0
-
-
-def _fix(argv: list[str]) -> int:
-    from leo_diffmodel.verbs.bag_fix import fix
-
-    return fix(argv)
 
 
 def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
@@ -190,7 +186,59 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
     return cuts(0, moved_from_outside([recording], with_known(model, [recording])))
 
 
-def _apart(argv: list[str]) -> tuple[list[str], list[str]]:
-    """Words of the command, then everything from --ros-args on."""
-    at = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
-    return argv[:at], argv[at:]
+def _fix(argv: list[str]) -> int:
+    """Run `leo bag fix`; exit status 1 where something that is sure could not be mended."""
+    parser = _of_a_bag('leo bag fix', _FIX_ABOUT, _FIX_EXAMPLES)
+    parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
+    parser.add_argument('--model', default='', help="the bag's robot by default")
+    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    add_effect_argument(parser)
+    parser.add_json()
+    options = parser.parse_args(argv)
+    if options.output.exists():
+        raise UserError(f'{options.output} exists already; choose another folder')
+
+    recording, faults = _read(options.bag, options.model, options.topic_map)
+    undone = [f for f in faults if f.can_be_mended]
+    left = [f for f in faults if f.error and f not in undone]
+    if undone:
+        _write(options.output, recording, undone)
+    data = {
+        'written': str(options.output) if undone else None,
+        'mended': [f.to_json() for f in undone],
+        'left': [f.to_json() for f in left],
+    }
+    common.show(options, data, _in_words(options.bag, options.output, undone, left))
+    return 1 if left else 0
+
+
+def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Sequence[Found]]:
+    from leo_diffmodel.bags.contents import load
+    from leo_diffmodel.bags.recording import read_bag
+    from leo_diffmodel.compare.known import with_known
+    from leo_diffmodel.faults.find import find_faults
+    from leo_sim.model.model_file import load_model
+
+    name = name or load(path).metadata.get('leo', {}).get('robot', '')
+    if not name:
+        raise UserError(f'{path} does not say which robot it is of; name it with --model')
+    model = load_model(name)
+    recording = read_bag(path, model.robot, topic_map)
+    return recording, find_faults([recording], with_known(model, [recording]))
+
+
+def _write(folder: Path, recording: Recording, faults: Sequence[Found]) -> None:
+    from leo_diffmodel.bags.arrays import write_runs
+    from leo_diffmodel.faults.mending import mended, runs_of
+
+    done = '; '.join(f'{f.what}: {f.mending}' if f.cuts else f.line for f in faults)
+    metadata = {'imported_from': recording.name, **recording.metadata, 'mended': done}
+    write_runs(folder, runs_of(mended(recording, faults)), metadata)
+
+
+def _in_words(bag: Path, new: Path, undone: Sequence[Found], left: Sequence[Found]) -> list[str]:
+    lines = [f'mended: {fault.what} ({fault.mending})' for fault in undone]
+    lines += [f'not mended: {"; or ".join([fault.what, *fault.otherwise])}' for fault in left]
+    if undone:
+        return [*lines, f'wrote {new}', f'next: {leo("bag", "info", new)}']
+    return [*lines, f'nothing that can be mended is surely wrong with {bag}; nothing written']

@@ -4,29 +4,46 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import groupby
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
 
 from leo_diffmodel.bags.episode import distinct
 from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.check_text import show
-from leo_msgs_py.console import Terminal
+from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
-from leo_sim.effects.consent import add_effect_argument
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
+    from leo_diffmodel.check.amplitudes import Reach
     from leo_diffmodel.check.check import Bag, Check
+    from leo_diffmodel.check.finding import Finding
 
 EXAMPLES = (
     'leo check bags/run1 --model pendulum',
     'leo check bags/run1 bags/run2 --model pendulum --json',
     'leo check bags/arm --model my_arm --topic-map arm_topics.yaml -o out/check',
 )
+COLOURS = {'ok': 'green', 'warning': 'yellow', 'error': 'red'}
+PAIRS_SHOWN = 8
+ROWS_SHOWN = 40
+JOINTS_SHOWN = 3
+WORDS = ('joint', 'effect', 'unit', 'most like', 'hardest to name')
+TOGETHER = {
+    'rate': 'the speed is the derivative of the angle',
+    'noise': 'little noise against what they move',
+    'excitation': 'move enough',
+}
+"""What is good about many joints, in one line."""
 
 
 def main(argv: list[str]) -> int:
@@ -39,8 +56,8 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     bags = _bags(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('checking', 1 + len(candidates(model, own))) as told:
-        result = check(bags, model, own, told)
+    with common.progress('checking', 1 + len(candidates(model, own))) as heard:
+        result = check(bags, model, own, heard)
     if folder:
         common.write_json(folder, 'check.json', result.to_json())
     if arguments.json:
@@ -51,33 +68,23 @@ def main(argv: list[str]) -> int:
     return 0 if result.is_good else 1
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('check', __doc__ or '', EXAMPLES)
-    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
-    arguments.add_argument(
-        '--model', required=True, help='a model file, a robot name or a robot folder'
-    )
-    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    add_effect_argument(arguments)
-    common.add_span_arguments(arguments)
+    common.add_bag_arguments(arguments, hold_out=False, step=False)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write check.json here')
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
     return arguments
 
 
 def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
-    """Every bag read both ways of holding its inputs."""
     from leo_diffmodel.check.check import Bag
 
     as_read = read_topic_map(arguments.topic_map)
     both = [read_both_ways(path, model.robot, as_read) for path in arguments.bags]
-    common.tell_warnings([recording for recording, _ in both])
+    common.print_warnings([recording for recording, _ in both])
     recordings = common.span(arguments, [recording for recording, _ in both])
     distinct(recordings)
-    return [
-        Bag(recording, _spanned(arguments, other), as_read.hold)
-        for recording, (_, other) in zip(recordings, both, strict=True)
-    ]
+    others = [_spanned(arguments, other) for _, other in both]
+    return [Bag(r, other, as_read.hold) for r, other in zip(recordings, others, strict=True)]
 
 
 def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:
@@ -95,9 +102,160 @@ def _point_on(
     if any(f.severity == 'error' for f in result.findings):
         print('next: mend what is marked error, then check again')
         return
-    driven = any(a.strongest > 0 for a in model.robot.actuators)
-    if not (result.is_good or driven):
+    if not (result.is_good or common.is_driven(model)):
         print('next: swing it by hand from other angles, then check again')
         return
     verb = 'explain' if result.is_good else 'next'
     print(f'next: {common.same_bags(verb, arguments)}')
+
+
+def show(result: Check, console: Console) -> None:
+    """Print findings, what each joint was put through, and what each effect would need."""
+    _findings(result, console)
+    if result.excitation:
+        console.print(_excitation_table(result))
+    if result.reaches:
+        many = len(result.reaches) > ROWS_SHOWN
+        console.print((_by_name if many else _effects_table)(result))
+        _pairs(result, console)
+
+
+def _findings(result: Check, console: Console) -> None:
+    bags = dict.fromkeys(f.bag for f in result.findings)
+    several = len([b for b in bags if b]) > 1
+    for severity, path, what, todo in _lines(result):
+        bag = f'{Path(path).name}: ' if several and path else ''
+        text = Text.assemble((f'{severity:7}', COLOURS[severity]), f' {bag}{what}')
+        if todo and severity != 'ok':
+            text.append_text(Text.assemble('\n   ', ('->', 'bold'), f' {todo}'))
+        console.print(text, highlight=False)
+
+
+def _lines(result: Check) -> Iterator[tuple[str, str, str, str]]:
+    """Severity, bag, text and advice of each line; what is good about many joints in one."""
+    joints = {row.joint for row in result.excitation}
+
+    def kind(finding: Finding) -> tuple[str, str, str]:
+        of_joint = finding.what.split(':')[0].split(' ')[0] in joints
+        return finding.severity, finding.bag, finding.code if of_joint else finding.what
+
+    for (severity, bag, code), group in groupby(result.findings, kind):
+        found = list(group)
+        if severity == 'ok' and len(found) > JOINTS_SHOWN:
+            yield severity, bag, f'{len(found)} joints: {TOGETHER[code]}', ''
+        else:
+            yield from ((f.severity, f.bag, f.what, f.todo) for f in found)
+
+
+def _excitation_table(result: Check) -> Table:
+    table = Table(title='what each joint was put through')
+    _columns(table, 'joint', 'angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off')
+    for row in result.excitation:
+        table.add_row(
+            row.joint,
+            _span(row.angle),
+            _span(row.rate),
+            '-' if row.input is None else f'{_span(row.input)} {row.unit}',
+            f'{100 * row.moving:.0f} %',
+            f'{row.free:.1f} s',
+        )
+    return table
+
+
+def _columns(table: Table, *names: str) -> None:
+    for name in names:
+        table.add_column(name, justify='left' if name in WORDS else 'right')
+
+
+def _titled(result: Check, caption: str) -> Table:
+    title = f'what these {result.seconds:.0f} s can say about each effect'
+    return Table(title=f'{title} (sizes are changes from the model)', caption=caption)
+
+
+def _effects_table(result: Check) -> Table:
+    table = _titled(
+        result,
+        'found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
+        'that it takes to name the effect at the size in the column before',
+    )
+    _columns(table, 'effect', 'found from', 'named from', 'unit', 'size', 'seconds', 'most like')
+    for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
+        table.add_row(
+            row.label,
+            _number(row.detectable),
+            _number(row.nameable),
+            row.unit,
+            _number(row.typical),
+            _seconds(row.seconds_to_name),
+            _like(row, result.seconds),
+        )
+    return table
+
+
+def _by_name(result: Check) -> Table:
+    """One row for each effect, over its places."""
+    table = _titled(
+        result,
+        'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
+        'of its places (- none); --json lists all',
+    )
+    _columns(table, 'effect', 'places', 'found from', 'named from', 'unit', 'hardest to name')
+    names = dict.fromkeys(row.name for row in result.reaches)
+    for rows in ([r for r in result.reaches if r.name == name] for name in names):
+        worst = max(rows, key=lambda r: r.seconds_to_name or 1e9)
+        table.add_row(
+            worst.name,
+            str(len(rows)),
+            _range([r.detectable for r in rows]),
+            _range([r.nameable for r in rows]),
+            worst.unit,
+            worst.where,
+        )
+    return table
+
+
+def _range(values: Sequence[float | None]) -> str:
+    known = [v for v in values if v is not None]
+    ends = [min(known), max(known) if len(known) == len(values) else None] if known else [None]
+    return ' … '.join(dict.fromkeys(_number(v) for v in ends))
+
+
+def _pairs(result: Check, console: Console) -> None:
+    from leo_diffmodel.check.pairs import groups
+
+    close = [p for p in result.pairs if not p.same_thing]
+    same = '; '.join(' = '.join(group) for group in groups(result.pairs))
+    if same:
+        console.print(f'the same thing in data of this kind, named together: {same}')
+    for pair in close[:PAIRS_SHOWN]:
+        more = 'no length of it' if pair.seconds is None else f'{pair.seconds:.0f} s'
+        console.print(
+            f'hard to tell apart at those sizes: {pair.a} and {pair.b} '
+            f'({_nats(pair.separable_nats)}; {more} would do)',
+            highlight=False,
+        )
+    if len(close) > PAIRS_SHOWN:
+        console.print(f'… and {len(close) - PAIRS_SHOWN} more such pairs (--json lists them)')
+
+
+def _like(row: Reach, seconds: float) -> str:
+    if row.seconds_to_detect is None or row.seconds_to_detect > seconds:
+        return 'does not show at that size'
+    name, nats = row.nearest
+    return f'{name} ({_nats(nats)})'
+
+
+def _nats(nats: float) -> str:
+    return 'over 1000 nats' if nats > 1000 else f'{nats:.1f} nats'
+
+
+def _seconds(value: float | None) -> str:
+    return '-' if value is None else 'under 1' if value < 1 else f'{value:.0f}'
+
+
+def _span(limits: tuple[float, float]) -> str:
+    return f'{limits[0]:.3g} … {limits[1]:.3g}'
+
+
+def _number(value: float | None) -> str:
+    return '-' if value is None else f'{value:.2g}' if value < 100 else f'{value:.0f}'

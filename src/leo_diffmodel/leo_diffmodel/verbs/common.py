@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 
 from leo_diffmodel.bags.episode import between, distinct
 from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_msgs_py.console import progress as progress
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.progress import progress as progress
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects import Effect, get_effect, registered_effects
@@ -38,14 +38,8 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
     return Parser(f'leo {verb}', about, ''.join(f'  {line}\n' for line in examples))
 
 
-def add_bag_arguments(
-    arguments: argparse.ArgumentParser, hold_out: bool = True, several: bool = False
-) -> None:
-    """Bags, model, topic map, step, JSON; own effects, held-out bags where they make sense.
-
-    With `several` there may be more than one model, and `arguments.model` is a list.
-    """
-    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
+def add_model_arguments(arguments: Parser, several: bool = False) -> None:
+    """Model, topic map, own effects, JSON; with `several` models, `arguments.model` is a list."""
     arguments.add_argument(
         '--model',
         required=True,
@@ -53,18 +47,16 @@ def add_bag_arguments(
         help='a model file, a robot name or a robot folder' + several * '; again for each model',
     )
     arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    arguments.add_argument('--step', type=float, help='length of one step [s]')
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
-    add_span_arguments(arguments)
     add_effect_argument(arguments)
-    if hold_out:
-        arguments.add_argument(
-            '--hold-out', nargs='+', default=[], metavar='BAG', help='bags no fit may see'
-        )
+    arguments.add_json()
 
 
-def add_span_arguments(arguments: argparse.ArgumentParser) -> None:
-    """A part of each recording instead of all of it."""
+def add_bag_arguments(
+    arguments: Parser, hold_out: bool = True, step: bool = True, several: bool = False
+) -> None:
+    """Bags or parts of them, the model; held-out bags and a length of steps where they count."""
+    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
+    add_model_arguments(arguments, several)
     for option, name, what in (('--from', 'begin', 'begin'), ('--to', 'end', 'end')):
         arguments.add_argument(
             option,
@@ -73,9 +65,14 @@ def add_span_arguments(arguments: argparse.ArgumentParser) -> None:
             metavar='S',
             help=f'{what} there, in seconds from the first state of each bag',
         )
+    if step:
+        arguments.add_argument('--step', type=float, help='length of one step [s]')
+    arguments.set_defaults(hold_out=[])
+    if hold_out:
+        arguments.add_argument('--hold-out', nargs='+', metavar='BAG', help='bags no fit may see')
 
 
-def add_search_arguments(arguments: argparse.ArgumentParser) -> None:
+def add_search_arguments(arguments: Parser) -> None:
     """How long to search, and whether to use what was moved from outside."""
     arguments.add_argument(
         '--within',
@@ -122,11 +119,11 @@ def left(arguments: argparse.Namespace) -> float:
 def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
     """Read bags of the model's robot; their warnings go to stderr."""
     recordings = [read_bag(path, model.robot, topic_map) for path in paths]
-    tell_warnings(recordings)
+    print_warnings(recordings)
     return recordings
 
 
-def tell_warnings(recordings: Sequence[Recording]) -> None:
+def print_warnings(recordings: Sequence[Recording]) -> None:
     """Print what reading them warned of to stderr."""
     for recording in recordings:
         for warning in recording.warnings:
@@ -150,15 +147,18 @@ def read_all(
 
 def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list[Recording]:
     """The part of each recording that the command line asks for; all of it by default."""
-    begin, end = getattr(arguments, 'begin', None), getattr(arguments, 'end', None)
-    if begin is None and end is None:
-        return [*recordings]
-    return [between(r, begin, end) for r in recordings]
+    begin, end = arguments.begin, arguments.end
+    return [r if begin is end is None else between(r, begin, end) for r in recordings]
 
 
 def load(arguments: argparse.Namespace) -> Model:
     """The model the command line names."""
     return load_model(arguments.model)
+
+
+def is_driven(model: Model) -> bool:
+    """Whether a run can be sent to the robot: it has motors."""
+    return any(actuator.strongest > 0 for actuator in model.robot.actuators)
 
 
 def own_effects(arguments: argparse.Namespace) -> list[Effect]:
@@ -187,15 +187,15 @@ def same_bags(verb: str, arguments: argparse.Namespace) -> str:
     """Another verb on the bags, model, effects and topic map of a command line, to type it."""
     typed = [verb, *arguments.bags, '--model', arguments.model]
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
-    own = words(arguments.effect)
-    return leo(*typed, *mapped, *own, *_span_words(arguments))
+    named = {'--from': arguments.begin, '--to': arguments.end}
+    part = [w for option, at in named.items() if at is not None for w in (option, f'{at:g}')]
+    return leo(*typed, *mapped, *words(arguments.effect), *part)
 
 
 def watch(arguments: argparse.Namespace) -> str:
     """`leo watch` on the bags, held-out ones too, and the model of a command line, to type it."""
-    held, step = getattr(arguments, 'hold_out', []), getattr(arguments, 'step', None)
-    apart = ['--hold-out', *held] if held else []
-    rest = [*apart, *(['--step', f'{step:g}'] if step else [])]
+    held, step = arguments.hold_out, arguments.step
+    rest = [*(['--hold-out', *held] if held else []), *(['--step', f'{step:g}'] if step else [])]
     return ' '.join([same_bags('watch', arguments), *map(shlex.quote, rest)])
 
 
@@ -208,19 +208,14 @@ def next_command(
     arguments: argparse.Namespace, folder: Path | None, answer: Explanation
 ) -> str | None:
     """`leo next` for what an answer leaves open, to type it; None where nothing can be driven."""
-    driven = any(a.strongest > 0 for a in answer.model.robot.actuators)
+    driven = is_driven(answer.model)
     if any(f['sure'] for f in answer.log_faults) and answer.search is None:
         return f'{same_bags("explain", arguments)} --mend'
     cut_short = answer.search is not None and not answer.search.complete
     if answer.verdict not in NEGATIVE or not answer.next_run or not driven or cut_short:
         return None
-    told = ['--explain', str(folder)] if folder and answer.search is not None else []
-    return shlex.join([*shlex.split(same_bags('next', arguments)), *told])
-
-
-def _span_words(arguments: argparse.Namespace) -> list[str]:
-    named = {'--from': getattr(arguments, 'begin', None), '--to': getattr(arguments, 'end', None)}
-    return [w for option, at in named.items() if at is not None for w in (option, f'{at:g}')]
+    given = ['--explain', str(folder)] if folder and answer.search is not None else []
+    return shlex.join([*shlex.split(same_bags('next', arguments)), *given])
 
 
 def write_json(folder: Path, name: str, data: dict) -> Path:

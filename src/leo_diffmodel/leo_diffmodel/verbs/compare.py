@@ -12,12 +12,16 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.comparison import compare, Comparison, STAGES
+from leo_diffmodel.compare.ranking import rank
+from leo_diffmodel.compare.ranking import STAGES as RANKING_STAGES
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.compare_several import compare_several
 from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
 
 EXAMPLES = (
     'leo compare bags/run1 --model pendulum',
@@ -41,10 +45,10 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
     recordings = common.span(arguments, recordings)
-    with common.progress('comparing', STAGES + 1) as told:
-        result = compare(recordings, model, arguments.step, told)
+    with common.progress('comparing', STAGES + 1) as heard:
+        result = compare(recordings, model, arguments.step, heard)
         if folder:
-            told('report')
+            heard('report')
             _write(folder, result, recordings, model, common.watch(arguments))
     if arguments.json:
         print(json.dumps(result.data))
@@ -57,7 +61,7 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('compare', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, several=True)
     arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
@@ -87,7 +91,7 @@ def _print(data: dict) -> None:
     if data['noise_only']:
         console.print(
             'No place stands out: the torque it lacks stays within its noise '
-            '(leo explain sees smaller things).'
+            '(leo explain sees smaller errors).'
         )
         return
     console.print(_joints(data['joints']))
@@ -117,8 +121,7 @@ def _states(data: dict) -> Table:
     """Errors ahead of many states: a line each, and some of the horizons."""
     rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
     rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
-    table = Table(title='rms error ahead of the measured start / noise floor')
-    table.add_column('state')
+    table = Table('state', title='rms error ahead of the measured start / noise floor')
     for row, _ in rows:
         table.add_column(f'{row["seconds"]:.3g} s', justify='right')
     for i, state in enumerate(data['states']):
@@ -128,8 +131,7 @@ def _states(data: dict) -> Table:
 
 
 def _joints(rows: list[dict]) -> Table:
-    table = Table(title='torque the model lacks, rms beyond noise')
-    table.add_column('joint')
+    table = Table('joint', title='torque the model lacks, rms beyond noise')
     unit = _unit(rows)
     for column in ('share', unit, 'as V', 'of stall', f'noise [{unit}]'):
         table.add_column(column, justify='right')
@@ -141,15 +143,13 @@ def _joints(rows: list[dict]) -> Table:
 
 
 def _unit(rows: list[dict]) -> str:
-    """Of the torques or forces in rows."""
     return ' or '.join(sorted({row['torque_unit'] for row in rows}))
 
 
 def _places(rows: list[dict], worst: list[dict]) -> Table:
     """One line for each joint and variable: how the torque goes with it, and where it is worst."""
-    table = Table(title='where it fails, worst first')
-    for column in ('joint', 'variable', 'low to high', 'worst at'):
-        table.add_column(column)
+    columns = 'joint', 'variable', 'low to high', 'worst at'
+    table = Table(*columns, title='where it fails, worst first')
     for column in ('of error', 'of time', _unit(worst)):
         table.add_column(column, justify='right')
     for row in worst[:SHOWN]:
@@ -196,3 +196,67 @@ def _event(event: dict, data: dict) -> str:
 
 def _or_dash(value: float | None, unit: str = '') -> str:
     return '-' if value is None else f'{value:.2g}{unit}'
+
+
+def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
+    """Rank the models of a command line, print or write it; exit status 0.
+
+    Raises:
+        UserError: a model is there twice, or as `rank`.
+    """
+    names = arguments.model
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise UserError(f'--model {twice[0]} is there twice')
+    models = {name: load_model(name) for name in names}
+    recordings = common.read_bags(arguments.bags, models[names[0]], arguments.topic_map)
+    recordings = common.span(arguments, recordings)
+    with common.progress('comparing', RANKING_STAGES * len(models)) as heard:
+        data = rank(recordings, models, arguments.step, heard)
+    if folder:
+        common.write_json(folder, 'ranking.json', data)
+    if arguments.json:
+        print(json.dumps(data))
+        return 0
+    _print_ranking(data)
+    if folder:
+        print(f'wrote {folder}/ranking.json')
+    arguments.model = data['models'][0]['model']
+    print(f'next: {common.same_bags("explain", arguments)} -o out/explain')
+    return 0
+
+
+def _print_ranking(data: dict) -> None:
+    console = Terminal(highlight=False)
+    console.print(ranking_table(data))
+    console.print('[%] of how far the states move, all joints together')
+    seen = ' that no fit saw' if data['held_out_blocks_only'] else ''
+    best, *others = (row['model'] for row in data['models'])
+    alike = [row['model'] for row in data['models'][1:] if _alike(row)]
+    first = f'{best} is better than the {"other" if len(others) == 1 else "others"}'
+    said = f'not distinguishable from {best}: {", ".join(alike)}' if alike else first
+    console.print(f'{said} (95 %, over {data["blocks"]} blocks of time{seen})', soft_wrap=True)
+
+
+def ranking_table(data: dict) -> Table:
+    """A line for each model; the sizes are taken together over the states of one unit."""
+    units = [state['unit'] for state in data['states']]
+    title = f'rms error {data["seconds"]:.2g} s ahead / noise floor, best first'
+    table = Table('model', title=title)
+    for unit in ('%', *dict.fromkeys(units)):
+        table.add_column(f'[{unit}]', justify='right', no_wrap=True)
+    table.add_column('', no_wrap=True)
+    for row in data['models']:
+        sizes = (_sizes(row, np.array(units) == unit) for unit in dict.fromkeys(units))
+        cells = [f'{error:.2g} / {floor:.2g}' for error, floor in sizes]
+        place = 'best' if row is data['models'][0] else 'alike' if _alike(row) else 'worse'
+        table.add_row(row['model'], f'{100 * row["share"] ** 0.5:.2g}', *cells, place)
+    return table
+
+
+def _sizes(row: dict, mine: np.ndarray) -> tuple[float, float]:
+    error, floor = (np.sqrt(np.mean(np.square(row[key])[mine])) for key in ('rmse', 'noise_floor'))
+    return float(error), float(floor)
+
+
+def _alike(row: dict) -> bool:
+    return not row['behind']['distinguishable']

@@ -19,12 +19,12 @@ from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.compare_several import ranking_table
-from leo_diffmodel.verbs.explain_each import show_each, unique_names
-from leo_diffmodel.verbs.explain_text import told
+from leo_diffmodel.verbs.compare import ranking_table
+from leo_diffmodel.verbs.explain_text import in_lines, show_each, unique_names
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
+from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model
@@ -64,7 +64,7 @@ def main(argv: list[str]) -> int:
     result = _edited(arguments, model, result, changed)
     result = replace(result, next_command=common.next_command(arguments, folder, result))
     if folder:
-        write(folder, result, [*recordings, *held], common.watch(arguments))
+        _write(folder, result, [*recordings, *held], common.watch(arguments))
     if arguments.json:
         print(json.dumps(result.to_json()))
     else:
@@ -84,17 +84,8 @@ def _explained(
 ) -> Explanation:
     own, within = common.own_effects(arguments), share * common.left(arguments)
     with common.progress(title, within=within) as heard:
-        return explain(
-            recordings,
-            model,
-            held,
-            own,
-            heard,
-            arguments.step,
-            within=within,
-            keep=arguments.keep,
-            mend=arguments.mend,
-        )
+        chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend}
+        return explain(recordings, model, held, own, heard, arguments.step, **chosen)
 
 
 def _edited(
@@ -126,7 +117,7 @@ def _each(
         results.append(result)
         if folder and (inside := common.fresh_folder(str(folder / name))):
             arguments.bags = [str(recording.path)]
-            write(inside, result, [recording], common.watch(arguments))
+            _write(inside, result, [recording], common.watch(arguments))
     if arguments.json:
         answers = zip(names, results, strict=True)
         print(json.dumps({name: result.to_json() for name, result in answers}))
@@ -135,30 +126,23 @@ def _each(
     return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
 
 
-def write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:
-    """Write explain.json and report.html; `watch` is the command of the live page."""
-    common.write_json(folder, 'explain.json', result.to_json())
-    report(folder / 'report.html', result, recordings, watch)
-
-
-def report(path: Path, result: Explanation, recordings: list, watch: str) -> None:
-    """Write the page of one explanation; `watch` is the command of the live page."""
+def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:
     from leo_diffmodel.report.explained import write_explanation
 
-    write_explanation(path, result, recordings, watch)
+    common.write_json(folder, 'explain.json', result.to_json())
+    write_explanation(folder / 'report.html', result, recordings, watch)
 
 
 def show(result: Explanation) -> None:
     """Print the verdict and the leading hypotheses."""
     console = Terminal()
-    headline, *lines = told(result.verdict, result.sentence)
+    headline, *lines = in_lines(result.verdict, result.sentence)
     console.print(Text.assemble((result.verdict, 'bold'), f': {headline}'), highlight=False)
     for line in lines:
         console.print(line, highlight=False)
     if result.hypotheses:
-        table = Table(title='hypotheses, best first')
-        for column in ('effect', 'parameters', 'gain train / held out [nats]'):
-            table.add_column(column)
+        columns = 'effect', 'parameters', 'gain train / held out [nats]'
+        table = Table(*columns, title='hypotheses, best first')
         for row in result.hypotheses[:SHOWN]:
             table.add_row(f'{row["name"]}:{row["where"]}', _values(row), _gains(row))
         console.print(table)
@@ -176,7 +160,7 @@ def show(result: Explanation) -> None:
         console.print(f'what would settle it: {result.next_run}', highlight=False)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)
@@ -208,11 +192,6 @@ def _gains(row: dict) -> str:
 
 
 def _fresh_effect(path: str | None) -> Path | None:
-    """A new Python file to write to.
-
-    Raises:
-        UserError: no .py, it exists, or its folder cannot be written to.
-    """
     if path is None:
         return None
     target = Path(path)
@@ -251,6 +230,7 @@ def _point_on_effect(
 
 
 def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explanation) -> None:
+    untested = folder and result.verdict == 'fine' and result.not_testable
     if folder:
         print(f'wrote {folder}/explain.json and report.html')
     if folder and (result.effects or (result.unknown and result.unknown.source)):
@@ -260,9 +240,9 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
         print(f'{first}: {_add_words(arguments, folder, result)}')
     elif result.next_command:
         print(f'next: {result.next_command}')
-    elif folder and result.verdict == 'fine' and result.not_testable and _driven(result):
-        told = shlex.join(['--explain', str(folder)])
-        print(f'next: {common.same_bags("next", arguments)} {told}')
+    elif untested and common.is_driven(result.model):
+        given = shlex.join(['--explain', str(folder)])
+        print(f'next: {common.same_bags("next", arguments)} {given}')
     if result.search is not None:
         common.point_on_watch(arguments)
 
@@ -273,8 +253,3 @@ def _add_words(arguments: argparse.Namespace, folder: Path, result: Explanation)
     own = [*effect_words(result.model.effects), *words([source] if source else [])]
     typed = ['add', arguments.model, '--from', f'{folder}/explain.json']
     return leo(*typed, *own, '-o', 'repaired.yaml')
-
-
-def _driven(result: Explanation) -> bool:
-    """Whether a run can be sent to the robot."""
-    return any(a.strongest > 0 for a in result.model.robot.actuators)

@@ -3,7 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 import re
+
+from leo_diffmodel.explain.explanation import Explanation
+from leo_msgs_py.console import Table, Terminal
 
 WIDTH, LINES = 100, 2
 CHANGE = re.compile(r'[;:] (?=(?:median )?held-out error )')
@@ -12,13 +17,8 @@ EFFECTS = re.compile(r'; (?=[A-Za-z_][\w.]*:\S+ \()')
 REST = re.compile(r'\. (?=\d+ % of |The rest |Shown in )')
 
 
-def told(verdict: str, sentence: str) -> list[str]:
-    """The headline first; where all of it is too long, what else is said, a line each.
-
-    Args:
-        verdict: one word.
-        sentence: of an Explanation.
-    """
+def in_lines(verdict: str, sentence: str) -> list[str]:
+    """The headline first; where all of it is too long, what else is said, a line each."""
     if len(verdict) + 2 + len(sentence) <= WIDTH * LINES:
         return [sentence]
     sentence, notes = _without_notes(sentence)
@@ -56,3 +56,30 @@ def _without_notes(sentence: str) -> tuple[str, list[str]]:
 
 def _stopped(line: str) -> str:
     return line if line.endswith('.') else f'{line}.'
+
+
+def unique_names(paths: Sequence[Path]) -> list[str]:
+    """The last parts of the paths in which they differ, as names of folders."""
+    for count in range(1, max(len(p.resolve().parts) for p in paths) + 1):
+        names = ['_'.join(p.resolve().parts[-count:]).strip('/') for p in paths]
+        if len(set(names)) == len(names):
+            return names
+    return [f'{number}_{path.name}' for number, path in enumerate(paths, 1)]
+
+
+def show_each(bags: Sequence[str], answers: Sequence[Explanation]) -> None:
+    """Print the verdict on each bag, and the effects with their values."""
+    table = Table(title='each bag by itself')
+    for column in ('bag', 'verdict', 'effects'):
+        table.add_column(column)
+    for bag, answer in zip(bags, answers, strict=True):
+        table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
+    Terminal().print(table)
+
+
+def _effect(row: dict) -> str:
+    values = (
+        f'{name} = {p["value"]:.3g} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}] {p["unit"]}'
+        for name, p in row['parameters'].items()
+    )
+    return f'{row["name"]}:{row["where"]} ({", ".join(v.rstrip() for v in values)})'

@@ -16,7 +16,7 @@ from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.description.robot import named_robots, Robot, typed
 from leo_sim.model.model_file import load_model
@@ -151,7 +151,6 @@ def _parser() -> Parser:
 
 
 def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Path]]:
-    """Return (logs, bag) pairs."""
     if not each:
         return [(logs, output)]
     bags = [output / Path(log).stem for log in logs]
@@ -183,23 +182,17 @@ def _summary(info: BagInfo) -> dict[str, Any]:
 
 
 def _constants(info: BagInfo) -> dict[str, float]:
-    """Return the constants of the robot that the log knew, by path."""
     known: dict[str, float] = json.loads(info.metadata.get('constants', '{}'))
     return known
 
 
 def _sentence(info: BagInfo, passive: bool) -> str:
     samples = sum(episode.samples for episode in info.episodes)
+    joined = '\n' + info.metadata['joined'] if info.metadata.get('joined') else ''
     return (
         f'wrote {info.path}: {len(info.episodes)} episode(s), {samples} samples of '
         f'{", ".join(info.joints)} at {info.state_rate:.0f} Hz'
         f'{", passive (no input)" if passive else ""}'
         f'{"".join(f", {path} = {value:.6g}" for path, value in _constants(info).items())}'
-        f'{_how_joined(info)}'
+        f'{joined}'
     )
-
-
-def _how_joined(info: BagInfo) -> str:
-    """Return how parts of one run became its bag; '' where it has none."""
-    told = info.metadata.get('joined', '')
-    return f'\n{told}' if told else ''

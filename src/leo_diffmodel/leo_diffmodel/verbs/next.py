@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 import json
 from pathlib import Path
 import shlex
@@ -13,11 +14,11 @@ from rich.text import Text
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs import next_text as text
+from leo_diffmodel.verbs.common import NEGATIVE
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect
-from leo_sim.effects.consent import add_effect_argument
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -32,14 +33,15 @@ PAIRS_SHOWN, OPTIONS_SHOWN = 3, 8
 SECONDS = 20.0
 LONGEST = 600.0
 NEEDED = {'effects', 'not_testable', 'provenance'}
+POINTS_SHOWN = 12
+ABOUT = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
 
 
 def main(argv: list[str]) -> int:
     """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
-    from leo_diffmodel.next_run.motions import MotionRun
+    from leo_diffmodel.next_run.menu import MotionRun
     from leo_diffmodel.next_run.proposal import propose
-    from leo_diffmodel.next_run.proposed_run import Run
-    from leo_diffmodel.next_run.run_file import write_run
+    from leo_diffmodel.next_run.run_file import Run, write_run
 
     arguments = _parser().parse_args(argv)
     target = _target(arguments)
@@ -48,8 +50,8 @@ def main(argv: list[str]) -> int:
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
-    with common.progress('choosing a run') as told:
-        found = propose(recordings, model, answer, own, arguments.seconds, told)
+    with common.progress('choosing a run') as heard:
+        found = propose(recordings, model, answer, own, arguments.seconds, heard)
     run = found.best and found.best.run
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
     motion = run.command if isinstance(run, MotionRun) else None
@@ -59,7 +61,10 @@ def main(argv: list[str]) -> int:
         print(json.dumps(found.to_json() | chosen))
     else:
         _show(found, answer, arguments.seconds)
-        _point_on(file, play)
+        if file:
+            print(f'wrote {file}')
+        if play:
+            print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
     return 0 if found.best or found.aim == 'nothing' else 1
 
 
@@ -69,29 +74,21 @@ def check_driven(model: Model) -> None:
     Raises:
         UserError: it has no motors.
     """
-    if not any(a.strongest > 0 for a in model.robot.actuators):
+    if not common.is_driven(model):
         why = 'has no motors, so there is no run to send; swing it by hand from other angles'
         raise UserError(f'{model.robot.name} {why}')
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('next', __doc__ or '', EXAMPLES)
-    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
-    arguments.add_argument(
-        '--model', required=True, help='a model file, a robot name or a robot folder'
-    )
+    common.add_bag_arguments(arguments, hold_out=False, step=False)
     arguments.add_argument(
         '--explain', metavar='DIR', help='folder of leo explain -o for the same bags and model'
     )
-    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    add_effect_argument(arguments)
-    common.add_span_arguments(arguments)
     arguments.add_argument('--seconds', type=float, default=SECONDS, help='length of the run')
     arguments.add_argument(
         '-o', dest='output', default='next_run.csv', metavar='FILE.csv', help='the run to write'
     )
-    arguments.add_argument('--json', action='store_true', help='print the result as JSON')
-    arguments.set_defaults(hold_out=[])
     return arguments
 
 
@@ -112,12 +109,11 @@ def _target(arguments: argparse.Namespace) -> Path:
 def _answer(
     arguments: argparse.Namespace, recordings: list[Recording], model: Model, own: list[Effect]
 ) -> dict[str, Any]:
-    """The explanation: the one given, or a new one."""
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:
-        with common.progress('explaining') as told:
-            return explain(recordings, model, (), own, told).to_json()
+        with common.progress('explaining') as heard:
+            return explain(recordings, model, (), own, heard).to_json()
     path = Path(arguments.explain)
     path = path / 'explain.json' if path.is_dir() else path
     try:
@@ -143,58 +139,103 @@ def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
         Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'), highlight=False
     )
     if found.aim == 'nothing':
-        console.print(text.nothing(answer))
+        console.print(nothing(answer))
         return
-    console.print(text.asked(found))
+    console.print(asked(found))
     if found.points:
         console.print(_table(found))
     if found.hopeless:
-        console.print(text.hopeless(found))
+        console.print(hopeless(found))
     if found.best is not None:
-        console.print(text.best(found, seconds), highlight=False)
-
-
-def _point_on(file: Path | None, play: str | None) -> None:
-    if file:
-        print(f'wrote {file}')
-    if play:
-        print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
+        console.print(best(found, seconds), highlight=False)
 
 
 def _table(found: Proposal) -> Table:
-    if found.aim == 'show' and len(found.points) > PAIRS_SHOWN:
-        return _counts(found)
+    counted = found.aim == 'show' and len(found.points) > PAIRS_SHOWN
     kind = 'nats apart' if found.aim == 'separate' else 'nats of evidence'
-    table = Table(title=f'menu, best first; predicted {kind}')
-    table.add_column('run')
-    table.add_column('least', justify='right')
-    for point in found.points[:PAIRS_SHOWN]:
-        table.add_column(point, justify='right')
+    table = Table('run', title='menu, best first' + (not counted) * f'; predicted {kind}')
+    figures = ('least', *found.points[:PAIRS_SHOWN])
+    for title in (f'would show, of {len(found.points)}',) if counted else figures:
+        table.add_column(title, justify='right')
     table.add_column('what it does')
     for option in found.options[:OPTIONS_SHOWN]:
-        nats = [text.number(n) for n in option.nats[:PAIRS_SHOWN]]
-        table.add_row(option.run.name, text.number(min(option.nats)), *nats, _about(option))
-    return _cut(table, found)
-
-
-def _counts(found: Proposal) -> Table:
-    from leo_diffmodel.next_run.effects_shown import is_shown
-
-    table = Table(title='menu, best first')
-    table.add_column('run')
-    table.add_column(f'would show, of {len(found.points)}', justify='right')
-    table.add_column('what it does')
-    for option in found.options[:OPTIONS_SHOWN]:
-        shown = sum(bool(is_shown(n)) for n in option.nats)
-        table.add_row(option.run.name, str(shown), _about(option))
-    return _cut(table, found)
-
-
-def _about(option: Option) -> str:
-    return f'left out: {option.unsafe}' if option.unsafe else option.run.about
-
-
-def _cut(table: Table, found: Proposal) -> Table:
+        nats = min(option.nats), *option.nats[:PAIRS_SHOWN]
+        cells = [_count_shown(option)] if counted else [number(n) for n in nats]
+        about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
+        table.add_row(option.run.name, *cells, about)
     if len(found.options) > OPTIONS_SHOWN:
         table.caption = f'and {len(found.options) - OPTIONS_SHOWN} more (--json lists them)'
     return table
+
+
+def _count_shown(option: Option) -> str:
+    from leo_diffmodel.next_run.separate import is_shown
+
+    return str(sum(bool(is_shown(n)) for n in option.nats))
+
+
+def in_words(found: Proposal, answer: dict[str, Any], seconds: float) -> list[str]:
+    """All of it but the menu, a line each; `seconds` is the length of the runs."""
+    if found.aim == 'nothing':
+        return [nothing(answer)]
+    lines = [asked(found)]
+    if found.hopeless:
+        lines.append(hopeless(found))
+    return [*lines, best(found, seconds)] if found.best else lines
+
+
+def nothing(answer: dict[str, Any]) -> str:
+    """Why no run is proposed.
+
+    Args:
+        answer: the contents of explain.json.
+    """
+    if answer['verdict'] in NEGATIVE and not answer.get('unknown'):
+        wanted = answer.get('next_run') or 'vary one at a time: speed, load, angle, supply'
+        return f'No run of the menu settles what is open: {wanted}'
+    if answer['verdict'] == 'unknown':
+        return (
+            'What is missing is no known effect, so no two of them are left to part; '
+            'leo explain --write-effect makes an effect of it.'
+        )
+    return 'Nothing is open, and every effect was testable: no further run is needed.'
+
+
+def asked(found: Proposal) -> str:
+    """What a run is to settle."""
+    return f'{ABOUT[found.aim]}: {_listed([*found.points, *found.hopeless])}'
+
+
+def hopeless(found: Proposal) -> str:
+    """What no run settles."""
+    return f'no run of the menu helps with: {_listed(found.hopeless)}'
+
+
+def best(found: Proposal, seconds: float) -> str:
+    """What the best run says, and whether it is long enough."""
+    from leo_diffmodel.check.amplitudes import needed
+    from leo_diffmodel.explain.settings import SETTINGS
+
+    option = found.options[0]
+    if found.aim == 'show':
+        count = f'{_count_shown(option)} of the {len(found.points)}'
+        return f'"{option.run.name}" would show {count}: {option.run.about}'
+    least = min(option.nats)
+    a, b = found.points[option.nats.index(least)].split(' | ')
+    said = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {number(least)} nats'
+    enough = needed(SETTINGS.gates.margin_nats)
+    if least > enough:
+        return said
+    longer = seconds * enough / least
+    return f'{said}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
+
+
+def number(nats: float) -> str:
+    """Evidence, as much as one can read of it."""
+    return 'over 1000' if nats > 1000 else f'{nats:.1f}'
+
+
+def _listed(points: Sequence[str]) -> str:
+    left = len(points) - POINTS_SHOWN
+    more = f' and {left} more (leo next --json)' if left > 0 else ''
+    return '; '.join(points[:POINTS_SHOWN]) + more

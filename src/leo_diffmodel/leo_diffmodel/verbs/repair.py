@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import replace
-from functools import partial
 import json
 from pathlib import Path
 from typing import Any
@@ -15,11 +13,13 @@ from leo_diffmodel.add.rounds import ladder, merged, rounds
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.explain import report, show
+from leo_diffmodel.verbs.explain import show
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects.consent import effect_words
+from leo_sim.model import Model
 from leo_sim.model.model_file import save_model
 
 MOST_ACROSS = 6
@@ -33,6 +33,8 @@ EXAMPLES = (
 
 def main(argv: list[str]) -> int:
     """Run `leo repair`; exit status as `leo explain`."""
+    from leo_diffmodel.report.explained import write_explanation
+
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
     assert folder is not None  # -o is required
@@ -42,29 +44,22 @@ def main(argv: list[str]) -> int:
     model = common.load(arguments)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('repairing', within=common.left(arguments)) as told:
+    with common.progress('repairing', within=common.left(arguments)) as heard:
         before = compare(recordings, model, arguments.step)
-        ask = partial(
-            explain,
-            recordings,
-            hold_out=held,
-            extra=own,
-            progress=told,
-            step=arguments.step,
-            keep=arguments.keep,
-            mend=arguments.mend,
-        )
-        found = rounds(lambda m, left: ask(m, within=left), model, common.left(arguments))
-    found = [
-        replace(each, next_command=common.next_command(arguments, None, each)) for each in found
-    ]
+        chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
+
+        def ask(model: Model, within: float) -> Explanation:
+            return explain(recordings, model, held, own, heard, within=within, **chosen)
+
+        found = rounds(ask, model, common.left(arguments))
+    found = [replace(e, next_command=common.next_command(arguments, None, e)) for e in found]
     result = merged(found)
     rows = ladder(result)
     common.write_json(folder, 'compare.json', before.data)
     common.write_json(folder, 'explain.json', result.to_json())
     for number, each in enumerate(found, start=1):
         name = 'report.html' if number == 1 else f'report_{number}.html'
-        report(folder / name, each, [*recordings, *held], common.watch(arguments))
+        write_explanation(folder / name, each, [*recordings, *held], common.watch(arguments))
     save_model(target, result.model, [*model.history, *history(result.to_json())])
     if arguments.json:
         print(json.dumps(result.to_json() | {'ladder': rows, 'model': str(target)}))
@@ -77,7 +72,7 @@ def main(argv: list[str]) -> int:
     return 1 if result.verdict in common.NEGATIVE else 0
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     arguments = common.parser('repair', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)

@@ -3,10 +3,34 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Callable
 from functools import partial
+import time
+from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common, watch_common
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser, ros_args_apart, where
 from leo_sim.effects.consent import words
+
+if TYPE_CHECKING:
+    from leo_diffmodel.nodes.live_robot import LiveRobot
+    from leo_diffmodel.watch.live.renewing import Source
+    from leo_diffmodel.watch.scene import Scene
+
+LIVE_ABOUT = 'leo watch --live: the page of a running robot.'
+LIVE_EXAMPLES = (
+    'leo watch --live --model pendulum',
+    'leo watch --live --model leo -o out/live --ros-args -r __ns:=/left',
+)
+ENOUGH = 6.0
+"""A scene is tried from so much data on [s]."""
+AT_MOST = 30.0
+"""Without a scene after so long, it is said why there is none [s]."""
+LOOK_MS = 100
+SLICE = 0.05
+HINT = 'start one, as in: leo run leo_sim robot --ros-args -p robot:=pendulum'
 
 
 def main(argv: list[str]) -> int:
@@ -19,9 +43,7 @@ def main(argv: list[str]) -> int:
     from leo_diffmodel.watch.state import State
 
     if '--live' in argv:
-        from leo_diffmodel.verbs import watch_live
-
-        return watch_live.main(argv)
+        return _live(argv)
     arguments = watch_common.parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
     model = common.load(arguments)
@@ -41,3 +63,141 @@ def main(argv: list[str]) -> int:
         server.run_until_interrupted()
     finally:
         next_run.stop()
+
+
+def _live(argv: list[str]) -> int:
+    """Run `leo watch --live` until it is interrupted."""
+    from leo_diffmodel.bags.topic_map import read_topic_map
+    from leo_diffmodel.nodes.live_robot import live_robot
+    from leo_diffmodel.watch.live.renewing import Source
+    from leo_sim.model.window_shares import alone
+
+    typed, ros_args = ros_args_apart(argv)
+    arguments = _live_parser().parse_args(typed)
+    arguments.ros_args = ros_args
+    common.fresh_folder(arguments.output)
+    model = common.load(arguments)
+    own = tuple(common.own_effects(arguments))
+    source = Source(model, read_topic_map(arguments.topic_map), own, arguments.step)
+    with alone(), live_robot(arguments.seconds, ros_args) as robot:
+        scene = _first(robot, source, arguments.patience)
+        if scene is not None:
+            _serve(arguments, robot, source, scene)
+    return 0
+
+
+def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scene: Scene) -> None:
+    """Serve the page until a signal; then end what it started."""
+    from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
+    from leo_diffmodel.watch.live.live import Live, LiveFinder
+    from leo_diffmodel.watch.live.renewing import Renewing
+    from leo_diffmodel.watch.next_run import NextRun
+    from leo_diffmodel.watch.page.live import LiveTab
+    from leo_diffmodel.watch.page.server import HEAR_MS, WatchServer
+    from leo_diffmodel.watch.state import State
+
+    folder = common.fresh_folder(arguments.output)
+    state = State(scene, folder)
+    renewing = Renewing(source, state, robot.tape.contents, lambda: robot.weights)
+    recording = RecordingSwitch(folder, arguments.ros_args)
+    live = Live(robot, recording, renewing, Sending(arguments.ros_args))
+    finder = LiveFinder(robot.tape, watch_common.asked, _explain_words(arguments), folder)
+    command = ['leo', 'add', arguments.model, *words(arguments.effect)]
+    next_run = NextRun(state, finder, watch_common.proposed)
+    tab = partial(LiveTab, live=live, next_run=next_run)
+    server = WatchServer(state, finder, command, arguments.port, tab)
+    server.every(LOOK_MS, partial(_look, live, server))
+    server.every(HEAR_MS, next_run.look)
+    watch_common.say(arguments, server.url, server.port)
+    try:
+        server.run()
+    finally:
+        live.sending.wait()
+        next_run.stop()
+        renewing.end()
+        live.recording.wait()
+
+
+def _look(live: Any, server: Any) -> None:
+    from leo_msgs_py.node import running
+
+    live.look()
+    if not running():
+        server.end()
+
+
+def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
+    """The first scene; None where it was interrupted, UserError where no robot makes one."""
+    from leo_diffmodel.bags.states import OtherJoints
+
+    if not _until(lambda: robot.tape.heard is not None, patience):
+        if _ended():
+            return None
+        raise UserError(f'no robot is publishing joint_states {where()}; {HINT}')
+    began = time.monotonic()
+    with common.progress('listening to the robot'):
+        while _until(lambda: _since(began) > ENOUGH, ENOUGH) and not _until(_ended, 0.5):
+            try:
+                return source.scene(robot.tape.contents())
+            except OtherJoints:
+                raise
+            except UserError:
+                if _since(began) > AT_MOST:
+                    raise
+    return None
+
+
+def _since(began: float) -> float:
+    return time.monotonic() - began
+
+
+def _until(true: Callable[[], bool], seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while not true():
+        if time.monotonic() > end + SLICE or _ended():
+            return False
+        time.sleep(SLICE)
+    return True
+
+
+def _ended() -> bool:
+    from leo_msgs_py.node import running
+
+    return not running()
+
+
+def _explain_words(arguments: argparse.Namespace) -> list[str]:
+    """What `leo watch` takes with a bag to explain it alike."""
+    mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
+    step = ['--step', str(arguments.step)] if arguments.step else []
+    return ['--model', arguments.model, *mapped, *step, *words(arguments.effect)]
+
+
+def _live_parser() -> Parser:
+    arguments = common.parser('watch', LIVE_ABOUT, LIVE_EXAMPLES)
+    arguments.add_argument('--live', action='store_true', help='a running robot, not a bag')
+    common.add_model_arguments(arguments)
+    arguments.add_argument('--step', type=float, help='length of one step [s]')
+    arguments.add_argument(
+        '--seconds',
+        type=_window,
+        default=30.0,
+        metavar='S',
+        help='how much of the past is shown (30 s)',
+    )
+    arguments.add_argument(
+        '--patience',
+        type=float,
+        default=10.0,
+        metavar='S',
+        help='how long to wait for a robot (10 s)',
+    )
+    watch_common.add_page_arguments(arguments)
+    return arguments
+
+
+def _window(text: str) -> float:
+    seconds = common.seconds(text)
+    if not 10.0 <= seconds <= 120.0:
+        raise argparse.ArgumentTypeError(f'{text} s is no stretch to look at; give 10 to 120')
+    return seconds

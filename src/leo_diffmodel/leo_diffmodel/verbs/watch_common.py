@@ -14,11 +14,12 @@ import webbrowser
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
+from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
-    from leo_diffmodel.next_run.motions import MotionRun
-    from leo_diffmodel.next_run.proposed_run import Run
+    from leo_diffmodel.next_run.menu import MotionRun
+    from leo_diffmodel.next_run.run_file import Run
     from leo_diffmodel.watch.next_run import Plan
 
 ABOUT = 'leo watch: a page where the robot, its model and the missing effect stand side by side.'
@@ -47,15 +48,15 @@ def screen() -> bool:
     return there or not sys.platform.startswith('linux')
 
 
-def parser() -> argparse.ArgumentParser:
-    """What is typed after `leo watch`, beside bags."""
+def parser() -> Parser:
+    """What is typed after `leo watch`."""
     arguments = common.parser('watch', ABOUT, EXAMPLES)
     common.add_bag_arguments(arguments)
     add_page_arguments(arguments)
     return arguments
 
 
-def add_page_arguments(arguments: argparse.ArgumentParser) -> None:
+def add_page_arguments(arguments: Parser) -> None:
     """Where it writes, and how the page is served."""
     arguments.add_argument(
         '-o', dest='output', metavar='DIR', help="where 'add to model' writes; without, nowhere"
@@ -84,19 +85,13 @@ def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
 
 
 def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], None]) -> Plan:
-    """What `leo next` says to the same bags and what explain said of them.
-
-    Args:
-        argv: as of `asked`.
-        answer: the contents of explain.json.
-        heard: told what is being looked at.
+    """What `leo next` says to the same words as `asked`, and to the explain.json that this gave.
 
     Raises:
         UserError: the robot has no motors, or the bags are too short to plan from.
     """
     from leo_diffmodel.next_run.proposal import propose
-    from leo_diffmodel.verbs import next_text
-    from leo_diffmodel.verbs.next import check_driven, SECONDS
+    from leo_diffmodel.verbs.next import check_driven, in_words, SECONDS
     from leo_diffmodel.watch.next_run import Plan
 
     arguments = parser().parse_args(argv)
@@ -105,7 +100,7 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     found = propose(recordings, model, answer, own, SECONDS, heard)
-    words = tuple(next_text.told(found, answer, SECONDS))
+    words = tuple(in_words(found, answer, SECONDS))
     if found.best is None:
         return Plan(words, model.robot)
     run = found.best.run
@@ -116,7 +111,6 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
 def _predicted(
     run: Run | MotionRun, model: Model, answer: dict[str, Any], recordings: list[Recording]
 ) -> Recording:
-    """What the model with what was named makes of a run."""
     from leo_diffmodel.add.patch import from_data
     from leo_diffmodel.compare.known import with_known
     from leo_diffmodel.compare.windows import sample_period

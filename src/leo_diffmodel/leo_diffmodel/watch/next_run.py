@@ -12,9 +12,8 @@ from typing import Any
 
 from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.next_run.motions import MotionRun
-from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.next_run.run_file import write_run
+from leo_diffmodel.next_run.menu import MotionRun
+from leo_diffmodel.next_run.run_file import Run, write_run
 from leo_diffmodel.watch.errand import Errand, Finder, Heard
 from leo_diffmodel.watch.setting import Answer
 from leo_diffmodel.watch.state import State

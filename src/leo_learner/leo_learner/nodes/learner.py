@@ -12,26 +12,36 @@ from dataclasses import asdict
 import json
 from pathlib import Path
 import shlex
+import time
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Header
 
 from leo_diffmodel.difference.fit import LEAST as LEAST_TRANSITIONS
+from leo_diffmodel.difference.model import from_bytes
 from leo_learner.algorithm5 import Algorithm5, Done, Settings
 from leo_learner.checkpoint import newest
 from leo_learner.configs import configuration
 from leo_learner.ddpg import Config
 from leo_learner.learning import POLICY
-from leo_learner.nodes.difference_client import DifferenceClient
 from leo_learner.policy import Policy
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import fixed_parameter, graph, join, private_parameter, running, spin_once
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.node import (
+    every,
+    fixed_parameter,
+    graph,
+    join,
+    listen,
+    private_parameter,
+    running,
+    spin_once,
+)
+from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import Robot
 from leo_sim.effects.consent import trust_parameter
 from leo_sim.model.model_file import load_model
@@ -40,6 +50,8 @@ LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
 """Of the settings that may not be 0."""
 PERIOD = 1.0
 """Time between two reports [s]; while a policy trains, the episode under way ends first."""
+ASK_AGAIN = 5.0
+"""An update is asked for again after this time [s]: the node may have been restarted."""
 
 
 def read_settings(node: Node) -> Settings:
@@ -100,7 +112,7 @@ def main(argv: list[str]) -> int:
 
 
 def _algorithm(node: Node, status: Status) -> Algorithm5:
-    """What the node's parameters ask for, on the robot and the difference model beside it."""
+    """What the node's parameters ask for, on the robot and the difference model of the graph."""
     settings = read_settings(node)
     trust_parameter(private_parameter(node, 'effect', ['']))
     model = load_model(fixed_parameter(node, 'model', 'pendulum'))
@@ -125,26 +137,18 @@ def _algorithm(node: Node, status: Status) -> Algorithm5:
 
 
 def _alive() -> bool:
-    """Serve what is due between two episodes; whether to go on."""
     spin_once(0.0)
     return running()
 
 
 class Status:
-    """Logs what is being done, and repeats it on /diagnostics once a second.
-
-    Args:
-        node: the learner.
-
-    Attributes:
-        done: how far the run is; None before it begins.
-    """
+    """Logs what is being done, and repeats it on /diagnostics once a second."""
 
     def __init__(self, node: Node) -> None:
         self._node, self._said = node, 'starting'
         self.done: Done | None = None
         self._publisher = node.create_publisher(*topics.DIAGNOSTICS)
-        node.create_timer(PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        every(node, PERIOD, self._report)
 
     def say(self, text: str) -> None:
         """Log one line; it is the message of the reports until the next."""
@@ -173,3 +177,59 @@ class Status:
             ('round that drives the robot', str(self.done.driver)),
             ('steps on the robot', str(self.done.samples)),
         ]
+
+
+class DifferenceClient:
+    """Waits for weights of a later version, of the robot's name, asking until it gets them."""
+
+    def __init__(self, node: Node, robot: str) -> None:
+        self._node, self._robot = node, robot
+        self._weights, self._said = b'', ''
+        self._version = 0
+        listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
+        self._update = node.create_client(*topics.DIFFERENCE_UPDATE)
+
+    def newer(self, version: int) -> bytes:
+        """Weights of a later version than `version`, fitted after this call.
+
+        Raises:
+            Stopped: the process was asked to end.
+        """
+        version = max(version, self._version)
+        asked = -ASK_AGAIN
+        while self._version <= version:
+            if not running():
+                raise Stopped
+            if time.monotonic() - asked > ASK_AGAIN:
+                asked = time.monotonic()
+                self._ask()
+            spin_once()
+        return self._weights
+
+    def _ask(self) -> None:
+        if self._update.service_is_ready():
+            future = self._update.call_async(topics.DIFFERENCE_UPDATE.type.Request())
+            future.add_done_callback(self._on_answer)
+        else:
+            self._log('waiting for the difference model (leo run leo_diffmodel diffmodel)')
+
+    def _on_answer(self, future: Any) -> None:
+        self._log(f'difference model: {future.result().message}')
+
+    def _log(self, text: str) -> None:
+        """Say it once, however often it is the answer."""
+        if text != self._said:
+            self._node.get_logger().info(text)
+        self._said = text
+
+    def _on_weights(self, message: Any) -> None:
+        data = bytes(message.data)
+        try:
+            difference = from_bytes(data, topics.DIFFERENCE_WEIGHTS.name)
+        except UserError as error:
+            self._node.get_logger().error(str(error))
+            return
+        if difference.robot != self._robot:
+            self._log(f'weights for robot {difference.robot!r} ignored, this is {self._robot!r}')
+            return
+        self._weights, self._version = data, difference.version

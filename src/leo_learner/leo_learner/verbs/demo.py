@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 import json
 from pathlib import Path
+import shlex
 import sys
 import time
 
@@ -20,6 +22,9 @@ EXAMPLES = """\
   leo demo --no-browser"""
 DATA = Path('..', 'shared', 'data')
 """Recorded robots, relative to the folder leo demo runs in."""
+SHIPPED = Path(__file__).resolve().parents[1] / 'quick'
+"""Made by docs/make_quick.py."""
+ROBOT = 'torque_pendulum'
 
 
 def main(argv: list[str]) -> int:
@@ -45,12 +50,9 @@ def main(argv: list[str]) -> int:
     if folder.exists():
         raise UserError(f'{folder} exists; give another folder with -o')
     if options.quick:
-        from leo_learner.demo.quick import quick
-
         return quick(folder, options.json)
 
-    from leo_learner.demo.closing import closing
-    from leo_learner.demo.main_job import MainJob, Plan
+    from leo_learner.main_job import closing, MainJob, Plan
     from leo_msgs_py.console import Terminal
 
     console = Terminal(stderr=options.json)
@@ -67,8 +69,28 @@ def main(argv: list[str]) -> int:
 def _watch(folder: Path) -> None:
     """Open the live page until Ctrl-C, where somebody sits in front of a screen and a terminal."""
     from leo_diffmodel.verbs import watch, watch_common
-    from leo_learner.demo.closing import watching
+    from leo_learner.main_job import watching
 
     if watch_common.screen() and sys.stdout.isatty():
         with suppress(KeyboardInterrupt):
             watch.main(watching(folder)[2:])
+
+
+def quick(folder: Path, as_json: bool = False) -> int:
+    """Explain the shipped recording into a folder, then open its truth, as a person types it."""
+    from leo_diffmodel.verbs.explain import main as explain
+    from leo_sim.verbs.reveal import main as reveal
+
+    form = ['--json'] if as_json else []
+    words = ['explain', str(SHIPPED / 'bag'), '--model', ROBOT, '-o', str(folder), *form]
+    status = _typed(explain, words, as_json)
+    _typed(reveal, ['reveal', str(SHIPPED / 'secret.seal'), *form], as_json)
+    if not as_json:
+        print(f'report: {folder.resolve() / "report.html"}')
+    return status
+
+
+def _typed(verb: Callable[[list[str]], int], words: Sequence[str], silent: bool) -> int:
+    if not silent:
+        print(f'$ leo {shlex.join(words)}', flush=True)
+    return verb([*words[1:]])

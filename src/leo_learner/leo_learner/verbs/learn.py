@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_msgs_py.shell_words import leo
-from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.terminal import leo
+from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument
 
@@ -58,11 +58,10 @@ class Run:
 
 def main(argv: list[str]) -> int:
     """Train, save, print the policy's test return; 1 if the robot left, 130 at Ctrl-C."""
-    options, rest = _parser().parse_known_args(argv)
-    if rest and rest[0] != '--ros-args':
-        raise UserError(f'leo learn: unknown argument {rest[0]!r}; see leo learn --help')
+    words, ros_args = ros_args_apart(argv)
+    options = _parser().parse_args(words)
     run, folder = _run(options)
-    outcome = _train(run, folder, rest, quiet=options.json)
+    outcome = _train(run, folder, ros_args, quiet=options.json)
     result = {'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}
     if options.json:
         print(json.dumps(result))
@@ -120,9 +119,7 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
     if agent == 'sarsa' and options.start:
         raise UserError('leo learn: --start takes networks, which --agent sarsa has not')
     model = options.model or options.robot or ('pendulum' if actions == 'full' else 'leo_ode')
-    steps = options.steps
-    if steps is None:
-        steps = _steps(agent, config, model)
+    steps = _steps(agent, config, model) if options.steps is None else options.steps
     if steps < 1 or seed < 0:
         raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
     run = Run(model, config, seed, steps, options.on_robot, options.start, agent, actions)
@@ -130,7 +127,6 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
 
 
 def _steps(agent: str, config: str, model: str) -> int:
-    """Transitions where --steps does not say."""
     from leo_learner.configs import default_steps, SARSA_STEPS
     from leo_sim.model.model_file import load_model
 
@@ -171,7 +167,12 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
         raise UserError(f'{model.robot.name} has no task to learn; give its robot.yaml a reward')
     with _stage(run, model, ros_args) as (env, alive):
         training = _training(run, model.robot, driven(env, run.actions), folder)
-        _write_down(run, folder)
+        try:
+            write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
+        except OSError as error:
+            raise UserError(
+                f'cannot write {folder} ({error.strerror}); give another -o'
+            ) from error
         return learn(training, model.robot, run.steps, folder, quiet=quiet, alive=alive)
 
 
@@ -179,7 +180,6 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
 def _stage(
     run: Run, model: Model, ros_args: list[str]
 ) -> Iterator[tuple[Any, Callable[[], bool]]]:
-    """What is trained on, the model or the running robot, and whether to go on."""
     from leo_learner.env import training_env
 
     if not run.on_robot:
@@ -203,13 +203,6 @@ def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
     if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
         start_from(Path(run.start), training)
     return training
-
-
-def _write_down(run: Run, folder: Path) -> None:
-    try:
-        write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
-    except OSError as error:
-        raise UserError(f'cannot write {folder} ({error.strerror}); give another -o') from error
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:

@@ -11,19 +11,24 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
-from leo_learner.verbs.common import playing
-from leo_learner.verbs.play_motion import is_motion, motion_text, play_motion, unknown
-from leo_learner.verbs.play_run import play_run, run_text
+from leo_learner.verbs.play_scripted import (
+    is_motion,
+    motion_text,
+    play_motion,
+    play_run,
+    playing,
+    run_text,
+    unknown,
+)
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
-from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.terminal import leo
+from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
     from leo_learner.env import RobotSpaces
-    from leo_learner.left_data import WatchedEnv
-    from leo_learner.rollouts import Rollouts
+    from leo_learner.rollouts import Rollouts, WatchedEnv
     from leo_sim.model import Model
 
 EXAMPLES = """\
@@ -80,11 +85,10 @@ def main(argv: list[str]) -> int:
     )
     add_effect_argument(parser)
     parser.add_json()
-    options, rest = parser.parse_known_args(argv)
-    if rest and rest[0] != '--ros-args':
-        raise UserError(f'leo play: unknown argument {rest[0]!r}; see leo play --help')
+    words, ros_args = ros_args_apart(argv)
+    options = parser.parse_args(words)
     _check(options)
-    result, text = _played_by(options, rest)
+    result, text = _played_by(options, ros_args)
     print(json.dumps(result) if options.json else text(result))
     return 0 if result.get('complete', True) else 1
 
@@ -130,16 +134,15 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
         options.model = policy.robot
     model = load_model(options.model or policy.robot)
     policy.check(model.robot)
-    told = {'policy': str(options.policy), 'on': options.model or 'the robot'}
+    result = {'policy': str(options.policy), 'on': options.model or 'the robot'}
     with _stage(options, model, ros_args) as stage:
         recorded = Recorded(policy.on(stage.env))
         if options.collect:
             with playing(options.collect) as step:
                 collect(recorded, policy, options.collect, options.seed, step)
-            told['collected'] = options.collect
+            result['collected'] = options.collect
         else:
             figures: list[Walk] = []
-
             with playing(options.episodes) as played:
 
                 def note() -> None:
@@ -148,36 +151,33 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
                         figures.append(recorded.walk())
 
                 returns = play(recorded, policy, options.episodes, options.seed, note)
-            told |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
+            result |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
             if figures:
-                told['walks'] = [asdict(walk) for walk in figures]
-    return told | stage.told(options)
+                result['walks'] = [asdict(walk) for walk in figures]
+    return result | stage.notes(options)
 
 
 @dataclass(frozen=True)
 class _Stage:
-    """Where a policy plays, and what is noted of it."""
-
     env: Any
     difference: Path | None = None
     watched: WatchedEnv | None = None
     rollouts: Rollouts | None = None
 
-    def told(self, options: Any) -> dict[str, Any]:
+    def notes(self, options: Any) -> dict[str, Any]:
         """Where the episodes left the data of a difference model, and the bag written."""
-        told: dict[str, Any] = {}
+        notes: dict[str, Any] = {}
         if self.difference is not None:
             left = None if self.watched is None else [asdict(e) for e in self.watched.left()]
-            told |= {'difference': str(self.difference), 'left_data': left}
+            notes |= {'difference': str(self.difference), 'left_data': left}
         if self.rollouts is not None:
             self.rollouts.write(options.bag)
-            told['bag'] = str(options.bag)
-        return told
+            notes['bag'] = str(options.bag)
+        return notes
 
 
 @contextmanager
 def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
-    """The model asked for, or the running robot."""
     from leo_learner.env import model_env, read_difference
     from leo_learner.rollouts import Rollouts
 
@@ -203,7 +203,7 @@ def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
 
 def _watched(env: RobotSpaces, difference: DifferenceModel | None) -> WatchedEnv | None:
     """The environment watched by a difference model that knows where its data end."""
-    from leo_learner.left_data import WatchedEnv
+    from leo_learner.rollouts import WatchedEnv
 
     if difference is None or difference.trust is None:
         return None
@@ -222,18 +222,15 @@ def walk_text(walk: Mapping[str, Any]) -> str:
 
 
 def _text(result: dict[str, Any]) -> str:
-    lines = (
-        [f'{result["collected"]} transitions driven on {result["on"]}']
-        if 'collected' in result
-        else _played(result)
-    )
+    driven = f'{result.get("collected")} transitions driven on {result["on"]}'
+    lines = [driven] if 'collected' in result else _played(result)
     if 'bag' in result:
         lines.append(f'wrote {result["bag"]}; next: {leo("bag", "show", result["bag"])}')
     return '\n'.join(lines)
 
 
 def _played(result: dict[str, Any]) -> list[str]:
-    from leo_learner.left_data import Left
+    from leo_learner.rollouts import Left
 
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
     lines = [
@@ -242,7 +239,7 @@ def _played(result: dict[str, Any]) -> list[str]:
         *map(walk_text, result.get('walks', ())),
     ]
     if 'difference' in result and result['left_data'] is None:
-        lines.append(f'{result["difference"]}: one network, which cannot tell where its data end')
+        lines.append(f'{result["difference"]}: a single network: where its data end is unknown')
     for number, row in enumerate(result.get('left_data') or (), 1):
         lines.append(f'episode {number}: {Left(**row)}')
     return lines

@@ -1,24 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the graph verbs share: command lines, a node to look around with, printing."""
+"""What the verbs share: command lines, a node to look around with, YAML, printing."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 import json
 import os
+import re
 import time
 from typing import Any, NoReturn
 
 import yaml
 
-from leo_msgs_py import ros_yaml
 from leo_msgs_py.errors import UserError
 
 _AT_LEAST_S = 0.5
 _QUIET_S = 0.3
 _AT_MOST_S = 3.0
+_YAML_FLOAT = re.compile(
+    r'[-+]?(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))(?:[eE][-+]?[0-9]+)?$'
+    r'|[-+]?\.(?:inf|Inf|INF)$|\.(?:nan|NaN|NAN)$'
+)
+_YAML_INT = re.compile(r'[-+]?(?:0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)$')
+_OURS = ('float', 'int', 'timestamp')
+
+Pairs = list[tuple[str, list[str]]]
+"""Names of topics or services with their types."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -38,7 +47,13 @@ class Parser(argparse.ArgumentParser):
 
     def add_json(self) -> None:
         """Accept `--json`."""
-        self.add_argument('--json', action='store_true', help='print JSON')
+        self.add_argument('--json', action='store_true', help='print the result as JSON')
+
+
+def ros_args_apart(argv: list[str]) -> tuple[list[str], list[str]]:
+    """Words of the command, then everything from --ros-args on."""
+    at = argv.index('--ros-args') if '--ros-args' in argv else len(argv)
+    return argv[:at], argv[at:]
 
 
 def dispatch(
@@ -58,14 +73,17 @@ def dispatch(
 
 
 @contextmanager
-def probe() -> Iterator[Any]:
-    """A hidden node to look at the graph with; left again at the end."""
+def probe(settled: bool = True) -> Iterator[Any]:
+    """A hidden node to look at the graph with, `settled` before; left again at the end."""
     from rclpy.node import Node
 
     from leo_msgs_py.node import graph, join
 
     with graph(['--ros-args', '--log-level', 'error']):
-        yield join(Node(f'_leo_{os.getpid()}', start_parameter_services=False))
+        node = join(Node(f'_leo_{os.getpid()}', start_parameter_services=False))
+        if settled:
+            settle(node)
+        yield node
 
 
 def settle(node: Any) -> None:
@@ -104,7 +122,22 @@ def where() -> str:
     )
 
 
-def one_type(name: str, found: list[tuple[str, list[str]]], what: str) -> str:
+def list_typed(
+    argv: list[str], what: str, examples: str, found: Callable[[Any], Pairs], about: str
+) -> int:
+    """Run `leo topic list` or `leo service list`, of what `found` gives for a node."""
+    parser = Parser(f'leo {what} list', about, examples)
+    parser.add_argument('-t', '--show-types', action='store_true', help='with their types')
+    parser.add_json()
+    options = parser.parse_args(argv)
+    with probe() as node:
+        pairs = found(node)
+    lines = [f'{n} [{", ".join(t)}]' if options.show_types else n for n, t in pairs]
+    show(options, dict(pairs), lines)
+    return 0
+
+
+def one_type(name: str, found: Pairs, what: str) -> str:
     """Type of a topic or service.
 
     Raises:
@@ -119,7 +152,12 @@ def one_type(name: str, found: list[tuple[str, list[str]]], what: str) -> str:
     return kinds[0]
 
 
-def show(options: argparse.Namespace, data: Any, lines: list[str]) -> None:
+def _of_the_probe(name: str) -> bool:
+    hidden = any(token.startswith('_') for token in name.split('/'))
+    return hidden or name in ('/rosout', '/parameter_events')
+
+
+def show(options: argparse.Namespace, data: Any, lines: Sequence[str]) -> None:
     """Print data as JSON where asked for, else the lines."""
     print(json.dumps(data) if options.json else '\n'.join(lines), flush=True)
 
@@ -132,7 +170,7 @@ def as_yaml(data: Any) -> str:
 def from_yaml(text: str) -> Any:
     """A mapping typed on the command line; UserError where it is none."""
     try:
-        data = ros_yaml.load(text) if text else {}
+        data = yaml.load(text, Loader=_RosLoader) if text else {}
     except yaml.YAMLError as error:
         raise UserError(f'{text!r} is not YAML') from error
     if not isinstance(data, dict):
@@ -140,6 +178,16 @@ def from_yaml(text: str) -> Any:
     return data
 
 
-def _of_the_probe(name: str) -> bool:
-    hidden = any(token.startswith('_') for token in name.split('/'))
-    return hidden or name in ('/rosout', '/parameter_events')
+class _RosLoader(yaml.SafeLoader):
+    """YAML as ROS reads parameters: 1e-3 is a number, 2026-01-31 and 1_000 are text.
+
+    PyYAML follows YAML 1.1, in which a float needs a dot and 12:30 is a number.
+    """
+
+
+_RosLoader.yaml_implicit_resolvers = {
+    first: [(tag, form) for tag, form in known if tag.rpartition(':')[2] not in _OURS]
+    for first, known in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_RosLoader.add_implicit_resolver('tag:yaml.org,2002:float', _YAML_FLOAT, list('-+0123456789.'))
+_RosLoader.add_implicit_resolver('tag:yaml.org,2002:int', _YAML_INT, list('-+0123456789'))

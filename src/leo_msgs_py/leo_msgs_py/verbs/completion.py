@@ -55,7 +55,6 @@ def main(argv: list[str]) -> int:
 
 
 def _words(verb: Callable[[list[str]], int], before: tuple[str, ...] = ()) -> list[str]:
-    """Options and sub-verbs of a verb, as its help has them."""
     text = io.StringIO()
     with redirect_stdout(text), suppress(SystemExit):
         verb([*before, '--help'])

@@ -31,7 +31,6 @@ def _list(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
-        common.settle(node)
         found = names(node, hidden=options.all)
     if not found and not options.json:
         print(f'no nodes {common.where()}')
@@ -46,7 +45,6 @@ def _info(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
-        common.settle(node)
         full = find(node, options.node)
         namespace, _, name = full.rpartition('/')
         data = {

@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.interfaces import to_plain
 from leo_msgs_py.verbs import common
 from leo_msgs_py.verbs import node as node_verb
-from leo_msgs_py.verbs.plain import to_plain
 
 _LIST_EXAMPLES = '  leo param list\n  leo param list /robot\n'
 _GET_EXAMPLES = '  leo param get /robot realtime_factor\n'
@@ -30,7 +30,6 @@ def _list(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
-        common.settle(node)
         wanted = [node_verb.find(node, options.node)] if options.node else node_verb.names(node)
         found = {name: _names(node, name) for name in wanted}
     lines = [line for name, ps in found.items() for line in (f'{name}:', *(f'  {p}' for p in ps))]
@@ -45,7 +44,6 @@ def _get(argv: list[str]) -> int:
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
-        common.settle(node)
         name = node_verb.find(node, options.node)
         from rcl_interfaces.srv import GetParameters
         from rclpy.parameter import parameter_value_to_python
@@ -66,7 +64,6 @@ def _set(argv: list[str]) -> int:
     parser.add_argument('value', help='as YAML: 1, 1.5, true, text, [1, 2]')
     options = parser.parse_args(argv)
     with common.probe() as node:
-        common.settle(node)
         name = node_verb.find(node, options.node)
         if options.parameter not in _names(node, name):
             raise _unknown(node, name, options.parameter)

@@ -35,17 +35,12 @@ def main(argv: list[str]) -> int:
     return int(entry.load()(options.args) or 0)
 
 
-def _executables() -> dict[str, EntryPoint]:
-    return {entry.name: entry for entry in entry_points(group='leo.executables')}
-
-
 def _names() -> list[str]:
-    return [name.replace('.', ' ', 1) for name in sorted(_executables())]
+    return sorted(e.name.replace('.', ' ', 1) for e in entry_points(group='leo.executables'))
 
 
 def _find(package: str, executable: str) -> EntryPoint:
-    entry = _executables().get(f'{package}.{executable}')
-    if entry is None:
-        there = ', '.join(_names()) or 'none; install the packages first'
-        raise UserError(f'no executable {executable!r} in package {package!r}; there are: {there}')
-    return entry
+    for entry in entry_points(group='leo.executables', name=f'{package}.{executable}'):
+        return entry
+    there = ', '.join(_names()) or 'none; install the packages first'
+    raise UserError(f'no executable {executable!r} in package {package!r}; there are: {there}')

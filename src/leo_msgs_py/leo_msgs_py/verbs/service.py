@@ -6,9 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.interfaces import load
+from leo_msgs_py.interfaces import fill, load, to_plain
 from leo_msgs_py.verbs import common
-from leo_msgs_py.verbs.plain import fill, to_plain
 
 _LIST_EXAMPLES = '  leo service list -t\n'
 _CALL_EXAMPLES = (
@@ -25,17 +24,13 @@ def main(argv: list[str]) -> int:
 
 
 def _list(argv: list[str]) -> int:
-    parser = common.Parser('leo service list', 'List the services.', _LIST_EXAMPLES)
-    parser.add_argument('-t', '--show-types', action='store_true', help='with their types')
-    parser.add_json()
-    options = parser.parse_args(argv)
-    with common.probe() as node:
-        common.settle(node)
-        own = f'/{node.get_name()}/'
-        found = [s for s in node.get_service_names_and_types() if not s[0].startswith(own)]
-    lines = [f'{n} [{", ".join(t)}]' if options.show_types else n for n, t in found]
-    common.show(options, dict(found), lines)
-    return 0
+    about = 'List the services.'
+    return common.list_typed(argv, 'service', _LIST_EXAMPLES, _others, about)
+
+
+def _others(node: Any) -> common.Pairs:
+    own = f'/{node.get_name()}/'
+    return [s for s in node.get_service_names_and_types() if not s[0].startswith(own)]
 
 
 def _call(argv: list[str]) -> int:
@@ -50,7 +45,7 @@ def _call(argv: list[str]) -> int:
         options.type, options.values = None, options.type
     from leo_msgs_py.node import call
 
-    with common.probe() as node:
+    with common.probe(settled=False) as node:
         service = common.absolute(options.service)
         srv_type = load(options.type or _found_type(node, service), 'srv')
         request = fill(srv_type.Request(), common.from_yaml(options.values))

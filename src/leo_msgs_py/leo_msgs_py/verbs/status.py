@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from leo_msgs_py.interfaces import to_plain
 from leo_msgs_py.verbs import common
-from leo_msgs_py.verbs.plain import to_plain
 
 _EXAMPLES = '  leo status\n  leo status --seconds 10 --json\n'
 _LEVELS = ('ok', 'warning', 'error', 'stale')
@@ -31,33 +31,28 @@ def main(argv: list[str]) -> int:
 def _listen(seconds: float) -> list[dict[str, Any]]:
     """The last status of each part that reports on /diagnostics, by name."""
     from leo_msgs_py import topics
-    from leo_msgs_py.node import spin_until
+    from leo_msgs_py.node import listen, spin_until
 
     latest: dict[str, Any] = {}
 
     def keep(message: Any) -> None:
         latest.update({status.name: status for status in message.status})
 
-    with common.probe() as node:
-        node.create_subscription(
-            topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, keep, topics.DIAGNOSTICS.qos
-        )
+    with common.probe(settled=False) as node:
+        listen(node, topics.DIAGNOSTICS, keep)
         spin_until(lambda: False, seconds)
     return [_plain(latest[name]) for name in sorted(latest)]
 
 
 def _plain(status: Any) -> dict[str, Any]:
-    level = int(to_plain(status.level))
-    values = {pair.key: pair.value for pair in status.values}
     return {
         'name': status.name,
-        'level': _LEVELS[level],
+        'level': _LEVELS[int(to_plain(status.level))],
         'message': status.message,
-        'values': values,
+        'values': {pair.key: pair.value for pair in status.values},
     }
 
 
 def _lines(status: dict[str, Any]) -> list[str]:
-    values = status['values'].items()
     head = f'{status["name"]}: {status["level"]}, {status["message"]}'
-    return [head, *(f'  {key}: {value}' for key, value in values)]
+    return [head, *(f'  {key}: {value}' for key, value in status['values'].items())]

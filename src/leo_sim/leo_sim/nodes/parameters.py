@@ -12,7 +12,7 @@ from rclpy.node import Node
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import declared, fixed_parameter, private_parameter
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverInfo, DriverOptions
 from leo_sim.effects.consent import trust_parameter

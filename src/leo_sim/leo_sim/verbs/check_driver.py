@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from leo_msgs_py.console import Table
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:

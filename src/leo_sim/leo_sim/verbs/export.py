@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
-from leo_msgs_py.terminal import visible
+from leo_msgs_py.terminal import leo, visible
 from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument

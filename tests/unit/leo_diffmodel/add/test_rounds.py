@@ -9,7 +9,7 @@ import pytest
 from leo_diffmodel.add.rounds import merged, rounds
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.verbs.common import seconds
-from leo_diffmodel.verbs.explain_text import told
+from leo_diffmodel.verbs.explain_text import in_lines
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -97,9 +97,9 @@ def test_no_times(text):
 
 
 def test_a_short_sentence_is_one_line():
-    assert told('fine', 'Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).') == [
-        'Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).'
-    ]
+    assert in_lines(
+        'fine', 'Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).'
+    ) == ['Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).']
 
 
 def test_a_long_sentence_is_a_headline_and_lines():
@@ -108,7 +108,7 @@ def test_a_long_sentence_is_a_headline_and_lines():
     error = 'median held-out error 0.3 s ahead: a 2 -> 1 rad (noise 1) and 9 more states'
     notes = 'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here)); the time was over'
     rest = '40 % of the mean squared error beyond noise is something else, most of it at a'
-    assert told('partly', f'Missing for sure: {listed}; {error} ({notes}). {rest}.') == [
+    assert in_lines('partly', f'Missing for sure: {listed}; {error} ({notes}). {rest}.') == [
         f'Missing for sure: {named}.',
         *(f'{effect}.' for effect in effects),
         f'{error}.',
@@ -125,7 +125,7 @@ def test_a_headline_that_is_too_long_names_the_effects_and_gives_each_a_line():
         'viscous_friction:shoulder (b = 0.0587 N m s/rad), the same as back_emf_scale',
     ]
     head = 'Something is missing that this data cannot pin down: '
-    lines = told('ambiguous', f'{head}{"; ".join(effects)}; held-out error 0.5 s ahead: less.')
+    lines = in_lines('ambiguous', f'{head}{"; ".join(effects)}; held-out error 0.5 s ahead: less.')
     assert lines[0] == (
         f'{head}stribeck_friction:elbow; encoder_offset:elbow; viscous_friction:shoulder.'
     )

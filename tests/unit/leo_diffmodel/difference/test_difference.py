@@ -12,11 +12,10 @@ from tests.damage import room_for
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.difference import child
-from leo_diffmodel.difference.data import predicted, Transitions, transitions
+from leo_diffmodel.difference import job
+from leo_diffmodel.difference.data import Layout, layout_of, predicted, Transitions, transitions
 from leo_diffmodel.difference.fit import fit, one_step_mse
 from leo_diffmodel.difference.job import Updates
-from leo_diffmodel.difference.layout import Layout, layout_of
 from leo_diffmodel.difference.model import from_bytes
 from leo_diffmodel.difference.network import RECOMMENDED, THESIS, TORQUE
 from leo_diffmodel.difference.service import correction
@@ -197,7 +196,7 @@ def test_a_fit_that_cannot_write_is_one_line(tmp_path):
         updates.begin([tmp_path])
     assert not updates.busy
     words = [str(tmp_path), '--model', 'pendulum', '-o', str(tmp_path / 'file' / 'weights')]
-    assert child.main(words) == 2
+    assert job.main(words) == 2
 
 
 def test_job_with_a_broken_bag_fails_with_its_reason(tmp_path):
@@ -231,7 +230,7 @@ def test_a_full_disk_fails_an_update_and_a_later_one_goes_well(model, real, step
 def test_child_fits_a_torque_form_to_a_bag(real, capsys, tmp_path):
     bag, weights = recorded(real, tmp_path / 'bag'), tmp_path / 'w.safetensors'
     argv = [str(bag), '--model', 'pendulum', '--config', 'torque', '-o', str(weights)]
-    assert child.main(argv) == 0
+    assert job.main(argv) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])['report']
     assert told['mse_after'] < told['mse_before'] and told['transitions'] >= 100
     again = from_bytes(weights.read_bytes())
@@ -239,6 +238,6 @@ def test_child_fits_a_torque_form_to_a_bag(real, capsys, tmp_path):
 
 
 def test_child_prints_its_error_on_one_line(capsys, tmp_path):
-    assert child.main([str(tmp_path), '--model', 'pendulum', '-o', str(tmp_path / 'w')]) == 2
+    assert job.main([str(tmp_path), '--model', 'pendulum', '-o', str(tmp_path / 'w')]) == 2
     assert len(capsys.readouterr().err.splitlines()) >= 1
     assert layout_of(Model('pendulum').robot) == PENDULUM

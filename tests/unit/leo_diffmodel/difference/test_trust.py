@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 from safetensors.torch import load, save
 
-from leo_diffmodel.difference.data import predicted, Transitions
+from leo_diffmodel.difference.data import channel_names, layout_of, predicted, Transitions
 from leo_diffmodel.difference.fit import calibration, fit, TRAIN
-from leo_diffmodel.difference.layout import channel_names, layout_of
-from leo_diffmodel.difference.model import DifferenceModel, from_bytes
+from leo_diffmodel.difference.model import calibrated, DifferenceModel, from_bytes
 from leo_diffmodel.difference.network import Config, CONFIGS, Network, RECOMMENDED, THESIS
-from leo_diffmodel.difference.targets import targets
-from leo_diffmodel.difference.trust import calibrated
+from leo_diffmodel.difference.training import targets
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place

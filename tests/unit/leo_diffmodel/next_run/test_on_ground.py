@@ -6,7 +6,7 @@ import pytest
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.next_run.motions import MotionRun, performed, walker_menu
+from leo_diffmodel.next_run.menu import MotionRun, performed, walker_menu
 from leo_diffmodel.next_run.proposal import Proposal
 from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_diffmodel.next_run.separate import separable

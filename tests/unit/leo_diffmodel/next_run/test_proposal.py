@@ -13,9 +13,8 @@ from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.proposal import Proposal, propose
-from leo_diffmodel.next_run.proposed_run import Run
 from leo_diffmodel.next_run.questions import fit_labels, Question, questions
-from leo_diffmodel.next_run.run_file import read_run, write_run
+from leo_diffmodel.next_run.run_file import read_run, Run, write_run
 from leo_diffmodel.next_run.simulate import seen, simulate, too_far
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot

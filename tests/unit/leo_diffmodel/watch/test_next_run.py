@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from leo_diffmodel.next_run.motions import MotionRun
-from leo_diffmodel.next_run.proposed_run import Run
-from leo_diffmodel.next_run.run_file import read_run
+from leo_diffmodel.next_run.menu import MotionRun
+from leo_diffmodel.next_run.run_file import read_run, Run
 from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.next_run import FIRST, GONE, NextRun, NOWHERE, Plan
 from leo_msgs_py.errors import UserError

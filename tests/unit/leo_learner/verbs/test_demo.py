@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from leo_diffmodel.verbs import watch, watch_common
-from leo_learner.demo import closing, main_job
+from leo_learner import main_job
 from leo_learner.verbs.demo import main
 
 
@@ -22,7 +22,7 @@ def opened(monkeypatch):
 
     job = SimpleNamespace(run=main_job.Found)
     monkeypatch.setattr(main_job, 'MainJob', lambda *_: job)
-    monkeypatch.setattr(closing, 'closing', lambda *_: None)
+    monkeypatch.setattr(main_job, 'closing', lambda *_: None)
     monkeypatch.setattr(watch, 'main', serve)
     monkeypatch.setattr(watch_common, 'screen', lambda: True)
     monkeypatch.setattr(sys.stdout, 'isatty', lambda: True, raising=False)

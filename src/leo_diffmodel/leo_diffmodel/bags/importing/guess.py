@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot

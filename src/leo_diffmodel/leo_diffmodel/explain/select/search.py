@@ -25,7 +25,7 @@ from leo_diffmodel.explain.select import stable
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.sets import best_ended, Names, searched, Sets
 from leo_diffmodel.explain.select.stable import Alike
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -112,7 +112,7 @@ def search(
     first = fits.first(Hypothesis(constants=constants))
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
-    found = Sets(fits, pool, settings, Told.of(progress), first.problem.until)
+    found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
     best = searched(found, first)
     late = found.late
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))

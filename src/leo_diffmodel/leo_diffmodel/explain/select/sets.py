@@ -13,7 +13,7 @@ from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extens
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Reporter
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
@@ -39,7 +39,7 @@ class Sets:
     estimator: Estimator
     pool: Sequence[Candidate]
     settings: Settings
-    progress: Told
+    progress: Reporter
     until: float = np.inf
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class Sets:
     front: tuple[Names, ...] = ()
 
     def __post_init__(self) -> None:
-        self.progress = Told.of(self.progress)
+        self.progress = Reporter.of(self.progress)
 
     @property
     def weight(self) -> Weight:

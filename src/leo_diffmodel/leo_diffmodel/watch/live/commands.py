@@ -16,7 +16,7 @@ from typing import IO
 
 from leo_diffmodel.bags.recorder import free_folder
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
 GRACE = 10.0

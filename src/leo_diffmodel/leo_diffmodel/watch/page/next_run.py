@@ -11,12 +11,12 @@ from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.next_run.motions import TRIED_SECONDS
+from leo_diffmodel.next_run.menu import TRIED_SECONDS
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.next_run import NextRun, Plan
 from leo_diffmodel.watch.page.look import CARD, legend, said, small, WIDE, wrong
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 Array = np.ndarray
 HEIGHT = 170

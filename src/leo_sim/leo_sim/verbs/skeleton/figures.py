@@ -9,8 +9,8 @@ import re
 
 import numpy as np
 
+from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.progress import progress
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import read_text
 from leo_sim.description.joint import Joint

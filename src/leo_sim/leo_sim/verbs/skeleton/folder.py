@@ -9,7 +9,7 @@ import tempfile
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 from leo_sim.common.yaml_file import read_text
 from leo_sim.description import urdf
 from leo_sim.description.robot import load_robot, Robot

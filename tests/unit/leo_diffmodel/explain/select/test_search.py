@@ -20,7 +20,7 @@ from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_msgs_py.progress import Told
+from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -310,6 +310,6 @@ def test_a_search_with_time_left_leaves_nothing_untried(monkeypatch):
 
 def test_a_search_hears_how_much_is_to_come(monkeypatch):
     among(monkeypatch, Model(TORQUE), 'viscous_friction', 'bias_torque')
-    data, model, told = [record(TORQUE, seconds=8)], Model(TORQUE), Told(lambda _: None)
+    data, model, told = [record(TORQUE, seconds=8)], Model(TORQUE), Reporter(lambda _: None)
     search(data, model, pose(data, [], model), SETTINGS, progress=told)
     assert told.clock.steps >= told.clock.done > 2

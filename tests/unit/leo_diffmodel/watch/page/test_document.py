@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.simulate import simulate
 from leo_diffmodel.watch import lack
 from leo_diffmodel.watch.errand import News

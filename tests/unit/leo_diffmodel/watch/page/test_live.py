@@ -8,7 +8,7 @@ from bokeh.events import ButtonClick
 import numpy as np
 import pytest
 
-from leo_diffmodel.next_run.proposed_run import Run
+from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.watch.live.commands import OPEN, Sending
 from leo_diffmodel.watch.live.live import STOPPED
 from leo_diffmodel.watch.next_run import Plan

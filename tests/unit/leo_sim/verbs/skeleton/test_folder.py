@@ -9,7 +9,7 @@ import pytest
 from tests.gripper import SLIDES
 from tests.places import DATA
 
-from leo_msgs_py import progress
+from leo_msgs_py import console
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -77,7 +77,7 @@ def test_a_long_chain_is_measured_in_fewer_states_and_said(tmp_path, capsys, mon
         seen.append(q.shape)
         return rollout(model, q, *rest)
 
-    monkeypatch.setattr(progress, 'EVERY', 0.001)
+    monkeypatch.setattr(console, 'EVERY', 0.001)
     monkeypatch.setattr(figures, 'rollout', rolled)
     path = tmp_path / 'chain.urdf'
     path.write_text(chain(40))

@@ -22,7 +22,7 @@ from typing import Any
 import yaml
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.shell_words import leo
+from leo_msgs_py.terminal import leo
 
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
 GRACE = 10.0
@@ -75,10 +75,7 @@ class Processes(AbstractContextManager['Processes']):
     def start(self, name: str, *words: str, files: Sequence[int] = ()) -> None:
         """Start `leo WORDS` in the background; its output goes to `name`.log.
 
-        Args:
-            name: of the process and its log.
-            words: of the command.
-            files: descriptors that it inherits.
+        `files` are descriptors that it inherits.
         """
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(
