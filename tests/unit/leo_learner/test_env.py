@@ -311,7 +311,7 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
     assert 'episode 1: ' in capsys.readouterr().out
     path.write_bytes(shifted(model, 0.5).to_bytes())
     assert play_verb.main(argv) == 0
-    assert 'one network' in capsys.readouterr().out
+    assert 'a single network' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,11 @@
 """The numbers behind leo watch, without a browser."""
 
 import csv
+from datetime import datetime, UTC
 import io
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -133,7 +135,8 @@ def test_the_file_of_what_explain_found_is_the_one_of_leo_add(state, answer, tmp
 
 
 def test_the_file_of_what_is_set_by_hand_is_the_one_of_leo_add(state, tmp_path, monkeypatch):
-    monkeypatch.setattr(patch, '_today', lambda: '2026-12-01T12:00:00+00:00')
+    clock = SimpleNamespace(now=lambda zone: datetime(2026, 12, 1, 12, tzinfo=zone))
+    monkeypatch.setattr(patch, 'datetime', SimpleNamespace(datetime=clock, UTC=UTC))
     state.switch(LABEL, True)
     state.switch('viscous_friction:pivot', True)
     first, second = state.add(), state.add()
