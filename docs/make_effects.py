@@ -168,14 +168,24 @@ def height(effect: Effect, p: dict[str, float]) -> Curve:
 
 
 CURVES: dict[str, Callable[[Effect, dict[str, float]], Curve]] = {
-    'torque_scale': by_motor_torque, 'load_dependent_friction': by_load,
-    'quadratic_load_friction': by_load, 'stribeck_load_friction': by_load_and_rate,
+    'torque_scale': by_motor_torque,
+    'load_dependent_friction': by_load,
+    'quadratic_load_friction': by_load,
+    'stribeck_load_friction': by_load_and_rate,
     'directional_load_friction': by_power,
-    'bias_torque': by_angle, 'joint_spring': by_angle, 'torque_ripple': by_angle,
-    'link_mass': weight, 'link_com': weight, 'external_force': weight,
-    'link_inertia': acceleration, 'armature': acceleration, 'backlash': play,
-    'ground_friction': grip, 'ground_compliance': press, 'ground_slope': height,
-}  # fmt: skip
+    'bias_torque': by_angle,
+    'joint_spring': by_angle,
+    'torque_ripple': by_angle,
+    'link_mass': weight,
+    'link_com': weight,
+    'external_force': weight,
+    'link_inertia': acceleration,
+    'armature': acceleration,
+    'backlash': play,
+    'ground_friction': grip,
+    'ground_compliance': press,
+    'ground_slope': height,
+}
 
 
 def curve(effect: Effect) -> Curve:
@@ -215,19 +225,25 @@ def picture(across: str, up: str, x: np.ndarray, without: np.ndarray, with_it: n
         return HEIGHT - EDGE - (HEIGHT - 2 * EDGE) * (y - low + room) / (high - low + 2 * room)
 
     zero = float(py(0.0))
-    return '\n'.join([
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
-        f'width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="10">',
-        f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>',
-        f'<path d="M{EDGE} {zero:.1f}H{WIDTH - EDGE}" stroke="#bbb"/>',
-        *([f'<path d="M{WIDTH / 2:.0f} {EDGE}V{HEIGHT - EDGE}" stroke="#bbb"/>']
-          if x[0] == -x[-1] else []),
-        _line(px, py(without), '#888', ' stroke-dasharray="4 3"'),
-        _line(px, py(with_it), '#1f6fb4', ' stroke-width="2"'),
-        f'<text x="{WIDTH - EDGE}" y="{HEIGHT - 7}" text-anchor="end" fill="#555">{across}</text>',
-        f'<text x="{EDGE}" y="14" fill="#555">{up}</text>',
-        '</svg>\n',
-    ])  # fmt: skip
+    return '\n'.join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
+            f'width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="10">',
+            f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>',
+            f'<path d="M{EDGE} {zero:.1f}H{WIDTH - EDGE}" stroke="#bbb"/>',
+            *(
+                [f'<path d="M{WIDTH / 2:.0f} {EDGE}V{HEIGHT - EDGE}" stroke="#bbb"/>']
+                if x[0] == -x[-1]
+                else []
+            ),
+            _line(px, py(without), '#888', ' stroke-dasharray="4 3"'),
+            _line(px, py(with_it), '#1f6fb4', ' stroke-width="2"'),
+            f'<text x="{WIDTH - EDGE}" y="{HEIGHT - 7}" text-anchor="end" fill="#555">'
+            f'{across}</text>',
+            f'<text x="{EDGE}" y="14" fill="#555">{up}</text>',
+            '</svg>\n',
+        ]
+    )
 
 
 def _line(x: np.ndarray, y: np.ndarray, colour: str, more: str) -> str:
@@ -295,9 +311,10 @@ def written(made: dict[str, str], folder: str, argv: list[str]) -> int:
     """Write files and take out the pictures of `folder` that are not among them, or check."""
     there = {str(p.relative_to(DOCS)) for p in DOCS.glob(f'{folder}/*.svg')}
     stale = sorted(
-        name for name in {*made, *there}
+        name
+        for name in {*made, *there}
         if not (DOCS / name).is_file() or (DOCS / name).read_text() != made.get(name)
-    )  # fmt: skip
+    )
     if '--check' in argv:
         print(f'not up to date: {", ".join(stale)}' if stale else 'up to date')
         return int(bool(stale))

@@ -17,12 +17,25 @@ from leo_diffmodel.faults.base import Fault
 from leo_diffmodel.faults.catalogue import FAULTS
 
 SHOWN = {
-    'speed_scale': 1.6, 'speed_sign': -1.0, 'speed_zero': 1.5, 'speed_late': 0.25,
-    'speed_filter': 0.3, 'angle_scale': 1.6, 'angle_sign': -1.0, 'angle_zero': 0.8,
-    'goal_as_angle': 1.0, 'frozen': 0.5, 'clipped': 2.0, 'repeated': 0.6, 'quantised': 0.4,
-    'input_scale': 1.6, 'input_sign': -1.0, 'input_late': 0.25, 'gravity_compensated': 1.0,
+    'speed_scale': 1.6,
+    'speed_sign': -1.0,
+    'speed_zero': 1.5,
+    'speed_late': 0.25,
+    'speed_filter': 0.3,
+    'angle_scale': 1.6,
+    'angle_sign': -1.0,
+    'angle_zero': 0.8,
+    'goal_as_angle': 1.0,
+    'frozen': 0.5,
+    'clipped': 2.0,
+    'repeated': 0.6,
+    'quantised': 0.4,
+    'input_scale': 1.6,
+    'input_sign': -1.0,
+    'input_late': 0.25,
+    'gravity_compensated': 1.0,
     'time_stretch': 1.3,
-}  # fmt: skip
+}
 """Sizes that show on these axes."""
 TIME = np.arange(0, 4, 0.04)
 ANGLE = np.sin(3 * TIME) * np.exp(-0.2 * TIME)
@@ -57,8 +70,13 @@ your_robot.md)).
 def example() -> Episode:
     """A swing that dies out and the square wave that drives it."""
     drive = np.sign(np.cos(3 * TIME + 0.4))
-    return Episode(TIME, ANGLE[:, None], np.gradient(ANGLE, TIME)[:, None], drive[:, None],
-                   np.ones((len(TIME), 1), dtype=bool))  # fmt: skip
+    return Episode(
+        TIME,
+        ANGLE[:, None],
+        np.gradient(ANGLE, TIME)[:, None],
+        drive[:, None],
+        np.ones((len(TIME), 1), dtype=bool),
+    )
 
 
 def curve(fault: Fault) -> Curve:
@@ -103,8 +121,10 @@ def _harmless(fault: Fault) -> str:
 
 def _mend(fault: Fault) -> str:
     """The keys of the topic map, for the size that is shown."""
-    keys = ', '.join(f'{k}: {v:.4g}' if isinstance(v, float) else f'{k}: {v}'
-                     for k, v in fault.patch(SHOWN[fault.name]).items())  # fmt: skip
+    keys = ', '.join(
+        f'{k}: {v:.4g}' if isinstance(v, float) else f'{k}: {v}'
+        for k, v in fault.patch(SHOWN[fault.name]).items()
+    )
     where = 'in the topic map' if fault.whole_log else 'of its joint in the topic map'
     return f'`{keys}` {where}' if keys else fault.todo
 

@@ -57,24 +57,35 @@ def figures(robot: Robot, indexed: bool) -> Iterator[tuple[str, Curves]]:
 
 def foxglove(robot: Robot) -> str:
     """A layout file of Foxglove, which Lichtblick reads as well."""
-    plots = {f'Plot!{title.split()[0]}': _plot(title, curves)
-             for title, curves in figures(robot, indexed=True)}  # fmt: skip
+    plots = {
+        f'Plot!{title.split()[0]}': _plot(title, curves)
+        for title, curves in figures(robot, indexed=True)
+    }
     panels = {
         **plots,
         'Indicator!stop': _lamp(),
         'CallService!stop': _button(topics.E_STOP, 'E-STOP', '#c92a2a'),
         'CallService!release': _button(topics.E_STOP_RESET, 'Release e-stop', '#5b6775'),
-        'DiagnosticSummary!robot': {'topicToRender': absolute(topics.DIAGNOSTICS), 'minLevel': 0,
-                                    'pinnedIds': [], 'hardwareIdFilter': ''},
-    }  # fmt: skip
+        'DiagnosticSummary!robot': {
+            'topicToRender': absolute(topics.DIAGNOSTICS),
+            'minLevel': 0,
+            'pinnedIds': [],
+            'hardwareIdFilter': '',
+        },
+    }
     buttons = _split('column', 50, 'CallService!stop', 'CallService!release')
-    side = _split('column', 15, 'Indicator!stop',
-                  _split('column', 65, buttons, 'DiagnosticSummary!robot'))  # fmt: skip
+    side = _split(
+        'column', 15, 'Indicator!stop', _split('column', 65, buttons, 'DiagnosticSummary!robot')
+    )
     first, second, third, fourth = plots
     halves = _split('column', 50, first, second), _split('column', 50, third, fourth)
-    layout = {'configById': panels, 'globalVariables': {}, 'userNodes': {},
-              'playbackConfig': {'speed': 1},
-              'layout': _split('row', 25, side, _split('column', 50, *halves))}  # fmt: skip
+    layout = {
+        'configById': panels,
+        'globalVariables': {},
+        'userNodes': {},
+        'playbackConfig': {'speed': 1},
+        'layout': _split('row', 25, side, _split('column', 50, *halves)),
+    }
     return json.dumps(layout, indent=1) + '\n'
 
 
@@ -83,22 +94,43 @@ def _split(direction: str, percent: int, first: object, second: object) -> dict:
 
 
 def _plot(title: str, curves: Curves) -> dict:
-    paths = [{'value': path, 'enabled': True, 'timestampMethod': 'receiveTime', 'label': name}
-             for name, path in curves]  # fmt: skip
-    return {'foxglovePanelTitle': title, 'paths': paths, 'showLegend': True, 'isSynced': True,
-            'legendDisplay': 'left', 'showPlotValuesInLegend': False, 'xAxisVal': 'timestamp',
-            'showXAxisLabels': True, 'showYAxisLabels': True, 'sidebarDimension': 110}  # fmt: skip
+    paths = [
+        {'value': path, 'enabled': True, 'timestampMethod': 'receiveTime', 'label': name}
+        for name, path in curves
+    ]
+    return {
+        'foxglovePanelTitle': title,
+        'paths': paths,
+        'showLegend': True,
+        'isSynced': True,
+        'legendDisplay': 'left',
+        'showPlotValuesInLegend': False,
+        'xAxisVal': 'timestamp',
+        'showXAxisLabels': True,
+        'showYAxisLabels': True,
+        'sidebarDimension': 110,
+    }
 
 
 def _lamp() -> dict:
     rule = {'operator': '=', 'rawValue': 'true', 'color': '#c92a2a', 'label': 'e-stop'}
-    return {'path': f'{absolute(topics.E_STOPPED)}.data', 'style': 'background', 'rules': [rule],
-            'fallbackColor': '#00795a', 'fallbackLabel': 'runs'}  # fmt: skip
+    return {
+        'path': f'{absolute(topics.E_STOPPED)}.data',
+        'style': 'background',
+        'rules': [rule],
+        'fallbackColor': '#00795a',
+        'fallbackLabel': 'runs',
+    }
 
 
 def _button(service: Service, text: str, colour: str) -> dict:
-    return {'serviceName': absolute(service), 'requestPayload': '{}', 'layout': 'horizontal',
-            'buttonText': text, 'buttonColor': colour}  # fmt: skip
+    return {
+        'serviceName': absolute(service),
+        'requestPayload': '{}',
+        'layout': 'horizontal',
+        'buttonText': text,
+        'buttonColor': colour,
+    }
 
 
 def plotjuggler(robot: Robot) -> str:
@@ -109,11 +141,23 @@ def plotjuggler(robot: Robot) -> str:
     window = _under(root, 'tabbed_widget', name='Main Window', parent='main_window')
     tab = _under(window, 'Tab', tab_name=robot.name, containers='1')
     sizes = [0.24, 0.24, 0.2, 0.2, 0.12]
-    splitter = _under(_under(tab, 'Container'), 'DockSplitter', orientation='-',
-                      count=str(len(shown)), sizes=';'.join(map(str, sizes)))  # fmt: skip
+    splitter = _under(
+        _under(tab, 'Container'),
+        'DockSplitter',
+        orientation='-',
+        count=str(len(shown)),
+        sizes=';'.join(map(str, sizes)),
+    )
     for title, curves in shown:
-        plot = _under(_under(splitter, 'DockArea', name=title), 'plot', mode='TimeSeries',
-                      style='Lines', line_width='1.0', flip_x='false', flip_y='false')  # fmt: skip
+        plot = _under(
+            _under(splitter, 'DockArea', name=title),
+            'plot',
+            mode='TimeSeries',
+            style='Lines',
+            line_width='1.0',
+            flip_x='false',
+            flip_y='false',
+        )
         _under(plot, 'limitY')
         for i, (_, path) in enumerate(curves):
             _under(plot, 'curve', name=path, color=COLOURS[i % len(COLOURS)])
@@ -127,11 +171,25 @@ def plotjuggler(robot: Robot) -> str:
 
 def _chosen(root: ElementTree.Element, robot: Robot) -> None:
     interface = INTERFACES[robot.input]
-    names = [absolute(t) for t in (topics.JOINT_STATES, topics.APPLIED[interface],
-                                   topics.COMMANDS[interface], topics.E_STOPPED)]  # fmt: skip
+    names = [
+        absolute(t)
+        for t in (
+            topics.JOINT_STATES,
+            topics.APPLIED[interface],
+            topics.COMMANDS[interface],
+            topics.E_STOPPED,
+        )
+    ]
     plugin = _under(_under(root, 'Plugins'), 'plugin', ID='DataLoad MCAP')
-    _under(plugin, 'parameters', selected_topics=';'.join(names), use_timestamp='0',
-           use_mcap_log_time='0', clamp_large_arrays='1', max_array_size='500')  # fmt: skip
+    _under(
+        plugin,
+        'parameters',
+        selected_topics=';'.join(names),
+        use_timestamp='0',
+        use_mcap_log_time='0',
+        clamp_large_arrays='1',
+        max_array_size='500',
+    )
 
 
 def _under(above: ElementTree.Element, tag: str, **attributes: str) -> ElementTree.Element:

@@ -84,8 +84,9 @@ class Film:
         """Write the GIF; its length [s]."""
         all_colours = Image.fromarray(np.hstack(self._pictures[::STEPS]))
         palette = all_colours.quantize(COLOURS, dither=Image.Dither.NONE)
-        first, *others = (p.quantize(palette=palette, dither=Image.Dither.NONE)
-                          for p in self._pictures)  # fmt: skip
+        first, *others = (
+            p.quantize(palette=palette, dither=Image.Dither.NONE) for p in self._pictures
+        )
         first.save(file, save_all=True, append_images=others, duration=self._ms, loop=0)
         return sum(self._ms) / 1000
 

@@ -38,8 +38,10 @@ def main() -> None:
     inputs = motor.limit * steps[(t / HOLD + 1e-9).astype(int)][:, None]
 
     start = model.start()
-    q, dq = (each[0, : len(t)] for each in rollout(
-        model, start.q[None], start.dq[None], inputs[None], DT))  # fmt: skip
+    q, dq = (
+        each[0, : len(t)]
+        for each in rollout(model, start.q[None], start.dq[None], inputs[None], DT)
+    )
     rng = np.random.default_rng([asked.seed, 1])
     q, dq = q + rng.normal(0, NOISE[0], q.shape), dq + rng.normal(0, NOISE[1], dq.shape)
 
