@@ -61,7 +61,7 @@ ON_GROUND: dict[str, Any] = {
     'search_seconds': 0.1,
     'least_samples': 4,
     'longer_seconds': (),
-    # a model for the ground has a scheme of its own, see `compare.scheme`
+    # a model for the ground has a scheme of its own, see `compare.pushes`
     'longest_step': 0.0,
     # start states are settled window by window, each with a size of its own
     'shared': 0.0,
