@@ -28,7 +28,7 @@ DRIVER, HARDWARE = 2, 3
 
 
 class Emulated:
-    """LEO on an emulated bus.
+    """A robot, LEO unless another is named, on an emulated bus.
 
     Bus and robot run in a real-time class where that is allowed, as on a robot's computer; the bus
     from when it is up, since whoever compiles in that class is throttled by the kernel. The folder
@@ -38,18 +38,25 @@ class Emulated:
         folder: for the port, the logs and the bags.
         start: start pose of both.
         bus: further parameters of the bus, as NAME:=VALUE.
-        watchdog: how long the servos wait for a packet [s]; robot.yaml's where 0.
+        watchdog: how long LEO's servos wait for a packet [s]; robot.yaml's where 0.
+        robot: which it is.
 
     Attributes:
+        family: of its servos.
         driver: what the robot is started with.
     """
 
     def __init__(
-        self, folder: Path, start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
+        self,
+        folder: Path,
+        start: str = 'hanging',
+        bus: Sequence[str] = (),
+        watchdog: float = 0.0,
+        robot: str = 'leo',
     ) -> None:
         self.folder, self._start = folder, start
-        self.driver = 'dynamixel'
-        self.robot = patient(folder, watchdog) if watchdog else 'leo'
+        self.robot = patient(folder, watchdog) if watchdog else robot
+        self.family = self.driver = load_robot(robot).driver.family
         self.port, self.log = folder / 'port', folder / 'motors'
         self.processes: dict[str, subprocess.Popen] = {}
         self._moments: list[tuple[float, np.ndarray]] = []
@@ -101,7 +108,7 @@ class Emulated:
         return waits
 
     def moments(self) -> list[tuple[float, np.ndarray]]:
-        """Times [s] and voltages of all motors, NaN where free, at each change."""
+        """Times [s] and voltages (goals) of all motors, NaN where free, at each change."""
         if not self.log.exists():
             return []
         with self.log.open() as file:
@@ -162,9 +169,9 @@ def patient(folder: Path, watchdog: float) -> str:
 
 @contextmanager
 def emulated(
-    start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0
+    start: str = 'hanging', bus: Sequence[str] = (), watchdog: float = 0.0, robot: str = 'leo'
 ) -> Iterator[Emulated]:
-    """LEO on an emulated bus, in a domain and a folder of its own; nothing is left behind."""
+    """A robot on an emulated bus, in a domain and a folder of its own; nothing is left behind."""
     with (
         free_domain() as domain,
         TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as folder,
@@ -172,7 +179,7 @@ def emulated(
         runtime = f'{folder}/runtime'  # in which a folder `leo` is made, that is no robot
         os.environ |= {'ROS_DOMAIN_ID': str(domain), 'XDG_RUNTIME_DIR': runtime}
         with graph(['--ros-args', '--log-level', 'error']):
-            made = Emulated(Path(folder), start, bus, watchdog)
+            made = Emulated(Path(folder), start, bus, watchdog, robot)
             try:
                 yield made
             finally:

@@ -24,6 +24,7 @@ from leo_sim.drivers.base import (
     DriverInfo,
     DriverOptions,
     EndOfRun,
+    Findings,
     NotPossible,
     Readings,
 )
@@ -32,7 +33,7 @@ GROUP = 'leo.drivers'
 OURS = 'leo_sim'
 METHODS = ('connect', 'read', 'write', 'advance', 'set_torque', 'reset', 'stop')
 """What every driver has."""
-EXTRAS = ('halt', 'start_in', 'readings', 'figures')  # what a driver may have besides
+EXTRAS = ('halt', 'start_in', 'readings', 'figures', 'findings')  # what a driver may have besides
 MEANT = (UserError, DriverFault, EndOfRun, NotPossible, OSError)  # what a driver may raise
 RETURNS: dict[str, tuple[type, ...]] = {
     'read': (JointStates,),
@@ -40,6 +41,7 @@ RETURNS: dict[str, tuple[type, ...]] = {
     'halt': (Applied, NoneType),
     'advance': (int, float),
     'readings': (Readings, NoneType),
+    'findings': (Findings,),
 }
 
 

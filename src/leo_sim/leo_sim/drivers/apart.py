@@ -30,8 +30,8 @@ OURS = {'leo_sim', 'leo_msgs_py', 'builtins'}
 class Apart:
     """A driver whose calls are made in another process; itself a driver, with the same extras.
 
-    That process writes 0 where it drives the motors and hears nothing for the time `hold`; goals
-    are held. It stops the motors when this process is gone.
+    That process writes 0 where it drives the motors and hears nothing for the time `hold`, and
+    stops them when this process is gone. Goals are held, in either case.
 
     Args:
         driver: one of the same, built but not connected: what is known before that.
@@ -111,11 +111,11 @@ class Served:
 
     def __init__(self, driver: Driver, hold: float) -> None:
         self._driver = driver
-        self._rest = np.zeros(len(driver.info.actuators))
-        self._hold = hold if driver.info.goals is None else None
-        self._driven = False
+        self._holds = driver.info.goals is not None
+        self._rest = np.full(len(driver.info.actuators), np.nan if self._holds else 0.0)
+        self._hold = None if self._holds else hold
+        self._driven = self._asked = self._stopped = False
         self._halted: list[Applied | None] = []
-        self._stopped = False
 
     def serve(self, calls: Connection, halts: Connection) -> None:
         """Make calls until the other end is gone; those of `halts` in a thread of their own."""
@@ -123,7 +123,7 @@ class Served:
         try:
             self._make_calls(calls, watched=True)
         finally:
-            if not self._stopped:
+            if not self._stopped and (self._asked or not self._holds):
                 self._leave()
 
     def _make_calls(self, line: Connection, watched: bool = False) -> None:
@@ -136,7 +136,8 @@ class Served:
                 if method == 'write':
                     self._driven = bool(np.any(args[0]))
                 halted, self._halted = self._halted, []
-                self._stopped = method == 'stop' and error is None
+                self._asked = method == 'stop'
+                self._stopped = self._asked and error is None
                 line.send((number, result, error, self._driver.starts, halted))
 
     def _bring_to_rest(self) -> None:

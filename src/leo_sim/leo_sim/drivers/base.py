@@ -7,7 +7,7 @@ diagnostics come from the node around it. `leo check-driver` tries the contract 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import time
 from typing import Any, Protocol, runtime_checkable
 
@@ -123,6 +123,22 @@ class Instrumented(Protocol):
 
     def figures(self) -> Mapping[str, str]:
         """Further names and values for `/diagnostics`."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What hardware is set to, seen when it was connected."""
+
+    settings: Mapping[str, str] = field(default_factory=dict)  # of each servo, in words
+    differs: tuple[str, ...] = ()  # what is not as the model says, and what to do; a line each
+
+
+@runtime_checkable
+class Inspected(Protocol):
+    """What a driver may have besides: what it found when it connected."""
+
+    def findings(self) -> Findings:
+        """For whoever starts it; empty before `connect`."""
 
 
 class DriverFault(Exception):

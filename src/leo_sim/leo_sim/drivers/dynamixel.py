@@ -145,16 +145,17 @@ class DynamixelDriver(ServoDriver):
     def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
         """Refuse answers that were late: each servo's clock must go on as ours does.
 
-        What still comes of them is cleared away before the next question.
+        What still comes of them is cleared away before the next question. An emulated servo may
+        hear a question late, though before its answer is there.
         """
-        late = []
+        late, measured = [], self._computer.monotonic() if self._bus.is_emulated else sent
         for servo, block in blocks.items():
             tick = block.get('realtime_tick')
             before, asked = self._ticks.get(servo, (tick, sent))
             passed = (tick - before) % TICKS * 1e-3
             if sent - asked - passed > LATE / self.info.state_rate:
                 late.append(servo)
-            self._ticks[servo] = tick, sent
+            self._ticks[servo] = tick, measured
         if late:
             raise TransientFault(f'{self._bus.who(late[0])} answered late')
 

@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import Applied
 from leo_sim.drivers.base import DriverFault, DriverInfo
 
 
@@ -26,6 +27,7 @@ class Safety:
         limits: largest absolute value per actuator [V or N m], above 0, shape (A,).
         timeout: age [s] at which a command is dropped for 0; 0 disables.
         slew: largest change per second [V/s or N m/s]; 0 disables. Stopping is never slowed.
+        period: between two outputs [s]; one that comes later changes no more than in a period.
 
     Attributes:
         e_stopped: latched until `e_stop_reset`.
@@ -43,12 +45,17 @@ class Safety:
     at_end: ClassVar[str] = 'motors at 0'  # how the motors are left
 
     def __init__(
-        self, limits: Sequence[float] | np.ndarray, timeout: float = 0.2, slew: float = 0.0
+        self,
+        limits: Sequence[float] | np.ndarray,
+        timeout: float = 0.2,
+        slew: float = 0.0,
+        period: float = math.inf,
     ) -> None:
         limits = _above_zero(limits)
         self._low, self._high = -limits, limits
         self._timeout = _at_least_zero('command_timeout', timeout, 's')
         self._slew = _at_least_zero('slew', slew, 'per s')
+        self._period = period
         self.e_stopped = self.timed_out = False
         self.timeouts = self.rejected = 0
         self.release()
@@ -100,6 +107,9 @@ class Safety:
     def see(self, angles: np.ndarray) -> None:
         """Where the actuated joints are now [rad], (A,)."""
 
+    def took(self, applied: Applied | None) -> None:
+        """What the driver made of the last output."""
+
     def torque_switched(self) -> None:
         """The motors were freed, or are on again."""
 
@@ -136,7 +146,7 @@ class Safety:
     def _slewed(self, wanted: np.ndarray, now: float) -> np.ndarray:
         if not self._slew:
             return wanted
-        step = self._slew * max(0.0, now - self._last_time)
+        step = self._slew * min(max(0.0, now - self._last_time), self._period)
         return np.clip(wanted, self._last - step, self._last + step)
 
 
@@ -163,9 +173,12 @@ class GoalSafety(Safety):
     when_blind: ClassVar[str] = 'the last goal'
     at_end: ClassVar[str] = 'motors free'
 
-    def __init__(self, goals: np.ndarray, timeout: float = 0.2, slew: float = 0.0) -> None:
+    def __init__(
+        self, goals: np.ndarray, timeout: float = 0.2, slew: float = 0.0, period: float = math.inf
+    ) -> None:
         self._seen = np.full(goals.shape[1], np.nan)
-        super().__init__(np.ones(goals.shape[1]), timeout, slew)
+        self._were_free = np.ones(goals.shape[1], dtype=bool)
+        super().__init__(np.ones(goals.shape[1]), timeout, slew, period)
         self._low, self._high = goals
 
     def must_halt(self, now: float, silent: bool = False) -> bool:
@@ -180,6 +193,12 @@ class GoalSafety(Safety):
         """Where the actuated joints are now [rad], (A,)."""
         self._seen = np.array(angles, dtype=float)
 
+    def took(self, applied: Applied | None) -> None:
+        """A motor that was free goes on from the place where its torque came on."""
+        if applied is not None:
+            begun = self._were_free & np.isfinite(self._last)
+            self._last = np.where(begun, applied.nan_where_free, self._last)
+
     def torque_switched(self) -> None:
         """A free joint moves: goals of before are none of now."""
         self.release()
@@ -188,19 +207,21 @@ class GoalSafety(Safety):
         return np.full_like(self._seen, np.nan)
 
     def _stopped(self) -> np.ndarray:
+        self._were_free[:] = False
         return self._idle() if self.e_stopped else self._last
 
     def _slewed(self, wanted: np.ndarray, now: float) -> np.ndarray:
-        free = np.isnan(self._last)
+        free = self._were_free = np.isnan(self._last)
         self._last = np.where(free, self._seen, self._last)
         return np.clip(super()._slewed(wanted, now), self._low, self._high)
 
 
 def safety_for(info: DriverInfo, timeout: float, slew: float) -> Safety:
     """The safety for what a driver takes: V, N m or goals."""
+    period = 1.0 / info.state_rate
     if info.goals is not None:
-        return GoalSafety(info.goals, timeout, slew)
-    return Safety(info.limits, timeout, slew)
+        return GoalSafety(info.goals, timeout, slew, period)
+    return Safety(info.limits, timeout, slew, period)
 
 
 class Faults:

@@ -19,6 +19,7 @@ from leo_sim.description.servos import HARDWARE_ERRORS, servo_model
 from leo_sim.drivers.base import (
     DriverFault,
     DriverOptions,
+    Findings,
     NotPossible,
     Readings,
     robot_info,
@@ -76,6 +77,7 @@ class ServoDriver(ABC):
         self._angle = self._rate = self._supply = np.zeros(len(ids))
         self._conditions: dict[int, str] = {}
         self._readings: Readings | None = None
+        self._findings = Findings()
         self._cycle = 0.0
         name, value = self._motors.rest
         self._rest = self._bus.packet(name, dict.fromkeys(ids, value))
@@ -93,13 +95,6 @@ class ServoDriver(ABC):
             raise
 
     def _make_ready(self) -> None:
-        timer = latency_timer(self._path)
-        if timer is not None and timer > 1:
-            print(
-                f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee /sys/bus/'
-                f'usb-serial/devices/{self._path.rsplit("/", 1)[-1]}/latency_timer',
-                flush=True,
-            )
         for servo in self._joints.ids:
             self._greet(servo)
             self._configure(servo)
@@ -108,8 +103,15 @@ class ServoDriver(ABC):
                 self._bus.set(servo, name, value)
         volts = [self._bus.get(servo, 'present_input_voltage') for servo in self._ids]
         self._supply = 0.1 * np.array(volts)
-        for line in self._motors.learn(self._bus, self._supply):
-            print(line, flush=True)
+        found = self._motors.learn(self._bus, self._supply)
+        timer = latency_timer(self._path)
+        if timer is not None and timer > 1:
+            late = (
+                f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee /sys/bus/'
+                f'usb-serial/devices/{self._path.rsplit("/", 1)[-1]}/latency_timer'
+            )
+            found = replace(found, differs=(late, *found.differs))
+        self._findings = found
         self._switch(np.isfinite(self._motors.nothing))
         self._bus.wait_at_most(max(SHARE / self.info.state_rate, 1e-3 * ((timer or 1) + 2)))
 
@@ -135,11 +137,15 @@ class ServoDriver(ABC):
         return JointStates(stamp_ns, self.info.joints, angles, rates)
 
     def write(self, values: np.ndarray) -> Applied:
-        """All motors with one instruction, NaN frees one; what its counts are, at this supply."""
+        """All motors with one instruction, NaN frees one; what its counts are, at this supply.
+
+        One that was free begins where it is, and follows from the next call on.
+        """
         wanted = self._enabled & np.isfinite(values)
-        self._switch(wanted)
+        begun = self._switch(wanted)
         allowed = self._motors.allowed(np.where(wanted, values, 0.0), self._angle, self._rate)
         self._sent = np.where(wanted, self._motors.counts(allowed, self._supply), 0)
+        self._sent[list(begun)] = list(begun.values())
         each = zip(self._ids, self._sent, wanted, strict=True)
         goals = {servo: int(count) for servo, count, on in each if on}
         if goals:
@@ -164,19 +170,25 @@ class ServoDriver(ABC):
         self._enabled = on
         self._switch(on & np.isfinite(self._motors.nothing))
 
-    def _switch(self, wanted: np.ndarray) -> None:
+    def _switch(self, wanted: np.ndarray) -> dict[int, int]:
         """Free the motors that are not wanted; torque comes on, where it was off, without a move.
 
         That motors are free is not answered for, and said again with each write.
+
+        Returns:
+            The goals of those whose torque came on, by number.
         """
         free = [n for n, on in zip(self._ids, wanted, strict=True) if not on]
         if free:
             self._bus.sync_write('torque_enable', dict.fromkeys(free, 0))
+        begun = {}
         for k in np.flatnonzero(wanted & ~self._on):
             servo = self._ids[k]
-            self._bus.set(servo, self._motors.goal, self._motors.begin(self._bus, servo))
+            begun[int(k)] = self._motors.begin(self._bus, servo)
+            self._bus.set(servo, self._motors.goal, begun[int(k)])
             self._bus.set(servo, 'torque_enable', 1)
         self._on = wanted.copy()
+        return begun
 
     def reset(self) -> None:
         """Begin anew where somebody has put the robot into its start pose by hand."""
@@ -200,6 +212,10 @@ class ServoDriver(ABC):
     def readings(self) -> Readings | None:
         """What the last state came with."""
         return self._readings
+
+    def findings(self) -> Findings:
+        """What the servos are set to, and what of it is not as robot.yaml says."""
+        return self._findings
 
     def figures(self) -> Mapping[str, str]:
         """Port and time of a reading."""

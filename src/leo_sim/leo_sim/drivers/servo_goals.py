@@ -2,19 +2,21 @@
 """Goals [rad] as counts of position servos, and whether the servos are as robot.yaml says."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.constants import Constant
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
+from leo_sim.drivers.base import Findings
 from leo_sim.drivers.servo_joints import Array, column, MotorUnits
 from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_loop import misfits, OwnLoop, WORDS
 
 FAR = 1_048_575
 """Counts either way that a servo takes whose count goes on over a turn (e-Manual, X series)."""
-NEAR = 0.02  # a gain this close to that of robot.yaml is the same, as a share of it
-NEAR_SUPPLY = 0.1  # so is a supply, which a battery does not keep
 OFF_GOAL = 3  # a servo farther from its goal, counts, has some duty while its torque is on
 
 
@@ -51,20 +53,16 @@ class GoalUnits(MotorUnits):
         self._angle = column(self._models, 'angle_unit') / turn
         self._reach = self._inside()
 
-    def settings(self, servo: int) -> dict[str, int]:
-        """The mode; the servo follows at once, or as fast as robot.yaml's goal_rate says."""
-        return super().settings(servo) | {
-            'profile_acceleration': 0,
-            'profile_velocity': self._profile(self.ids.index(servo)),
-        }
-
-    def learn(self, bus: ServoLine, supply: Array) -> list[str]:
-        """Read the range of each servo; what differs from robot.yaml in range, gains, supply."""
+    def learn(self, bus: ServoLine, supply: Array) -> Findings:
+        """Read the loop of each servo, in its mode by now; from then on it shapes no motion."""
         self._reach = self._inside()
-        lines = [line for k in range(len(self.ids)) for line in self._narrowed(k, bus)]
-        for k, volts in enumerate(supply):
-            lines += self._misfits(k, bus, float(volts))
-        return lines
+        loops = [self._loop(k, bus) for k in range(len(self.ids))]
+        lines: list[str] = []
+        for k, loop in enumerate(loops):
+            lines += self._narrowed(k, loop)
+            lines += misfits(loop, self._meant(k), float(supply[k]))
+            lines += self._shaped(k, bus, loop)
+        return Findings({loop.who: str(loop) for loop in loops}, tuple(lines))
 
     def begin(self, bus: ServoLine, servo: int) -> int:
         """Torque comes on where the joint is: the goal in the servo is one of before."""
@@ -102,50 +100,40 @@ class GoalUnits(MotorUnits):
             return 0
         return max(1, round(rate * self._servos[k].gear / self._models[k].rate_unit))
 
-    def _narrowed(self, k: int, bus: ServoLine) -> Iterator[str]:
+    def _loop(self, k: int, bus: ServoLine) -> OwnLoop:
+        servo, model = self.ids[k], self._models[k]
+        found = {name: bus.get(servo, name) for name in WORDS if name in model.registers}
+        return OwnLoop(bus.who(servo), model, self._servos[k], found)
+
+    def _meant(self, k: int) -> dict[str, Constant]:
+        """What robot.yaml says of an actuator, by key."""
+        path = f'actuators.{self._names[k]}.'
+        constants = self._robot.constants.items()
+        return {name[len(path) :]: value for name, value in constants if name.startswith(path)}
+
+    def _narrowed(self, k: int, loop: OwnLoop) -> Iterator[str]:
         """Keep goals of a servo within the range it takes."""
-        servo, turn = self.ids[k], self._models[k].turn
-        own = (-FAR, FAR)
+        own, turn = (-FAR, FAR), loop.model.turn
         if turn:
-            own = bus.get(servo, 'min_position_limit'), bus.get(servo, 'max_position_limit')
+            own = loop.found['min_position_limit'], loop.found['max_position_limit']
             own = own if own[0] < own[1] else (0, turn - 1)
         low, high = self._reach[:, k]
         self._reach[:, k] = np.clip((low, high), *own)
         if low < own[0] - 1 or high > own[1] + 1:
             yield (
-                f'{bus.who(servo)}: goals would be {low} to {high} counts, the servo takes '
+                f'{loop.who}: goals would be {low} to {high} counts, the servo takes '
                 f'{own[0]} to {own[1]}; those beyond are cut. Look at zero, and at its '
                 'homing offset and position limits'
             )
 
-    def _misfits(self, k: int, bus: ServoLine, volts: float) -> Iterator[str]:
-        """What of a servo's loop is not as robot.yaml says."""
-        servo, model, who = self.ids[k], self._models[k], bus.who(self.ids[k])
-        counts = bus.get(servo, 'position_p_gain')
-        gain = model.gain_unit * counts
-        if gain and self._differs(k, 'position_gain', gain, NEAR):
-            yield (
-                f'{who}: its P gain {counts} is a position_gain of {gain:.4g} 1/rad, '
-                f'robot.yaml says {self._constant(k, "position_gain"):.4g}; mend one of them'
-            )
-        if counts := bus.get(servo, 'position_i_gain'):
-            yield f'{who}: its I gain is {counts}, which the model has not; set it to 0'
-        if (counts := bus.get(servo, 'pwm_limit')) < model.pwm_of_supply:
-            yield (
-                f'{who}: its duty is limited to {counts / model.pwm_of_supply:.0%}, which the '
-                'model does not know'
-            )
-        if self._differs(k, 'supply', volts, NEAR_SUPPLY):
-            yield (
-                f'{who} measures a supply of {volts:.1f} V, robot.yaml says '
-                f'{self._constant(k, "supply"):.4g}; its loop asks for shares of it'
-            )
-
-    def _differs(self, k: int, key: str, value: float, share: float) -> bool:
-        """Whether a constant of robot.yaml is another, and not uncertain enough for this one."""
-        constant = self._robot.constants[f'actuators.{self._names[k]}.{key}']
-        low, high = constant.uncertain or (constant.value, constant.value)
-        return not low * (1.0 - share) <= value <= high * (1.0 + share)
+    def _shaped(self, k: int, bus: ServoLine, loop: OwnLoop) -> Iterator[str]:
+        """Have a servo follow at once, or as fast as goal_rate says; what it did before."""
+        right = {'profile_acceleration': 0, 'profile_velocity': self._profile(k)}
+        for name, count in right.items():
+            bus.set(self.ids[k], name, count)
+            if loop.found[name] not in (0, count):
+                was = replace(loop, found={name: loop.found[name]})
+                yield f"{loop.who}: its {was} is not robot.yaml's and was set to {count}"
 
     def _constant(self, k: int, key: str) -> float | None:
         found = self._robot.constants.get(f'actuators.{self._names[k]}.{key}')

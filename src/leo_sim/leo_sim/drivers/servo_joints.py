@@ -12,6 +12,7 @@ from leo_sim.common.names import nearest
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
 from leo_sim.description.servos import MODES, servo_model
+from leo_sim.drivers.base import Findings
 from leo_sim.drivers.servo_line import Block, ServoLine
 
 Array = np.ndarray
@@ -92,8 +93,8 @@ class MotorUnits(ABC):
         return {'operating_mode': MODES[self._family][self.goal]}
 
     @abstractmethod
-    def learn(self, bus: ServoLine, supply: Array) -> list[str]:
-        """Read what the servos allow, at a supply [V], (A,); what does not fit robot.yaml."""
+    def learn(self, bus: ServoLine, supply: Array) -> Findings:
+        """Read what the servos allow, at a supply [V], (A,)."""
 
     @abstractmethod
     def begin(self, bus: ServoLine, servo: int) -> int:
@@ -159,11 +160,11 @@ class DriveUnits(MotorUnits):
         self._ohm = np.array([a.resistance or np.nan for a in robot.actuators])
         self._strongest = column(robot.actuators, 'limit')
 
-    def learn(self, bus: ServoLine, supply: Array) -> list[str]:
+    def learn(self, bus: ServoLine, supply: Array) -> Findings:
         """Read the largest PWM or current that each servo allows."""
         limit = 'pwm_limit' if self.by_voltage else 'current_limit'
         self.own_limits = np.array([bus.get(servo, limit) for servo in self.ids])
-        return []
+        return Findings()
 
     def begin(self, bus: ServoLine, servo: int) -> int:
         """Torque comes on at 0."""

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from leo_msgs_py.errors import UserError
 from leo_sim.description.servos import Family, Register, registers
 from leo_sim.drivers.base import Computer, DriverFault, THIS, TransientFault
+from leo_sim.drivers.listening import told
 from leo_sim.drivers.servo_port import BITS, Paper, why_closed
 
 CONFIGURE = 0.1  # how long an answer may take while nothing moves [s]
@@ -65,6 +66,11 @@ class ServoLine:
     def is_open(self) -> bool:
         """Whether there is a port."""
         return self._port is not None
+
+    @property
+    def is_emulated(self) -> bool:
+        """Whether the servos wait for a processor of this computer."""
+        return told(self.descriptor) > 0.0
 
     @property
     def descriptor(self) -> int:

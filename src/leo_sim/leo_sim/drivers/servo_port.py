@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Serial ports of servos, as their makers' SDKs use them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 import termios
 from typing import Any
 
 from leo_sim.drivers.base import Computer, TransientFault
+from leo_sim.drivers.listening import answering_time
 
 POLL = 0.0005  # how long one look for bytes waits [s]; the SDK alone looks without a pause
-RUBBISH = 5.0  # whatever still comes after so many times the time of an answer is none
+RUBBISH = 5  # after so many times the time and the bytes of an answer, what still comes is none
 BITS = 10  # of a byte on the bus, with its start and stop bit
 
 
@@ -28,20 +29,24 @@ class Limits:
     getTimeSinceStart: Any
     computer: Computer
     slack: float
+    _time: Callable[[], float]
+    _most = _read = 0  # bytes that may come for the last question, and that came
 
     def setupPort(self, baud: int) -> bool:
         """Open the port."""
         self.ser = self.computer.serial(self.port_name, baud, POLL)
         self.tx_time_per_byte = 1e3 * BITS / baud
+        self._time = answering_time(self.ser.fileno(), self.computer)
         self.is_open = True
         return True
 
     def getCurrentTime(self) -> float:
-        """Time in ms."""
-        return self.computer.monotonic() * 1e3
+        """Time in ms, by which answers are late."""
+        return self._time() * 1e3
 
     def setPacketTimeout(self, packet_length: int) -> None:
         """Wait for an answer of so many bytes."""
+        self._most, self._read = RUBBISH * packet_length, 0
         self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.slack)
 
     def clearPort(self) -> None:
@@ -53,9 +58,12 @@ class Limits:
 
     def readPort(self, length: int) -> bytes:
         """Bytes that have come, waiting a little for the first."""
-        if self.packet_timeout and self.getTimeSinceStart() > RUBBISH * self.packet_timeout:
+        over = self.packet_timeout and self.getTimeSinceStart() > RUBBISH * self.packet_timeout
+        if over and self._read > self._most:
             raise TransientFault('no whole answer came in time')
-        return bytes(self.ser.read(length))
+        data = bytes(self.ser.read(length))
+        self._read += len(data)
+        return data
 
 
 class Paper:

@@ -23,7 +23,7 @@ from leo_msgs_py.node import graph, join, running, SLICE, spare_collector, spin_
 from leo_msgs_py.values import Command
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
-from leo_sim.drivers.base import DriverBug, DriverFault, Placeable
+from leo_sim.drivers.base import DriverBug, DriverFault, Inspected, Placeable
 from leo_sim.drivers.safety import BadCommand
 from leo_sim.nodes.commander import Commander, Neighbours
 from leo_sim.nodes.diagnostics import robot_diagnostics
@@ -76,6 +76,12 @@ class RobotNode(Node):
         self._commander.drop()
         for line in self._greeting:
             self.get_logger().info(line)
+        if isinstance(self._driver, Inspected):
+            found = self._driver.findings()
+            for servo, words in found.settings.items():
+                self.get_logger().info(f'{servo}: {words}')
+            for line in found.differs:
+                self.get_logger().warning(line)
         if not (self._info.own_clock or self._loop.gate.can_halt):
             self.get_logger().warning(
                 'this driver has no halt(): a read that hangs delays 0 V (docs/your_driver.md)'

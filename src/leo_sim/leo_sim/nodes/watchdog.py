@@ -69,6 +69,7 @@ class Gate:
             driven = self._safety.drives(values)
             self._driven = self._driven or driven
             applied = self._driver.write(values)
+            self._safety.took(applied)
             self._driven = driven
             self._written = time.monotonic()
         return [one for one in (*self._halted(), applied) if one is not None]

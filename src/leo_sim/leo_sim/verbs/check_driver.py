@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 
 from leo_msgs_py.console import Table
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.terminal import leo
+from leo_msgs_py.terminal import leo, visible
 from leo_msgs_py.verbs import common
 
 if TYPE_CHECKING:
+    from leo_sim.drivers.base import Findings
     from leo_sim.drivers.check import Result
 
 _EXAMPLES = """\
@@ -63,7 +64,7 @@ def main(argv: list[str]) -> int:
 
     from leo_sim.description.robot import load_robot
     from leo_sim.drivers import load_driver
-    from leo_sim.drivers.base import DriverOptions
+    from leo_sim.drivers.base import DriverOptions, Findings, Inspected
     from leo_sim.drivers.check import examine, FAILED
     from leo_sim.drivers.check.trial import Moving, Trial
 
@@ -81,17 +82,21 @@ def main(argv: list[str]) -> int:
         )
     trial = Trial(driver, robot, moving, _asker() if options.by_hand else None)
     results = examine(trial)
+    found = driver.findings() if isinstance(driver, Inspected) else Findings()
     failed = sum(result.verdict == FAILED for result in results)
     if options.json:
-        found = {
+        answer = {
             'driver': options.driver,
             'robot': robot.name,
             'failed': failed,
             'lost_packets': trial.lost,
+            'servos': dict(found.settings),
+            'differs': found.differs,
             'checks': [asdict(r) for r in results],
         }
-        print(json.dumps(found))
+        print(json.dumps(answer))
     else:
+        _print_findings(found)
         _table(results)
         lost = f'; {trial.lost} packets were lost' if trial.lost else ''
         print(f'{failed} of {len(results)} checks failed{lost}')
@@ -116,6 +121,18 @@ def _asker() -> Callable[[str], None]:
         input(f'{what}, then press Enter ')
 
     return ask
+
+
+def _print_findings(found: Findings) -> None:
+    from leo_msgs_py.console import Terminal
+
+    if found.settings:
+        table = Table('servo', 'what it is set to')
+        for servo, words in found.settings.items():
+            table.add_row(servo, words)
+        Terminal().print(table)
+    for line in found.differs:
+        print(visible(line))
 
 
 def _table(results: list[Result]) -> None:

@@ -76,6 +76,22 @@ def test_the_motors_are_stopped_when_our_process_is_gone(apart):
     assert comes('stop') and driver._process.wait(PATIENCE) == 0
 
 
+def test_goals_are_held_when_our_process_is_gone_without_a_word(apart):
+    driver = apart(LONG, 'xl330_pendulum')
+    driver.write(VOLT)
+    driver._calls.close()
+    assert driver._process.wait(PATIENCE) == 0 and noted() == ['connect', 'write 1.0']
+
+
+def test_motors_with_goals_are_freed_where_a_stop_that_was_asked_for_fails(apart):
+    driver = apart(LONG, 'xl330_pendulum', TEXT.replace("self._may_fail('stop')", 'raise OSError'))
+    driver.write(VOLT)
+    with pytest.raises(OSError):
+        driver.stop()
+    driver._calls.close()
+    assert driver._process.wait(PATIENCE) == 0 and noted()[-1] == 'write nan'
+
+
 def test_faults_are_those_of_the_driver(apart):
     own = TEXT.replace('raise TransientFault(', 'raise Mine(')
     driver = apart(LONG, text=f'{own}\n\nclass Mine(TransientFault):\n    pass\n')

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Dynamixel driver on an emulated bus: units, signs, limits, and every fault."""
 
+from contextlib import nullcontext
 from threading import Event
 
 from dynamixel_sdk import Protocol2PacketHandler
@@ -296,6 +297,27 @@ def test_a_supply_out_of_range_is_told_and_the_robot_goes_on(leo):
     rig.until(lambda: driver.read() and any(driver.readings().condition))
     assert driver.readings().condition[0] == 'the supply is out of its range'
     assert driver.readings().supply == pytest.approx(9.0, abs=0.1)
+
+
+@pytest.mark.parametrize('emulated', [True, False])
+def test_an_emulated_servo_may_hear_late_and_a_real_one_hears_at_once(leo, monkeypatch, emulated):
+    rig, driver = leo
+    monkeypatch.setattr(type(driver._bus), 'is_emulated', emulated)
+
+    class Ticks:
+        def __init__(self, ms):
+            self.get = lambda name: ms
+
+    def read(sent, tick):
+        driver._check_fresh(sent, {1: Ticks(tick)})
+
+    driver._ticks.clear()
+    began = rig.computer.monotonic()
+    rig.computer.sleep(0.03)
+    read(began, 30)  # asked at 0, heard at 30 ms
+    refuses = pytest.raises(TransientFault, match='answered late')
+    with nullcontext() if emulated else refuses:
+        read(began + 0.03, 30)
 
 
 def test_the_servos_stop_by_themselves_when_no_packet_comes(leo):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverFault, DriverOptions, robot_info
 from leo_sim.drivers.safety import BadCommand, Faults, GoalSafety, Safety, safety_for
@@ -155,6 +156,32 @@ def test_a_goal_moves_no_faster_than_the_slew_from_where_the_joint_is(commands, 
         goals = safety.output(now)
         assert np.all(np.abs(goals - before) <= slew * wait + 1e-9)
         before = goals
+
+
+def test_a_loop_that_was_late_makes_no_larger_step():
+    for safety, start in (
+        (GoalSafety(GOALS, 0.0, 2.0, 0.02), 0.1),
+        (Safety(LIMITS, 0.0, 2.0, 0.02), 0.0),
+    ):
+        safety.see(np.full(2, start))
+        safety.accept([0.9, 0.9], 0.0)
+        safety.output(0.0)
+        for now in (0.02, 1.02, 1.03):
+            before, output = safety._last.copy(), safety.output(now)
+            assert np.abs(output - before).max() <= 2.0 * 0.02 + 1e-12
+        assert output[0] > start + 0.08, 'it stands still'
+
+
+def test_a_motor_that_was_free_slews_from_the_place_where_its_torque_came_on():
+    safety = GoalSafety(GOALS, slew=1.0)
+    safety.see(np.array([0.3, 0.3]))
+    safety.accept([-0.4, 0.9], 0.0)
+    for now, taken in ((0.0, [0.35, 0.25]), (0.02, [-9.0, 9.0])):
+        before = safety.output(now)
+        applied = Applied(0, ('a', 'b'), np.array(taken), 'position', np.ones(2, dtype=bool))
+        safety.took(applied)
+    assert before.tolist() == pytest.approx([0.33, 0.27])
+    assert safety.output(0.04).tolist() == pytest.approx([0.31, 0.29]), 'on, it is as it was told'
 
 
 def test_without_a_measured_angle_a_slewed_motor_stays_free():

@@ -55,6 +55,9 @@ def memory(rig):
 
 
 def write(driver, goal):
+    """A goal, for a motor that is on: where it was free it begins at its own place."""
+    if not driver._on.any():
+        driver.write(np.array([goal]))
     return driver.write(np.array([goal]))
 
 
@@ -232,26 +235,78 @@ def test_a_driver_that_is_gone_leaves_a_servo_that_holds(servo):
         assert at.write(116, (0).to_bytes(4, 'little')) == 4, 'takes goals'
 
 
-def test_gains_and_supply_that_are_not_the_models_are_a_line_each(robot, capsys):
+def test_a_motor_that_was_free_begins_where_it_is_and_follows_from_the_next_goal_on(servo):
+    rig, driver = servo
+    rig.until(lambda: write(driver, 0.9) and driver.read().position[0] > 0.3)
+    driver.set_torque(False)
+    driver.set_torque(True)
+    read = driver.read().position[0]
+    rig.computer.sleep(0.1)
+    rig.computer.serve()
+    applied = driver.write(np.array([read]))  # where it was
+    here = driver.read().position[0]
+    assert abs(read - here) > 20 * COUNT > abs(applied.values[0] - here), 'it falls'
+    wait_for_goal(rig, applied.values[0])
+    wait_for_goal(rig, write(driver, 0.5).values[0])
+
+
+def test_what_a_servo_is_set_to_is_said_and_where_all_is_the_models_nothing_more(robot):
+    rig = running(robot, SUPPLY)
+    if robot.driver.family == 'feetech':
+        memory(rig).set('max_torque_limit', 750)
+    with driven(robot, rig) as driver:
+        found = driver.findings()
+    assert not found.differs and list(found.settings) == ['servo 1 (pivot)']
+    (said,) = found.settings.values()
+    gain = memory(rig).model.gain_unit * memory(rig).get('position_p_gain')
+    assert f'({gain:.4g} 1/rad), I 0, D ' in said and 'ramp 0 (none), speed limit 0' in said
+    more = {
+        'dynamixel': 'torque limit 885 (100%), current limit 1193 (1.19 A), lowest goal 0 (not in',
+        'feetech': 'at power-on 750 (75%), least torque 0 (0%), dead zone cw 1 (0.0015 rad)',
+    }
+    assert more[robot.driver.family] in said
+
+
+def test_what_of_a_servo_is_not_as_the_model_says_is_a_line_each(robot):
     rated = robot.constants['actuators.pivot.position_gain'].value
     rig = running(robot, SUPPLY)
-    with driven(robot, rig):
-        assert capsys.readouterr().out == ''
-    memory(rig).set('position_p_gain', 2 * memory(rig).get('position_p_gain'))
-    memory(rig).set('position_i_gain', 3)
-    memory(rig).set('pwm_limit', 500)
+    right = memory(rig).get('position_p_gain')
+    feetech = robot.driver.family == 'feetech'
+    changes = {'position_p_gain': 2 * right, 'position_i_gain': 3, 'pwm_limit': 500}
+    changes |= {'ccw_dead_zone': 4} if feetech else {'feedforward_1st_gain': 9}
+    for name, value in ({'profile_acceleration': 50} | changes).items():
+        memory(rig).set(name, value)
     rig.plant.open_circuit = rig.plant.supply = 6.0
-    with driven(robot, rig):
-        said = capsys.readouterr().out.splitlines()
-    assert len(said) == 4 and all(line.startswith('servo 1 (pivot)') for line in said)
-    assert f'robot.yaml says {rated:.4g}' in said[0] and 'I gain is 3' in said[1]
-    assert 'duty is limited to 5' in said[2] and 'supply of 6.0 V, robot.yaml says 7.4' in said[3]
+    with driven(robot, rig) as driver:
+        said = driver.findings().differs
+    assert len(said) == 6 and all(line.startswith('servo 1 (pivot)') for line in said)
+    text = '\n'.join(said)
+    register = 21 if feetech else 84
+    assert f'robot.yaml says {rated:.4g}: set its register {register} (P) to {right}' in text
+    has = 2 * right * memory(rig).model.gain_unit
+    assert f'position_gain: {{value: {has:.4g}, unit: 1/rad}}' in text
+    assert 'its I gain is 3' in text and 'duty is limited to 5' in text
+    assert 'supply of 6.0 V, robot.yaml says 7.4' in text
+    assert ('dead zone of 4 counts' if feetech else 'feedforward of speed gain is 9') in text
+    ramp = 'ramp 50 (7.67 rad/s2)' if feetech else 'ramp 50 (18.7 rad/s2)'
+    assert f"its {ramp} is not robot.yaml's and was set to 0" in text
+    assert memory(rig).get('position_p_gain') == 2 * right, 'changed'
 
 
-def test_a_range_that_the_servo_does_not_take_is_cut_and_said(tmp_path, capsys):
+def test_a_register_that_a_servo_has_not_is_neither_asked_for_nor_said(tmp_path):
+    robot = robot_with_servo(tmp_path, 'xl330_pendulum', 'XL430-W250')
+    rig = running(robot, SUPPLY)
+    with driven(robot, rig) as driver:
+        found = driver.findings()
+    said = found.settings['servo 1 (pivot)']
+    assert 'current limit' not in said and 'dead zone' not in said and 'P 400, I 0' in said
+    assert not found.differs, 'the unit of its P is not known'
+
+
+def test_a_range_that_the_servo_does_not_take_is_cut_and_said(tmp_path):
     robot = robot_with_servo(tmp_path, 'xl330_pendulum', 'STS3215', 'feetech', zero=4000)
     with driven(robot, running(robot, SUPPLY)) as driver:
-        assert 'the servo takes 0 to 4095' in capsys.readouterr().out
+        assert 'the servo takes 0 to 4095' in '\n'.join(driver.findings().differs)
         driver.read()
         assert write(driver, 1.0).values[0] == pytest.approx(95 * COUNT)
 
@@ -291,9 +346,9 @@ def test_so101_follows_goals_through_its_bus():
     goals = np.array([0.3, -0.4, 0.5, 0.2, -0.6, 0.4])
     rig = running(arm, SUPPLY)
     with driven(arm, rig) as driver:
-        driver.read()
-        applied = driver.write(goals)
-        assert applied.values == pytest.approx(goals, abs=COUNT)
+        here = driver.read().position
+        assert driver.write(goals).values == pytest.approx(here, abs=COUNT)
+        assert driver.write(goals).values == pytest.approx(goals, abs=COUNT)
         rig.until(
             lambda: driver.write(goals) and np.abs(driver.read().position - goals).max() < 0.15,
             'not there',

@@ -93,10 +93,14 @@ Entry = tuple[int, int, Literal['read', 'write'], int]
 
 
 class RegistersFile(Schema):
-    """The registers of a family: dynamixel.yaml, feetech.yaml."""
+    """The registers of a family: dynamixel.yaml, feetech.yaml.
+
+    `acceleration_unit` is of a count of profile_acceleration.
+    """
 
     eeprom: dict[str, Entry]
     ram: dict[str, Entry]
+    acceleration_unit: Quantity
     signed: tuple[str, ...]
     magnitude: dict[str, int] = Field(default_factory=dict)
 
@@ -105,7 +109,8 @@ class ModelFile(Schema):
     """Units of a servo; current_unit is missing where it measures no current.
 
     Its position begins anew after `turn` counts; 0 never. `gain_unit` is the duty for an error of
-    1 rad that each 1 of position_p_gain makes; missing where nobody has published it.
+    1 rad that each 1 of position_p_gain makes; missing where nobody has published it. `lacks`
+    are registers of its family that it has not.
     """
 
     name: str
@@ -117,6 +122,7 @@ class ModelFile(Schema):
     pwm_of_supply: Positive = Field(default=885)
     turn: int = 0
     gain_unit: Quantity | None = None
+    lacks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,8 @@ class ServoModel:
         family: what it speaks.
         turn: counts after which its position begins anew; 0 never.
         gain_unit: duty for an error of 1 rad, 1/rad, a count of position_p_gain; 0 unknown.
+        acceleration_unit: rad/s2 a count.
+        lacks: registers of its family that it has not.
     """
 
     name: str
@@ -144,12 +152,25 @@ class ServoModel:
     family: Family = 'dynamixel'
     turn: int = 0
     gain_unit: float = 0.0
+    acceleration_unit: float = 0.0
+    lacks: frozenset[str] = frozenset()
+
+    @property
+    def registers(self) -> dict[str, Register]:
+        """Its control table, by name."""
+        table = registers(self.family)
+        return {name: register for name, register in table.items() if name not in self.lacks}
+
+
+@cache
+def _table(family: Family) -> RegistersFile:
+    return read(HERE / f'{family}.yaml', RegistersFile)
 
 
 @cache
 def registers(family: Family = 'dynamixel') -> dict[str, Register]:
     """The control table of a family, by name."""
-    file = read(HERE / f'{family}.yaml', RegistersFile)
+    file = _table(family)
     return {
         name: Register(
             address,
@@ -199,6 +220,8 @@ def _model(file: ModelFile) -> ServoModel:
         file.family,
         file.turn,
         _si(file.gain_unit, '1/rad') if file.gain_unit else 0.0,
+        _si(_table(file.family).acceleration_unit, 'rad/s2'),
+        frozenset(file.lacks),
     )
 
 

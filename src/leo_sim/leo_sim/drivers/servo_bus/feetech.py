@@ -43,6 +43,7 @@ class FeetechServo(Servo):
         """What a loss of power does: RAM as at the start, torque off."""
         super().restart()
         self.set('goal_pwm', 0)
+        self.set('pwm_limit', self.get('max_torque_limit'))
 
     @property
     def goal(self) -> int | None:

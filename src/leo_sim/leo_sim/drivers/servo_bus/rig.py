@@ -14,6 +14,7 @@ import tty
 
 from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import Computer, THIS
+from leo_sim.drivers.listening import tell
 from leo_sim.drivers.servo_bus import dynamixel, feetech
 from leo_sim.drivers.servo_bus.line import Framing, Line, Reader
 from leo_sim.drivers.servo_bus.plant import Plant, SLICE
@@ -139,9 +140,9 @@ class Terminal(Rig):
         self.port = ''
         self._link = Path(link) if link else None
         self._ends: tuple[int, ...] = ()
-        self._looked = 0.0
+        self._looked = self._listened = 0.0
         self._computer = computer
-        self.began = computer.monotonic()
+        self.began = self._last = computer.monotonic()
         self.plug()
 
     def plug(self) -> None:
@@ -150,6 +151,7 @@ class Terminal(Rig):
             return
         self._ends = os.openpty()
         tty.setraw(self._ends[1])
+        tell(self._ends[0], self._listened)
         self.port = os.ttyname(self._ends[1])
         if self._link is not None:
             try:
@@ -178,9 +180,26 @@ class Terminal(Rig):
         now = self._now()
         for due, answer in self.serve(data, now):
             if answer and self._ends:
-                self._computer.sleep(max(0.0, due - (self._computer.monotonic() - self.began)))
+                self._wait_until(due)
                 os.write(self._ends[0], answer)
         self._looked = max(now, self.plant.seconds)
+        self._listen()
+
+    def _wait_until(self, due: float) -> None:
+        while (left := due - (self._computer.monotonic() - self.began)) > 0.0:
+            self._computer.sleep(min(left, SLICE))
+            self._listen()
+
+    def _listen(self) -> None:
+        """Tell the computer how long the servos have listened; answers are out by then.
+
+        Of a time in which this process was kept waiting no more than a slice counts.
+        """
+        now = self._computer.monotonic()
+        self._listened += min(now - self._last, SLICE)
+        self._last = now
+        if self._ends:
+            tell(self._ends[0], self._listened)
 
     def _now(self) -> float:
         """Time since the start [s], less what was not caught up."""

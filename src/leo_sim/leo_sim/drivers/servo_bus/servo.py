@@ -4,14 +4,7 @@
 Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/x/xm430-w210/
 """
 
-from leo_sim.description.servos import (
-    CURRENT_MODE,
-    MODES,
-    PWM_MODE,
-    Register,
-    registers,
-    ServoModel,
-)
+from leo_sim.description.servos import CURRENT_MODE, MODES, PWM_MODE, Register, ServoModel
 
 SIZE = 147  # bytes of the control table that are here
 FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7  # errors in a status
@@ -35,7 +28,7 @@ class Servo:
 
     def __init__(self, number: int, model: ServoModel) -> None:
         self.model = model
-        self._registers = registers(model.family)
+        self._registers = model.registers
         self._memory = bytearray(SIZE)
         for register in self._registers.values():
             self._store(register, register.initial)
@@ -100,7 +93,8 @@ class Servo:
             self.set('goal_position', self.get('present_position'))
             return
         for name in GOALS[:3]:
-            self.set(name, 0)
+            if name in self._registers:
+                self.set(name, 0)
 
     def fail(self, bits: int) -> None:
         """A hardware error: in every status; those in `shutdown` take the torque off."""

@@ -368,6 +368,27 @@ def test_the_verb(rig, capsys, monkeypatch):
     assert main(['check-driver', 'nothing', '--robot', 'pendulum']) == 2
 
 
+def test_the_verb_says_what_servos_are_set_to_and_what_is_not_the_models(
+    rig, capsys, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(base, 'time', CLOCK)
+    text = RIG.read_text().replace('import NotPossible', 'import Findings, NotPossible')
+    found = "Findings({'servo 1': 'P 7'}, ('servo 1: its P',))"
+    file = tmp_path / 'told.py'
+    file.write_text(
+        text.replace(
+            '    def stop(', f'    def findings(self):\n        return {found}\n\n    def stop('
+        )
+    )
+    words = ['check-driver', str(file), '--robot', 'servo_pendulum']
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert 'what it is set to' in said and 'P 7' in said and '\nservo 1: its P\n' in said
+    assert main([*words, '--json']) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer['servos'] == {'servo 1': 'P 7'} and answer['differs'] == ['servo 1: its P']
+
+
 def test_a_replayed_bag_that_cannot_be_switched_is_no_failure():
     class Recorded(SimulatedDriver):
         def set_torque(self, on):

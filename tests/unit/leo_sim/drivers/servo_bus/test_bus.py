@@ -22,7 +22,8 @@ from tests.drivers.clock import Clock
 
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_model, servo_models
-from leo_sim.drivers.base import DriverOptions
+from leo_sim.drivers.base import DriverOptions, TransientFault
+from leo_sim.drivers.listening import answering_time, GONE, told
 from leo_sim.drivers.servo_bus.dynamixel import (
     crc16,
     encoded,
@@ -36,7 +37,7 @@ from leo_sim.drivers.servo_bus.dynamixel import (
 )
 from leo_sim.drivers.servo_bus.feetech import FeetechServo
 from leo_sim.drivers.servo_bus.line import BITS, BROADCAST, Line, Packet, Reader, Trouble
-from leo_sim.drivers.servo_bus.plant import Plant
+from leo_sim.drivers.servo_bus.plant import Plant, SLICE
 from leo_sim.drivers.servo_bus.rig import Terminal
 from leo_sim.drivers.servo_bus.servo import Servo
 from leo_sim.drivers.servo_line import CONFIGURE
@@ -126,9 +127,8 @@ def test_the_registers_are_those_of_robotis_model_files():
             name.strip().lower().replace(' ', '_'): (int(address), int(size))
             for address, size, name in (row.split('\t')[:3] for row in rows if row.strip())
         }
-        ours = {name: (r.address, r.size) for name, r in R.items()}
-        assert {n: at for n, at in ours.items() if n in theirs and theirs[n] != at} == {}
-        assert len(ours.keys() & theirs.keys()) > 20
+        ours = {name: (r.address, r.size) for name, r in model.registers.items()}
+        assert ours.items() <= theirs.items() and not model.lacks & theirs.keys()
 
 
 def test_ping_and_broadcast_ping(port):
@@ -317,6 +317,49 @@ def ask(terminal, theirs, packet):
     os.write(theirs, encoded(packet))
     while terminal.packets == before:
         terminal.step()
+
+
+def test_an_answer_is_late_by_the_time_for_which_the_servos_listened(terminal):
+    terminal, theirs = terminal
+    clock = terminal._computer
+    late = answering_time(theirs, clock)
+    began = late()
+    clock.sleep(0.5 * GONE)
+    assert late() == began, 'a bus that does not run has not been late'
+    terminal.step()
+    assert late() - began == pytest.approx(SLICE, abs=1e-6)
+    terminal._line.trouble.late, terminal._line.trouble.late_by = 1.0, 0.3
+    before, ours = late(), clock.monotonic()
+    ask(terminal, theirs, Packet(1, PING))
+    assert late() - before == pytest.approx(clock.monotonic() - ours, abs=SLICE + 1e-3)
+    assert late() - before > 0.3
+    dead = late()
+    clock.sleep(GONE + 2.0)
+    assert late() - dead == pytest.approx(2.0), 'a dead bus is waited for'
+
+
+def test_a_port_that_is_no_emulated_bus_goes_by_the_wall():
+    ends = os.openpty()
+    try:
+        assert told(ends[1]) == 0.0
+        assert answering_time(ends[1], clock := Clock()) == clock.monotonic
+    finally:
+        for end in ends:
+            os.close(end)
+
+
+def test_a_whole_answer_is_taken_however_late_this_process_looks(rig, port):
+    SDK.txPacket(port, [0xFF, 0xFF, 0xFD, 0, 1, 3, 0, PING, 0, 0])
+    port.setPacketTimeout(14)
+    rig.computer.sleep(1.0)
+    assert SDK.rxPacket(port, False)[1] == COMM_SUCCESS
+
+
+def test_rubbish_without_an_end_ends(rig, port, monkeypatch):
+    port.setPacketTimeout(14)
+    monkeypatch.setattr(port.ser, 'read', lambda size: rig.computer.sleep(0.01) or b'r' * size)
+    with pytest.raises(TransientFault, match='no whole answer'):
+        SDK.rxPacket(port, False)
 
 
 def test_a_cable_out_of_the_computer_is_no_port(terminal):
