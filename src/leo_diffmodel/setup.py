@@ -59,6 +59,7 @@ setup(
             'check = leo_diffmodel.verbs.check:main',
             'next = leo_diffmodel.verbs.next:main',
             'watch = leo_diffmodel.verbs.watch:main',
+            'export = leo_diffmodel.verbs.export:main',
         ],
         'leo.log_formats': [],
     },

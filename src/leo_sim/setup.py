@@ -50,7 +50,6 @@ setup(
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [
             'check-driver = leo_sim.verbs.check_driver:main',
-            'export = leo_sim.verbs.export:main',
             'reveal = leo_sim.verbs.reveal:main',
             'robot = leo_sim.verbs.robot:main',
         ],

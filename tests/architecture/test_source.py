@@ -100,6 +100,7 @@ STAGES = (
     'bags',
     'outside',
     'compare',
+    'exported',
     'faults',
     'explain',
     'check',

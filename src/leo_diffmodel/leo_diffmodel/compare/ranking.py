@@ -74,7 +74,7 @@ def rank(
     models = {name: with_known(model, recordings) for name, model in models.items()}
     recordings = at_one_rate(recordings)
     blocks, states = make_blocks(recordings, []), errors.state_names(models[next(iter(models))])
-    windows, sigma = _data(recordings, models, step, progress)
+    windows, sigma = half_seconds(recordings, models, step, progress)
     windows = _held(windows, blocks, recordings) if fitted else windows
     scored = {}
     for name, model in models.items():
@@ -109,7 +109,7 @@ def _saw(model: Model, recordings: Sequence[Recording]) -> bool:
     return any(recording.sha256 in hashes for recording in recordings)
 
 
-def _data(
+def half_seconds(
     recordings: Sequence[Recording],
     models: Mapping[str, Model],
     step: float | None,
@@ -117,7 +117,7 @@ def _data(
 ) -> tuple[Windows, Array]:
     """Windows of half a second, with the past that any model needs, and the noise (R, 2J).
 
-    The noise is the least that any model leaves.
+    The noise is the least that any model leaves; `progress` hears of each.
 
     Raises:
         UserError: too short for a single window, or rates that no model can follow.

@@ -190,9 +190,9 @@ class Laws:
             joint = self._added(joint, use.at, use.torque(q, dq, motor, load, memory))
         level = self._friction
         for use in self._dry:
-            dry = use.torque(q, dq, motor, load, memory)
+            dry = np.abs(use.torque(q, dq, motor, load, memory))
             level = self._added(0.0 if level is None else level, use.at, dry)
-        return Torques(motor.torque, joint, None if level is None else np.abs(level))
+        return Torques(motor.torque, joint, level)
 
     def _use(self, robot: Robot, number: int, placed: Placed) -> Use:
         names = robot.joint_names

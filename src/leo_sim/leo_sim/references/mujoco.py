@@ -6,8 +6,10 @@ long substeps and differs honestly from the other engines. The laws of the model
 torques of each substep; what falls with speed becomes damping, which MuJoCo takes implicitly.
 """
 
+from collections.abc import Iterator, Sequence
+import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -24,6 +26,28 @@ BASE = 3  # joints of a planar base
 
 IMMOVABLE = 1e4
 """Inertia of the joints of a held base, kg or kg m2; with more the solver ends too early."""
+
+
+class Steps(NamedTuple):
+    """What a robot is given over K intervals.
+
+    Attributes:
+        inputs: V, N m or rad, (K, A).
+        enabled: Motors that are on, booleans (K, A).
+        dt: s, (K,).
+    """
+
+    inputs: Array
+    enabled: Array
+    dt: Array
+
+    def each(self) -> Iterator[tuple[Array, Array, float]]:
+        """One interval after the other."""
+        return zip(self.inputs, self.enabled, self.dt.tolist(), strict=True)
+
+
+Past = tuple[Array, Steps]
+"""Angles, then rates, before each of H intervals, (H, 2 J), and these."""
 
 
 class World:
@@ -87,6 +111,66 @@ class World:
             self._model.pair_solimp[pair] = impedance, impedance, 1.0, 0.5, 1.0
             self._model.pair_solref[pair] = (-impedance * stiffness / mass, -impedance / h)
             self._model.pair_friction[pair] = friction, friction, 0.0, 0.0, 0.0
+
+
+class Played:
+    """The text of an MJCF file as MuJoCo itself moves it, with nothing of ours.
+
+    Joints and actuators are found by their names, which are those of their joints; `qpos` is what
+    the encoders read. A motor that is off is an actuator without gain and bias.
+    """
+
+    def __init__(self, text: str, joints: Sequence[str], actuators: Sequence[str], held: int):
+        try:
+            self._model = mujoco.MjModel.from_xml_string(text)
+        except ValueError as error:
+            raise UserError(f'MuJoCo refuses it: {" ".join(str(error).split())}') from error
+        self._data = mujoco.MjData(self._model)
+        self._at = np.array([self._model.joint(name).qposadr[0] for name in joints])
+        self._base = self._at[:held]
+        self._actuators = np.array([self._model.actuator(name).id for name in actuators])
+        self._gain = self._model.actuator_gainprm.copy()
+        self._bias = self._model.actuator_biasprm.copy()
+        self._rotors = self._model.dof_armature.copy()
+        self._step = self._model.opt.timestep
+
+    def window(self, start: Array, steps: Steps, past: Past | None, held: bool) -> Array:
+        """Angles, then rates, after no step and after each, (K + 1, 2 J), from such a start.
+
+        Args:
+            start: What the encoders read, (2 J,).
+            steps: What the robot is given.
+            past: States and steps before the start, where actuators are slow.
+            held: Whether the base does not move.
+        """
+        mujoco.mj_resetData(self._model, self._data)
+        self._model.dof_armature[:] = self._rotors
+        if held:
+            self._model.dof_armature[self._base] = IMMOVABLE
+        if past is not None and self._model.na:
+            for state, step in zip(past[0], past[1].each(), strict=True):
+                self._put(state)
+                self._advance(*step)
+        self._put(start)
+        rows = [start]
+        for step in steps.each():
+            self._advance(*step)
+            rows.append(np.concatenate([self._data.qpos[self._at], self._data.qvel[self._at]]))
+        return np.array(rows)
+
+    def _put(self, state: Array) -> None:
+        self._data.qpos[self._at], self._data.qvel[self._at] = np.split(state, 2)
+
+    def _advance(self, inputs: Array, enabled: Array, dt: float) -> None:
+        """At the time step of the file, or what is next below it and fits into dt s."""
+        count = max(1, math.ceil(dt / self._step - 1e-6))
+        self._model.opt.timestep = dt / count
+        on = np.ones((self._model.nu, 1))
+        on[self._actuators, 0] = enabled
+        self._model.actuator_gainprm[:] = self._gain * on
+        self._model.actuator_biasprm[:] = self._bias * on
+        self._data.ctrl[self._actuators] = inputs
+        mujoco.mj_step(self._model, self._data, nstep=count)
 
 
 def compiled(path: Path) -> Any:

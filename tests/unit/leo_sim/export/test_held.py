@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What of a model each format holds, and what is said of the rest."""
 
+import numpy as np
 import pytest
 
 from leo_sim.effects import place
-from leo_sim.export.formats import urdf
-from leo_sim.export.held import held
+from leo_sim.export.held import held, SPEAKS
+from leo_sim.export.urdf import urdf
 from leo_sim.model import Model
 
 IN_BOTH = {'viscous_friction': {'b': 0.1}, 'coulomb_friction': {'c': 0.1}, 'link_mass': {'m': 0.1}}
@@ -18,6 +19,12 @@ IN_MJCF = {
     'actuator_lag': {'tau': 0.1},
     'encoder_offset': {'o': 0.1},
 }
+IN_OTHERS = {
+    'URDF': (),
+    'SDF': ('joint_spring', 'back_emf_scale', 'voltage_limit'),
+    'Isaac Lab': ('armature', 'back_emf_scale', 'voltage_limit'),
+}
+"""What of that other formats hold."""
 IN_NONE = {
     'quadratic_drag': {'d': 0.1},
     'torque_ripple': {'a': 0.1, 'n': 3.0},
@@ -49,16 +56,19 @@ def test_in_mjcf(name):
     assert sorted_out(name, (IN_BOTH | IN_MJCF)[name], 'MJCF') == ([name], [])
 
 
-@pytest.mark.parametrize('name', IN_MJCF)
-def test_not_in_urdf(name):
-    kept, lines = sorted_out(name, IN_MJCF[name], 'URDF')
-    assert kept == []
-    assert len(lines) == 1
-    assert 'URDF holds no ' in lines[0]
+@pytest.mark.parametrize('format_name', IN_OTHERS)
+@pytest.mark.parametrize('name', [*IN_BOTH, *IN_MJCF])
+def test_in_the_others(name, format_name):
+    kept, lines = sorted_out(name, (IN_BOTH | IN_MJCF)[name], format_name)
+    if name in IN_BOTH or name in IN_OTHERS[format_name]:
+        assert (kept, lines) == ([name], [])
+    else:
+        assert kept == []
+        assert len(lines) == 1 and f'{format_name} holds no ' in lines[0]
 
 
 @pytest.mark.parametrize('name', IN_NONE)
-@pytest.mark.parametrize('format_name', ['MJCF', 'URDF'])
+@pytest.mark.parametrize('format_name', SPEAKS)
 def test_in_none(name, format_name):
     kept, lines = sorted_out(name, IN_NONE[name], format_name)
     assert kept == []
@@ -100,3 +110,31 @@ def test_what_a_robot_has_beside_its_effects_is_said():
     assert 'motor of pivot, 0.354 N m/A and 3.4 ohm' in lines
     assert "a servo's counts of pivot" in '\n'.join(held(Model('xl330_pendulum'), 'MJCF').left_out)
     assert 'stiffness and damping of the ground' in '\n'.join(held(Model('leo'), 'MJCF').left_out)
+
+
+def test_what_a_format_holds_is_simulated_without_the_rest():
+    whole = Model('servo_pendulum', engine='rigid')
+    offset = place(whole.robot, 'encoder_offset', 'pivot', o=0.3)
+    drives = {}
+    for format_name in SPEAKS:
+        model = held(whole.changed(effects=[offset]), format_name).simulated
+        laws, one = model.laws, np.ones(1)
+        slowed = laws.torques(one, 0 * one, 0 * one, one, None, None).motor
+        slowed = slowed - laws.torques(one, one, one, one, None, None).motor
+        inertia, gravity = float(laws.rotor_inertia[0]), float(model.constants['gravity'])
+        drives[format_name] = inertia > 0, slowed[0] > 0, gravity, len(model.effects)
+    assert drives == {
+        'MJCF': (True, True, 9.81, 1),
+        'URDF': (False, False, 9.81, 1),  # the one that takes the back-EMF off
+        'SDF': (False, True, 9.8, 0),
+        'Isaac Lab': (True, True, 9.81, 0),
+    }
+
+
+def test_friction_of_a_robot_and_of_an_effect_is_one_level():
+    model = Model('so101', engine='rigid')
+    model = model.changed(effects=[place(model.robot, 'coulomb_friction', 'all', c=0.05)])
+    for rate in (-1.0, 0.0, 1.0):
+        still, moving = np.zeros(6), np.full(6, rate)
+        level = model.laws.torques(still, moving, moving, still, None, None).level
+        np.testing.assert_allclose(level, 0.0515 + 0.05)

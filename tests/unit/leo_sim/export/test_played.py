@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from leo_sim.effects import place
-from leo_sim.export.formats import mjcf
 from leo_sim.export.held import held
+from leo_sim.export.mjcf import mjcf
 from leo_sim.model import Model
 from leo_sim.references.mjcf import written
 

@@ -8,8 +8,8 @@ import pytest
 
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
-from leo_sim.export.formats import mjcf
 from leo_sim.export.held import held
+from leo_sim.export.mjcf import mjcf
 from leo_sim.model import Model
 from leo_sim.references.mjcf import written
 from leo_sim.verbs.skeleton.folder import make_folder

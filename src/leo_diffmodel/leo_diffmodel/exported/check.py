@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The error of an exported model on recordings beside that of the model it was made of.
+
+All predict the same windows of half a second from their measured starts: the model; the model
+less what the format does not hold; and where MuJoCo reads the format, MuJoCo with the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import math
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare import errors
+from leo_diffmodel.compare.headline import Figures, Headline, headline
+from leo_diffmodel.compare.known import with_known
+from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.ranking import half_seconds
+from leo_diffmodel.compare.windows import at_one_rate, Windows
+from leo_sim.model import Model
+from leo_sim.references import load_mujoco
+
+if TYPE_CHECKING:
+    from leo_sim.references.mujoco import Past, Played, Steps
+
+STAGES = 3
+OURS, REDUCED, EXPORTED = 'ours', 'reduced', 'exported'
+Array = np.ndarray
+
+
+def check(
+    recordings: Sequence[Recording],
+    model: Model,
+    reduced: Model,
+    mjcf: str | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Errors of a model, of what a format holds of it, and of an exported MJCF in MuJoCo.
+
+    Args:
+        recordings: Bags of the model's robot.
+        model: What was exported.
+        reduced: The same less what the format does not hold.
+        mjcf: The text of the exported file; None for formats that MuJoCo does not read.
+        progress: Called with what comes next, `STAGES` times.
+
+    Returns:
+        seconds, statistic, windows, states [{name, unit}]; of each predictor and of the noise
+        floor its error in each state (`errors`) and over the states of each unit (`by_unit`), None
+        for one without end.
+
+    Raises:
+        UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
+    """
+    played = None if mjcf is None else _played(mjcf, model)
+    model = with_known(model, recordings)
+    recordings = at_one_rate(recordings)
+    windows, sigma = half_seconds(recordings, {model.robot.name: model}, None, progress)
+    progress('predictions')
+    ours = errors.predict_windows(model, windows, sigma)
+    others = {REDUCED: predict(reduced, windows, windows.measured[:, 0])}
+    progress('MuJoCo' if played else 'errors')
+    if played is not None:
+        others[EXPORTED] = np.stack([_window(played, windows, i) for i in range(windows.count)])
+    found = {OURS: ours} | {
+        name: errors.Prediction(windows, states, ours.floor) for name, states in others.items()
+    }
+    head = headline(model.robot, float(np.median(windows.dt.sum(axis=1))))
+    figures = {name: head.figures(p) for name, p in found.items()}
+    return _report(model, windows, head, figures | {'noise_floor': head.floor(ours)})
+
+
+def needs_mujoco() -> Any:
+    """What plays an exported MJCF; UserError: how to install it."""
+    return load_mujoco('--check of an MJCF')
+
+
+def _report(
+    model: Model, windows: Windows, head: Headline, figures: dict[str, Figures]
+) -> dict[str, Any]:
+    states = errors.state_names(model)
+    units = [state['unit'] for state in states]
+    return {
+        'seconds': head.seconds,
+        'statistic': head.statistic,
+        'windows': windows.count,
+        'states': states,
+        'errors': {n: [_finite(x) for x in f[head.statistic]] for n, f in figures.items()},
+        'by_unit': {
+            name: {unit: _finite(x) for unit, x in head.by_unit(f, units).items()}
+            for name, f in figures.items()
+        },
+    }
+
+
+def _finite(error: float) -> float | None:
+    """None for an error without end: a joint that has lost all of its inertia."""
+    return error if math.isfinite(error) else None
+
+
+def _played(mjcf: str, model: Model) -> Played:
+    robot = model.robot
+    motors = [a.joint for a in robot.actuators]
+    held = len(robot.base_joints)
+    played: Played = needs_mujoco().Played(mjcf, robot.joint_names, motors, held)
+    return played
+
+
+def _window(played: Played, windows: Windows, i: int) -> Array:
+    """What the file does in a window, (K + 1, 2 J)."""
+    steps = _steps(windows.inputs[i], windows.enabled[i], windows.dt[i])
+    return played.window(windows.measured[i, 0], steps, _past(windows, i), bool(windows.held[i]))
+
+
+def _past(windows: Windows, i: int) -> Past | None:
+    if windows.history is None:
+        return None
+    q, dq, inputs, enabled, dt = (part[i] for part in windows.history)
+    return np.concatenate([q, dq], axis=-1), _steps(inputs, enabled, dt)
+
+
+def _steps(inputs: Array, enabled: Array, dt: Array) -> Steps:
+    from leo_sim.references.mujoco import Steps
+
+    return Steps(inputs, enabled, dt)

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A model as SDFormat, for Gazebo: its joints' figures and the systems that drive them.
+
+A link's frame is its joint's, placed in its parent's; axes are in the joint's frame. DART, which
+is Gazebo's engine, takes `damping`, `friction` (dry, of one level) and the spring as torques.
+"""
+
+from xml.etree import ElementTree
+
+import numpy as np
+
+from leo_msgs_py.errors import UserError
+from leo_sim.description.joint import Joint
+from leo_sim.description.robot import Robot
+from leo_sim.description.urdf import origin, put_bodies, rpy
+from leo_sim.export.figures import Figures, figures, loop_gains, strengths
+from leo_sim.model.model import Model
+from leo_sim.references.mjcf import added, numbers
+
+VERSION = '1.11'
+WORLD = 'world'
+LEAST_MASS, LEAST_INERTIA = 1e-6, 1e-9
+"""Of links without mass, kg and kg m2: SDFormat gives them 1 kg, and takes no zero."""
+TENSOR = 'ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz'
+SIZES = {'box': ('size',), 'sphere': ('radius',), 'cylinder': ('radius', 'length'), 'mesh': ()}
+FORCE = 'gz-sim-apply-joint-force-system', 'gz::sim::systems::ApplyJointForce'
+SERVO = 'gz-sim-joint-position-controller-system', 'gz::sim::systems::JointPositionController'
+
+
+def sdf(model: Model) -> ElementTree.Element:
+    """A model whose laws SDFormat holds (see `held`); UserError: joints or names it does not."""
+    robot, found = model.robot, figures(model)
+    _check(robot)
+    root = ElementTree.Element('sdf', version=VERSION)
+    top = added(root, 'model', name=robot.name)
+    into = {joint.child: joint for joint in robot.joints}
+    urdf = ElementTree.fromstring(robot.urdf)
+    put_bodies(urdf, {name: b for name, b in found.laws.bodies.items() if b.mass})
+    for link in urdf.findall('link'):
+        _link(top, link, into.get(link.get('name', '')))
+    base = next(j.parent for j in robot.joints if j.parent not in into)
+    fixed = added(top, 'joint', name=f'{base}_in_the_world', type='fixed')
+    _texts(fixed, parent=WORLD, child=_free(base))
+    for joint in robot.joints:
+        _joint(top, joint, robot, found)
+    for i in range(len(robot.actuators)):
+        _system(top, robot, found, i)
+    return root
+
+
+def _check(robot: Robot) -> None:
+    if robot.copies:
+        raise UserError(
+            f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the SDF written here '
+            'does not hold; write a .urdf, which Gazebo reads too'
+        )
+    links, joints = ({part.name for part in parts} for parts in (robot.links, robot.joints))
+    base = next(iter(links - {j.child for j in robot.joints}))
+    for name in sorted(links & (joints | {f'{base}_in_the_world'})):
+        raise UserError(
+            f'{robot.name}: a link and a joint are both named {name!r}, which SDF does not take; '
+            'rename one in the URDF'
+        )
+
+
+def _free(link: str) -> str:
+    """The name of a link; that of the world is taken."""
+    return f'{WORLD}_link' if link == WORLD else link
+
+
+def _link(top: ElementTree.Element, link: ElementTree.Element, joint: Joint | None) -> None:
+    element = added(top, 'link', name=_free(link.get('name', '')))
+    if joint is not None:
+        pose = _pose(element, joint.translation, np.reshape(joint.rotation, (3, 3)))
+        pose.set('relative_to', _free(joint.parent))
+    _inertial(element, link.find('inertial'))
+    for tag in ('visual', 'collision'):
+        for number, shape in enumerate(link.findall(tag)):
+            _shape(element, shape, f'{tag}_{number}')
+
+
+def _inertial(element: ElementTree.Element, inertial: ElementTree.Element | None) -> None:
+    """Figures along the principal axes, as `put_bodies` leaves them."""
+    inside = added(element, 'inertial')
+    mass, moments = LEAST_MASS, dict.fromkeys(TENSOR[:3], repr(LEAST_INERTIA))
+    if inertial is not None:
+        _pose(inside, *origin(inertial))
+        weight, tensor = inertial.find('mass'), inertial.find('inertia')
+        assert weight is not None and tensor is not None
+        mass = float(weight.get('value', 0))
+        moments = {key: tensor.get(key, '0') for key in TENSOR}
+    _texts(inside, mass=repr(mass))
+    _texts(added(inside, 'inertia'), **moments)
+
+
+def _shape(element: ElementTree.Element, shape: ElementTree.Element, name: str) -> None:
+    geometries = shape.find('geometry')
+    found = None if geometries is None else next(iter(geometries), None)
+    if found is None or found.tag not in SIZES:
+        return
+    inside = added(element, shape.tag, name=name)
+    _pose(inside, *origin(shape))
+    geometry = added(added(inside, 'geometry'), found.tag)
+    if found.tag == 'mesh':
+        uri = found.get('filename', '').replace('package://', 'model://', 1)
+        _texts(geometry, uri=uri, scale=found.get('scale', '1 1 1'))
+    else:
+        _texts(geometry, **{key: found.get(key, '0') for key in SIZES[found.tag]})
+
+
+def _joint(top: ElementTree.Element, joint: Joint, robot: Robot, found: Figures) -> None:
+    """Its axis, stops and torques; no limit of its rate, which DART would enforce."""
+    bounded = np.isfinite(joint.limits[0])
+    kind = 'continuous' if joint.kind == 'revolute' and not bounded else joint.kind
+    element = added(top, 'joint', name=joint.name, type=kind)
+    _texts(element, parent=_free(joint.parent), child=_free(joint.child))
+    if joint.kind == 'fixed':
+        return
+    axis = added(element, 'axis')
+    _texts(axis, xyz=numbers(joint.axis))
+    limit, i = added(axis, 'limit'), robot.joint_names.index(joint.name)
+    if bounded:
+        _texts(limit, lower=repr(joint.limits[0]), upper=repr(joint.limits[1]))
+    damping = found.damping[i]
+    if i in robot.actuated:
+        a = robot.actuated.index(i)
+        damping = damping + found.drives.back_emf[a]
+        _texts(limit, effort=repr(float(strengths(robot, found)[a])))
+    figures_of = {
+        'damping': damping,
+        'friction': found.friction[i],
+        'spring_reference': found.rest[i],
+        'spring_stiffness': found.stiffness[i],
+    }
+    _texts(added(axis, 'dynamics'), **{k: repr(float(v)) for k, v in figures_of.items()})
+
+
+def _system(top: ElementTree.Element, robot: Robot, found: Figures, i: int) -> None:
+    """What drives a motor: a position controller, or torques that somebody publishes."""
+    joint, drive = robot.actuators[i].joint, found.drives
+    filename, name = SERVO if robot.input == 'position' else FORCE
+    plugin = added(top, 'plugin', filename=filename, name=name)
+    _texts(plugin, joint_name=joint)
+    if robot.input == 'position':
+        kp, kv = (float(gains[i]) for gains in loop_gains(found))
+        most = float(strengths(robot, found)[i])
+        values = {'p_gain': kp, 'i_gain': 0.0, 'd_gain': kv, 'cmd_max': most, 'cmd_min': -most}
+        _texts(plugin, **{key: repr(value) for key, value in values.items()})
+    elif robot.input == 'voltage':
+        gain = float(drive.gain[i] * drive.scale[i])
+        plugin.append(ElementTree.Comment(f' the command in V x {gain!r} N m/V '))
+
+
+def _pose(
+    element: ElementTree.Element, place: tuple[float, ...], rotation: np.ndarray
+) -> ElementTree.Element:
+    pose = added(element, 'pose')
+    pose.text = numbers((*place, *rpy(rotation)))
+    return pose
+
+
+def _texts(element: ElementTree.Element, **values: str) -> None:
+    """Children that hold a text each."""
+    for tag, text in values.items():
+        added(element, tag).text = text
