@@ -132,6 +132,11 @@ OTHERS = [
     (['play', 'run_nan.csv', *P], ['run_nan.csv line 3', "'nan'"]),
     (['play', 'run_torque.csv', *P], ['run_torque.csv line 3', "'free'", 'on or off']),
     (['play', 'run_unit.csv', *P], ['run_unit.csv', 'pivot [V]']),
+    (
+        ['play', 'run.csv', '--predict', 'pendulum'],
+        ['run.csv was not sent', 'nobody is at a terminal', '--yes'],
+    ),
+    (['play', 'run.csv', *P, '--predict', 'pendulum'], ['--predict', 'sent to the robot']),
     (['play', 'run.csv', '--collect', '5'], ['--collect', 'run file']),
     ([*ADD], ['--from', 'EFFECT']),
     ([*ADD, '--from', 'nothing.json'], ['nothing.json', 'leo explain']),

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run file goes to a robot node and comes back as what was applied."""
 
+import os
 import time
 
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 from tests.patience import PATIENCE
 
 from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.run_file import read_run, write_run
+from leo_diffmodel.next_run.reach import Reach
+from leo_diffmodel.next_run.run_file import read_run, Run, write_run
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_once, spin_until
 from leo_msgs_py.values import Applied
@@ -27,7 +29,11 @@ def periods(heard: list[Applied]) -> np.ndarray:
 
 
 def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
-    (run,) = [r for r in menu(PENDULUM, 2 * np.ones(1), 5.0) if r.name == 'kick and let go']
+    (run,) = [
+        r
+        for r in menu(PENDULUM, Reach.of_levels(2 * np.ones(1)), 5.0)
+        if r.name == 'kick and let go'
+    ]
     path = write_run(tmp_path / 'run.csv', run, PENDULUM)
     heard: list[Applied] = []
     kind, name, _ = topics.APPLIED['voltage']
@@ -39,7 +45,7 @@ def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
     node.create_subscription(kind, name, lambda m: found.append(m.data), qos)
     spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=pendulum', '-p', 'realtime_factor:=0')
     assert spin_until(lambda: bool(found), PATIENCE)
-    player = spawn('-c', PLAY, 'play', str(path))
+    player = spawn('-c', PLAY, 'play', str(path), '--yes')
     end = time.monotonic() + PATIENCE
     while player.poll() is None or not periods(heard).size >= run.count:
         assert time.monotonic() < end, len(heard)
@@ -54,8 +60,32 @@ def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
 
 
 def test_a_run_file_reads_as_it_was_written(tmp_path):
-    for run in menu(PENDULUM, 2 * np.ones(1), 5.0):
+    for run in menu(PENDULUM, Reach.of_levels(2 * np.ones(1)), 5.0):
         again = read_run(write_run(tmp_path / 'run.csv', run, PENDULUM)).run_for(PENDULUM)
         np.testing.assert_allclose(again.inputs, run.inputs, atol=1e-5)
         np.testing.assert_array_equal(again.enabled, run.enabled)
         assert again.name == run.name
+
+
+def test_servos_go_gently_to_where_a_run_begins_once_somebody_agreed(node, spawn, tmp_path):
+    servo = load_robot('xl330_pendulum')
+    run = Run('far', '', np.linspace(0.6, 0.7, 20)[:, None], np.ones(20, bool))
+    path = write_run(tmp_path / 'run.csv', run, servo)
+    heard: list[Applied] = []
+    kind, name, _ = topics.APPLIED['position']
+    node.create_subscription(
+        kind, name, lambda m: heard.append(Applied.from_message(m, 'position')), topics.LOSSLESS
+    )
+    spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=xl330_pendulum', '-p', 'realtime_factor:=0')
+    ours, theirs = os.openpty()
+    for typed, status in ((b'n\n', 1), (b'y\n', 0)):
+        assert not heard, 'sent, though nobody agreed'
+        os.write(ours, typed)
+        player = spawn('-c', PLAY, 'play', str(path), stdin=theirs)
+        assert spin_until(lambda p=player: p.poll() is not None, PATIENCE)
+        assert player.returncode == status
+    assert spin_until(lambda: heard[-1].values[0] == pytest.approx(0.7), PATIENCE)
+    goals = np.array([a.values[0] for a in heard])
+    assert abs(goals[0]) < 0.01, 'from where the servo was'
+    steps = np.abs(np.diff(goals)) / servo.control_period
+    assert steps[: -len(run.inputs)].max() < 0.51 and 0.6 in goals.round(5)

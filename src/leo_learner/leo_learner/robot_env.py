@@ -29,6 +29,10 @@ FIRST_REMINDER = 2.0
 """The first of them comes this soon [s]."""
 
 
+AGAIN = 0.5
+"""A reset that the robot refuses is asked for again after this time [s]."""
+
+
 class Stopped(KeyboardInterrupt):
     """The process was asked to end while the environment waited for the robot."""
 
@@ -66,6 +70,24 @@ class RobotEnv(RobotSpaces):
         self._state = self._at_start()
         return self._begin(_state(self._state)), {}
 
+    def begin_here(self) -> State:
+        """Go on from where the robot is, without a reset: position servos hold it there."""
+        self.heard()
+        self._state = self._latest
+        assert self._state is not None
+        self._begin(_state(self._state))
+        return self.sensed
+
+    def heard(self) -> State:
+        """The state of the robot now: waits for the next one."""
+        self._latest = None
+        return _state(self._found())
+
+    def _found(self) -> JointStates:
+        self._wait(self._robot_there, 'the robot (leo run leo_sim robot)')
+        assert self._latest is not None
+        return self._latest
+
     def step(self, action: np.ndarray) -> Step:
         """Command `action` [V, N m or rad] and wait for the state one control period later."""
         assert self._state is not None, 'reset the environment first'
@@ -80,7 +102,7 @@ class RobotEnv(RobotSpaces):
 
     def _at_start(self) -> JointStates:
         while True:
-            self._wait(self._robot_there, 'the robot (leo run leo_sim robot)')
+            self._found()
             if (state := self._after_reset()) is not None:
                 return state
 
@@ -88,6 +110,10 @@ class RobotEnv(RobotSpaces):
         previous, episode, asked = self._latest, self._episode, time.monotonic()
         answer = self._call_reset()
         if answer is None or not answer.success:
+            if answer is not None:
+                log = self._node.get_logger()
+                log.info(f'waiting for a reset: {answer.message}', throttle_duration_sec=REMIND)
+                self._wait(lambda: False, 'the start pose', limit=AGAIN)
             return None
 
         def arrived() -> bool:

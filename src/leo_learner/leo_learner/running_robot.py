@@ -10,25 +10,31 @@ import shlex
 import sys
 from typing import Any
 
+import numpy as np
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from leo_diffmodel.bags.recorder import Recorder
+from leo_diffmodel.next_run.ramp import from_here
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_diffmodel.nodes.robot_facts import FACTS, facts_of, held_in
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import call, graph, join, running, spin_until
+from leo_msgs_py.node import call, graph, join, listen, running, spin_once, spin_until
+from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot, Robot
+from leo_sim.model import State
 
 FOUND_SECONDS = 10.0
 """How long a robot is looked for."""
 ANSWER_SECONDS = 60.0
 """How long one that is there may take to answer: it may be starting up."""
 PATIENCE = 5.0
+SAID_SECONDS = 0.5
+"""Within this time a robot in real time says where its servos are held [s]."""
 
 
 @contextmanager
@@ -80,6 +86,16 @@ class RunningRobot:
         self.facts['start'] = pose
         self.facts |= held_in(self.facts)
 
+    def wait(self) -> None:
+        """Serve the graph for a moment.
+
+        Raises:
+            Stopped: the process was asked to end.
+        """
+        if not running():
+            raise Stopped
+        spin_once()
+
     def env(self, robot: Robot) -> RobotEnv:
         """The robot as an environment."""
         return RobotEnv(self.node, robot)
@@ -130,16 +146,22 @@ class RobotPlayer:
     def __init__(self, node: Node, env: RobotEnv) -> None:
         self._env = env
         self._torque = node.create_client(*topics.TORQUE)
+        self._held = np.full(len(env.robot.actuators), np.nan)
+        self._told = env.robot.input != 'position'
+        if env.robot.input == 'position':
+            listen(node, topics.APPLIED['position'], self._on_applied)
 
     def play(self, run: Run, on_step: Callable[[], None] = lambda: None) -> bool:
-        """Reset the robot, then send the run; motors are on at 0 in the end, come what may.
+        """Send the run; motors are on at 0 in the end, come what may.
 
+        It begins with a reset. Servos are taken to the first goal instead, from where they are.
         False where the robot was restarted meanwhile.
 
         Raises:
             UserError: the robot does not switch its motors off or on.
         """
-        self._env.reset()
+        if not self._begun(run):
+            return False
         on = True
         try:
             for inputs, wanted in zip(run.inputs, run.enabled, strict=True):
@@ -153,6 +175,33 @@ class RobotPlayer:
         finally:
             if not on and running():
                 self._switch(True)
+
+    def measured(self) -> State:
+        """The state of the robot now."""
+        return self._env.heard()
+
+    def goals(self) -> np.ndarray:
+        """Where the servos are held [rad], (A,); those that are free, where they are."""
+        spin_until(lambda: self._told, SAID_SECONDS)
+        angles = self._env.heard().q[list(self._env.robot.actuated)]
+        return np.where(np.isnan(self._held), angles, self._held)
+
+    def _on_applied(self, message: Any) -> None:
+        applied = Applied.from_message(message, 'position')
+        actuators = [a.joint for a in self._env.robot.actuators]
+        if set(applied.names) == set(actuators):
+            order = [applied.names.index(joint) for joint in actuators]
+            self._held, self._told = applied.nan_where_free[order], True
+
+    def _begun(self, run: Run) -> bool:
+        """Bring the robot to where the run begins; False where it was restarted meanwhile."""
+        if self._env.robot.input != 'position':
+            self._env.reset()
+            return True
+        self._env.begin_here()
+        whole = from_here(run, self.goals(), self._env.robot)
+        lead = whole.inputs[: whole.count - run.count]
+        return not any('lost' in self._env.step(goals)[4] for goals in lead)
 
     def _switch(self, on: bool) -> None:
         request = topics.TORQUE.type.Request(data=on)

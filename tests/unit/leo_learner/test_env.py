@@ -8,6 +8,7 @@ import shutil
 import signal
 import threading
 import time
+from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 from gymnasium.utils.env_checker import check_env
@@ -28,13 +29,14 @@ from leo_learner.learning import learn
 from leo_learner.policy import observation_names, Policy, save_policy
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_learner.rollouts import WatchedEnv
+from leo_learner.running_robot import RobotPlayer
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.values import JointStates
+from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
-from leo_sim.model import Model
+from leo_sim.model import Model, State
 from leo_sim.model.model_file import load_model, save_model
 
 
@@ -356,3 +358,25 @@ def test_joints_may_come_in_any_order_but_must_be_there(monkeypatch):
     monkeypatch.setattr('leo_learner.robot_env.running', lambda: True)
     with pytest.raises(UserError, match=r'joint states of pivot: .*left_knee.* is missing'):
         env.reset()
+
+
+def test_a_robot_that_refuses_a_reset_is_heard(monkeypatch):
+    node = MagicMock()
+    env = RobotEnv(node, Model('pendulum').robot)
+    refusal = SimpleNamespace(success=False, message='pivot is 0.80 off')
+    monkeypatch.setattr(env, '_call_reset', lambda: refusal)
+    monkeypatch.setattr(env, '_wait', lambda *_, **__: True)
+    assert env._after_reset() is None
+    assert 'pivot is 0.80 off' in node.get_logger().info.call_args[0][0]
+
+
+def test_servos_go_on_from_the_goal_that_holds_them_and_free_ones_from_where_they_are(monkeypatch):
+    robot = Model('xl330_pendulum').robot
+    sagged = State(np.array([0.3]), np.zeros(1))
+    monkeypatch.setattr('leo_learner.running_robot.spin_until', lambda *_: True)
+    player = RobotPlayer(MagicMock(), SimpleNamespace(robot=robot, heard=lambda: sagged))
+    assert player.goals() == [0.3]
+    for enabled, goal in ((True, 0.4), (False, 0.3)):
+        applied = Applied(1, ('pivot',), np.array([0.4]), 'position', np.array([enabled]))
+        player._on_applied(applied.to_message())
+        assert player.goals() == [goal]

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.next_run.reach import Reach
 from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.settings import NEXT
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
@@ -21,20 +23,49 @@ SEED = 0
 KICK_SECONDS, SWING_SECONDS = 1.5, 2.5
 SEEDS = (11, 12, 13)
 """Of the figures of each motion; others than those a user takes first."""
-TRIED_SECONDS = 6.0
-"""A motion is simulated so long, and its evidence grown to its length."""
 
 
-def menu(robot: Robot, levels: Array, seconds: float) -> list[Run]:
-    """Runs of `seconds` for one robot; `levels` are its largest inputs [V, N m or rad], (A,)."""
-    time = np.arange(max(1, round(seconds / robot.control_period))) * robot.control_period
-    runs = [
-        _powered(name, about, shape, time, share * levels) for name, about, shape, share in SHAPES
-    ]
-    runs.append(_let_go(time, levels))
-    if len(levels) > 1:
-        runs.append(_in_turn(time, levels))
+def menu(robot: Robot, reach: Reach, seconds: float) -> list[Run]:
+    """Runs of `seconds` for one robot, whose inputs go as far as `reach` says."""
+    course = _Course(robot, reach, seconds)
+    runs = [course.run(name, about, course.shaped(shape, s)) for name, about, shape, s in SHAPES]
+    runs.append(_let_go(course))
+    if len(robot.actuators) > 1:
+        runs.append(_in_turn(course))
     return runs
+
+
+class _Course:
+    """What the runs of a menu have in common.
+
+    Attributes:
+        time: of each control period since the lead-in [s], (N,).
+        around: the inputs that a run goes around, lead-in first, (L + N, A).
+        size: how far it goes either way, (A,).
+    """
+
+    def __init__(self, robot: Robot, reach: Reach, seconds: float) -> None:
+        period = robot.control_period
+        count = max(1, round(seconds / period))
+        lead = reach.lead(robot)
+        self.time = np.arange(max(1, count - len(lead))) * period
+        self.around = np.vstack([lead, np.tile(reach.centre, (len(self.time), 1))])
+        self.size = reach.size
+
+    def shaped(self, shape: Shape, share: float = 1.0) -> Array:
+        """A shape drawn for every actuator, to a share of the size, (N, A)."""
+        drawn = [shape(self.time, np.random.default_rng([SEED, a])) for a in range(len(self.size))]
+        return share * np.stack(drawn, axis=-1) if drawn else np.zeros((len(self.time), 0))
+
+    def run(self, name: str, about: str, signals: Array, enabled: Array | None = None) -> Run:
+        """A run of signals (N, A) in shares of the size, with motors on as said, (N,)."""
+        lead = len(self.around) - len(self.time)
+        whole = np.vstack([np.zeros((lead, len(self.size))), signals])
+        on = np.ones(len(whole), dtype=bool)
+        if enabled is not None:
+            on[lead:] = enabled
+            whole = whole * on[:, None]
+        return Run(name, about, self.around + self.size * whole, on, around=self.around)
 
 
 def steps(hold: float) -> Shape:
@@ -42,25 +73,18 @@ def steps(hold: float) -> Shape:
     return lambda time, rng: _held(time, hold, lambda n: rng.uniform(-1, 1, n))
 
 
-def _powered(name: str, about: str, shape: Shape, time: Array, levels: Array) -> Run:
-    signals = [shape(time, np.random.default_rng([SEED, a])) for a in range(len(levels))]
-    inputs = levels * np.stack(signals, axis=-1) if signals else np.zeros((len(time), 0))
-    return Run(name, about, inputs, np.ones(len(time), dtype=bool))
-
-
-def _let_go(time: Array, levels: Array) -> Run:
+def _let_go(course: _Course) -> Run:
     about = f'random steps for {KICK_SECONDS} s, then motors off for {SWING_SECONDS} s, and again'
-    run = _powered('kick and let go', about, steps(0.3), time, levels)
-    enabled = time % (KICK_SECONDS + SWING_SECONDS) < KICK_SECONDS
-    return Run(run.name, run.about, run.inputs * enabled[:, None], enabled)
+    enabled = course.time % (KICK_SECONDS + SWING_SECONDS) < KICK_SECONDS
+    return course.run('kick and let go', about, course.shaped(steps(0.3)), enabled)
 
 
-def _in_turn(time: Array, levels: Array) -> Run:
-    about = 'random steps on one motor, the others at 0, in turn'
-    run = _powered('one joint at a time', about, steps(0.3), time, levels)
-    turn = np.floor(len(levels) * time / (time[-1] + 1e-9)).astype(int)
-    mine = turn[:, None] == np.arange(len(levels))
-    return Run(run.name, run.about, run.inputs * mine, run.enabled)
+def _in_turn(course: _Course) -> Run:
+    about = 'random steps on one motor, the others at rest, in turn'
+    count, time = len(course.size), course.time
+    turn = np.floor(count * time / (time[-1] + 1e-9)).astype(int)
+    mine = turn[:, None] == np.arange(count)
+    return course.run('one joint at a time', about, mine * course.shaped(steps(0.3)))
 
 
 def _held(time: Array, hold: float, draw: Callable[[int], Array]) -> Array:
@@ -111,7 +135,7 @@ def _one_way(time: Array, rng: np.random.Generator) -> Array:
 
 def _pulses(time: Array, rng: np.random.Generator) -> Array:
     sizes = _held(time, 0.8, lambda n: rng.uniform(0.5, 1, n) * rng.choice([-1, 1], n))
-    return np.where(time % 0.8 < 0.1 - 1e-9, sizes, 0.0)  # 0 V brakes
+    return np.where(time % 0.8 < 0.1 - 1e-9, sizes, 0.0)  # 0 V brakes, a servo goes back
 
 
 SHAPES: tuple[tuple[str, str, Shape, float], ...] = (
@@ -129,7 +153,7 @@ SHAPES: tuple[tuple[str, str, Shape, float], ...] = (
     ('chirp', 'one sine from 0.1 to 4 Hz', _chirp, 1.0),
     ('stairs', 'constant inputs of 2 s: rest in several poses', _stairs, 1.0),
     ('one way', 'steps of one sign, then of the other', _one_way, 1.0),
-    ('pulses', 'pulses of 0.1 s with 0.7 s at 0 between', _pulses, 1.0),
+    ('pulses', 'pulses of 0.1 s with 0.7 s at rest between', _pulses, 1.0),
 )
 
 
@@ -154,7 +178,7 @@ class MotionRun:
     @property
     def times(self) -> float:
         """How many times as long it is as what is simulated of it."""
-        return max(1.0, self.seconds / TRIED_SECONDS)
+        return max(1.0, self.seconds / NEXT.tried_seconds)
 
     @property
     def command(self) -> str:
@@ -162,16 +186,16 @@ class MotionRun:
         return f'play {self.motion} --seed {self.seed} --seconds {self.seconds:g}'
 
 
-def walker_menu(robot: Robot, levels: Array, seconds: float) -> list[Run | MotionRun]:
+def walker_menu(robot: Robot, reach: Reach, seconds: float) -> list[Run | MotionRun]:
     """Runs of `seconds` for a robot with a floating base: none of them makes it fall at once.
 
-    `levels` are the largest inputs where the base is held, (A,).
+    `reach` says how far the inputs go where the base is held.
     """
     hung = [
         replace(run, name=f'{pose}: {run.name}', start=pose)
         for pose, is_held in ((n, p.held) for n, p in robot.start_poses.items())
         if is_held
-        for run in menu(robot, levels, seconds)
+        for run in menu(robot, reach.beginning(robot, pose), seconds)
     ]
     motions = [MotionRun(m, s, seconds) for m in MOTIONS if _can(robot, m) for s in SEEDS]
     return [*hung, *motions]
@@ -192,7 +216,7 @@ def performed(run: MotionRun, model: Model, period: float) -> tuple[Episode, ...
     dt = robot.control_period / repeat
     routine, track = Routine(robot, run.motion, run.seed), _Track(dt)
     state = model.start(routine.start, rng)
-    for _ in range(round(min(run.seconds, TRIED_SECONDS) / robot.control_period)):
+    for _ in range(round(min(run.seconds, NEXT.tried_seconds) / robot.control_period)):
         volts = routine.volts(*model.sense(state))
         if volts is None:
             track.cut()

@@ -17,16 +17,19 @@ from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
+from leo_diffmodel.next_run.possible import of_answers, of_explanation
 from leo_diffmodel.next_run.questions import fit_all, Fitted, questions
+from leo_diffmodel.next_run.reach import Seen, seen
 from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.safety import tamed
 from leo_diffmodel.next_run.separate import is_shown, separable, shown
-from leo_diffmodel.next_run.simulate import danger, Seen, seen, simulate, tamed
+from leo_diffmodel.next_run.settings import NEXT
+from leo_diffmodel.next_run.simulate import simulate
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
-LEAST_USEFUL = 1.0
 
 
 @dataclass(frozen=True)
@@ -120,20 +123,22 @@ def propose(
     before = seen(recordings, period)
     model = fast_enough(model, cut(recordings, errors.step_seconds(recordings)))
     make = walker_menu if model.robot.base_joints else menu
-    runs = tamed(make(model.robot, before.allowed(model.robot), seconds), model, before)
+    runs = make(model.robot, before.allowed(model.robot), seconds)
     asked = questions(answer, Facts.of(model.robot, recordings))
     if asked:
         fitted = fit_all(recordings, model, asked, extra, progress)
-        points, nats, unsafe = _parted(fitted, model, runs, before, progress)
+        progress('making the menu safe')
+        runs, unsafe = tamed(runs, of_answers(fitted, model), before)
+        points, nats = _parted(fitted, model, runs, before, progress)
         return _ranked('separate', points, nats, runs, unsafe, model)
     blind = [f'{row["name"]}:{row["where"]}' for row in answer['not_testable']]
     blind = [label for label in blind if label not in nowhere(model)]
     if not blind:
         return Proposal('nothing', (), (), (), model.robot.name)
+    runs, unsafe = tamed(runs, of_explanation(answer, model), before)
     tracks = simulate(runs, model, period)
     sigma = noise.estimate(model, short).max(axis=0)
     nats = shown(model, tracks, period, sigma, blind, extra)
-    unsafe = [danger(r, t, model.robot, before) for r, t in zip(runs, tracks, strict=True)]
     return _ranked('show', blind, nats, runs, unsafe, model)
 
 
@@ -143,21 +148,15 @@ def _parted(
     runs: Sequence[Run | MotionRun],
     before: Seen,
     progress: Callable[[str], None],
-) -> tuple[list[str], Array, list[str | None]]:
-    """Pairs of hypotheses, the least nats either way for each run, and which runs are unsafe."""
+) -> tuple[list[str], Array]:
+    """Pairs of hypotheses, and the least nats either way for each run."""
     points: list[str] = []
     columns: list[Array] = []
-    unsafe: list[str | None] = [None] * len(runs)
     for question in fitted:
         tracks = []
         for choice, fit in zip(question.question.choices, question.fits, strict=True):
             progress(f'running the menu with {choice}')
-            made = simulate(runs, fit.hypothesis.model(model, fit.theta), before.period)
-            tracks.append(made)
-            unsafe = [
-                d or danger(r, t, model.robot, before)
-                for d, r, t in zip(unsafe, runs, made, strict=True)
-            ]
+            tracks.append(simulate(runs, fit.hypothesis.model(model, fit.theta), before.period))
         for i, j in question.question.pairs:
             both = [
                 separable(model, tracks[a], before.period, question.sigma, question.fits[b])
@@ -165,7 +164,7 @@ def _parted(
             ]
             points.append(f'{question.question.choices[i]} | {question.question.choices[j]}')
             columns.append(np.min(both, axis=0))
-    return points, np.stack(columns, axis=1), unsafe
+    return points, np.stack(columns, axis=1)
 
 
 def _ranked(
@@ -180,7 +179,7 @@ def _ranked(
     nats = nats * np.array([run.times for run in runs])[:, None]
     safe = np.array([u is None for u in unsafe])
     most = np.where(safe[:, None], nats, 0.0).max(axis=0)
-    useful = is_shown(most) if aim == 'show' else most > LEAST_USEFUL
+    useful = is_shown(most) if aim == 'show' else most > NEXT.least_useful
     kept = np.flatnonzero(useful).tolist()
     options = [
         Option(r, tuple(float(n) for n in nats[i, kept]), unsafe[i]) for i, r in enumerate(runs)

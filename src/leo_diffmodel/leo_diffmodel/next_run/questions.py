@@ -25,13 +25,12 @@ from leo_diffmodel.explain.problem.pose import pose, Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.next_run.settings import NEXT
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOST_CHOICES = 5
-MOST_ON_GROUND = 80
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ def _in_its_place(row: dict, answer: dict[str, Any]) -> list[dict]:
 def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Question]:
     labels, out = [_label(row) for row in rows], []
     for row, label, rivals in zip(rows, labels, close, strict=True):
-        nearest = sorted(rivals, key=lambda c: c['separable_nats'])[: MOST_CHOICES - 1]
+        nearest = sorted(rivals, key=lambda c: c['separable_nats'])[: NEXT.most_choices - 1]
         choices = [row, *nearest]
         pairs = tuple(
             (i, j)
@@ -192,7 +191,7 @@ def _label(row: dict[str, Any]) -> str:
 def linearised(posed: Posed) -> tuple[Posed, float]:
     """Some of the windows, settled and all open to the fit, and which share of all they are."""
     count = posed.problem.windows.count
-    some = np.linspace(0, count - 1, min(MOST_ON_GROUND, count)).astype(int)
+    some = np.linspace(0, count - 1, min(NEXT.fitted_on_ground, count)).astype(int)
     posed = standing(posed.take(some))
     problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
     return replace(posed, problem=problem), problem.windows.count / count

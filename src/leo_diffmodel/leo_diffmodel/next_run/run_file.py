@@ -11,14 +11,15 @@
     1.50,0.000,off
 
 A row holds from its time to that of the next; the last row ends the run. `torque` (on or off,
-default on) frees the motors.
+default on) frees the motors. Of a robot that takes goals the inputs are goals [rad], and the run
+begins at the first of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from pathlib import Path
 
@@ -114,7 +115,9 @@ def write_run(path: Path, run: Run, robot: Robot) -> Path:
         *([f'# start: {run.start}'] if run.start else ()),
         ','.join(['time [s]', *names, 'torque']),
     ]
-    ends = np.vstack([run.inputs, np.zeros((1, run.inputs.shape[1]))])
+    # a servo stays at its last goal; a motor ends at 0
+    end = run.inputs[-1:] if robot.input == 'position' else np.zeros_like(run.inputs[-1:])
+    ends = np.vstack([run.inputs, end])
     for k, row in enumerate(ends):
         on = 'on' if k == run.count or run.enabled[k] else 'off'
         time = f'{k * robot.control_period:.6g}'
@@ -212,6 +215,7 @@ class Run:
         inputs: of each control period [V, N m or rad], shape (N, A).
         enabled: motors on (False: free, no current) in each period, shape (N,).
         start: pose of the robot that it begins in; '' takes the one the robot starts in.
+        around: inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently.
     """
 
     name: str
@@ -219,6 +223,11 @@ class Run:
     inputs: Array
     enabled: Array
     start: str = ''
+    around: Array | float = 0.0
+
+    def milder(self, shares: Array) -> Run:
+        """The run with a share of its size on each actuator, shape (A,)."""
+        return replace(self, inputs=self.around + shares * (self.inputs - self.around))
 
     @property
     def times(self) -> float:

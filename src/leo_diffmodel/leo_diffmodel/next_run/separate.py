@@ -20,17 +20,15 @@ from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.pose import window_seconds
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Grids, SETTINGS, settings_for
+from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOST_WINDOWS, ROUNDS = 40, 4
-MOST_ON_GROUND = 20
-"""Windows of each run on the ground."""
 
 
 def windows_of(
-    runs: Sequence[Recording], period: float, grids: Grids, most: int = MOST_WINDOWS
+    runs: Sequence[Recording], period: float, grids: Grids, most: int = NEXT.most_windows
 ) -> tuple[Windows, Array]:
     """Short windows of every run, some of each, and how many each of them stands for.
 
@@ -86,7 +84,7 @@ def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: floa
     Windows that say more have as much less say in where that is.
     """
     step, heard, found = np.zeros(by_theta.shape[-1]), weight, np.inf
-    for _ in range(ROUNDS if np.isfinite(most) else 1):
+    for _ in range(NEXT.rounds if np.isfinite(most) else 1):
         step = _best(rest, by_theta, heard, prior)
         each = _nats(rest, by_theta, step)
         total = float(weight @ np.minimum(each, most)) + 0.5 * float(step @ prior @ step)
@@ -130,7 +128,7 @@ def shown(
     on_ground = bool(model.robot.contacts)
     settings = settings_for(model.robot)
     windows, weight = windows_of(
-        runs, period, settings.grids, MOST_ON_GROUND if on_ground else MOST_WINDOWS
+        runs, period, settings.grids, NEXT.windows_on_ground if on_ground else NEXT.most_windows
     )
     out = []
     for run in range(len(runs)):

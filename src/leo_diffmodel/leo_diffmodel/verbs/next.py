@@ -19,6 +19,7 @@ from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect
+from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ def main(argv: list[str]) -> int:
     run = found.best and found.best.run
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
     motion = run.command if isinstance(run, MotionRun) else None
-    play = shlex.join(['play', str(file)]) if file else motion
+    predicted = predict_words(arguments.model, model)
+    play = shlex.join(['play', str(file), *predicted]) if file else motion
     if arguments.json:
         chosen = {'file': str(file) if file else None, 'play': play}
         print(json.dumps(found.to_json() | chosen))
@@ -66,6 +68,11 @@ def main(argv: list[str]) -> int:
         if play:
             print(f'next: leo {play} --bag BAG    (on the robot; BAG is to be written)')
     return 0 if found.best or found.aim == 'nothing' else 1
+
+
+def predict_words(ref: str, model: Model) -> list[str]:
+    """The options with which `leo play` predicts a run by this model; none for a named robot."""
+    return [] if ref == model.robot.name else ['--predict', ref, *effect_words(model.effects)]
 
 
 def check_driven(model: Model) -> None:

@@ -11,15 +11,9 @@ from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
-from leo_learner.verbs.play_scripted import (
-    is_motion,
-    motion_text,
-    play_motion,
-    play_run,
-    playing,
-    run_text,
-    unknown,
-)
+from leo_learner.verbs.play_run import play_run, run_text
+from leo_learner.verbs.play_scripted import is_motion, motion_text, play_motion, unknown
+from leo_learner.verbs.playing import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
@@ -38,7 +32,7 @@ EXAMPLES = """\
   leo play runs/ideal/policy.safetensors --model leo --difference run/difference-001.safetensors
   leo play runs/ideal/policy.safetensors                 (on the robot: leo run leo_sim robot)
   leo play runs/ideal/policy.safetensors --collect 5000  (with noise, to record a rollout)
-  leo play next_run.csv --bag bags/next                  (the run that leo next proposed)
+  leo play next_run.csv --bag bags/next                  (the run of leo next; shows it and asks)
   leo play swinging --seconds 6 --bag bags/hang          (a motion on the robot, recorded)
   leo play stepping --seed 3 --model leo --bag ideal     (a motion on a model)"""
 
@@ -72,6 +66,14 @@ def main(argv: list[str]) -> int:
         metavar='DIR',
         help='write what it did to a bag: what M did, and without --model what '
         'the ideal robot did under a policy, or the running one otherwise',
+    )
+    parser.add_argument(
+        '--yes', action='store_true', help='send a run file without asking, unless it hits a stop'
+    )
+    parser.add_argument(
+        '--predict',
+        metavar='M',
+        help='model file for the dry run of a run file before it is sent (the robot it names)',
     )
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
     parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
@@ -109,6 +111,8 @@ def _check(options: Any) -> None:
         raise UserError(f'{options.bag} exists; choose another folder for --bag')
     if options.difference and (run or motion):
         raise UserError('leo play: --difference watches a policy; give one')
+    if options.predict and (options.model or not run):
+        raise UserError('leo play: --predict is for a run file that is sent to the robot')
     if options.collect and run:
         raise UserError('leo play: --collect takes a policy; a run file is played as it is')
 

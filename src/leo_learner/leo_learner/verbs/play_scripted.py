@@ -1,110 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `leo play` plays that is no policy: a run file, or the scripted motion of a walker."""
+"""The scripted motions of a walker, as `leo play` performs them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
-
-from leo_diffmodel.next_run.run_file import read_run, Run
-from leo_msgs_py.console import Terminal
+from leo_learner.verbs.playing import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import typed
-from leo_sim.model import Model
 from leo_sim.task.motions import MOTIONS, Routine
 
 SECONDS = 10.0
-
-
-@contextmanager
-def playing(steps: int) -> Iterator[Callable[[], None]]:
-    """A bar with the time left, on stderr; what it yields is called after each of the steps."""
-    console = Terminal(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task('playing', total=steps)
-        yield lambda: bar.advance(task)
-
-
-def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    """Send a run file `--episodes` times, to the robot or to `--model`.
-
-    Raises:
-        UserError: a wrong file, or one made for another robot.
-    """
-    from leo_sim.model.model_file import load_model
-
-    file = read_run(options.policy)
-    if not (options.model or file.robot):
-        raise UserError(f'{options.policy} names no robot; add a line "# robot: NAME"')
-    model = load_model(options.model or file.robot)
-    try:
-        run = file.run_for(model.robot)
-    except UserError as error:
-        raise UserError(f'{options.policy}: {error}') from error
-    result = {
-        'run': str(options.policy),
-        'name': run.name,
-        'on': options.model or 'the robot',
-        'seconds': run.count * model.robot.control_period,
-    }
-    player = _on_model if options.model else _on_robot
-    return result | player(run, model, options, ros_args)
-
-
-def run_text(result: dict[str, Any]) -> str:
-    """What was played, in words."""
-    if not result['complete']:
-        return 'the robot was restarted meanwhile: only part of the run was played; play it again'
-    played = f'"{result["name"]}" played on {result["on"]}: {result["seconds"]:.1f} s'
-    if 'ranges' not in result:
-        wrote = f'wrote {result["bag"]}\n' if 'bag' in result else ''
-        return f'{played}\n{wrote}next: leo explain with the bag before and the new one together'
-    ranges = [f'{name} {low:.3g} … {high:.3g}' for name, (low, high) in result['ranges'].items()]
-    return '\n'.join([played, *ranges])
-
-
-def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, Any]:
-    import numpy as np
-
-    state, rows = model.start(run.start or 'nominal', np.random.default_rng(0)), []
-    with playing(run.count) as step:
-        for inputs, on in zip(run.inputs, run.enabled, strict=True):
-            enabled = np.full(len(inputs), on)
-            state = model.step(state, inputs, model.robot.control_period, enabled=enabled)
-            rows.append(np.concatenate(model.sense(state)))
-            step()
-    seen = np.array(rows)
-    joints = model.robot.joint_names
-    names = [f'{j} [rad]' for j in joints] + [f'{j} [rad/s]' for j in joints]
-    spans = zip(names, seen.min(axis=0), seen.max(axis=0), strict=True)
-    return {'complete': True, 'ranges': {n: [float(a), float(b)] for n, a, b in spans}}
-
-
-def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.running_robot import RobotPlayer, running_robot
-
-    with running_robot(ros_args) as running:
-        if run.start or options.bag:
-            _make_ready(running, run, options.policy)
-        player = RobotPlayer(running.node, running.env(model.robot))
-        with running.recorded(options.bag), playing(run.count * options.episodes) as step:
-            complete = all(player.play(run, step) for _ in range(options.episodes))
-    return {'complete': complete} | ({'bag': str(options.bag)} if options.bag else {})
-
-
-def _make_ready(running: Any, run: Run, file: Path) -> None:
-    robot = running.ask()
-    if run.start and run.start not in robot.start_poses:
-        raise UserError(f'{file} begins in {run.start!r}; the robot {robot.name} has no such pose')
-    if run.start:
-        running.put(run.start)
 
 
 def is_motion(name: str) -> bool:

@@ -8,9 +8,11 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.next_run.menu import MotionRun, performed, walker_menu
 from leo_diffmodel.next_run.proposal import Proposal
+from leo_diffmodel.next_run.reach import Reach, Seen
 from leo_diffmodel.next_run.run_file import read_run, write_run
+from leo_diffmodel.next_run.safety import tamed
 from leo_diffmodel.next_run.separate import separable
-from leo_diffmodel.next_run.simulate import danger, Seen, simulate
+from leo_diffmodel.next_run.simulate import simulate
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -18,7 +20,7 @@ from leo_sim.model import Model
 
 LEO = load_robot('leo')
 MODEL = Model(LEO, engine='rigid', scheme='search')
-MENU = walker_menu(LEO, 0.4 * LEO.limits, 3.0)
+MENU = walker_menu(LEO, Reach.of_levels(0.4 * LEO.limits), 3.0)
 SIGMA = np.repeat((1e-3, 0.05), 9)
 PERIOD = 0.01
 
@@ -76,11 +78,11 @@ def test_evidence_against_a_wrong_model_only_and_no_window_says_too_much():
 
 
 def test_a_motion_is_safe_where_an_open_loop_run_is_not():
-    slow = Seen(LEO.limits, np.full(9, 1e-3), np.zeros(9), np.zeros(9), PERIOD)
+    still = Seen(-LEO.limits, LEO.limits, np.full(9, 1e-3), np.zeros(9), np.zeros(9), PERIOD)
     runs = [named('hanging: sines, small'), named('swinging')]
-    hung, swung = simulate(runs, MODEL, PERIOD)
-    assert 'rad/s' in str(danger(runs[0], hung, LEO, slow))
-    assert danger(runs[1], swung, LEO, slow) is None
+    (mild, motion), (hung, swung) = tamed(runs, [MODEL], still)
+    assert 'rad/s' in str(hung) and mild.name == 'hanging: sines, small, gentle'
+    assert swung is None and motion is runs[1]
 
 
 def test_a_walker_without_a_run_has_no_best_one():

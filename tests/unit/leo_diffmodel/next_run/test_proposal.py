@@ -14,8 +14,10 @@ from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.proposal import Proposal, propose
 from leo_diffmodel.next_run.questions import fit_labels, Question, questions
+from leo_diffmodel.next_run.reach import Reach, seen
 from leo_diffmodel.next_run.run_file import read_run, Run, write_run
-from leo_diffmodel.next_run.simulate import seen, simulate, too_far
+from leo_diffmodel.next_run.safety import too_far
+from leo_diffmodel.next_run.simulate import simulate
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -87,7 +89,7 @@ def test_what_is_the_same_only_while_motors_are_on_is_a_question():
 def test_every_run_of_the_menu_stays_within_the_levels(robot):
     robot = load_robot(robot)
     levels = 0.5 * robot.limits
-    runs = menu(robot, levels, 12.0)
+    runs = menu(robot, Reach.of_levels(levels), 12.0)
     assert len({r.name for r in runs}) == len(runs) >= 14
     for run in runs:
         assert run.inputs.shape == (round(12 / robot.control_period), len(levels))
@@ -105,7 +107,7 @@ def test_a_run_that_is_faster_than_anything_seen_is_not_safe():
 
 
 def test_a_simulated_run_is_what_the_model_does():
-    (run,) = [r for r in menu(PENDULUM, np.ones(1), 4.0) if not r.enabled.all()]
+    (run,) = [r for r in menu(PENDULUM, Reach.of_levels(np.ones(1)), 4.0) if not r.enabled.all()]
     (track,) = simulate([run], MODEL, DT)
     (episode,) = track.episodes
     state = MODEL.start('nominal', np.random.default_rng(0))

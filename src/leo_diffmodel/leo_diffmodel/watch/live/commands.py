@@ -25,6 +25,8 @@ NOWHERE = 'start leo watch with -o DIR to record there'
 STARTING = 'the recorder is starting'
 OPEN = 15.0
 """How long a question waits for its answer [s]."""
+YES = '--yes'
+"""The page has asked; `leo play` need not."""
 TOO_LATE = 'the question has expired: nothing was sent; ask again'
 
 
@@ -186,7 +188,7 @@ class Sending(Command):
             raise UserError(TOO_LATE)
         self._output = TemporaryFile('w+', encoding='utf-8', errors='replace')  # noqa: SIM115
         self._sent, self._began, self._stopped = run, self._now(), False
-        self._run(run.words, self._output)
+        self._run([*run.words, YES], self._output)
 
     def stop(self) -> None:
         """Have the player end; the robot goes to 0 by its own time-out."""

@@ -11,7 +11,7 @@ from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.next_run.menu import TRIED_SECONDS
+from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.next_run import NextRun, Plan
@@ -26,7 +26,7 @@ NO_LINES: dict[str, list] = {'ts': [], 'us': [], 'colour': [], 'joint': []}
 ON_ROBOT = 'on the robot, recorded'
 NOTE = (
     'Motion as the model with what was named predicts it, of a scripted motion the first '
-    f'{TRIED_SECONDS:g} s. Gaps: the motors are off, or the robot is put up again.'
+    f'{NEXT.tried_seconds:g} s. Gaps: the motors are off, or the robot is put up again.'
 )
 
 

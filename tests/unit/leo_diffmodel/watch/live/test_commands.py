@@ -95,3 +95,12 @@ def test_before_the_first_recording_there_is_no_folder(tmp_path):
     switch = RecordingSwitch(tmp_path / 'out')
     assert switch.possible and not switch.on and not switch.size
     assert switch.words == 'nothing is recorded' and not (tmp_path / 'out').exists()
+
+
+def test_the_page_has_asked_so_play_need_not(monkeypatch):
+    given = []
+    monkeypatch.setattr(Sending, '_run', lambda self, words, output: given.extend(words))
+    sending = Sending()
+    sending.ask(Sent(('play', 'run.csv'), 'steps', 2.0))
+    sending.yes()
+    assert given == ['play', 'run.csv', '--yes']

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model predicts of a run before it is sent: ranges, speeds, and what it might hit."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.next_run.ramp import from_here
+from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.settings import NEXT
+from leo_diffmodel.next_run.simulate import from_states, start_of
+from leo_sim.description.robot import Robot
+from leo_sim.model import Model
+from leo_sim.model.state import State
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Travel:
+    """What one joint does.
+
+    Attributes:
+        joint: its name.
+        unit: of its angle, 'rad' or 'm'.
+        low, high: where it goes.
+        stops: where it ends; None on a side without a stop.
+        fastest: its largest speed [unit/s].
+        inputs: lowest and highest input; None for a joint without a motor.
+    """
+
+    joint: str
+    unit: str
+    low: float
+    high: float
+    stops: tuple[float | None, float | None]
+    fastest: float
+    inputs: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """A run as a model predicts it.
+
+    Attributes:
+        travels: of each joint that the run moves, in the robot's order.
+        hits: what it runs into, in sentences, first things first.
+        first: how long servos take to its first goal [s].
+        seconds: how long the run itself takes [s].
+        finite: whether the model predicts a motion at all.
+    """
+
+    travels: tuple[Travel, ...]
+    hits: tuple[str, ...]
+    first: float
+    seconds: float
+    finite: bool = True
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+
+def dry_run(
+    run: Run, model: Model, measured: State | None = None, goals: Array | None = None
+) -> DryRun:
+    """Predict a run, from a measured state or else from where it begins.
+
+    Servos are held at `goals`, (A,); where these are not given they are held where they are.
+
+    Raises:
+        UserError: the measured state is none that the model can be in.
+    """
+    robot, start = model.robot, start_of(run, model)
+    whole = run
+    if measured is not None:
+        start = model.state_from(measured.q, measured.dq)
+        here = measured.q[list(robot.actuated)] if goals is None else goals
+        whole = from_here(run, here, robot)
+    held = bool(robot.start_poses[run.start or 'nominal'].held)
+    (track,) = from_states([whole], model, 1.0 / robot.state_rate, [start], held)
+    (episode,) = track.episodes
+    finite = bool(np.isfinite(episode.q).all() and np.isfinite(episode.dq).all())
+    period = robot.control_period
+    return DryRun(
+        _travels(robot, episode),
+        tuple(said for _, said in sorted(_hits(model, episode, held))) if finite else (),
+        period * (whole.count - run.count),
+        period * run.count,
+        finite,
+    )
+
+
+def _travels(robot: Robot, episode: Episode) -> tuple[Travel, ...]:
+    stops = {joint.name: joint.limits for joint in robot.joints}
+    driven = {a.joint: k for k, a in enumerate(robot.actuators)}
+    out = []
+    for j, name in enumerate(robot.joint_names):
+        q, dq, k = episode.q[:, j], episode.dq[:, j], driven.get(name)
+        given = None if k is None else episode.inputs[:, k]
+        unit = 'm' if name in robot.slides else 'rad'
+        low, high = (float(s) if np.isfinite(s) else None for s in stops[name])
+        inputs = None if given is None else (float(given.min()), float(given.max()))
+        most = float(np.abs(dq).max())
+        out.append(Travel(name, unit, float(q.min()), float(q.max()), (low, high), most, inputs))
+    return tuple(out)
+
+
+def _hits(model: Model, episode: Episode, held: bool) -> list[tuple[float, str]]:
+    """When, and a sentence."""
+    return [*_stops(model.robot, episode), *_ground(model, episode, held)]
+
+
+def _stops(robot: Robot, episode: Episode) -> list[tuple[float, str]]:
+    """Stops that joints come to from elsewhere; those of a walker are part of its days."""
+    if robot.base_joints:
+        return []
+    stops, out = {joint.name: joint.limits for joint in robot.joints}, []
+    for j, name in enumerate(robot.joint_names):
+        low, high = stops[name]
+        off = np.minimum(episode.q[:, j] - low, high - episode.q[:, j])
+        clear = np.flatnonzero(off > NEXT.clear)
+        at = np.flatnonzero(off < NEXT.touch)
+        if clear.size and (at := at[at > clear[0]]).size:
+            t = float(episode.t[at[0]])
+            out.append((t, f'{name} runs into its stop at {t:.1f} s'))
+    return out
+
+
+def _ground(model: Model, episode: Episode, held: bool) -> list[tuple[float, str]]:
+    """What touches the ground: anything of a robot that hangs, all but the feet of another."""
+    robot = model.robot
+    watched = [c.name for c in robot.contacts if held or c.link not in robot.feet]
+    if not watched:
+        return []
+    every = max(1, round(robot.control_period * robot.state_rate))
+    first: dict[str, float] = {}
+    for k in range(0, len(episode.t), every):
+        forces = model.contact_forces(State(episode.q[k], episode.dq[k]))
+        for name in watched:
+            if forces[name] > 0:
+                first.setdefault(name, float(episode.t[k]))
+    return [(t, f'{name} touches the ground at {t:.1f} s') for name, t in first.items()]

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a robot has been through, and how far from that a run may take it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.next_run.ramp import approach, gentle_speeds
+from leo_diffmodel.next_run.settings import NEXT
+from leo_sim.description.robot import Robot
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Where the inputs of a run may go [V, N m or rad], each (A,).
+
+    Attributes:
+        low, high: lowest and highest input.
+        rest: the input that leaves the robot where it begins: 0 V or N m, or the goal there.
+    """
+
+    low: Array
+    high: Array
+    rest: Array
+
+    @property
+    def centre(self) -> Array:
+        """What a run goes around."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def size(self) -> Array:
+        """How far it goes either way."""
+        return 0.5 * (self.high - self.low)
+
+    @classmethod
+    def of_levels(cls, levels: Array) -> Reach:
+        """Inputs up to these levels [V or N m] either way, (A,)."""
+        return cls(-levels, levels, np.zeros_like(levels))
+
+    def beginning(self, robot: Robot, pose: str) -> Reach:
+        """The same of a run that begins in another start pose."""
+        at_rest = rest_goals(robot, pose) if robot.input == 'position' else self.rest
+        return replace(self, rest=at_rest)
+
+    def lead(self, robot: Robot) -> Array:
+        """The inputs with which a run begins, (N, A): from `rest` to `centre` where they differ.
+
+        None for volts and torques: a motor has no place to be brought to.
+        """
+        if robot.input != 'position':
+            return np.zeros((0, len(self.rest)))
+        return approach(self.rest, self.centre, robot)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the robot has been through already.
+
+    Attributes:
+        least, most: lowest and highest input on each actuator [V, N m or rad], shape (A,).
+        speed: largest speed of each joint [rad/s], shape (J,).
+        low, high: angles of each joint [rad], shape (J,).
+        period: time from state to state [s].
+    """
+
+    least: Array
+    most: Array
+    speed: Array
+    low: Array
+    high: Array
+    period: float
+
+    def allowed(self, robot: Robot) -> Reach:
+        """Inputs a run may use: a quarter more than seen, and within the limits."""
+        if robot.input == 'position':
+            return self._goals(robot)
+        levels = NEXT.more_input * np.maximum(np.abs(self.least), np.abs(self.most))
+        least = NEXT.least_level * robot.limits
+        return Reach.of_levels(np.minimum(robot.limits, np.maximum(levels, least)))
+
+    def speeds(self, robot: Robot) -> Array:
+        """How fast a run may make each joint [rad/s], (J,); a servo may always go gently."""
+        usual = self.speed.copy()
+        if robot.input == 'position':
+            driven = list(robot.actuated)
+            usual[driven] = np.maximum(usual[driven], gentle_speeds(robot))
+        return NEXT.more_speed * usual
+
+    def _goals(self, robot: Robot) -> Reach:
+        """Around the middle of the goals seen, moved off the ends of what a joint may reach."""
+        lowest, highest = robot.bounds
+        margin = NEXT.margin * (highest - lowest)
+        low, high = lowest + margin, highest - margin
+        wanted = np.maximum(
+            NEXT.more_input * (self.most - self.least), NEXT.least_goals * (highest - lowest)
+        )
+        size = 0.5 * np.minimum(wanted, high - low)
+        centre = np.clip(0.5 * (self.least + self.most), low + size, high - size)
+        return Reach(centre - size, centre + size, rest_goals(robot))
+
+
+def rest_goals(robot: Robot, pose: str = 'nominal') -> Array:
+    """The goals at which a robot of servos stays in a start pose, (A,)."""
+    angles = robot.start_poses[pose].angles
+    at = [np.mean(angles.get(a.joint, 0.0)) for a in robot.actuators]
+    return np.clip(at, *robot.bounds)
+
+
+def seen(recordings: Sequence[Recording], period: float) -> Seen:
+    """The ranges of the bags; a servo that is free counts as one whose goal is where it is."""
+    episodes = [e for r in recordings for e in r.episodes]
+    inputs = [_inputs(r, e) for r in recordings for e in r.episodes]
+    least = np.min([u.min(axis=0, initial=np.inf) for u in inputs], axis=0)
+    most = np.max([u.max(axis=0, initial=-np.inf) for u in inputs], axis=0)
+    speed = np.max([np.abs(e.dq).max(axis=0) for e in episodes], axis=0)
+    low = np.min([e.q.min(axis=0) for e in episodes], axis=0)
+    high = np.max([e.q.max(axis=0) for e in episodes], axis=0)
+    return Seen(least, most, speed, low, high, period)
+
+
+def _inputs(recording: Recording, episode: Episode) -> Array:
+    free = np.zeros_like(episode.inputs)
+    if recording.input == 'position':
+        free = episode.q[:, [recording.joints.index(a) for a in recording.actuators]]
+    return np.where(episode.enabled, episode.inputs, free)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a predicted run stays within what is safe, and milder runs where it does not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.next_run.menu import MotionRun
+from leo_diffmodel.next_run.reach import Seen
+from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.settings import NEXT
+from leo_diffmodel.next_run.simulate import simulate
+from leo_sim.description.robot import Robot
+from leo_sim.model import Model
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class TooFar:
+    """What is not safe in a run: which joints go too far, (J,), and of one of them how."""
+
+    joints: Array
+    why: str
+
+
+def tamed(
+    runs: Sequence[Run | MotionRun], models: Sequence[Model], before: Seen
+) -> tuple[list[Run | MotionRun], list[str | None]]:
+    """The runs, milder where any of the models predicts that they go too far.
+
+    A scripted motion steers, and falls by intent: it is taken as it is.
+
+    Returns:
+        The runs, and why one may not be sent however mild it is, or None.
+    """
+    robot, mild = models[0].robot, list(runs)
+    unsafe: list[str | None] = [None] * len(runs)
+    wild = [i for i, run in enumerate(runs) if isinstance(run, Run)]
+    for tries in range(NEXT.most_taming + 1):
+        found = _wild(mild, wild, models, before)
+        unsafe = [found[i].why if i in found else None for i in range(len(runs))]
+        wild = list(found)
+        if not wild or tries == NEXT.most_taming:
+            break
+        for i, wrong in found.items():
+            if isinstance(run := mild[i], Run):
+                mild[i] = run.milder(_shares(robot, wrong))
+    return [_named(new, old) for new, old in zip(mild, runs, strict=True)], unsafe
+
+
+def _wild(
+    runs: Sequence[Run | MotionRun], asked: Sequence[int], models: Sequence[Model], before: Seen
+) -> dict[int, TooFar]:
+    """What is wrong with some of the runs under the first model that finds anything."""
+    found: dict[int, TooFar] = {}
+    for model in models:
+        left = [i for i in asked if i not in found]
+        for i, track in zip(
+            left, simulate([runs[i] for i in left], model, before.period), strict=True
+        ):
+            if wrong := too_far(track, model.robot, before):
+                found[i] = wrong
+    return found
+
+
+def _shares(robot: Robot, wrong: TooFar) -> Array:
+    """How much smaller a run becomes, (A,): each servo by itself, motors all together."""
+    theirs = wrong.joints[list(robot.actuated)]
+    alone = robot.input == 'position' and theirs.any()
+    return np.where(theirs if alone else True, NEXT.taming, 1.0)
+
+
+def _named(new: Run | MotionRun, old: Run | MotionRun) -> Run | MotionRun:
+    if new is old or not isinstance(new, Run):
+        return new
+    return replace(new, name=f'{old.name}, gentle')
+
+
+def too_far(recording: Recording, robot: Robot, before: Seen) -> TooFar | None:
+    """What is not safe in a predicted run, or None."""
+    (episode,) = recording.episodes
+    if not (np.isfinite(episode.q).all() and np.isfinite(episode.dq).all()):
+        return TooFar(np.ones(len(robot.joint_names), bool), 'the model predicts no finite motion')
+    low, high = room(robot, episode.q[0], before)
+    peak, fastest = np.abs(episode.dq).max(axis=0), before.speeds(robot)
+    fast = peak > fastest
+    near = (episode.q.min(axis=0) < low) | (episode.q.max(axis=0) > high)
+    if not (fast | near).any():
+        return None
+    j = int(np.argmax(fast | near))
+    name = robot.joint_names[j]
+    rate = 'm/s' if name in robot.slides else 'rad/s'
+    seen = f'{before.speed[j]:.3g} were seen'
+    why = f'{name} would reach {peak[j]:.3g} {rate}, {seen}' if fast[j] else _close(robot, name)
+    return TooFar(fast | near, why)
+
+
+def _close(robot: Robot, name: str) -> str:
+    if robot.base_joints:
+        return f'{name} would go beyond its stop'
+    return f'{name} would come within {100 * NEXT.margin:.0f} % of its range of its stop'
+
+
+def room(robot: Robot, start: Array, before: Seen) -> tuple[Array, Array]:
+    """Lowest and highest angle [rad] that a run may take each joint to, (J,).
+
+    A margin off its stops, or where it begins if that is nearer to one. The stops of a walker are
+    part of its days: it may go to them, and as far as it was seen beyond.
+    """
+    stops = {joint.name: joint.limits for joint in robot.joints}
+    low, high = np.array([stops[name] for name in robot.joint_names]).T
+    if robot.base_joints:
+        give = NEXT.touch
+        return np.minimum(low, before.low) - give, np.maximum(high, before.high) + give
+    margin = NEXT.margin * np.where(np.isfinite(high - low), high - low, 0.0)
+    return np.minimum(low + margin, start), np.maximum(high - margin, start)
