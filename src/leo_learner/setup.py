@@ -42,7 +42,8 @@ setup(
     entry_points={
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [
-            f'{verb} = leo_learner.verbs.{verb}:main' for verb in ('demo', 'learn', 'play')
+            f'{verb} = leo_learner.verbs.{verb}:main'
+            for verb in ('datasheet', 'demo', 'learn', 'play')
         ],
     },
     zip_safe=False,

@@ -46,7 +46,7 @@ def collect(
     null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
     found = replace(found, null=null, final=final)
     law = law and law.completed(own)
-    windows = validation_windows(recordings, found, model)
+    windows = validation_windows(recordings, found.posed, found.final, model)
     held = HeldOut(found.problem, model, windows, tuple(own))
     held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
     unknown = _unknown(recordings, law, held) if law else None

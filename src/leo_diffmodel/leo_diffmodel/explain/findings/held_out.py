@@ -17,8 +17,8 @@ from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.select.search import Search
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
@@ -26,18 +26,20 @@ Array = np.ndarray
 Values = tuple[tuple[str, ...], bytes]
 
 
-def validation_windows(recordings: Sequence[Recording], found: Search, model: Model) -> Windows:
+def validation_windows(
+    recordings: Sequence[Recording], posed: Posed, fitted: Fit, model: Model
+) -> Windows:
     """Windows of validation data, as long as the longest horizon that fits.
 
     That is the longest of which there are enough, or else the shortest. They keep what was before
-    them where the explained model has a memory, such as a delay that was named.
+    them where the fitted model has a memory, such as a delay that was named.
     """
-    remembering = errors.has_memory(found.final.hypothesis.model(model, found.final.theta))
-    problem = found.problem
+    remembering = errors.has_memory(fitted.hypothesis.model(model, fitted.theta))
+    problem = posed.problem
     numerics, chosen = problem.numerics, problem.windows.take(problem.judged)
     shortest = numerics.longer * float(chosen.dt[0].sum())
     for seconds in (s for s in problem.grids.horizon_seconds if s > shortest):
-        windows = held_out(recordings, found.posed.blocks, model, seconds, remembering)
+        windows = held_out(recordings, posed.blocks, model, seconds, remembering)
         chosen = windows if windows and windows.count else chosen
         if windows and windows.count >= numerics.held_windows:
             break

@@ -195,7 +195,7 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     """
     if not _parts(scored) <= {s.names for s in sets}:
         return False
-    parts = [s for s in sets if s.size < scored.size and _holds(scored, s)]
+    parts = [s for s in sets if s.size < scored.size and holds(scored, s)]
     fewer = [s for s in sets if len(s.names) < len(scored.names)]
     return all(weight.supports(s, scored, limit) for s in parts) and all(
         weight.saves(s, scored, limit) and weight.tells_apart(s, scored) for s in fewer
@@ -206,7 +206,7 @@ def _parts(scored: Scored) -> set[Names]:
     return {scored.names - {c} for c in scored.names}
 
 
-def _holds(larger: Scored, smaller: Scored) -> bool:
+def holds(larger: Scored, smaller: Scored) -> bool:
     """Whether each effect of a set is in another one, itself or as part of a wider law there."""
     return all(any(c == d or widens(d, c) for d in larger.names) for c in smaller.names)
 

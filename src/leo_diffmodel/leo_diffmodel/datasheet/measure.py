@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From recordings of a motor to all that its data sheet says, by fits and predictions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.known import with_known
+from leo_diffmodel.compare.sizes import inertia_scale
+from leo_diffmodel.datasheet.ladder import added, better, climb, Ladder
+from leo_diffmodel.datasheet.settings import COMMON, FIGURES, FINER, FRICTION, THE_SAME, TIMES
+from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
+from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.usable import Cut, Logged
+from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.select.search import estimator
+from leo_diffmodel.explain.settings import settings_for
+from leo_msgs_py.console import Reporter
+from leo_msgs_py.errors import UserError
+from leo_sim.common.names import nearest
+from leo_sim.description.robot import Constant, Robot
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+RECORD = 'record the motion that leo datasheet --motion writes'
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A motor's recordings, fitted.
+
+    Attributes:
+        model: whose constants of the motor were open.
+        posed: the windows.
+        ladder: the friction laws.
+        final: the chosen law, fitted once more with a finer integration step.
+        alone: the chosen law with each effect that a scan finds worth a fit, and whether that
+            surely predicts better.
+        held: windows that no fit was made on.
+        notes: what is wrong with the log, and what of it was left out.
+    """
+
+    model: Model
+    joint: str
+    posed: Posed
+    ladder: Ladder
+    final: Fit
+    alone: tuple[tuple[Scored, bool], ...]
+    held: HeldOut
+    notes: tuple[str, ...]
+
+
+def measure(
+    recordings: Sequence[Recording],
+    model: Model,
+    joint: str,
+    extra: Sequence[Effect] = (),
+    progress: Callable[[str], None] = lambda _: None,
+) -> Measured:
+    """Fit the constants of the motor at a joint, its friction, and what else it does.
+
+    The motor's constants are open, whatever the model says of them; arm and load are known.
+
+    Raises:
+        UserError: no such motor, a log with faults, or too little data or motion.
+    """
+    model = opened(with_known(model, recordings), joint)
+    helper.prepare(climb, not any(e.source for e in extra))
+    data, notes = _usable(recordings, model)
+    posed, heard = _posed(data, model), Reporter.of(progress)
+    fits = estimator(posed, model)
+    pool = [
+        limited(c, model, posed.problem.grids)
+        for c in seen(model, data, extra)
+        if is_of_motor(c, joint, model.robot)
+    ]
+    rich = _rich(fits, pool, heard)
+    friction = {c.effect.name: c for c in pool if c.effect.name in FRICTION}
+    ladder = climb(fits, rich, friction, heard)
+    _, best = ladder.chosen
+    rest = [c for c in pool if c.effect.name not in FRICTION and c not in best.names]
+    alone = ladder.alone(fits, rest, heard)
+    windows = validation_windows(data, posed, best.fit, model)
+    held = HeldOut(posed.problem, model, windows)
+    final = _finer(posed.problem, best.fit)
+    heard('the last fit', STEPS.end)
+    return Measured(model, joint, posed, ladder, final, tuple(alone), held, tuple(notes))
+
+
+def opened(model: Model, joint: str) -> Model:
+    """The model with the constants of the motor at a joint uncertain.
+
+    Raises:
+        UserError: no motor is there, or the robot walks.
+    """
+    robot, names = model.robot, [a.joint for a in model.robot.actuators]
+    if robot.contacts:
+        raise UserError(f'{robot.name} touches the ground; a data sheet is of a motor on a bench')
+    if joint not in names:
+        hint = nearest(joint, names)
+        raise UserError(
+            f'{robot.name} has no motor at {joint!r}{hint}; motors: {", ".join(names)}'
+        )
+    paths = (f'actuators.{joint}.{figure}' for figure in FIGURES)
+    known = [robot.constants[path] for path in paths if path in robot.constants]
+    changed = {c.path: _open(c, robot) for c in known if c.uncertain is None}
+    return model.changed(robot=robot.with_constants(changed))
+
+
+def _open(constant: Constant, robot: Robot) -> Constant:
+    low, high = constant.value / TIMES, constant.value * TIMES
+    if constant.path.endswith('rotor_inertia'):  # 0 in a file that does not say
+        low, high = 0.0, max(high, inertia_scale(robot))
+    return replace(constant, uncertain=(low, high))
+
+
+def is_of_motor(candidate: Candidate, joint: str, robot: Robot) -> bool:
+    """Whether an effect is of the motor, gear or sensor at a joint, and no open constant."""
+    effect = candidate.effect
+    same = THE_SAME if robot.has_motor_law else THE_SAME[-1:]
+    here = candidate.where == joint or (candidate.where == 'all' and effect.late)
+    return here and effect.hook not in ('body', 'ground') and effect.name not in same
+
+
+def _usable(recordings: Sequence[Recording], model: Model) -> tuple[list[Recording], list[str]]:
+    log = Logged.of(recordings, (), model, mend=False, by_torques=True)
+    if log.in_the_way:
+        raise UserError('. '.join(log.answer))
+    cut = Cut.of(log.recordings, (), settings_for(model.robot), model)
+    return cut.thinned[0], [*(f.what for f in log.faults), *cut.notes]
+
+
+def _posed(data: Sequence[Recording], model: Model) -> Posed:
+    try:
+        posed = pose(data, (), model)
+    except ValueError as error:
+        raise UserError(f'{error}; {RECORD}') from error
+    if reason := untestable(posed.problem):
+        raise UserError(f'{reason}; {RECORD}')
+    return posed
+
+
+def _finer(problem: Problem, fitted: Fit) -> Fit:
+    base = problem.base.changed(integration_step=FINER * problem.base.integration_step)
+    finer = replace(problem, base=base, rough_step=None)
+    return fit(finer, fitted.hypothesis, fitted.theta, fitted.start, thorough=True)
+
+
+def _rich(fits: Estimator, pool: Sequence[Candidate], heard: Progress) -> Estimate:
+    """Friction of every common kind, and each other effect that surely predicts better then."""
+    problem, named = fits.posed.problem, {c.effect.name: c for c in pool}
+    at = fits.first(Hypothesis(constants=uncertain(problem.base, problem.trained)))
+    for name in COMMON:
+        at = added(fits, at, named[name], heard) if name in named else at
+    at = fits.finished(at, [at.fit.hypothesis.neutral])
+    heard('friction of any kind', STEPS.end)
+    rest = [c for c in pool if c.effect.name not in FRICTION]
+    while wider := better(fits, at, rest, heard):
+        at = wider
+        rest = [c for c in rest if c not in at.names]
+    return at

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A data sheet as one page: its tables, and the torque that each friction law would explain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.noise import HISTORY
+from leo_diffmodel.compare.torque import estimate, supposed, trusted, window_seconds
+from leo_diffmodel.compare.windows import cut, spread_out
+from leo_diffmodel.datasheet.measure import Measured
+from leo_diffmodel.datasheet.words import errors_in_words, figures, friction, values_of
+from leo_diffmodel.report.page import render, Section
+from leo_diffmodel.report.sections import missing, origin
+from leo_diffmodel.report.text import nats, source
+from leo_msgs_py.whole_file import write_whole
+
+MOST_WINDOWS = 1500
+"""That torques are estimated in."""
+USUAL = 'Coulomb, viscous'
+"""The law that most simulators have, drawn beside the chosen one."""
+
+
+def write_sheet(
+    path: Path, data: Mapping[str, Any], found: Measured, recordings: Sequence[Recording]
+) -> None:
+    """Write the page of a datasheet.json, whole or not at all."""
+    sections = [
+        _tables(data),
+        _torque(found, recordings),
+        origin.section(data['provenance'], recordings, data['seconds']),
+    ]
+    title = f'{data["robot"]}, motor at {data["joint"]}: data sheet'
+    write_whole(path, render(title, source(recordings), sections))
+
+
+def _tables(data: Mapping[str, Any]) -> Section:
+    rows = [
+        {
+            **rung,
+            'shown': values_of(rung['effects']),
+            'errors': errors_in_words(rung['error']),
+            'behind': nats(rung['behind_nats']),
+        }
+        for rung in data['ladder']
+    ]
+    error, names = data['error'], ('name', 'value', 'note')
+    values = {
+        'figures': [dict(zip(names, row, strict=True)) for row in figures(data)],
+        'notes': data['notes'],
+        'friction': friction(data),
+        'error': error['figure'],
+        'noise': errors_in_words(error['noise']),
+        'ladder': rows,
+    }
+    return Section('datasheet.html', values)
+
+
+def _torque(found: Measured, recordings: Sequence[Recording]) -> Section:
+    """The torque that the motor without friction lacks, and what the laws make of it."""
+    windows = cut(recordings, window_seconds(recordings), history=HISTORY)
+    sigma, rungs = found.posed.problem.sigma, found.ladder.rungs
+    bare = found.held.model(found.ladder.without)
+    measured = trusted(estimate(bare, spread_out(windows, MOST_WINDOWS), sigma), bare)
+    good = [found.ladder.chosen[0].name, *(r.name for r in found.ladder.rivals)]
+    curves = {
+        rung.name: supposed(bare, found.held.model(s.fit), measured.windows, sigma).torque
+        for rung, s in rungs
+        if rung.name in (*good, USUAL)
+    }
+    return missing.section(measured, found.model.robot, curves)

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A data sheet as datasheet.json has it (docs/datasheet.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from leo_diffmodel.compare import errors
+from leo_diffmodel.datasheet.measure import Measured
+from leo_diffmodel.datasheet.settings import FRICTION, Rung, TOGETHER, UNTOLD
+from leo_diffmodel.explain.estimate.fitted import constant_rows, effect_row, Fit, unexplained
+from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.select.evidence import Scored
+
+GIVEN = ('supply', 'limit', 'position_gain', 'rate_gain', 'resolution', 'goal_rate', 'efficiency')
+"""Figures of robot.yaml that a sheet repeats, and does not measure."""
+
+
+def sheet(found: Measured) -> dict[str, Any]:
+    """All of it in plain values."""
+    rung, final = found.ladder.chosen[0], found.final
+    headline = found.held.headline
+    return {
+        'robot': found.model.robot.name,
+        'joint': found.joint,
+        'constants': constant_rows(final),
+        'given': dict(_given(found)),
+        'friction': {
+            'law': rung.name,
+            'rivals': [r.name for r in found.ladder.rivals],
+            'effects': [effect_row(final, i) for i in _friction(final)],
+        },
+        'ladder': [_rung(found, r, s) for r, s in found.ladder.rungs],
+        'others': [effect_row(final, i) for i in _others(final)],
+        'not_needed': [_alone(s, better) for s, better in found.alone],
+        'not_known': list(_not_known(final)),
+        'error': {
+            'figure': headline.words,
+            'noise': headline.by_unit(headline.floor(found.held.predict(final)), _units(found)),
+            'chi2_ratio': unexplained(final),
+        },
+        'notes': list(found.notes),
+    }
+
+
+def _given(found: Measured) -> Iterator[tuple[str, dict[str, Any]]]:
+    """What is taken as it is: figures of the motor that are not open, and the load."""
+    robot, values = found.model.robot, found.model.constants
+    links = [f'links.{joint.child}.mass' for joint in robot.joints if joint.name == found.joint]
+    for path in (*(f'actuators.{found.joint}.{figure}' for figure in GIVEN), *links):
+        constant = robot.constants.get(path)
+        if constant and constant.uncertain is None and values[path]:
+            yield path, {'value': float(values[path]), 'unit': constant.unit}
+
+
+def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
+    """A law with its values, its held-out error, and how it compares with the chosen one."""
+    ladder, fitted = found.ladder, scored.fit
+    _, best = ladder.chosen
+    certificate = fitted.certificate
+    return {
+        'law': rung.name,
+        'effects': [effect_row(fitted, i) for i in _friction(fitted)],
+        'constants': constant_rows(fitted),
+        'error': found.held.headline.by_unit(found.held.figures(fitted), _units(found)),
+        'behind_nats': ladder.weight.ahead(best, scored),
+        'verdict': ladder.verdict(scored),
+        'converged': certificate is not None and certificate.converged,
+    }
+
+
+def _alone(scored: Scored, better: bool) -> dict[str, Any]:
+    """An effect that the chosen law does without: the most it can be, or that it may be there."""
+    fitted = scored.fit
+    last = len(fitted.hypothesis.candidates) - 1
+    return {**effect_row(fitted, last), 'predicts_better': better}
+
+
+def _not_known(fitted: Fit) -> Iterator[dict[str, Any]]:
+    """Values with too wide an interval, and what they can be exchanged with."""
+    names, errors_of = _names(fitted), fitted.standard_errors
+    scale = np.where(errors_of > 0, errors_of, 1.0)
+    alike = fitted.covariance / np.outer(scale, scale) - np.eye(len(scale))
+    for i, name in enumerate(names):
+        low, high = fitted.ci95(i)
+        wide = high - low > 2 * UNTOLD * abs(float(fitted.theta[i]))
+        if not wide or name.startswith('sensors.'):
+            continue
+        other = int(np.argmax(np.abs(alike[i])))
+        traded = abs(alike[i, other]) > TOGETHER
+        yield {
+            'name': name,
+            'ci95': [low, high],
+            'exchanged_with': names[other] if traded else None,
+        }
+
+
+def _names(fitted: Fit) -> list[str]:
+    hypothesis = fitted.hypothesis
+    effects = [f'{c.label} {p.name}' for c in hypothesis.candidates for p in c.parameters]
+    return [*effects, *(c.label for c in hypothesis.constants)]
+
+
+def _friction(fitted: Fit) -> list[int]:
+    return [i for i, c in enumerate(fitted.hypothesis.candidates) if _is_friction(c)]
+
+
+def _others(fitted: Fit) -> list[int]:
+    return [i for i, c in enumerate(fitted.hypothesis.candidates) if not _is_friction(c)]
+
+
+def _is_friction(candidate: Candidate) -> bool:
+    return candidate.effect.name in FRICTION
+
+
+def _units(found: Measured) -> list[str]:
+    return [state['unit'] for state in errors.state_names(found.model)]

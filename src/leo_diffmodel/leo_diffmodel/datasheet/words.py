@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A data sheet in words, for the terminal and the page, and several of them side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from leo_diffmodel.report.text import estimate, estimates, label, quantity
+
+Data = Mapping[str, Any]
+
+
+def figures(data: Data) -> list[tuple[str, str, str]]:
+    """Name, value and note of everything but the friction: constants first, then what it does."""
+    traded = {row['name']: _unknown(row) for row in data['not_known']}
+    rows = [(p, estimate(c), traded.get(p, '')) for p, c in data['constants'].items()]
+    rows += [
+        (f'{label(row)} {name}', estimate(p), traded.get(f'{label(row)} {name}', ''))
+        for row in data['others']
+        for name, p in row['parameters'].items()
+    ]
+    rows += [_not_needed(row) for row in data['not_needed']]
+    given = data['given'].items()
+    return rows + [(path, quantity(r['value'], r['unit']), 'as given') for path, r in given]
+
+
+def _unknown(row: Data) -> str:
+    other = row['exchanged_with']
+    return f'not known: goes with {other}' if other else 'not known by these data'
+
+
+def _not_needed(row: Data) -> tuple[str, str, str]:
+    values = ', '.join(estimates(row['parameters']))
+    note = 'perhaps: predicts better' if row['predicts_better'] else 'not needed'
+    return label(row), values, note
+
+
+def friction(data: Data) -> str:
+    """The law that the data ask for, its values, and what is as good."""
+    chosen = data['friction']
+    values = '; '.join(values_of(chosen['effects'])) or 'no friction beyond the robot file'
+    rivals = [
+        f'{r["law"]} ({r["verdict"]})' for r in data['ladder'] if r['law'] in chosen['rivals']
+    ]
+    also = f' These data do not rule out: {", ".join(rivals)}.' if rivals else ''
+    return f'{chosen["law"]}: {values}.{also}'
+
+
+def values_of(effects: Sequence[Data]) -> list[str]:
+    """Each parameter of some effects, with the effect's name before it."""
+    return [f'{e["name"]} {text}' for e in effects for text in estimates(e['parameters'])]
+
+
+def errors_in_words(errors: Mapping[str, float]) -> str:
+    """Errors of each unit."""
+    return ', '.join(quantity(value, unit, 2) for unit, value in errors.items())
+
+
+def beside(sheets: Sequence[Data]) -> Iterator[list[str]]:
+    """Rows of several sheets: a figure's name and its value in each."""
+    columns = [dict(_compared(data)) for data in sheets]
+    for name in dict.fromkeys(name for column in columns for name in column):
+        yield [name, *(column.get(name, '–') for column in columns)]
+
+
+def _compared(data: Data) -> Iterator[tuple[str, str]]:
+    yield from ((path, estimate(row)) for path, row in data['constants'].items())
+    yield 'friction law', data['friction']['law']
+    for row in [*data['friction']['effects'], *data['others']]:
+        for name, p in row['parameters'].items():
+            yield f'{label(row)} {name}', estimate(p)
+    chosen = next(r for r in data['ladder'] if r['verdict'] == 'chosen')
+    yield data['error']['figure'], errors_in_words(chosen['error'])

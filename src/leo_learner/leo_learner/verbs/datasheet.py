@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo datasheet`: the figures of a motor on the bench, from a standard motion or from bags."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+import time
+from typing import Any
+
+from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.compare.known import provenance
+from leo_diffmodel.next_run.run_file import write_run
+from leo_diffmodel.verbs import common
+from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.errors import UserError
+from leo_msgs_py.terminal import leo
+from leo_msgs_py.verbs.common import Parser, ros_args_apart
+from leo_sim.effects.consent import add_effect_argument
+from leo_sim.model import Model
+
+EXAMPLES = """\
+  leo datasheet --model xl330_pendulum -o unit1       (drives the running robot for 75 s)
+  leo datasheet bags/unit1 --model xl330_pendulum -o unit1
+  leo datasheet bags/light bags/heavy --model bench.yaml -o unit1   (two loads)
+  leo datasheet --model so101 --joint elbow_flex --motion elbow.csv (then leo play elbow.csv)
+  leo datasheet unit1/datasheet.json unit2/datasheet.json           (side by side)"""
+
+
+def main(argv: list[str]) -> int:
+    """Print a data sheet; exit status 0, or 1 where not every figure is known."""
+    words, ros_args = ros_args_apart(argv)
+    options = _parser().parse_args(words)
+    if options.inputs and all(Path(name).suffix == '.json' for name in options.inputs):
+        return _beside(options)
+    if options.model is None:
+        raise UserError('leo datasheet: --model names the robot, a folder or a model file')
+    model = common.load(options)
+    joint = _joint(options.joint, model)
+    if options.motion:
+        return _motion(options, model, joint)
+    folder = common.fresh_folder(options.output)
+    if not options.inputs:
+        options.inputs = [str(_played(options, model, joint, folder, ros_args))]
+    data = _sheet(options, model, joint, folder)
+    if options.json:
+        print(json.dumps(data))
+    else:
+        _show(data, folder)
+    return 1 if data['not_known'] else 0
+
+
+def _parser() -> Parser:
+    parser = Parser('leo datasheet', 'The figures of a motor, with intervals.', EXAMPLES)
+    parser.add_argument(
+        'inputs',
+        nargs='*',
+        metavar='BAG',
+        help='recordings of the motor with a known load; none: the running robot is driven; '
+        'or datasheet.json files, side by side',
+    )
+    parser.add_argument('--model', metavar='M', help='a model file, a robot name or folder')
+    parser.add_argument('--joint', metavar='J', help='which motor, where there are several')
+    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    parser.add_argument('--motion', type=Path, metavar='CSV', help='write the motion, no more')
+    parser.add_argument('--yes', action='store_true', help='drive without asking (as leo play)')
+    parser.add_argument('-o', dest='output', metavar='DIR', help='write JSON and page here')
+    add_effect_argument(parser)
+    parser.add_json()
+    return parser
+
+
+def _joint(named: str | None, model: Model) -> str:
+    names = [a.joint for a in model.robot.actuators]
+    if named is None and len(names) != 1:
+        listed = ', '.join(names) or 'none'
+        raise UserError(f'name a motor of {model.robot.name} with --joint: {listed}')
+    return named or names[0]
+
+
+def _motion(options: Any, model: Model, joint: str) -> int:
+    from leo_diffmodel.datasheet.measure import opened
+    from leo_diffmodel.datasheet.motion import motion
+
+    run = motion(opened(model, joint).robot, joint)
+    write_run(options.motion, run, model.robot)
+    seconds = run.count * model.robot.control_period
+    print(f'wrote {options.motion}: {seconds:.0f} s of {joint}, {run.about}')
+    print(f'next: {leo("play", options.motion, "--bag", "bags/unit1")}')
+    return 0
+
+
+def _played(
+    options: Any, model: Model, joint: str, folder: Path | None, ros_args: list[str]
+) -> Path:
+    """The bag of the standard motion, played on the running robot."""
+    from leo_diffmodel.datasheet.measure import opened
+    from leo_diffmodel.datasheet.motion import motion
+    from leo_learner.verbs.play import main as play
+
+    if folder is None:
+        raise UserError('leo datasheet: -o DIR takes the recording of the running robot')
+    bag = folder / 'bag'
+    if bag.exists():
+        raise UserError(f'{bag} exists: give it as BAG to read it, or choose another -o')
+    run = motion(opened(model, joint).robot, joint)
+    folder.mkdir(parents=True, exist_ok=True)
+    file = write_run(folder / 'motion.csv', run, model.robot)
+    asked = ['--yes'] * options.yes
+    if play([str(file), '--bag', str(bag), '--predict', options.model, *asked, *ros_args]):
+        raise UserError(f'{file} was not played to its end; nothing is measured')
+    return bag
+
+
+def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
+    """Measure, and write what was asked for."""
+    from leo_diffmodel.datasheet.measure import measure
+    from leo_diffmodel.datasheet.sheet import sheet
+
+    recordings, began = (
+        common.read_bags(options.inputs, model, options.topic_map),
+        time.monotonic(),
+    )
+    distinct(recordings)
+    with common.progress('measuring') as heard:
+        found = measure(recordings, model, joint, common.own_effects(options), heard)
+        data = sheet(found) | {'provenance': provenance(recordings, model)}
+        data['seconds'] = time.monotonic() - began
+    if folder:
+        from leo_diffmodel.datasheet.page import write_sheet
+
+        common.write_json(folder, 'datasheet.json', data)
+        write_sheet(folder / 'datasheet.html', data, found, recordings)
+    return data
+
+
+def _show(data: dict[str, Any], folder: Path | None) -> None:
+    from leo_diffmodel.datasheet.words import errors_in_words, figures, friction, values_of
+
+    console, error = Terminal(), data['error']
+    table = Table('figure', 'value ± 95 %', '', title=f'{data["robot"]}, motor at {data["joint"]}')
+    for row in figures(data):
+        table.add_row(*row)
+    console.print(table)
+    laws = Table('friction law', 'values', 'held-out error', 'behind [nats]', '')
+    for row in data['ladder']:
+        values, errors = '\n'.join(values_of(row['effects'])), errors_in_words(row['error'])
+        laws.add_row(row['law'], values, errors, f'{row["behind_nats"]:.1f}', row['verdict'])
+    laws.caption = f'{error["figure"]}; noise alone {errors_in_words(error["noise"])}'
+    console.print(laws)
+    console.print(f'friction: {friction(data)}', highlight=False)
+    for note in data['notes']:
+        console.print(note, highlight=False)
+    if folder:
+        print(f'wrote {folder}/datasheet.json and datasheet.html')
+
+
+def _beside(options: Any) -> int:
+    from leo_diffmodel.datasheet.words import beside
+
+    sheets = [_read(Path(name)) for name in options.inputs]
+    if options.json:
+        print(json.dumps(sheets))
+        return 0
+    names = [Path(name).parent.name or name for name in options.inputs]
+    table = Table('figure', *names, title='side by side')
+    for row in beside(sheets):
+        table.add_row(*row)
+    Terminal().print(table)
+    return 0
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_text(encoding='utf-8'))
+    except (OSError, ValueError) as error:
+        raise UserError(f'cannot read {path}: {error}') from error
+    if not isinstance(data, dict) or not {'constants', 'ladder', 'friction'} <= data.keys():
+        raise UserError(f'{path} is no data sheet; leo datasheet BAG… -o DIR writes one')
+    return data

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`leo datasheet`: the motion as a file, sheets side by side, and what it refuses."""
+
+import json
+
+import pytest
+
+from leo_diffmodel.next_run.run_file import read_run
+from leo_learner.verbs.datasheet import main
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+
+RESISTANCE = {'value': 2.5, 'unit': 'ohm', 'ci95': [2.4, 2.6]}
+SHEET = {
+    'robot': 'bench',
+    'joint': 'pivot',
+    'constants': {'actuators.pivot.resistance': RESISTANCE},
+    'friction': {'law': 'none', 'rivals': [], 'effects': []},
+    'ladder': [{'law': 'none', 'verdict': 'chosen', 'error': {'rad': 0.01, 'rad/s': 0.1}}],
+    'others': [],
+    'error': {'figure': 'held-out error 0.5 s ahead'},
+}
+
+
+def written(path, **changed):
+    path.parent.mkdir()
+    path.write_text(json.dumps(SHEET | changed))
+    return str(path)
+
+
+def test_the_motion_is_a_run_file_of_the_robot(tmp_path, capsys):
+    file = tmp_path / 'elbow.csv'
+    assert main(['--model', 'so101', '--joint', 'elbow_flex', '--motion', str(file)]) == 0
+    run = read_run(file).run_for(load_robot('so101'))
+    assert run.count > 3000
+    assert f'next: leo play {file} --bag' in capsys.readouterr().out
+
+
+def test_sheets_of_two_units_side_by_side(tmp_path, capsys):
+    one = written(tmp_path / 'unit1' / 'datasheet.json')
+    other = written(tmp_path / 'unit2' / 'datasheet.json', constants={})
+    assert main([one, other]) == 0
+    out = capsys.readouterr().out
+    assert 'unit1' in out
+    assert 'unit2' in out
+    (line,) = (line for line in out.splitlines() if 'resistance' in line)
+    assert '2.50 ± 0.10' in line
+    assert '–' in line
+
+
+@pytest.mark.parametrize('text', ['[]', '{', '{"constants": {}}'])
+def test_another_file_is_no_sheet(tmp_path, text):
+    path = tmp_path / 'a.json'
+    path.write_text(text)
+    with pytest.raises(UserError, match=r'a\.json'):
+        main([str(path)])
+
+
+def test_which_motor_is_asked_for_where_there_are_several(tmp_path):
+    with pytest.raises(UserError, match='--joint: shoulder_pan, shoulder_lift'):
+        main(['--model', 'so101', '--motion', str(tmp_path / 'a.csv')])
+
+
+def test_a_model_is_needed():
+    with pytest.raises(UserError, match='--model'):
+        main(['bags/unit1'])
+
+
+def test_driving_needs_a_folder_for_the_recording():
+    with pytest.raises(UserError, match='-o DIR'):
+        main(['--model', 'servo_pendulum'])
+
+
+def test_a_recording_is_never_overwritten(tmp_path):
+    (tmp_path / 'bag').mkdir()
+    with pytest.raises(UserError, match='exists'):
+        main(['--model', 'servo_pendulum', '-o', str(tmp_path)])
