@@ -70,5 +70,5 @@ def _compared(data: Data) -> Iterator[tuple[str, str]]:
     for row in [*data['friction']['effects'], *data['others']]:
         for name, p in row['parameters'].items():
             yield f'{label(row)} {name}', estimate(p)
-    chosen = next(r for r in data['ladder'] if r['verdict'] == 'chosen')
+    (chosen,) = (r for r in data['ladder'] if r['verdict'] == 'chosen')
     yield data['error']['figure'], errors_in_words(chosen['error'])

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from contextlib import redirect_stdout
 import json
 from pathlib import Path
+import sys
 import time
 from typing import Any
 
@@ -107,7 +109,10 @@ def _played(
     folder.mkdir(parents=True, exist_ok=True)
     file = write_run(folder / 'motion.csv', run, model.robot)
     asked = ['--yes'] * options.yes
-    if play([str(file), '--bag', str(bag), '--predict', options.model, *asked, *ros_args]):
+    words = [str(file), '--bag', str(bag), '--predict', options.model, *asked, *ros_args]
+    with redirect_stdout(sys.stderr if options.json else sys.stdout):
+        left_off = play(words)
+    if left_off:
         raise UserError(f'{file} was not played to its end; nothing is measured')
     return bag
 
@@ -171,10 +176,16 @@ def _beside(options: Any) -> int:
 
 
 def _read(path: Path) -> dict[str, Any]:
+    from leo_diffmodel.datasheet.words import beside
+
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise UserError(f'cannot read {path}: {error}') from error
-    if not isinstance(data, dict) or not {'constants', 'ladder', 'friction'} <= data.keys():
-        raise UserError(f'{path} is no data sheet; leo datasheet BAG… -o DIR writes one')
+    try:
+        list(beside([data]))
+    except (LookupError, TypeError, AttributeError, ValueError, RuntimeError) as error:
+        raise UserError(
+            f'{path} is no data sheet; leo datasheet BAG… -o DIR writes one'
+        ) from error
     return data

@@ -48,7 +48,11 @@ def test_sheets_of_two_units_side_by_side(tmp_path, capsys):
     assert '–' in line
 
 
-@pytest.mark.parametrize('text', ['[]', '{', '{"constants": {}}'])
+NO_LADDER = json.dumps(SHEET | {'ladder': []})
+NO_VALUES = json.dumps(SHEET | {'constants': {'a': 3}})
+
+
+@pytest.mark.parametrize('text', ['[]', '{', '{"constants": {}}', NO_LADDER, NO_VALUES])
 def test_another_file_is_no_sheet(tmp_path, text):
     path = tmp_path / 'a.json'
     path.write_text(text)
