@@ -50,11 +50,7 @@ class Ladder:
     @property
     def without(self) -> Fit:
         """The chosen fit less its friction, nothing refitted."""
-        fitted = self.chosen[1].fit
-        full = fitted.hypothesis
-        rest = [c for c in full.candidates if c.effect.name not in FRICTION]
-        part = replace(full, candidates=tuple(rest))
-        return replace(fitted, hypothesis=part, theta=part.carried(full, fitted.theta))
+        return _bare(self.chosen[1].fit)
 
     def verdict(self, scored: Scored) -> str:
         """How a law compares with the chosen one, in two words."""
@@ -90,7 +86,8 @@ def climb(
     The chosen law and its rivals are brought to the least loss that several starts find.
     `pool` has the friction effects of the joint by name.
     """
-    at = {'': rich, RUNGS[0].name: _less(fits, rich)}
+    bare = _bare(rich.fit)
+    at = {RUNGS[0].name: fits.refitted(rich, bare.hypothesis, bare.theta)}
     while level := [r for r in RUNGS if r.on in at and r.name not in at and r.effect in pool]:
         points = [(at[r.on], pool[r.effect]) for r in level]
         work = partial(_above, fits, rich.fit)
@@ -114,12 +111,12 @@ def _compared(fits: Estimator, at: Mapping[str, Estimate]) -> Ladder:
     return Ladder(rungs, weight, at[RUNGS[0].name].problem.gates.least_nats)
 
 
-def _less(fits: Estimator, at: Estimate) -> Estimate:
-    """A hypothesis without its friction, refitted."""
-    full = at.fit.hypothesis
+def _bare(fitted: Fit) -> Fit:
+    """A fit with friction left out, all else as it is."""
+    full = fitted.hypothesis
     rest = tuple(c for c in full.candidates if c.effect.name not in FRICTION)
     part = replace(full, candidates=rest)
-    return fits.refitted(at, part, part.carried(full, at.fit.theta))
+    return replace(fitted, hypothesis=part, theta=part.carried(full, fitted.theta))
 
 
 def _above(fits: Estimator, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:

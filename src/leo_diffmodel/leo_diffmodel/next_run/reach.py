@@ -45,7 +45,7 @@ class Reach:
         return cls(-levels, levels, np.zeros_like(levels))
 
     def beginning(self, robot: Robot, pose: str) -> Reach:
-        """The same of a run that begins in another start pose."""
+        """These inputs for a run that begins in another start pose, whose goals are `rest`."""
         at_rest = rest_goals(robot, pose) if robot.input == 'position' else self.rest
         return replace(self, rest=at_rest)
 

@@ -22,7 +22,7 @@ from leo_sim.effects.consent import add_effect_argument
 from leo_sim.model import Model
 
 EXAMPLES = """\
-  leo datasheet --model xl330_pendulum -o unit1       (drives the running robot for 75 s)
+  leo datasheet --model xl330_pendulum -o unit1       (drives the running robot for 73 s)
   leo datasheet bags/unit1 --model xl330_pendulum -o unit1
   leo datasheet bags/light bags/heavy --model bench.yaml -o unit1   (two loads)
   leo datasheet --model so101 --joint elbow_flex --motion elbow.csv (then leo play elbow.csv)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.export.needs import slope_and_end
 from leo_sim.laws.laws import Laws
@@ -88,6 +89,15 @@ def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
     return Drives(
         motor(1.0, 0.0) - zero, zero - motor(0.0, 1.0), bias, most, scale / strongest, lag
     )
+
+
+def refuse_mimics(robot: Robot, what: str, about_urdf: str = '') -> None:
+    """Refuse a robot with a joint that mimics another, for what holds none."""
+    if robot.copies:
+        raise UserError(
+            f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the {what} written '
+            f'here does not hold; write a .urdf{about_urdf}'
+        )
 
 
 def strengths(robot: Robot, found: Figures) -> Any:

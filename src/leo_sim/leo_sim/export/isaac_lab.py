@@ -12,7 +12,7 @@ from typing import Any
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
-from leo_sim.export.figures import Figures, figures, loop_gains, strengths
+from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
 from leo_sim.model.model import Model
 
 USD_NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
@@ -65,11 +65,7 @@ def isaac_lab(model: Model, urdf_name: str) -> str:
 
 
 def _check(robot: Robot) -> None:
-    if robot.copies:
-        raise UserError(
-            f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the configuration '
-            'written here does not hold; write a .urdf'
-        )
+    refuse_mimics(robot, 'configuration')
     for name in robot.joint_names:
         if not USD_NAME.fullmatch(name):
             raise UserError(

@@ -5,10 +5,9 @@ import math
 from typing import Any
 from xml.etree import ElementTree
 
-from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import with_bodies
-from leo_sim.export.figures import Figures, figures, loop_gains, strengths
+from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
 from leo_sim.model.model import Model
 from leo_sim.references.mjcf import added, hard_figures, numbers, tree
 
@@ -22,11 +21,7 @@ def mjcf(model: Model) -> ElementTree.Element:
     `ctrl` the commands in the order of the actuators.
     """
     robot, found = model.robot, figures(model)
-    if robot.copies:
-        raise UserError(
-            f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the MJCF '
-            'written here does not hold; write a .urdf'
-        )
+    refuse_mimics(robot, 'MJCF')
     laws = found.laws
     with_bodies(robot.urdf, laws.bodies)  # refuses what no body has
     root = tree(robot, laws)

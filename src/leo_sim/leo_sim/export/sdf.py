@@ -13,7 +13,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.joint import Joint
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import origin, put_bodies, rpy
-from leo_sim.export.figures import Figures, figures, loop_gains, strengths
+from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
 from leo_sim.model.model import Model
 from leo_sim.references.mjcf import added, numbers
 
@@ -49,11 +49,7 @@ def sdf(model: Model) -> ElementTree.Element:
 
 
 def _check(robot: Robot) -> None:
-    if robot.copies:
-        raise UserError(
-            f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the SDF written here '
-            'does not hold; write a .urdf, which Gazebo reads too'
-        )
+    refuse_mimics(robot, 'SDF', ', which Gazebo reads too')
     links, joints = ({part.name for part in parts} for parts in (robot.links, robot.joints))
     base = next(iter(links - {j.child for j in robot.joints}))
     for name in sorted(links & (joints | {f'{base}_in_the_world'})):
