@@ -107,7 +107,8 @@ class Estimator(ABC):
         self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
     ) -> Estimate:
         """Another hypothesis on the same windows, from values near those of `at`."""
-        return Estimate(at.posed, fit(at.problem, hypothesis, theta, at.fit.start))
+        start, by_start = at.fit.start, at.fit.by_start
+        return Estimate(at.posed, fit(at.problem, hypothesis, theta, start, by_start=by_start))
 
     @abstractmethod
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:

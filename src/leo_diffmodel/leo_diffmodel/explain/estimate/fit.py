@@ -31,12 +31,14 @@ def fit(
     start: Array | None = None,
     iterations: int | None = None,
     thorough: bool = False,
+    by_start: Array | None = None,
 ) -> Fit:
     """Levenberg-Marquardt over the parameters within bounds, the start states projected out.
 
     Only the training windows move the parameters; every window has the start state that suits it
     best (variable projection, Golub and Pereyra 1973). What a step saves of what it promises sets
-    the damping of the next one; the fit ends where no step promises anything.
+    the damping of the next one; the fit ends where no step promises anything. What start states do
+    is found again where it is needed, and at the end.
 
     Args:
         problem: the windows.
@@ -45,12 +47,14 @@ def fit(
         start: start states to begin with, shape (W, 2J); None begins with those measured.
         iterations: most steps; None for those of the settings.
         thorough: every step tries the measured start states as well, not the first and last only.
+        by_start: what start states do, shape (W, N, 2J), as another fit nearby has it.
     """
     numerics = problem.numerics
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     start = problem.first if start is None else start
-    at = _Point.of(problem, hypothesis, theta, _settled(problem, hypothesis, theta, start))
-    damping, settled, ended = numerics.damping, True, not hypothesis.size
+    begun = settle(problem, hypothesis, theta, problem.begins(start), by_start)
+    at = _Point.of(problem, hypothesis, theta, begun.start, by_start=begun.by_start)
+    damping, settled, ended = numerics.damping, not at.chord, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
         if problem.late():
@@ -61,7 +65,7 @@ def fit(
             break
         settled = there is None
         at = there or at.to(at.theta, _settled(problem, hypothesis, at.theta, at.start))
-    return replace(at.as_fit(), ended=ended)
+    return replace((at.to(at.theta, at.start) if at.chord else at).as_fit(), ended=ended)
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
@@ -116,14 +120,15 @@ def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None
     harder, weighed = numerics.harder, replace(problem, typical=at.typical)
     while (step := at.step(damping)).promised > numerics.step_nats:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
+        by_start = at.linear.by_start
         saved = at.saved(problem.fixed(at.hypothesis, theta).residual(start))
         if saved < numerics.kept * step.promised:
             begins = problem.begins(start) if thorough else (start,)
-            settled = settle(weighed, at.hypothesis, theta, begins, at.linear.by_start)
-            start, saved = settled.start, at.saved(settled.residual)
+            settled = settle(weighed, at.hypothesis, theta, begins, by_start)
+            start, saved, by_start = settled.start, at.saved(settled.residual), settled.by_start
         if saved > 0:
             softer = max(numerics.softest, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
-            return at.to(theta, start), max(damping * softer, numerics.least_damping)
+            return at.to(theta, start, by_start), max(damping * softer, numerics.least_damping)
         damping, harder = max(damping, 1e3 * numerics.least_damping) * harder, 2.0 * harder
     return None, damping
 
@@ -168,6 +173,7 @@ class _Point:
         most: that a window may lose to have a say [nats].
         matrix, descent: of the robust normal equations of the windows that have one.
         answer: `start` and `gain` of a step from here.
+        chord: what start states do was found elsewhere, nearby.
     """
 
     problem: Problem
@@ -183,6 +189,7 @@ class _Point:
     matrix: Array
     descent: Array
     answer: tuple[Array, Array]
+    chord: bool
 
     @classmethod
     def of(
@@ -192,8 +199,9 @@ class _Point:
         theta: Array,
         start: Array,
         errors: Array | None = None,
+        by_start: Array | None = None,
     ) -> _Point:
-        linear = problem.linearised(hypothesis, theta, start, errors)
+        linear = problem.linearised(hypothesis, theta, start, errors, by_start)
         rest, slope = eliminate(linear)[:2]
         channels, numerics = start.shape[-1], problem.numerics
         typical = problem.typical_of(linear.residual)
@@ -208,12 +216,13 @@ class _Point:
         flat = columns.reshape(columns.shape[0] * columns.shape[1], len(theta))
         matrix, answer = flat.T @ flat, (-solved, -gain)
         given = problem, hypothesis, theta, start, linear
-        return cls(*given, rest, slope, typical, loss, most, matrix, descent, answer)
+        chord = by_start is not None and problem.linearisation is None
+        return cls(*given, rest, slope, typical, loss, most, matrix, descent, answer, chord)
 
-    def to(self, theta: Array, start: Array) -> _Point:
+    def to(self, theta: Array, start: Array, by_start: Array | None = None) -> _Point:
         """The hypothesis at other values, moved by the standard errors here for its columns."""
         errors = conditional_errors(self.slope[self.problem.train])
-        return _Point.of(self.problem, self.hypothesis, theta, start, errors)
+        return _Point.of(self.problem, self.hypothesis, theta, start, errors, by_start)
 
     def saved(self, residual: Array) -> float:
         """What another residual (W, N) saves of mine, no window out of line [nats]."""
@@ -257,4 +266,5 @@ class _Point:
         variance = covariance(*data, free, spread, channels, *of_loss)
         decrement = self.step(problem.numerics.least_damping).promised
         left = self.loss, self.rest, columns, decrement, self.typical
-        return Fit(self.hypothesis, self.theta, variance, self.start, *left)
+        by_start = None if problem.linearisation else self.linear.by_start
+        return Fit(self.hypothesis, self.theta, variance, self.start, *left, by_start=by_start)

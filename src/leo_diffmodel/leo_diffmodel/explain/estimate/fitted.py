@@ -58,6 +58,8 @@ class Fit:
         typical: size of what it is off by in most windows [noise], (1, 2J), see `likelihood`.
         certificate: of one that was brought to its end.
         ended: no step promised anything more; False where the iterations or the time were over.
+        by_start: sensitivity of the whitened residual to the start states, shape (W, N, 2J); None
+            where the problem has it.
     """
 
     hypothesis: Hypothesis
@@ -71,11 +73,13 @@ class Fit:
     typical: Array | None = None
     certificate: Certificate | None = None
     ended: bool = True
+    by_start: Array | None = None
 
     def take(self, index: Array) -> Fit:
         """The fit as it is on some of its windows."""
-        names = ('start', 'loss', 'residual', 'columns')
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
+        names = ('start', 'loss', 'residual', 'columns', 'by_start')
+        parts = {name: part for name in names if (part := getattr(self, name)) is not None}
+        return replace(self, **{name: part[index] for name, part in parts.items()})
 
     def reordered(self, order: Sequence[int]) -> Fit:
         """The fit with its effects in another order."""

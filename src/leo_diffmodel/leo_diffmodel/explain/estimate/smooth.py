@@ -7,7 +7,7 @@ Which two effects explain most together is found by the linear answer of what wa
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 import time
 
@@ -33,8 +33,16 @@ Array = np.ndarray
 Point = tuple[tuple[Candidate, ...], Array]
 
 
+@dataclass
 class Smooth(Estimator):
-    """Fits by multiple shooting."""
+    """Fits by multiple shooting.
+
+    Windows begin where the robot was measured, so what an effect does to them is nearly the same
+    whatever else is in the model: of many candidates those are scanned again on top of others
+    whose first answer still promises most.
+    """
+
+    _answers: dict[Candidate, Scan] = field(default_factory=dict, init=False)
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""
@@ -46,20 +54,33 @@ class Smooth(Estimator):
         """Scan all, and refit the best alone and in pairs."""
         problem, numerics = base.problem, base.problem.numerics
         scanner = Scanner(problem, base.fit, self.scales)
+        pool, others = self._promising(scanner, pool, numerics.rescanned)
+        if others:
+            progress(others[0].candidate.label, STEPS.scan * len(others))
         found = helper.spread_until(
             problem.until, scanner.scan, pool, lambda c: progress(c.label, STEPS.scan)
         )
         scans = [replace(s, candidate=pool[i]) for i, s in found.items()]
         scans.sort(key=lambda s: -s.gain)
-        limit = threshold(scans, problem.settings)
+        self._answers = {s.candidate: s for s in scans} | self._answers
+        limit = threshold([*scans, *others], problem.settings)
         points = _singles(scans, limit, numerics)
         if scans and not few:
             pairs = numerics.pairs if base.names else numerics.first_pairs
-            leaders = leading(scans, scanner.residual, numerics)
-            points += best_pairs(leaders, scanner.residual, pairs, limit, problem.settings)
+            unlike = different(scans, scanner.residual, numerics)
+            points += best_pairs(unlike, scanner.residual, pairs, limit, problem.settings)
         larger, untried = _fitted(base, points, progress)
         untried += [(c,) for i, c in enumerate(pool) if i not in found]
         return Extension(base, tuple(larger), tuple(scans), limit, tuple(untried))
+
+    def _promising(
+        self, scanner: Scanner, pool: Sequence[Candidate], most: int
+    ) -> tuple[list[Candidate], list[Scan]]:
+        """What is to be scanned, in the order of the pool, and earlier scans of the others."""
+        earlier = [self._answers[c] for c in pool if c in self._answers]
+        earlier.sort(key=scanner.promise, reverse=True)
+        others = {s.candidate: s for s in earlier[max(0, most - len(pool) + len(earlier)) :]}
+        return [c for c in pool if c not in others], list(others.values())
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
         """The least loss that several starts lead to."""
@@ -73,8 +94,8 @@ def _singles(scans: Sequence[Scan], limit: float, numerics: Numerics) -> list[Po
     return [((s.candidate,), v) for s in worth for v in (s.own, *s.others)[: numerics.wholes]]
 
 
-def leading(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[Scan]:
-    """The first of scans, best first, of as many different answers: of those alike, one.
+def different(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[Scan]:
+    """Scans, best first, with different answers: of those alike, the first.
 
     `residual` is what their signatures are to explain, shape (M,).
     """
@@ -82,7 +103,7 @@ def leading(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[
     rows = np.zeros((0, len(residual)))
     for scan in scans:
         row = scan.signatures[int(np.argmax(scan.signatures @ residual))]
-        if len(kept) < numerics.leaders and (np.abs(rows @ row) < numerics.parallel).all():
+        if (np.abs(rows @ row) < numerics.parallel).all():
             kept.append(scan)
             rows = np.vstack([rows, row])
     return kept
@@ -91,10 +112,10 @@ def leading(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[
 def best_pairs(
     scans: Sequence[Scan], residual: Array, most: int, least: float, settings: Settings
 ) -> list[Point]:
-    """The pairs that save most, each with the values at which it does.
+    """The pairs of a leading effect and any other that save most, with the values where they do.
 
     Args:
-        scans: of the candidates.
+        scans: of the candidates, best first.
         residual: what the signatures of the scans are to explain, shape (M,).
         most: how many pairs.
         least: by how many nats a pair must be better than the better of its two.
@@ -110,7 +131,8 @@ def best_pairs(
     best = np.zeros(len(scans))
     np.maximum.at(best, owner, 0.5 * np.maximum(along, 0.0) ** 2)
     both = np.maximum(best[owner][:, None], best[owner][None, :])
-    saved = np.where(saved > both + least, saved, -np.inf)
+    led = np.minimum(owner[:, None], owner[None, :]) < settings.numerics.leaders
+    saved = np.where(led & (saved > both + least), saved, -np.inf)
     found: dict[frozenset[int], Point] = {}
     for flat in np.argsort(-saved, axis=None)[: settings.numerics.pair_looks * most]:
         i, j = map(int, np.unravel_index(flat, saved.shape))
@@ -191,13 +213,14 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
     """A first look from where a scan points; a fit from neutral where that leads nowhere."""
     added, values = point
     hypothesis, numerics = _with(null.hypothesis, added), problem.numerics
-    fitted = fit(problem, hypothesis, null.with_values(values), null.start, numerics.look)
+    near = partial(fit, problem, hypothesis, start=null.start, by_start=null.by_start)
+    fitted = near(null.with_values(values), iterations=numerics.look)
     if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
         return fitted
     parameters = [p for c in added for p in c.parameters]
     neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
     theta = null.with_values(neutral)
-    return fit(problem, hypothesis, theta, null.start, numerics.neutral_look)
+    return near(theta, iterations=numerics.neutral_look)
 
 
 def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
@@ -211,7 +234,8 @@ def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
 
 
 def _followed(problem: Problem, fitted: Fit) -> Fit:
-    return fit(problem, fitted.hypothesis, fitted.theta, fitted.start)
+    start, by_start = fitted.start, fitted.by_start
+    return fit(problem, fitted.hypothesis, fitted.theta, start, by_start=by_start)
 
 
 def _with(hypothesis: Hypothesis, added: Sequence[Candidate]) -> Hypothesis:

@@ -15,7 +15,7 @@ from leo_diffmodel.compare.pushes import fast_enough, respond
 from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.problem import Problem, uncounted
 from leo_diffmodel.explain.problem.shooting import eliminate, Linear
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
@@ -103,7 +103,8 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
 
     The step is halved until that changes the predictions of all windows, of which the problem has
     `share`, by less than `finer_nats`. Sensitivities need less: what a step is off by is nearly
-    the same with and without a small change.
+    the same with and without a small change. Counts of a servo, which change sides at other times
+    with any step, are left out of the comparison.
     """
     numerics, model = problem.numerics, problem.base
     least = numerics.finest_step * model.integration_step
@@ -125,7 +126,7 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
 
 
 def _stepped(problem: Problem, step: float) -> Linear:
-    stepped = replace(problem, base=problem.base.changed(integration_step=step))
+    stepped = replace(problem, base=uncounted(problem.base).changed(integration_step=step))
     return stepped.linearised(Hypothesis(), np.zeros(0), problem.windows.measured[:, 0])
 
 

@@ -21,6 +21,13 @@ from leo_sim.model import Model
 Array = np.ndarray
 
 
+def uncounted(model: Model) -> Model:
+    """The model whose position servos read their own angle without counts; itself without any."""
+    counts = [f'actuators.{a.joint}.resolution' for a in model.robot.actuators]
+    gone = {path: 0.0 for path in counts if model.constants.get(path)}
+    return model.changed(constants={**model.constants, **gone}) if gone else model
+
+
 @dataclass(frozen=True)
 class Problem:
     """What every hypothesis is judged on.
@@ -38,7 +45,8 @@ class Problem:
             fitted to, and that are not judged, shape (W,); None where there are none.
         typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
             `likelihood.loss`; None before one was fitted.
-        rough_step: integration step with which sensitivities are found [s]; None is the model's.
+        rough_step: integration step with which sensitivities are found [s], see `rough`; None is
+            the model's.
         until: when its fits end wherever they are [s of `time.monotonic`].
     """
 
@@ -117,10 +125,14 @@ class Problem:
 
     @property
     def rough(self) -> Model:
-        """The model as sensitivities are found with it, integrated as coarsely as that allows."""
+        """The model as sensitivities are found with it: integrated as coarsely as that allows.
+
+        Its servos read their angles without counts: a staircase has no slope.
+        """
+        smooth = uncounted(self.base)
         if self.rough_step in (None, self.base.integration_step):
-            return self.base
-        return self.base.changed(integration_step=self.rough_step)
+            return smooth
+        return smooth.changed(integration_step=self.rough_step)
 
     @property
     def roughly(self) -> Problem:
@@ -129,7 +141,12 @@ class Problem:
         return self if model is self.base else replace(self, base=model, rough_step=None)
 
     def linearised(
-        self, hypothesis: Hypothesis, theta: Array, start: Array, errors: Array | None = None
+        self,
+        hypothesis: Hypothesis,
+        theta: Array,
+        start: Array,
+        errors: Array | None = None,
+        by_start: Array | None = None,
     ) -> Linear:
         """The windows linearised about a hypothesis at some values; see `shooting.linearise`."""
         return linearise(
@@ -140,7 +157,7 @@ class Problem:
             hypothesis,
             theta,
             start,
-            self.by_start,
+            self.by_start if by_start is None else by_start,
             errors,
             self.rough,
         )

@@ -151,7 +151,7 @@ def _terms(candidate: Candidate) -> set[Parameter]:
 def searched(sets: Sets, first: Estimate) -> Scored:
     """The set that is chosen once all its neighbours are known, or the time is over."""
     sets.add([first])
-    while front := [n for n in _front(sets) if n not in sets.extensions]:
+    while front := _front(sets):
         if sets.late and sets.extensions:
             sets.front = tuple(front)
             break
@@ -220,18 +220,22 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 
 
 def _front(sets: Sets) -> list[Names]:
-    """The sets whose extensions are to be known: the best, others of its size, its parts."""
+    """The sets to extend: the best, others of its size, its parts, if they are not extended.
+
+    Where all are, the best set with a value of its own at each joint may be another beginning.
+    """
     if frozenset() not in sets.extensions:
         return [frozenset()]
     best = best_of(sets)
     held = best.fit.hypothesis.candidates
     sets.add_parts(best)
-    for candidate in held:
-        _split(sets, best, candidate)
     ordered = distinct(sets.ordered(), sets.weight)
     alike = [s.names for s in ordered if len(s.names) == len(best.names) and s.names]
     near, parts = alike[: sets.settings.numerics.width], [best.names - {c} for c in held]
-    return [n for n in (best.names, *near, *parts) if len(n) < sets.settings.gates.most_effects]
+    small = [n for n in (best.names, *near, *parts) if len(n) < sets.settings.gates.most_effects]
+    front = [n for n in small if n not in sets.extensions]
+    apart = [] if front else [c for c in held if _split(sets, best, c)]
+    return _front(sets) if apart else front
 
 
 def distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
@@ -243,15 +247,15 @@ def distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
     return kept
 
 
-def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
-    """A value of its own at each joint instead of a shared one."""
+def _split(sets: Sets, best: Scored, candidate: Candidate) -> bool:
+    """A value of its own at each joint instead of a shared one; False where nothing is new."""
     name, everywhere = candidate.effect.name, 'all'
     if candidate.where != everywhere or candidate.effect.late or sets.late:
-        return
+        return False
     of_joint = [c for c in sets.pool if c.effect.name == name and c.where != everywhere]
     own = [c for c in of_joint if c not in best.names]
     if len(own) < 2 or best.names - {candidate} | set(own) in sets.known:
-        return
+        return False
     full, theta = best.fit.hypothesis, best.fit.theta
     index = full.candidates.index(candidate)
     values = list(full.values(theta, index).values())
@@ -260,3 +264,4 @@ def _split(sets: Sets, best: Scored, candidate: Candidate) -> None:
     wider = replace(rest, candidates=(*rest.candidates, *own))
     theta = np.concatenate([kept[:split], *[values] * len(own), kept[split:]])
     sets.add([sets.estimator.refitted(best.at, wider, theta)])
+    return True

@@ -128,6 +128,9 @@ class Numerics:
     # estimate: the search without contact
     worth: float = 0.3
     """Share of the threshold that a scan must promise to be fitted."""
+    rescanned: int = 48
+    """Effects scanned on top of a set, where there are more: an arm of six joints has 186 and a
+    scan of all takes longer than the fits, a robot with one joint has 28."""
     singles: int = 6
     """Effects fitted on top of a set, those that a linear scan finds best."""
     wholes: int = 3
@@ -138,7 +141,7 @@ class Numerics:
     first_pairs: int = 10
     """and on top of the model as given, so that two effects are compared whatever leads alone."""
     leaders: int = 12
-    """Leading effects of which all pairs are screened, one of each kind of answer."""
+    """Leading effects, one of each kind of answer, whose pairs with all others are screened."""
     pair_points: int = 4
     """Points of each candidate's grid that take part in that."""
     pair_looks: int = 50

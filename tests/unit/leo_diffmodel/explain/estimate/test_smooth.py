@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two effects that explain together what neither does alone."""
+"""Which effects are scanned and fitted, two at once among them that explain nothing alone."""
 
 import numpy as np
 import pytest
 from tests.linear import POOL
+from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate.scan import Scan
-from leo_diffmodel.explain.estimate.smooth import best_pairs
+from leo_diffmodel.explain.estimate.smooth import best_pairs, Smooth
+from leo_diffmodel.explain.problem.candidates import candidates, limited
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_sim.effects import place
+from leo_sim.model import Model
 
 SAMPLES = 400
 RNG = np.random.default_rng(0)
@@ -96,3 +103,38 @@ def test_as_many_pairs_as_asked_for_and_none_twice():
     assert [named(p) for p in found] == [{NAMES[0], n} for n in NAMES[1:]]
     assert best_pairs(scans[:1], residual, 3, 8.0, SETTINGS) == []
     assert best_pairs([], residual, 3, 8.0, SETTINGS) == []
+
+
+def test_one_of_a_pair_leads_and_the_other_may_be_any():
+    residual = 20.0 * ROWS[0] + 15.0 * ROWS[1] + 14.0 * ROWS[2]
+    scans = [scan(n, r, residual) for n, r in zip(NAMES, ROWS, strict=True)]
+    found = best_pairs(scans, residual, 9, 8.0, SETTINGS.changed(leaders=1))
+    assert [named(p) for p in found] == [{NAMES[0], n} for n in NAMES[1:3]]
+    assert {NAMES[1], NAMES[2]} in [
+        named(p) for p in best_pairs(scans, residual, 9, 8.0, SETTINGS)
+    ]
+
+
+def test_on_top_of_an_effect_those_are_scanned_again_that_still_promise_most():
+    model, few = Model(TORQUE), SETTINGS.changed(rescanned=4, singles=2, pairs=0, first_pairs=0)
+    missing = (
+        place(TORQUE, 'coulomb_friction', 'pivot', c=0.15),
+        place(TORQUE, 'command_delay', 'pivot', delay=0.02),
+    )
+    posed = pose([record(TORQUE, *missing, seconds=6)], (), model, few)
+    fits = Smooth(posed, scales_of(model, posed.problem.windows))
+    pool = [limited(c, model, few.grids) for c in candidates(model) if c.where != 'all']
+    heard: list[int] = []
+    all_of_them = fits.extended(fits.first(Hypothesis()), pool, lambda *_: None)
+    assert {s.candidate for s in all_of_them.scans} == set(pool)
+    (base,) = (e for e in all_of_them.larger if e.names == {named_one(pool, 'command_delay')})
+    again = fits.extended(base, pool, lambda _, steps: heard.append(steps))
+    assert len(again.scans) == few.numerics.rescanned < len(pool)
+    assert named_one(pool, 'coulomb_friction') in {s.candidate for s in again.scans}
+    assert again.threshold > 0.8 * all_of_them.threshold
+    assert sum(heard[: 1 + few.numerics.rescanned]) == len(pool)
+
+
+def named_one(pool, name: str):
+    (found,) = (c for c in pool if c.effect.name == name)
+    return found

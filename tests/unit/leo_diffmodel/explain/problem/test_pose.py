@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.simulate import record, TORQUE
+from tests.simulate import POSITION, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.candidates import candidates, limited
@@ -16,6 +16,7 @@ from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model
 
 EXACT = (1e-6, 1e-4)
+COUNT = 'actuators.pivot.resolution'
 FINE = Model(TORQUE, integration_step=2e-4)
 
 
@@ -44,6 +45,34 @@ def test_what_is_predicted_stays_fine_and_its_slope_is_nearly_the_same(problem):
     assert np.array_equal(rough.residual, exact.residual)
     for a, b in ((rough.by_theta, exact.by_theta), (rough.by_start, exact.by_start)):
         assert 0 < np.linalg.norm(a - b) < 0.05 * np.linalg.norm(b)
+
+
+def test_what_start_states_do_is_found_again_at_the_end_and_nearby_will_do(problem):
+    """A fit that begins with what another one found ends at the same place."""
+    first = fit(problem, drag())
+    exact = problem.linearised(drag(), first.theta, first.start).by_start
+    np.testing.assert_allclose(first.by_start, exact, atol=1e-9 * np.abs(exact).max())
+    near = fit(problem, Hypothesis())
+    other = fit(problem, drag(), start=near.start, by_start=near.by_start)
+    assert other.ended and first.ended
+    assert other.theta == pytest.approx(first.theta, abs=0.1 * first.standard_errors[0])
+
+
+def test_counts_of_a_servo_are_in_what_is_predicted_and_not_in_its_slope():
+    """A start moved by half a count sees a staircase: its slope is none of the loop."""
+    coarse = Model(POSITION)
+    coarse = coarse.changed(constants={**coarse.constants, COUNT: 0.02})
+    smooth = coarse.changed(constants={**coarse.constants, COUNT: 0.0})
+    posed = pose([record(POSITION, seconds=6, engine='rigid')], (), coarse).problem
+    start = posed.windows.measured[:, 0]
+    mine = posed.linearised(Hypothesis(), np.zeros(0), start)
+    assert np.array_equal(mine.residual, posed.residual(start))
+    assert not np.array_equal(mine.residual, posed.residual(start, smooth))
+    ideal = replace(posed, base=smooth, rough_step=None).linearised(
+        Hypothesis(), np.zeros(0), start
+    )
+    off = np.linalg.norm(mine.by_start - ideal.by_start) / np.linalg.norm(ideal.by_start)
+    assert off < SETTINGS.numerics.rough
 
 
 def test_a_fit_ends_where_the_fine_one_does(problem):
