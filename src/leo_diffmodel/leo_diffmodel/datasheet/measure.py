@@ -10,16 +10,15 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.sizes import inertia_scale
 from leo_diffmodel.datasheet.ladder import added, better, climb, Ladder
-from leo_diffmodel.datasheet.settings import COMMON, FIGURES, FINER, FRICTION, THE_SAME, TIMES
+from leo_diffmodel.datasheet.last_fit import last_fit
+from leo_diffmodel.datasheet.settings import COMMON, FIGURES, FRICTION, THE_SAME, TIMES
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
-from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
 from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
-from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import estimator
@@ -42,7 +41,7 @@ class Measured:
         model: whose constants of the motor were open.
         posed: the windows.
         ladder: the friction laws.
-        final: the chosen law, fitted once more with a finer integration step.
+        final: the chosen law, fitted once more with finer integration steps.
         alone: the chosen law with each effect that a scan finds worth a fit, and whether that
             surely predicts better.
         held: windows that no fit was made on.
@@ -91,7 +90,7 @@ def measure(
     alone = ladder.alone(fits, rest, heard)
     windows = validation_windows(data, posed, best.fit, model)
     held = HeldOut(posed.problem, model, windows)
-    final = _finer(posed.problem, best.fit)
+    final = last_fit(posed.problem, best.fit)
     heard('the last fit', STEPS.end)
     return Measured(model, joint, posed, ladder, final, tuple(alone), held, tuple(notes))
 
@@ -147,12 +146,6 @@ def _posed(data: Sequence[Recording], model: Model) -> Posed:
     if reason := untestable(posed.problem):
         raise UserError(f'{reason}; {RECORD}')
     return posed
-
-
-def _finer(problem: Problem, fitted: Fit) -> Fit:
-    base = problem.base.changed(integration_step=FINER * problem.base.integration_step)
-    finer = replace(problem, base=base, rough_step=None)
-    return fit(finer, fitted.hypothesis, fitted.theta, fitted.start, thorough=True)
 
 
 def _rich(fits: Estimator, pool: Sequence[Candidate], heard: Progress) -> Estimate:

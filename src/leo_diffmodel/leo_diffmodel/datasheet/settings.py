@@ -43,8 +43,11 @@ TIMES = 5.0
 """How far a constant may be from robot.yaml, where that does not say: a fifth of it to five times;
 published figures of one servo (STS3215) differ so much."""
 FINER = 0.25
-"""Of the integration step of the model: that of the last fit. The step of the search may move a
-value by one standard error."""
+"""Of the integration step before, that of the next of the last fits."""
+STEP_ERROR = 0.5
+"""What a step may leave in a value, in standard errors, for no finer one to follow."""
+MOST_FINER = 2
+"""Finer steps at most, to 0.3 ms: at 0.08 ms a fit with load and delay takes minutes."""
 UNTOLD = 0.5
 """A value with a 95 % interval wider than this to a side, as a share of it, is not known."""
 TOGETHER = 0.95

@@ -42,8 +42,15 @@ def sheet(found: Measured) -> dict[str, Any]:
             'noise': headline.by_unit(headline.floor(found.held.predict(final)), _units(found)),
             'chi2_ratio': unexplained(final),
         },
-        'notes': list(found.notes),
+        'notes': [*found.notes, *_left(found)],
     }
+
+
+def _left(found: Measured) -> Iterator[str]:
+    """What an interval cannot say: a law that is not the whole one is wrong in every block."""
+    ratio = unexplained(found.final)
+    if ratio > found.posed.problem.gates.unexplained:
+        yield f'{ratio:.3g} times the noise is left: values may be off by more than intervals say'
 
 
 def _given(found: Measured) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A motor with known friction: which law a data sheet gives it, its values, its errors."""
 
+from dataclasses import replace
+
 import pytest
 from tests.simulate import record, TORQUE
 
@@ -70,6 +72,12 @@ def test_held_out_errors_fall_to_the_noise(data):
 def test_a_constant_of_the_motor_is_open_though_the_robot_file_has_it(data):
     row = data['constants']['actuators.pivot.rotor_inertia']
     assert row['ci95'][0] <= row['value'] <= row['ci95'][1]
+
+
+def test_where_much_is_left_the_intervals_are_said_to_be_too_narrow(found, data):
+    assert not any('intervals' in note for note in data['notes'])
+    far = replace(found, final=replace(found.final, residual=5.0 * found.final.residual))
+    assert any('times the noise is left' in note for note in sheet(far)['notes'])
 
 
 def test_in_words(data):

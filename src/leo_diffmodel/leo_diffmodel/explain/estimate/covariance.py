@@ -39,6 +39,23 @@ def covariance(
     covariance of its slope, read from how much the slopes of the time blocks differ (Liang and
     Zeger 1986) with the correction B / (B - 1). Of few blocks J is itself uncertain, so it is
     averaged with what the size and the correlation of the residual give, and with Student's t.
+    """
+    given = columns, residual, block, free, spread, channels, numerics, typical
+    sandwich, sized = both(*given)
+    return 0.5 * (sandwich + sized)
+
+
+def both(
+    columns: Array,
+    residual: Array,
+    block: Array,
+    free: Array,
+    spread: float,
+    channels: int,
+    numerics: Numerics,
+    typical: Array | None = None,
+) -> tuple[Array, Array]:
+    """The sandwich, and what the size and the correlation of the residual give; see `covariance`.
 
     Args:
         columns: shape (W, N, P).
@@ -58,8 +75,8 @@ def covariance(
     slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
     count = len(slopes)
     sandwich = inverse @ (slopes.T @ slopes) @ inverse * count / max(count - 1, 1)
-    mixed = 0.5 * (sandwich + spread * inverse)
-    return mixed * (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
+    times = (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
+    return times * sandwich, times * spread * inverse
 
 
 def derivatives(
