@@ -3,13 +3,13 @@
 
     python benchmarks/arm_transcript.py [--first-seed 1] [--cases 20] [-o FOLDER] [--within 10min]
 
-Each seed hides a payload in the gripper, dry friction at one joint and a delay behind the bytes of
-an emulated Feetech bus. A leader arm is moved for a minute, and logged at 30 Hz as LeRobot does: the
-last states read, the goals sent. Then what a person would type is run, one command after the other:
-the log is imported and explained, the motion that `leo next` proposes goes through the bus with
-`leo play`, both are explained, and the repaired model is exported and checked in MuJoCo. Commands
-and what they said are in FOLDER/SEED/transcript.txt, the counts in transcript.jsonl; a seed that is
-there already is not run again.
+Each seed hides a payload in the gripper, dry friction at one joint and a delay behind the bytes
+of an emulated Feetech bus. A leader arm is moved for a minute and logged at 30 Hz as LeRobot does:
+the last states read, the goals sent. Then what a person would type is run, one command after the
+other: the log is imported and explained, the motion that `leo next` proposes goes through the bus
+with `leo play`, both are explained, and the repaired model is exported and checked in MuJoCo.
+Commands and what they said are in FOLDER/SEED/transcript.txt, answers and times in
+FOLDER/transcript.jsonl; a seed that is there already is not run again.
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ def case(folder: Path, seed: int, within: str) -> dict[str, Any]:
 
 
 def judged(folder: Path, truth: list[Placed], last: str) -> dict[str, Any]:
-    """What was hidden, what was named by the log and with the motion, and whether that is right."""
+    """What was hidden, and what was named by the log alone and with the motion."""
     wanted = {(p.effect.name, tuple(p.where)) for p in truth}
     row: dict[str, Any] = {'hidden': {p.effect.name: p.values for p in truth}}
     for name in dict.fromkeys(('first', last)):

@@ -19,19 +19,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-import os
 from pathlib import Path
-import subprocess
-import sys
-import tempfile
-import time
-from typing import NamedTuple
+from typing import Any
 
+from arm7 import driven, measured, noisy, Samples, write
 import numpy as np
 
-from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
-from leo_diffmodel.bags.writer import BagWriter
-from leo_msgs_py import cdr
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.model import Model
 from leo_sim.references.mjcf import tree, written
@@ -47,14 +40,6 @@ SINES, FASTEST = 4, 0.6  # per joint; Hz
 SWING = np.array([0.35, 0.3, 0.35, 0.3, 0.4, 0.4, 0.5])  # rad, standard deviation
 SEED = 7
 VERBS = ('check', 'compare', 'explain')
-
-
-class Samples(NamedTuple):
-    """What is measured every millisecond: angles, rates, torques, (N, 7) each."""
-
-    q: np.ndarray
-    dq: np.ndarray
-    torque: np.ndarray
 
 
 class Path7:
@@ -82,68 +67,23 @@ def simulated(robot: Robot, seconds: float = SECONDS, seed: int = SEED) -> Sampl
 
     model, rng = Model(robot), np.random.default_rng(seed)
     arm = mujoco.MjModel.from_xml_string(written(tree(robot, model.laws)))
-    arm.opt.timestep, data = PERIOD / SUBSTEPS, mujoco.MjData(arm)
-    data.qpos[:] = model.start('nominal').q
-    path = Path7(data.qpos.copy(), rng)
-    mujoco.mj_forward(arm, data)
-    inertia = np.diag(model.rigid.mass_and_bias(data.qpos, data.qvel)[0])
+    arm.opt.timestep, start = PERIOD / SUBSTEPS, model.start('nominal').q
+    path = Path7(start, rng)
+    inertia = np.diag(model.rigid.mass_and_bias(start, np.zeros_like(start))[0])
     stiff, damped = BANDWIDTH**2 * inertia, 2 * RATIO * BANDWIDTH * inertia
-    rows = []
-    for k in range(round(seconds / PERIOD)):
+
+    def controller(k: int, data: Any) -> np.ndarray:
         wanted, faster = path.at(k * PERIOD)
         torque = stiff * (wanted - data.qpos) + damped * (faster - data.qvel) + data.qfrc_bias
-        torque = np.clip(torque, -robot.limits, robot.limits)
-        rows.append((data.qpos.copy(), data.qvel.copy(), torque))
-        for _ in range(SUBSTEPS):
-            data.qfrc_applied[:] = torque - friction(data.qvel)
-            mujoco.mj_step(arm, data)
-    columns = (np.array(column) for column in zip(*rows, strict=True))
-    return Samples(
-        *(c + s * rng.standard_normal(c.shape) for c, s in zip(columns, NOISE, strict=True))
-    )
+        return np.clip(torque, -robot.limits, robot.limits)
+
+    samples = driven(arm, start, controller, round(seconds / PERIOD), SUBSTEPS, friction)
+    return noisy(samples, NOISE, rng)
 
 
 def friction(rate: np.ndarray) -> np.ndarray:
     """Viscous and smooth Coulomb friction [N m] at rates [rad/s]."""
     return VISCOUS * rate + COULOMB * np.tanh(rate / WIDTH)
-
-
-def write(robot: Robot, samples: Samples, bag: Path) -> None:
-    """The samples as a bag of joint states and applied torques."""
-    writer, joints = BagWriter(bag, {'robot': robot.name}), tuple(robot.joint_names)
-    states, applied, episode = (writer.add_topic(*t) for t in (STATES, APPLIED['effort'], EPISODE))
-    writer.write(episode, cdr.uint32(1), 0)
-    for k, (q, dq, torque) in enumerate(zip(*samples, strict=True)):
-        stamp = round(k * PERIOD * 1e9)
-        writer.write(states, cdr.joint_state(stamp, joints, q, dq), stamp)
-        writer.write(applied, cdr.joint_state(stamp, joints, effort=torque), stamp)
-    writer.close()
-
-
-class Took(NamedTuple):
-    """What a process needed: exit status, wall and processor time [s], largest memory [MB]."""
-
-    status: int
-    wall: float
-    processor: float
-    memory: float
-
-
-def measured(verb: str, bag: Path, limit: float) -> tuple[Took, str]:
-    """What `leo VERB` on the bag needed and printed; it is ended after `limit` s (exit 124)."""
-    leo = str(Path(sys.executable).with_name('leo'))
-    with tempfile.TemporaryFile('w+') as said:
-        began = time.perf_counter()
-        process = subprocess.Popen(
-            ['timeout', f'{limit:g}', leo, verb, bag, '--model', RIG],
-            stdout=said,
-            stderr=subprocess.STDOUT,
-        )
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        wall, spent = time.perf_counter() - began, used.ru_utime + used.ru_stime
-        return Took(process.returncode, wall, spent, used.ru_maxrss / 1024), said.read()
 
 
 def main() -> None:
@@ -157,7 +97,7 @@ def main() -> None:
     bag = given.output / 'bag'
     if not bag.exists():
         robot = load_robot(RIG)
-        write(robot, simulated(robot), bag)
+        write(robot, simulated(robot), PERIOD, bag)
     print(f'bag {bag}, robot {RIG}; friction b = {VISCOUS} N m s/rad, c = {COULOMB} N m')
     if not given.only_bag:
         table(bag, given.verbs, given.limit)
@@ -168,7 +108,7 @@ def table(bag: Path, verbs: Sequence[str], limit: float) -> None:
     texts = {}
     print(f'{"":10}{"exit":>6}{"wall [s]":>10}{"CPU [s]":>10}{"memory [MB]":>13}', flush=True)
     for verb in verbs:
-        took, texts[verb] = measured(verb, bag, limit)
+        took, texts[verb] = measured(limit, verb, bag, '--model', RIG)
         print(
             f'{verb:10}{took.status:6d}{took.wall:10.1f}{took.processor:10.1f}{took.memory:13.0f}',
             flush=True,

@@ -42,7 +42,8 @@ def whiten(windows: Windows, predicted: Array, sigma: Array, farthest: float) ->
 
     Cut at `farthest`: a hypothesis may send a robot to infinity.
     """
-    scaled = (windows.measured - predicted) / per_window(sigma, windows)
+    with np.errstate(over='ignore'):
+        scaled = (windows.measured - predicted) / per_window(sigma, windows)
     scaled = np.nan_to_num(np.clip(scaled, -farthest, farthest), nan=farthest)
     return scaled.reshape(*scaled.shape[:-2], -1)
 

@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from leo_diffmodel.explain.problem.shooting import eliminate, Linear
+from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.explain.problem.shooting import eliminate, Linear, whiten
 
 
 def _linear(rng: np.random.Generator) -> Linear:
@@ -28,3 +29,13 @@ def test_a_start_that_does_not_show_stays_where_it_is():
     rest, _, start, gain = eliminate(linear)
     assert start[1, 2] == 0.0 and not gain[1, 2].any()
     assert np.isfinite(start).all() and (rest[1] ** 2).sum() <= (linear.residual[1] ** 2).sum()
+
+
+@pytest.mark.filterwarnings('error')
+def test_a_robot_sent_to_infinity_is_far_off_without_a_word():
+    still = np.zeros((1, 2, 1))
+    none = np.zeros((1, 1, 0))
+    windows = Windows(still, still, none, none, np.ones((1, 1)), *np.zeros((3, 1), dtype=int))
+    predicted = np.array([[[0.0, 0.0], [1e308, np.inf]]])
+    scaled = whiten(windows, predicted, np.full((1, 2), 1e-5), farthest=1e6)
+    assert scaled.tolist() == [[0.0, 0.0, -1e6, -1e6]]
