@@ -38,7 +38,7 @@ def fit(
     Only the training windows move the parameters; every window has the start state that suits it
     best (variable projection, Golub and Pereyra 1973). What a step saves of what it promises sets
     the damping of the next one; the fit ends where no step promises anything. What start states do
-    is found again where it is needed, and at the end.
+    is found again after a step that saves less than half of its promise, and at the end.
 
     Args:
         problem: the windows.
@@ -46,14 +46,16 @@ def fit(
         theta: values to begin with, shape (P,); None begins with what changes nothing.
         start: start states to begin with, shape (W, 2J); None begins with those measured.
         iterations: most steps; None for those of the settings.
-        thorough: every step tries the measured start states as well, not the first and last only.
+        thorough: every step tries the measured start states as well, not the first and last only,
+            and finds what start states do.
         by_start: what start states do, shape (W, N, 2J), as another fit nearby has it.
     """
     numerics = problem.numerics
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
     start = problem.first if start is None else start
     begun = settle(problem, hypothesis, theta, problem.begins(start), by_start)
-    at = _Point.of(problem, hypothesis, theta, begun.start, by_start=begun.by_start)
+    nearby = None if thorough else begun.by_start
+    at = _Point.of(problem, hypothesis, theta, begun.start, by_start=nearby)
     damping, settled, ended = numerics.damping, not at.chord, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
@@ -120,15 +122,15 @@ def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None
     harder, weighed = numerics.harder, replace(problem, typical=at.typical)
     while (step := at.step(damping)).promised > numerics.step_nats:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
-        by_start = at.linear.by_start
+        nearby = None if thorough else at.linear.by_start
         saved = at.saved(problem.fixed(at.hypothesis, theta).residual(start))
         if saved < numerics.kept * step.promised:
             begins = problem.begins(start) if thorough else (start,)
-            settled = settle(weighed, at.hypothesis, theta, begins, by_start)
-            start, saved, by_start = settled.start, at.saved(settled.residual), settled.by_start
+            settled = settle(weighed, at.hypothesis, theta, begins, at.linear.by_start)
+            start, saved, nearby = settled.start, at.saved(settled.residual), None
         if saved > 0:
             softer = max(numerics.softest, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
-            return at.to(theta, start, by_start), max(damping * softer, numerics.least_damping)
+            return at.to(theta, start, nearby), max(damping * softer, numerics.least_damping)
         damping, harder = max(damping, 1e3 * numerics.least_damping) * harder, 2.0 * harder
     return None, damping
 

@@ -15,7 +15,7 @@ from leo_diffmodel.compare.pushes import fast_enough, respond
 from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.problem import Problem, uncounted
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.shooting import eliminate, Linear
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
@@ -88,6 +88,7 @@ def searched(
     `sigma` is the noise of each recording and channel where it is known, shape (R, 2J).
     """
     everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
+    model = uncounted(model)
     if model.robot.contacts:
         model = fast_enough(model, cut(everything, errors.step_seconds(everything)))
     if sigma is None:
@@ -98,13 +99,23 @@ def searched(
     return _problem(model, windows, sigma, blocks, settings), blocks
 
 
+def uncounted(model: Model) -> Model:
+    """The model whose position servos read their own angle without counts; itself without any.
+
+    A loop that counts makes a staircase of the loss: steps of which nothing is known, since no
+    start is known to a fraction of a count, and no slope between them.
+    """
+    counts = [f'actuators.{a.joint}.resolution' for a in model.robot.actuators]
+    gone = {path: 0.0 for path in counts if model.constants.get(path)}
+    return model.changed(constants={**model.constants, **gone}) if gone else model
+
+
 def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
     """The problem with the longest integration step that its noise cannot tell from a finer one.
 
     The step is halved until that changes the predictions of all windows, of which the problem has
     `share`, by less than `finer_nats`. Sensitivities need less: what a step is off by is nearly
-    the same with and without a small change. Counts of a servo, which change sides at other times
-    with any step, are left out of the comparison.
+    the same with and without a small change.
     """
     numerics, model = problem.numerics, problem.base
     least = numerics.finest_step * model.integration_step
@@ -126,7 +137,7 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
 
 
 def _stepped(problem: Problem, step: float) -> Linear:
-    stepped = replace(problem, base=uncounted(problem.base).changed(integration_step=step))
+    stepped = replace(problem, base=problem.base.changed(integration_step=step))
     return stepped.linearised(Hypothesis(), np.zeros(0), problem.windows.measured[:, 0])
 
 

@@ -21,19 +21,12 @@ from leo_sim.model import Model
 Array = np.ndarray
 
 
-def uncounted(model: Model) -> Model:
-    """The model whose position servos read their own angle without counts; itself without any."""
-    counts = [f'actuators.{a.joint}.resolution' for a in model.robot.actuators]
-    gone = {path: 0.0 for path in counts if model.constants.get(path)}
-    return model.changed(constants={**model.constants, **gone}) if gone else model
-
-
 @dataclass(frozen=True)
 class Problem:
     """What every hypothesis is judged on.
 
     Attributes:
-        base: the model as it stands.
+        base: the model as it stands, the counts of servos left out, see `pose.uncounted`.
         windows: the data, training and held-out.
         sigma: noise of each recording and channel (angles, then rates), shape (R, 2J).
         train: which windows a fit may see, shape (W,).
@@ -45,8 +38,7 @@ class Problem:
             fitted to, and that are not judged, shape (W,); None where there are none.
         typical: size of what a hypothesis is off by in most windows [noise], (1, 2J), see
             `likelihood.loss`; None before one was fitted.
-        rough_step: integration step with which sensitivities are found [s], see `rough`; None is
-            the model's.
+        rough_step: integration step with which sensitivities are found [s]; None is the model's.
         until: when its fits end wherever they are [s of `time.monotonic`].
     """
 
@@ -125,14 +117,10 @@ class Problem:
 
     @property
     def rough(self) -> Model:
-        """The model as sensitivities are found with it: integrated as coarsely as that allows.
-
-        Its servos read their angles without counts: a staircase has no slope.
-        """
-        smooth = uncounted(self.base)
+        """The model as sensitivities are found with it, integrated as coarsely as that allows."""
         if self.rough_step in (None, self.base.integration_step):
-            return smooth
-        return smooth.changed(integration_step=self.rough_step)
+            return self.base
+        return self.base.changed(integration_step=self.rough_step)
 
     @property
     def roughly(self) -> Problem:
