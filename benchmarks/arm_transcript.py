@@ -137,7 +137,7 @@ def case(folder: Path, seed: int, within: str) -> dict[str, Any]:
     if len(bags) > 1:
         said.leo('explain', *bags, *given, '-o', 'both')
         last = 'both'
-    said.leo('add', '--from', f'{last}/explain.json', '-o', 'repaired.yaml')
+    said.leo('add', 'so101', '--from', f'{last}/explain.json', '-o', 'repaired.yaml')
     said.leo('export', 'repaired.yaml', '--to', 'mjcf', '-o', 'arm.xml', '--check', *bags)
     return {'seed': seed, 'seconds': said.seconds, **judged(folder, truth, last)}
 
@@ -145,7 +145,7 @@ def case(folder: Path, seed: int, within: str) -> dict[str, Any]:
 def judged(folder: Path, truth: list[Placed], last: str) -> dict[str, Any]:
     """What was hidden, and what was named by the log alone and with the motion."""
     wanted = {(p.effect.name, tuple(p.where)) for p in truth}
-    row: dict[str, Any] = {'hidden': {p.effect.name: p.values for p in truth}}
+    row: dict[str, Any] = {'hidden': {p.effect.name: dict(p.parameters) for p in truth}}
     for name in dict.fromkeys(('first', last)):
         file = folder / name / 'explain.json'
         found = json.loads(file.read_text()) if file.exists() else {'verdict': 'none'}
