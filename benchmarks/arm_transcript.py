@@ -9,7 +9,7 @@ the last states read, the goals sent. Then what a person would type is run, one 
 other: the log is imported and explained, the motion that `leo next` proposes goes through the bus
 with `leo play`, both are explained, and the repaired model is exported and checked in MuJoCo.
 Commands and what they said are in FOLDER/SEED/transcript.txt, answers and times in
-FOLDER/transcript.jsonl; a seed that is there already is not run again.
+FOLDER/transcript.jsonl; a seed that has a line there is not run again.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from functools import partial
 import json
 from pathlib import Path
+import shutil
 import subprocess
 import sys
 import time
@@ -29,6 +30,7 @@ import numpy as np
 from rclpy.node import Node
 import yaml
 
+from leo_lab.result_lines import append_result, read_results
 from leo_msgs_py import topics
 from leo_msgs_py.node import join, spin_once, spin_until
 from leo_sim.description.robot import load_robot
@@ -95,7 +97,7 @@ class Transcript:
     def __init__(self, folder: Path) -> None:
         self.folder, self.seconds = folder, {}
 
-    def leo(self, *words: str) -> str:
+    def leo(self, *words: str) -> None:
         """Run `leo WORDS` in the folder of the case."""
         begun = time.monotonic()
         done = subprocess.run(
@@ -106,11 +108,11 @@ class Transcript:
         with (self.folder / 'transcript.txt').open('a') as file:
             file.write(f'$ leo {" ".join(words)}\n{done.stdout}')
             file.write(f'{done.stderr}[status {done.returncode}, {took:.0f} s]\n\n')
-        return done.stdout
 
 
 def case(folder: Path, seed: int, within: str) -> dict[str, Any]:
     """One arm from the cable to an exported model."""
+    shutil.rmtree(folder, ignore_errors=True)  # of a run that was ended
     folder.mkdir(parents=True)
     truth, said = hidden(seed), Transcript(folder)
     secret = folder / 'hidden.yaml'
@@ -174,15 +176,13 @@ def main() -> None:
     parser.add_argument('-o', '--output', type=Path, default=Path('arm_transcript'))
     options = parser.parse_args()
     output = options.output.resolve()
-    output.mkdir(parents=True, exist_ok=True)
     lines = output / 'transcript.jsonl'
-    rows = [json.loads(x) for x in lines.read_text().splitlines()] if lines.exists() else []
+    rows = read_results(lines)
     done = {row['seed'] for row in rows}
     for seed in range(options.first_seed, options.first_seed + options.cases):
         if seed not in done:
             rows.append(case(output / str(seed), seed, options.within))
-            with lines.open('a') as file:
-                file.write(json.dumps(rows[-1], default=str) + '\n')
+            append_result(lines, rows[-1])
             print(rows[-1], flush=True)
     right = [row['both' if 'both' in row else 'first']['right'] for row in rows]
     print(f'{sum(right)} of {len(right)} right')

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.datasheet.settings import FINER, MOST_FINER, STEP_ERROR
-from leo_diffmodel.explain.estimate.covariance import both
+from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.problem.problem import Problem
@@ -36,20 +36,13 @@ def last_fit(problem: Problem, fitted: Fit) -> Fit:
 
 
 def _wider(problem: Problem, fitted: Fit) -> Array:
-    """Covariance with the larger of the variances that blocks and residual give, (P, P).
-
-    Blocks say more where the model is wrong, and at times less by chance, as they are few.
-    """
+    """Covariance with the larger of the variances that blocks and residual give, (P, P)."""
     train, channels = problem.train, fitted.start.shape[-1]
     residual = fitted.residual[train]
     block = np.arange(len(residual)) if problem.block is None else problem.block[train]
     free, spread = fitted.hypothesis.free(fitted.theta), dispersion(fitted.take(train))
     weighed = free, spread, channels, problem.numerics, fitted.typical
-    found = both(fitted.columns[train], residual, block, *weighed)
-    most = np.maximum(*(np.diagonal(part) for part in found))
-    own = np.diagonal(fitted.covariance)
-    scale = np.sqrt(np.divide(most, own, out=np.ones_like(own), where=own > 0))
-    return fitted.covariance * np.outer(scale, scale)
+    return covariance(fitted.columns[train], residual, block, *weighed, larger=True)
 
 
 def _stepped(problem: Problem, fitted: Fit, share: float) -> Fit:

@@ -32,6 +32,7 @@ def covariance(
     channels: int,
     numerics: Numerics,
     typical: Array | None = None,
+    larger: bool = False,
 ) -> Array:
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
@@ -39,23 +40,6 @@ def covariance(
     covariance of its slope, read from how much the slopes of the time blocks differ (Liang and
     Zeger 1986) with the correction B / (B - 1). Of few blocks J is itself uncertain, so it is
     averaged with what the size and the correlation of the residual give, and with Student's t.
-    """
-    given = columns, residual, block, free, spread, channels, numerics, typical
-    sandwich, sized = both(*given)
-    return 0.5 * (sandwich + sized)
-
-
-def both(
-    columns: Array,
-    residual: Array,
-    block: Array,
-    free: Array,
-    spread: float,
-    channels: int,
-    numerics: Numerics,
-    typical: Array | None = None,
-) -> tuple[Array, Array]:
-    """The sandwich, and what the size and the correlation of the residual give; see `covariance`.
 
     Args:
         columns: shape (W, N, P).
@@ -66,6 +50,8 @@ def both(
         channels: how many there are, 2J.
         numerics: of the loss, and how much it may bend the other way.
         typical: size of each in most windows.
+        larger: each variance is the larger of the two, not their mean. Blocks say more where the
+            model is wrong, and at times less by chance, as they are few.
     """
     slopes, touching = derivatives(columns, residual, channels, numerics, typical)
     bent = _bent(slopes, residual, numerics, typical)
@@ -75,8 +61,13 @@ def both(
     slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
     count = len(slopes)
     sandwich = inverse @ (slopes.T @ slopes) @ inverse * count / max(count - 1, 1)
-    times = (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
-    return times * sandwich, times * spread * inverse
+    mixed = 0.5 * (sandwich + spread * inverse)
+    if larger:
+        most = np.maximum(np.diagonal(sandwich), spread * np.diagonal(inverse))
+        own = np.diagonal(mixed)
+        scale = np.sqrt(np.divide(most, own, out=np.ones_like(own), where=own > 0))
+        mixed = mixed * np.outer(scale, scale)
+    return mixed * (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
 
 
 def derivatives(

@@ -129,8 +129,8 @@ class Numerics:
     worth: float = 0.3
     """Share of the threshold that a scan must promise to be fitted."""
     rescanned: int = 48
-    """Effects scanned on top of a set, where there are more: an arm of six joints has 186 and a
-    scan of all takes longer than the fits, a robot with one joint has 28."""
+    """Effects scanned on top of a set, where there are more: an arm of six joints has 186, whose
+    scan took a minute of so101; a robot with one joint has 28."""
     singles: int = 6
     """Effects fitted on top of a set, those that a linear scan finds best."""
     wholes: int = 3
