@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -20,6 +21,7 @@ from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.shooting import eliminate, Linear
+from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
 
@@ -56,7 +58,7 @@ def fit(
     begun = settle(problem, hypothesis, theta, problem.begins(start), by_start)
     nearby = None if thorough else begun.by_start
     at = _Point.of(problem, hypothesis, theta, begun.start, by_start=nearby)
-    damping, settled, ended = numerics.damping, not at.chord, not hypothesis.size
+    damping, settled, ended = numerics.damping, False, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
         if problem.late():
@@ -66,14 +68,14 @@ def fit(
         if ended:
             break
         settled = there is None
-        at = there or at.to(at.theta, _settled(problem, hypothesis, at.theta, at.start))
+        at = there or at.to(at.theta, at.settled(_enough(numerics, numerics.step_nats, thorough)))
     return replace((at.to(at.theta, at.start) if at.chord else at).as_fit(), ended=ended)
 
 
 def read_at(problem: Problem, fitted: Fit) -> Fit:
     """A fit as it is in another weighting of the residuals, its values and their errors kept."""
     weighed, hypothesis = replace(problem, typical=fitted.typical), fitted.hypothesis
-    start = _settled(weighed, hypothesis, fitted.theta, fitted.start)
+    start = settle(weighed, hypothesis, fitted.theta, problem.begins(fitted.start)).start
     errors = conditional_errors(fitted.columns[problem.train])
     found = _Point.of(problem, hypothesis, fitted.theta, start, errors).as_fit()
     names = ('theta', 'covariance', 'certificate')
@@ -119,14 +121,15 @@ def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None
     that saves less than half of the promise they are settled.
     """
     problem, numerics = at.problem, at.problem.numerics
-    harder, weighed = numerics.harder, replace(problem, typical=at.typical)
+    harder = numerics.harder
     while (step := at.step(damping)).promised > numerics.step_nats:
         theta, start = _along(at.hypothesis, at.theta, at.start, step)
         nearby = None if thorough else at.linear.by_start
         saved = at.saved(problem.fixed(at.hypothesis, theta).residual(start))
         if saved < numerics.kept * step.promised:
             begins = problem.begins(start) if thorough else (start,)
-            settled = settle(weighed, at.hypothesis, theta, begins, at.linear.by_start)
+            nats = _enough(numerics, step.promised, thorough)
+            settled = settle(at.weighed, at.hypothesis, theta, begins, at.linear.by_start, nats)
             start, saved, nearby = settled.start, at.saved(settled.residual), None
         if saved > 0:
             softer = max(numerics.softest, 1.0 - (2.0 * saved / step.promised - 1.0) ** 3)
@@ -144,8 +147,9 @@ def _along(
     return moved, start + (step.start + step.gain @ straight)
 
 
-def _settled(problem: Problem, hypothesis: Hypothesis, theta: Array, start: Array) -> Array:
-    return settle(problem, hypothesis, theta, problem.begins(start)).start
+def _enough(numerics: Numerics, promised: float, thorough: bool) -> float:
+    """What the start states of all windows may promise after a step that promised so much."""
+    return numerics.inexact * promised if thorough else inf
 
 
 @dataclass(frozen=True)
@@ -220,6 +224,16 @@ class _Point:
         given = problem, hypothesis, theta, start, linear
         chord = by_start is not None and problem.linearisation is None
         return cls(*given, rest, slope, typical, loss, most, matrix, descent, answer, chord)
+
+    @property
+    def weighed(self) -> Problem:
+        """The problem with what is off by in most windows as it is here."""
+        return replace(self.problem, typical=self.typical)
+
+    def settled(self, nats: float) -> Array:
+        """The start states that fit best here, which together promise no more, (W, 2J)."""
+        weighed, begins = self.weighed, self.problem.begins(self.start)
+        return settle(weighed, self.hypothesis, self.theta, begins, nats=nats).start
 
     def to(self, theta: Array, start: Array, by_start: Array | None = None) -> _Point:
         """The hypothesis at other values, moved by the standard errors here for its columns."""

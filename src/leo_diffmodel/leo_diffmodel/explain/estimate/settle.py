@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -52,17 +53,20 @@ def settle(
     theta: Array,
     starts: Sequence[Array],
     by_start: Array | None = None,
+    nats: float = inf,
 ) -> Settled:
     """Settle from each of several start states (W, 2J), and keep the best in each window.
 
     `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is the sensitivity of the
-    whitened residual to the start states, found nearby.
+    whitened residual to the start states, found nearby. They are settled where all windows
+    together promise less than `nats`, and none more than the settings say.
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))
     fixed = problem.fixed(hypothesis, theta).take(tiled)
     by_start = by_start if by_start is None else by_start[tiled]
-    at = _Settling(fixed, np.concatenate(starts), by_start).settled()
+    enough = min(problem.numerics.start_nats, nats / count)
+    at = _Settling(fixed, np.concatenate(starts), by_start).settled(enough)
     best = at.loss.reshape(-1, count).argmin(axis=0) * count + np.arange(count)
     return at.take(best)
 
@@ -83,13 +87,13 @@ class _Settling:
             self._added = residual - self._rough.residual(start)
         self._fresh = np.full(len(start), by_start is None or fixed.by_start is not None)
 
-    def settled(self) -> Settled:
-        """Step until no window's next step promises anything, or none gains."""
+    def settled(self, enough: float) -> Settled:
+        """Step until no window's next step promises `enough` [nats], or none gains."""
         going, numerics = np.arange(len(self._fresh)), self._fixed.numerics
         first = numerics.start_dampings[:1]
         for number in range(numerics.rounds):
             steps, promised = self._planned(going, numerics.start_dampings if number else first)
-            worth = promised > numerics.start_nats
+            worth = promised > enough
             going = going[worth]
             if not going.size:
                 break

@@ -28,7 +28,7 @@ def standing(posed: Posed) -> Posed:
     problem = posed.problem
     if not problem.base.robot.contacts:
         return posed
-    kept, linearisation = settled(problem.base, problem.windows, problem.sigma, problem.settings)
+    kept, linearisation = settled(problem.base, problem.windows, problem.noise, problem.settings)
     return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
 
 
@@ -47,7 +47,7 @@ def linearised(posed: Posed, point: Fit, finer: bool = False, anew: bool = False
     windows, before = problem.windows, replace(problem.linearisation, start=point.start)
     if finer:
         windows, before = refined(model, windows, before)
-    _, linearisation = settled(model, windows, problem.sigma, problem.settings, before, anew)
+    _, linearisation = settled(model, windows, problem.noise, problem.settings, before, anew)
     problem = replace(problem, windows=windows, linearisation=linearisation)
     return Stand(replace(posed, problem=problem), *looked_at(problem, hypothesis, point.theta))
 

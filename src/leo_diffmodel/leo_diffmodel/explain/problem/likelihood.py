@@ -17,6 +17,8 @@ from leo_diffmodel.explain.settings import Numerics
 from leo_sim.common.compiled import compiled
 
 Array = np.ndarray
+NOTHING = 1e-12
+"""Whitened residuals that are no larger come of rounding alone."""
 
 
 def dispersion(residual: Array, states: int) -> float:
@@ -40,8 +42,16 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     degrees of freedom (Pintelon, Schoukens and Vandersteen 1997); a quantile over windows, not
     their mean, keeps a hand push from deciding.
     """
-    expected = chdtri(residual.shape[-1] - states, 1.0 - quantile)
-    return float(np.quantile((residual**2).sum(axis=-1), quantile) / expected)
+    ratio = (residual**2).sum(axis=-1) / chdtri(degrees(residual, states), 1.0 - quantile)
+    return float(np.quantile(ratio, quantile))
+
+
+def degrees(residual: Array, states: int) -> Array:
+    """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,).
+
+    What was not measured says nothing: its residuals are 0.
+    """
+    return np.asarray((np.abs(residual) > NOTHING).sum(axis=-1) - states)
 
 
 def loss(

@@ -70,7 +70,7 @@ def pose(
             continue
         windows = cut(everything, longer, history=noise.HISTORY)
         wider = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
-        wider = replace(wider, rough_step=problem.rough_step)
+        wider = replace(wider, rough_step=problem.rough_step, unseen=problem.unseen)
         if wider.train.sum() >= numerics.enough_windows and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
@@ -96,7 +96,14 @@ def searched(
     blocks = make_blocks(recordings, hold_out, bool(own_constants(model, hold_out)))
     seconds = window_seconds(settings.grids, sample_period(everything))
     windows = cut(everything, seconds, history=noise.HISTORY)
-    return _problem(model, windows, sigma, blocks, settings), blocks
+    problem = _problem(model, windows, sigma, blocks, settings)
+    return replace(problem, unseen=_unseen(everything)), blocks
+
+
+def _unseen(recordings: Sequence[Recording]) -> Array | None:
+    """The rates of recordings that measured none, (R, 2J); None where all did."""
+    unseen = [np.repeat([False, r.rates != 'measured'], len(r.joints)) for r in recordings]
+    return np.stack(unseen) if np.any(unseen) else None
 
 
 def uncounted(model: Model) -> Model:

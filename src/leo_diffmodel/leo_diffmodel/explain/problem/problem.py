@@ -40,6 +40,8 @@ class Problem:
             `likelihood.loss`; None before one was fitted.
         rough_step: integration step with which sensitivities are found [s]; None is the model's.
         until: when its fits end wherever they are [s of `time.monotonic`].
+        unseen: what was not measured in each recording but differentiated, shape (R, 2J); None
+            where all was. It says nothing that the angles do not, and is smoother than the robot.
     """
 
     base: Model
@@ -54,6 +56,7 @@ class Problem:
     typical: Array | None = None
     rough_step: float | None = None
     until: float = np.inf
+    unseen: Array | None = None
 
     def late(self) -> bool:
         """Whether the time is over."""
@@ -86,11 +89,16 @@ class Problem:
         return tuple(self.windows.recordings[s] for s in sources)
 
     @property
+    def noise(self) -> Array:
+        """`sigma`, infinite where nothing was measured, shape (R, 2J)."""
+        return self.sigma if self.unseen is None else np.where(self.unseen, np.inf, self.sigma)
+
+    @property
     def by_start(self) -> Array | None:
         """Sensitivity of the whitened residual to the start states where known, (W, N, 2J)."""
         if self.linearisation is None:
             return None
-        by_start, noise = self.linearisation.by_start, per_window(self.sigma, self.windows)
+        by_start, noise = self.linearisation.by_start, per_window(self.noise, self.windows)
         return -(by_start / noise[..., None]).reshape(len(by_start), -1, by_start.shape[-1])
 
     def typical_of(self, residual: Array) -> Array | None:
@@ -148,12 +156,13 @@ class Problem:
             self.by_start if by_start is None else by_start,
             errors,
             self.rough,
+            self.noise,
         )
 
     def residual(self, start: Array, model: Model | None = None) -> Array:
         """Whitened residual of the model from some start states (..., W, 2J), (..., W, N)."""
         predicted = predict(model or self.base, self.windows, start)
-        return whiten(self.windows, predicted, self.sigma, self.numerics.farthest)
+        return whiten(self.windows, predicted, self.noise, self.numerics.farthest)
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""

@@ -59,13 +59,14 @@ def linearise(
     by_start: Array | None = None,
     errors: Array | None = None,
     rough: Model | None = None,
+    noise: Array | None = None,
 ) -> Linear:
     """The residual of a hypothesis, and all finite differences in one batched rollout.
 
     Args:
         base: the model the hypothesis changes.
         windows: the data.
-        sigma: noise of each recording and channel, shape (R, 2J).
+        sigma: noise of each recording and channel, by which start states are moved, (R, 2J).
         numerics: how far parameters are moved.
         hypothesis: what is free.
         theta: parameters, shape (P,).
@@ -73,11 +74,13 @@ def linearise(
         by_start: sensitivity of the residual to them where it is known, shape (W, N, 2J).
         errors: standard error of each parameter with the others fixed, shape (P,), where known.
         rough: `base` as it is integrated for the differences, where that is another one.
+        noise: that of the residual, infinite where nothing was measured; None is `sigma`.
     """
+    noise = sigma if noise is None else noise
 
     def residuals(base: Model, theta: Array, start: Array) -> Array:
         model = hypothesis.model(base, theta) if theta.shape[-1] else base
-        return whiten(windows, predict(model, windows, start), sigma, numerics.farthest)
+        return whiten(windows, predict(model, windows, start), noise, numerics.farthest)
 
     together, states = hypothesis.together, start.shape[-1] if by_start is None else 0
     nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta, errors, numerics)

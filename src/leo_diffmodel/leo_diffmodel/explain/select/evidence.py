@@ -278,5 +278,6 @@ def weigh(sets: Sequence[Scored], most: float = np.inf) -> Weight:
     residual, channels, _ = _residual(best)
     spread = likelihood.dispersion(residual, channels)
     null = next((s for s in sets if not s.names), None)
-    gates, samples = best.at.problem.gates, best.fit.residual.size / spread
+    samples = float(likelihood.degrees(best.fit.residual, 0).sum()) / spread
+    gates = best.at.problem.gates
     return Weight(spread, samples, most * spread, gates, null=null)

@@ -81,7 +81,10 @@ class Numerics:
     step_nats: float = 0.05
     """What a step of the parameters must promise to be tried [nats]: less is the end;"""
     start_nats: float = 0.05
-    """and one of the start state of a window."""
+    """and one of the start state of a window;"""
+    inexact: float = 0.1
+    """of the last fit all of these together, as a share of what the step of the parameters
+    promised: the ends of its starts are compared."""
     moving: float = inf
     """Times the median loss: a window that is worse does not move the parameters."""
     damping: float = 1e-3

@@ -14,6 +14,7 @@ from leo_diffmodel.explain.estimate.fitted import (
     gain,
     parameter_rows,
 )
+from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.attempt import Attempt
 from leo_diffmodel.explain.unknown.curves import regressed, Variable
@@ -141,8 +142,8 @@ def _removed(found: Found) -> float:
     """Share of the held-out loss beyond that of noise that the law removes."""
     validation = ~found.attempt.scored.at.problem.train
     before, after = (float(f.loss[validation].sum()) for f in (found.base, found.attempt.fit))
-    free = found.base.residual.shape[-1] - found.base.start.shape[-1]
-    noise = 0.5 * int(validation.sum()) * free
+    free = degrees(found.base.residual[validation], found.base.start.shape[-1])
+    noise = 0.5 * int(free.sum())
     return float(np.clip((before - after) / max(before - noise, before - after, 1e-9), 0.0, 1.0))
 
 

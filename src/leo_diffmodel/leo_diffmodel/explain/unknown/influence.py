@@ -83,7 +83,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     predicted, columns = respond(model, windows, fitted.start, torques)
     lost = ~tame(columns)  # an extra torque may throw a robot out of the ground
     predicted[lost], columns[lost] = windows.measured[lost], 0.0
-    noise = problem.sigma[windows.source][:, None, :, None]
+    noise = problem.noise[windows.source][:, None, :, None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1) / size
     weight = likelihood.robust_weight(fitted.residual, 2 * joints, numerics, fitted.typical)
     weight = leverage_weight(problem, answer)[..., 0] ** 2 * weight

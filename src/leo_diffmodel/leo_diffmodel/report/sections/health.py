@@ -13,6 +13,7 @@ import numpy as np
 from leo_diffmodel.compare.conditions import conditions
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.picture import palette
@@ -172,9 +173,9 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
     basis = np.linalg.qr(linear.by_start)[0]
     lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))
     channels = fitted.start.shape[-1]
-    rng, drawn = np.random.default_rng(SEED), []
+    rng, drawn, seen = np.random.default_rng(SEED), [], linear.residual[..., None] != 0.0
     for _ in range(DRAWS):
-        noise = rng.standard_normal((*linear.residual.shape, 1))
+        noise = rng.standard_normal(seen.shape) * seen
         rest = noise - basis @ (np.swapaxes(basis, -1, -2) @ noise)
         drawn.append(_autocorrelation(rest[..., 0], channels, lags))
     value = _autocorrelation(fitted.residual[inliers], channels, lags)
@@ -188,8 +189,8 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
 
 def chi_squared(fitted: Fit) -> Array:
     """Mean squared whitened residual of each window over its expected value, shape (W,)."""
-    free = fitted.residual.shape[-1] - fitted.start.shape[-1]
-    return (fitted.residual**2).sum(axis=-1) / free
+    free = degrees(fitted.residual, fitted.start.shape[-1])
+    return np.asarray((fitted.residual**2).sum(axis=-1) / free)
 
 
 def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:

@@ -8,8 +8,10 @@ import pytest
 from tests.simulate import POSITION, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import unexplained
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import EFFECTS, place
@@ -77,3 +79,30 @@ def test_a_fit_ends_where_the_fine_one_does(problem):
     error = np.sqrt(fine.covariance[0, 0])
     assert rough.theta == pytest.approx(fine.theta, abs=0.1 * error)
     assert rough.theta == pytest.approx(0.1, abs=5 * error)
+
+
+def test_rates_that_nobody_measured_say_nothing():
+    """Rates differentiated at 30 Hz are smoother than the robot's: a lag would explain that."""
+    friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
+    fast = record(TORQUE, friction, seconds=60, noise=(4e-4, 0.0), integration_step=5e-4)
+    (whole,) = fast.episodes
+    parts = {name: x if x is None else x[::3] for name, x in vars(whole).items()}
+    slow = replace(whole, **parts)
+    made = replace(slow, dq=np.gradient(slow.q, slow.t, axis=0))
+    measured, absent = (
+        pose(
+            [replace(fast, episodes=(made,), rates=rates)], (), Model(TORQUE, (friction,))
+        ).problem
+        for rates in ('measured', 'absent')
+    )
+    first, second = (fit(p, Hypothesis()) for p in (measured, absent))
+    rows = second.residual.reshape(len(second.residual), -1, 2)
+    assert (rows[..., 1] == 0).all() and (rows[..., 0] != 0).all()
+    assert unexplained(second) == pytest.approx(1.0, abs=0.1) and unexplained(first) > 1.1
+    assert (degrees(second.residual, 2) == rows.shape[1] - 2).all()
+
+
+def test_a_thorough_fit_ends_at_one_loss_wherever_it_begins(problem):
+    ends = [fit(problem, drag(), np.array([b]), thorough=True) for b in (0.0, 0.05, 0.2)]
+    losses = [float(f.loss[problem.train].sum()) for f in ends]
+    assert np.ptp(losses) < SETTINGS.numerics.same_nats
