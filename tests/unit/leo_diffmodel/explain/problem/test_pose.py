@@ -89,11 +89,9 @@ def test_rates_that_nobody_measured_say_nothing():
     parts = {name: x if x is None else x[::3] for name, x in vars(whole).items()}
     slow = replace(whole, **parts)
     made = replace(slow, dq=np.gradient(slow.q, slow.t, axis=0))
+    model, bag = Model(TORQUE, (friction,)), replace(fast, episodes=(made,))
     measured, absent = (
-        pose(
-            [replace(fast, episodes=(made,), rates=rates)], (), Model(TORQUE, (friction,))
-        ).problem
-        for rates in ('measured', 'absent')
+        pose([replace(bag, rates=rates)], (), model).problem for rates in ('measured', 'absent')
     )
     first, second = (fit(p, Hypothesis()) for p in (measured, absent))
     rows = second.residual.reshape(len(second.residual), -1, 2)
