@@ -22,7 +22,19 @@ def figures(data: Data) -> list[tuple[str, str, str]]:
     ]
     rows += [_not_needed(row) for row in data['not_needed']]
     given = data['given'].items()
-    return rows + [(path, quantity(r['value'], r['unit']), 'as given') for path, r in given]
+    rows += [(path, quantity(r['value'], r['unit']), 'as given') for path, r in given]
+    return [*rows, *_conditions(data)]
+
+
+def _conditions(data: Data) -> Iterator[tuple[str, str, str]]:
+    """How supply and temperature went in each recording."""
+    for row in data['conditions']:
+        for name in ('supply', 'temperature'):
+            if span := row.get(name):
+                first, last, least, most = (
+                    quantity(span[key], span['unit']) for key in ('first', 'last', 'least', 'most')
+                )
+                yield f'{name} in {row["bag"]}', f'{first} to {last}', f'{least} to {most} at most'
 
 
 def _unknown(row: Data) -> str:

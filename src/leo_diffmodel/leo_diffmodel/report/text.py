@@ -24,9 +24,9 @@ LEAST_TORQUE = 1e-12
 
 
 def unit(text: str) -> str:
-    """A unit with raised powers: `kg m2` becomes kg m², `ohm` Ω."""
+    """A unit with raised powers: `kg m2` becomes kg m², `ohm` Ω, `degC` °C."""
     raised = re.sub(r'(?<=[A-Za-z])([23])\b', lambda m: m[1].translate(RAISED), text)
-    return raised.replace('ohm', 'Ω')
+    return raised.replace('ohm', 'Ω').replace('degC', '°C')
 
 
 def number(value: float | None, digits: int = 3) -> str:

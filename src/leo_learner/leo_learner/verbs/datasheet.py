@@ -119,6 +119,7 @@ def _played(
 
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
     """Measure, and write what was asked for."""
+    from leo_diffmodel.datasheet.conditions import conditions
     from leo_diffmodel.datasheet.measure import measure
     from leo_diffmodel.datasheet.sheet import sheet
 
@@ -129,7 +130,8 @@ def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[
     distinct(recordings)
     with common.progress('measuring') as heard:
         found = measure(recordings, model, joint, common.own_effects(options), heard)
-        data = sheet(found) | {'provenance': provenance(recordings, model)}
+        data = sheet(found) | {'conditions': conditions(options.inputs, joint)}
+        data['provenance'] = provenance(recordings, model)
         data['seconds'] = time.monotonic() - began
     if folder:
         from leo_diffmodel.datasheet.page import write_sheet
