@@ -6,6 +6,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -106,9 +107,13 @@ class Estimator(ABC):
     def refitted(
         self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
     ) -> Estimate:
-        """Another hypothesis on the same windows, from values near those of `at`."""
+        """Another hypothesis on the same windows, from values near those of `at`.
+
+        It is given up where it stays far behind.
+        """
         start, by_start = at.fit.start, at.fit.by_start
-        return Estimate(at.posed, fit(at.problem, hypothesis, theta, start, by_start=by_start))
+        near = partial(fit, at.problem, hypothesis, theta, start, by_start=by_start)
+        return Estimate(at.posed, near(rival=at.fit.lost(at.problem.train)))
 
     @abstractmethod
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import takewhile
 
 import numpy as np
@@ -41,10 +40,10 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
         if theta is None:
             theta = hypothesis.bounded(best.theta + (-1) ** len(ends) * best.standard_errors)
         other = fit(problem, hypothesis, theta, thorough=True)
-        if _loss(problem, other) < _loss(problem, best) - _tolerance(problem, best):
+        if other.lost(problem.train) < best.lost(problem.train) - _tolerance(problem, best):
             other = _profiled(problem, other)
         ends.append(other)
-        best = min(ends, key=partial(_loss, problem))
+        best = min(ends, key=lambda end: end.lost(problem.train))
     reached = _reached(problem, ends, best)
     converged = reached > 1 and best.ended
     return replace(best, certificate=Certificate(best.decrement, len(ends), reached, converged))
@@ -52,10 +51,10 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
 
 def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:
     """How many fits ended at the least loss, or at its values."""
-    least = _loss(problem, best) + _tolerance(problem, best)
+    least = best.lost(problem.train) + _tolerance(problem, best)
     near = problem.numerics.same_values * best.standard_errors
     return sum(
-        _loss(problem, end) <= least or bool((np.abs(end.theta - best.theta) <= near).all())
+        end.lost(problem.train) <= least or bool((np.abs(end.theta - best.theta) <= near).all())
         for end in ends
     )
 
@@ -69,7 +68,7 @@ def _profiled(problem: Problem, fitted: Fit) -> Fit:
     for _ in range(problem.numerics.profiles):
         if problem.late():
             break
-        least, begin = _loss(problem, fitted) - _tolerance(problem, fitted), None
+        least, begin = fitted.lost(problem.train) - _tolerance(problem, fitted), None
         weighed = replace(problem, typical=fitted.typical)
         values = _profile(fitted, problem.numerics.profile)
         for theta in takewhile(lambda _: not problem.late(), values):
@@ -90,10 +89,6 @@ def _profile(fitted: Fit, errors_off: Sequence[float]) -> Iterator[Array]:
         for by in errors_off:
             theta = fitted.theta + by / errors[i] * fitted.covariance[:, i]
             yield fitted.hypothesis.bounded(theta)
-
-
-def _loss(problem: Problem, fitted: Fit) -> float:
-    return float(fitted.loss[problem.train].sum())
 
 
 def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:

@@ -34,6 +34,7 @@ def fit(
     iterations: int | None = None,
     thorough: bool = False,
     by_start: Array | None = None,
+    rival: float = inf,
 ) -> Fit:
     """Levenberg-Marquardt over the parameters within bounds, the start states projected out.
 
@@ -51,6 +52,7 @@ def fit(
         thorough: every step tries the measured start states as well, not the first and last only,
             and finds what start states do.
         by_start: what start states do, shape (W, N, 2J), as another fit nearby has it.
+        rival: loss [nats] of another hypothesis; a fit that comes nearer too slowly is given up.
     """
     numerics = problem.numerics
     theta = hypothesis.bounded(hypothesis.neutral if theta is None else theta)
@@ -65,7 +67,8 @@ def fit(
             break
         there, damping = _advanced(at, damping, thorough)
         ended = there is None and settled
-        if ended:
+        if ended or (there and there.gives_up(at, rival)):
+            at = there or at
             break
         settled = there is None
         at = there or at.to(at.theta, at.settled(_enough(numerics, numerics.step_nats, thorough)))
@@ -224,6 +227,16 @@ class _Point:
         given = problem, hypothesis, theta, start, linear
         chord = by_start is not None and problem.linearisation is None
         return cls(*given, rest, slope, typical, loss, most, matrix, descent, answer, chord)
+
+    @property
+    def lost(self) -> float:
+        """Loss of the training windows [nats]."""
+        return float(self.loss[self.problem.train].sum())
+
+    def gives_up(self, before: _Point, rival: float) -> bool:
+        """Whether many steps like the last one would not bring the loss to that of a rival."""
+        behind = self.lost - rival
+        return before.lost - self.lost < self.problem.numerics.hopeless * behind
 
     @property
     def weighed(self) -> Problem:

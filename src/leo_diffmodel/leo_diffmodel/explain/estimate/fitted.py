@@ -75,6 +75,10 @@ class Fit:
     ended: bool = True
     by_start: Array | None = None
 
+    def lost(self, chosen: Array) -> float:
+        """Loss of the chosen windows (W,) [nats]."""
+        return float(self.loss[chosen].sum())
+
     def take(self, index: Array) -> Fit:
         """The fit as it is on some of its windows."""
         names = ('start', 'loss', 'residual', 'columns', 'by_start')

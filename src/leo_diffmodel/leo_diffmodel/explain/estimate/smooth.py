@@ -194,9 +194,11 @@ def _fitted(
     def done(steps: int, candidates: Sequence[Candidate]) -> None:
         progress(' + '.join(c.label for c in candidates), steps)
 
-    look, follow = partial(_looked_at, problem, null), partial(_followed, problem)
+    look = partial(_looked_at, problem, null)
     fits = helper.spread_until(half, look, points, lambda p: done(STEPS.look, p[0]))
     further = _leading(problem, fits)
+    best = min((f.lost(problem.train) for f in fits.values()), default=np.inf)
+    follow = partial(_followed, problem, best)
     better = helper.spread_until(
         problem.until,
         follow,
@@ -215,7 +217,7 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
     hypothesis, numerics = _with(null.hypothesis, added), problem.numerics
     near = partial(fit, problem, hypothesis, start=null.start, by_start=null.by_start)
     fitted = near(null.with_values(values), iterations=numerics.look)
-    if fitted.loss[problem.train].sum() <= null.loss[problem.train].sum():
+    if fitted.lost(problem.train) <= null.lost(problem.train):
         return fitted
     parameters = [p for c in added for p in c.parameters]
     neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
@@ -225,7 +227,7 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
 
 def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
     """The better half of the fits, of those with one effect more and of those with two."""
-    loss = {i: float(f.loss[problem.train].sum()) for i, f in fits.items()}
+    loss = {i: f.lost(problem.train) for i, f in fits.items()}
     sizes = {i: len(f.hypothesis.candidates) for i, f in fits.items()}
     kinds = [[i for i, s in sizes.items() if s == size] for size in sorted({*sizes.values()})]
     return [
@@ -233,9 +235,9 @@ def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
     ]
 
 
-def _followed(problem: Problem, fitted: Fit) -> Fit:
-    start, by_start = fitted.start, fitted.by_start
-    return fit(problem, fitted.hypothesis, fitted.theta, start, by_start=by_start)
+def _followed(problem: Problem, rival: float, fitted: Fit) -> Fit:
+    near = partial(fit, problem, fitted.hypothesis, fitted.theta, fitted.start)
+    return near(by_start=fitted.by_start, rival=rival)
 
 
 def _with(hypothesis: Hypothesis, added: Sequence[Candidate]) -> Hypothesis:

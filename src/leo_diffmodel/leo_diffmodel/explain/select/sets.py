@@ -222,7 +222,8 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 def _front(sets: Sets) -> list[Names]:
     """The sets to extend: the best, others of its size, its parts, if they are not extended.
 
-    Where all are, the best set with a value of its own at each joint may be another beginning.
+    Others that hold the best in a wider law are no other beginning. Where all are extended, the
+    best set with a value of its own at each joint may be one.
     """
     if frozenset() not in sets.extensions:
         return [frozenset()]
@@ -230,8 +231,9 @@ def _front(sets: Sets) -> list[Names]:
     held = best.fit.hypothesis.candidates
     sets.add_parts(best)
     ordered = distinct(sets.ordered(), sets.weight)
-    alike = [s.names for s in ordered if len(s.names) == len(best.names) and s.names]
-    near, parts = alike[: sets.settings.numerics.width], [best.names - {c} for c in held]
+    others = [s for s in ordered if len(s.names) == len(best.names) and not holds(s, best)]
+    near = [s.names for s in others[: sets.settings.numerics.width - 1]]
+    parts = [best.names - {c} for c in held]
     small = [n for n in (best.names, *near, *parts) if len(n) < sets.settings.gates.most_effects]
     front = [n for n in small if n not in sets.extensions]
     apart = [] if front else [c for c in held if _split(sets, best, c)]

@@ -85,6 +85,8 @@ class Numerics:
     inexact: float = 0.1
     """of the last fit all of these together, as a share of what the step of the parameters
     promised: the ends of its starts are compared."""
+    hopeless: float = 0.02
+    """Of what a fit is behind a rival: saves a step less, it is given up."""
     moving: float = inf
     """Times the median loss: a window that is worse does not move the parameters."""
     damping: float = 1e-3
@@ -131,7 +133,7 @@ class Numerics:
     # estimate: the search without contact
     worth: float = 0.3
     """Share of the threshold that a scan must promise to be fitted."""
-    rescanned: int = 48
+    rescanned: int = 32
     """Effects scanned on top of a set, where there are more: an arm of six joints has 186, whose
     scan took a minute of so101; a robot with one joint has 28."""
     singles: int = 6
