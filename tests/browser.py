@@ -41,6 +41,11 @@ return [view.frame.x_scale.compute(arguments[1]) - 0.5 * box.width,
 TEXT = f"return Bokeh.index.find_one({MODEL}).shadow_el.querySelector('.bk-clearfix').innerText"
 
 
+BOX = f"""
+const box = Bokeh.index.find_one({MODEL}).el.getBoundingClientRect();
+return [box.left, box.top, box.right, box.bottom];
+"""
+TOO_WIDE = 'return document.documentElement.scrollWidth - innerWidth'
 NAMES = 'return [...Bokeh.documents[0].all_models].map(m => m.name).filter(n => n)'
 
 
@@ -52,6 +57,7 @@ def chromium(profile: Path) -> Iterator[Chrome]:
     for flag in (*FLAGS, f'--user-data-dir={profile}'):
         options.add_argument(flag)
     driver = Chrome(options, Service(str(DRIVER)))
+    driver.set_script_timeout(PATIENCE)
     try:
         yield driver
     finally:
@@ -124,6 +130,19 @@ class Page:
         right, down = self.driver.execute_script(PLACE, name, x, y)
         chain = ActionChains(self.driver)
         chain.move_to_element_with_offset(self.part(name), right, down).click().perform()
+
+    @contextmanager
+    def as_wide_as(self, pixels: int) -> Iterator[float]:
+        """In a window of another width; yields by how much the page is wider than that [px]."""
+        size = {'width': pixels, 'height': 1300, 'deviceScaleFactor': 1, 'mobile': False}
+        self.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
+        until(lambda: self.driver.execute_script('return innerWidth') == pixels, 'another width')
+        yield self.driver.execute_script(TOO_WIDE)
+        self.driver.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
+
+    def box(self, name: str) -> tuple[float, float, float, float]:
+        """Left, top, right and bottom of a widget [px]."""
+        return tuple(self.driver.execute_script(BOX, name))
 
     def shoot(self, file: Path) -> None:
         """Keep what is on the screen as a PNG."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The live page by hand: in a browser, from the command to the model file."""
 
+import itertools
 import json
 from pathlib import Path
 import shlex
@@ -25,6 +26,10 @@ FLOOR, FAR = 1.2, 3.0
 """Noise floors: what is as good as a perfect model, and what is not."""
 FAR_OFF = 5.0
 """Standard errors of a binned torque: further off is another curve."""
+PLOTS = 'robot', 'horizon plot', 'time plot', 'where given plot', 'missing plot'
+SENTENCES = 'error', 'where says', 'where given says', 'missing says', 'said'
+NARROW = 200
+"""px: words stand one to a line, and a curve is no curve."""
 ASIDE = 60
 """Of the slider, what makes the friction far too strong [px]."""
 
@@ -84,6 +89,27 @@ def test_a_place_leads_to_its_worst_window_and_what_is_missing_to_the_effect(pag
     mean, low, curve = (page.column('binned torque', n) for n in ('y', 'low', 'curve0'))
     far = [abs(m - c) / (m - at) for m, at, c in zip(mean, low, curve, strict=True)]
     assert max(far) < FAR_OFF
+
+
+@pytest.mark.parametrize('width', [400, 900, 1400])
+def test_nothing_is_covered_or_squeezed_whatever_the_width(page, width):
+    page.click(f'switch {EFFECT}')
+    browser.until(lambda: page.error < FLOOR, 'the error falls')
+    with page.as_wide_as(width) as too_wide:
+        assert too_wide <= 0
+        drawn = {name: page.box(name) for name in (*PLOTS, *SENTENCES)}
+        for name, (left, top, right, bottom) in drawn.items():
+            assert right - left > NARROW and bottom > top, name
+        for one, other in itertools.combinations(drawn.values(), 2):
+            assert apart(one, other)
+
+
+def apart(one, other):
+    return any(a >= d or c >= b for a, b, c, d in (sides(one, other, i) for i in (0, 1)))
+
+
+def sides(one, other, axis):
+    return one[axis], one[axis + 2], other[axis], other[axis + 2]
 
 
 def undated(path):

@@ -7,7 +7,7 @@ from typing import Any
 
 from bokeh.document import Document
 from bokeh.events import DocumentReady
-from bokeh.layouts import column, row
+from bokeh.layouts import column
 import jinja2
 from markupsafe import Markup
 
@@ -16,7 +16,7 @@ from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
 from leo_diffmodel.watch.page.lacking import MissingView, WhereView
-from leo_diffmodel.watch.page.look import PAGE, Part, said, SIDE, WIDE
+from leo_diffmodel.watch.page.look import MAIN, PAGE, Part, PLOT, said, SIDE, WIDE, wrapped
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.page.switches import ActionsView, CatalogueView
@@ -48,13 +48,14 @@ class Tab:
         actions = ActionsView(state, finder, command)
         self._curves: list[Part] = [horizon, self._robot, self._over_time]
         self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions]
-        upper = row(self._robot.root, horizon.root, spacing=12, **WIDE)
+        upper = wrapped((self._robot.root, PLOT), (horizon.root, PLOT), spacing=12)
         below = self._over_time.root, where.root, missing.root
         self._main: Any = column(upper, *below, spacing=12, **WIDE)
         if next_run is not None:
             self._put_below(NextRunView(next_run))
-        side = column(actions.root, self._catalogue.root, spacing=12, width=SIDE)
-        page = row(self._main, side, spacing=12, **WIDE)
+        beside = {'flex': f'0 1 {SIDE}px'}
+        side = column(actions.root, self._catalogue.root, spacing=12, styles=beside, **WIDE)
+        page = wrapped((self._main, MAIN), (side, SIDE), spacing=12)
         document.add_root(column(said(_headline(state)), page, margin=14, **WIDE))
         document.title = f'{state.scene.model.robot.name}: leo watch'
         document.template = jinja2.Template(PAGE, autoescape=True)

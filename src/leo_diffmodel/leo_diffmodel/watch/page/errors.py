@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from bokeh.events import Tap
-from bokeh.layouts import column, row
+from bokeh.layouts import column
 from bokeh.models import BoxAnnotation, ColumnDataSource, FixedTicker, Select, Span
 from markupsafe import Markup
 import numpy as np
@@ -14,7 +14,17 @@ import numpy as np
 from leo_diffmodel.picture import palette
 from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
 from leo_diffmodel.watch import view
-from leo_diffmodel.watch.page.look import CARD, legend, renew, ROBOTS, said, small, WIDE
+from leo_diffmodel.watch.page.look import (
+    CARD,
+    legend,
+    renew,
+    ROBOTS,
+    said,
+    small,
+    WIDE,
+    WORDS,
+    wrapped,
+)
 from leo_diffmodel.watch.state import State
 
 FLOOR = ('noise floor', palette.FLOOR)
@@ -58,7 +68,7 @@ class HorizonView:
         self._shown = Select(options=options, value='0', title='error of', width=160, name='shown')
         self._shown.on_change('value', lambda _, __, v: state.show(int(v)))
         self.words = ErrorWords(state)
-        head = row(self._shown, self.words.root, **WIDE)
+        head = wrapped((self._shown, 160), (self.words.root, WORDS))
         parts = head, self.plot, said(legend(*ROBOTS[1:], FLOOR))
         self.root = column(*parts, stylesheets=[CARD], **WIDE)
         self.refresh()

@@ -7,7 +7,7 @@ from typing import Any
 
 from bokeh.core.properties import value
 from bokeh.events import Tap
-from bokeh.layouts import column, row
+from bokeh.layouts import column
 from bokeh.models import ColumnDataSource, NumeralTickFormatter, Range1d, Select
 from markupsafe import Markup
 import numpy as np
@@ -22,7 +22,18 @@ from leo_diffmodel.report.canvas import canvas, FONT, hover
 from leo_diffmodel.report.sections.where import against, in_print
 from leo_diffmodel.report.text import numbered, percent
 from leo_diffmodel.watch.lack import Lack
-from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said, Silence, small, WIDE
+from leo_diffmodel.watch.page.look import (
+    CARD,
+    legend,
+    PLOT,
+    ROBOTS,
+    said,
+    Silence,
+    small,
+    WIDE,
+    WORDS,
+    wrapped,
+)
 from leo_diffmodel.watch.state import State
 
 Array = np.ndarray
@@ -60,7 +71,7 @@ class WhereView:
         models = zip(('given', 'now'), ROBOTS[1:], strict=True)
         self._rankings = [_Ranking(state, *model) for model in models]
         self._words = said(name='where says', **WIDE)
-        both = row(*(r.root for r in self._rankings), **WIDE)
+        both = wrapped(*((r.root, PLOT) for r in self._rankings))
         self.root = column(self._words, both, stylesheets=[CARD], **WIDE)
         self.refresh()
 
@@ -183,7 +194,7 @@ class MissingView:
         self.plot, means = binned.torque_canvas(*sources, [palette.REPAIRED], name='missing plot')
         hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
         self._words = said(**WIDE, name='missing says')
-        head = row(self._joint, self._variable, self._words, **WIDE)
+        head = wrapped((self._joint, 160), (self._variable, 260), (self._words, WORDS))
         self.root = column(head, self.plot, stylesheets=[CARD], **WIDE)
         self.refresh()
 

@@ -19,7 +19,17 @@ from leo_diffmodel.watch.live.commands import Sent
 from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.document import Tab
-from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said, small, WIDE
+from leo_diffmodel.watch.page.look import (
+    CARD,
+    legend,
+    ROBOTS,
+    said,
+    small,
+    WIDE,
+    WORDS,
+    WRAP,
+    wrapped,
+)
 from leo_diffmodel.watch.page.next_run import (
     HEIGHT,
     joined,
@@ -55,8 +65,8 @@ class LiveView:
         self._release.on_click(live.robot.release)
         self._record.on_click(self._recorded)
         self._freeze.on_click(lambda: live.renewing.freeze(not live.renewing.frozen))
-        buttons = row(self._stop, self._release, self._record, self._freeze)
-        parts = row(buttons, self._words, **WIDE), self._strips.root
+        buttons = row(self._stop, self._release, self._record, self._freeze, stylesheets=[WRAP])
+        parts = wrapped((buttons, WORDS), (self._words, WORDS)), self._strips.root
         self.root = column(*parts, stylesheets=[CARD], margin=(0, 0, 12, 0), **WIDE)
         self.refresh()
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
+from bokeh.layouts import row
 from bokeh.models import ColumnDataSource, Div
 from markupsafe import escape, Markup
 import numpy as np
@@ -20,8 +21,10 @@ ROBOTS = (
     ('with the switches', palette.REPAIRED),
 )
 WIDE: dict[str, Any] = {'sizing_mode': 'stretch_width'}
-SIDE = 400
-"""Width of the catalogue [px]."""
+MAIN, SIDE = 400, 400
+"""Least width of what is drawn beside the catalogue, and width of that [px]."""
+PLOT, WORDS = 320, 240
+"""Least widths of a plot, and of sentences, beside another part [px]."""
 
 PAGE = """<!DOCTYPE html>
 <html lang="en">
@@ -60,6 +63,16 @@ CARD = f"""
 :host {{ background: #fff; border: 1px solid {palette.GRID}; border-radius: 10px;
   padding: 12px 14px; box-sizing: border-box; }}
 """
+
+
+WRAP = ':host { flex-wrap: wrap; }'
+
+
+def wrapped(*parts: tuple[Any, int], **options: Any) -> Any:
+    """Parts side by side where each has at least so many pixels, else below each other."""
+    for part, least in parts:
+        part.styles = {'min-width': f'min({least}px, 100%)', **part.styles}
+    return row(*(part for part, _ in parts), stylesheets=[WRAP], **WIDE, **options)
 
 
 def said(html: str = '', **options: Any) -> Div:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bokeh.layouts import column, row
+from bokeh.layouts import column
 from bokeh.models import (
     Button,
     ColumnDataSource,
@@ -21,7 +21,7 @@ import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.watch.film import SPEEDS
-from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said
+from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said, wrapped
 from leo_diffmodel.watch.page.look import WIDE as STRETCHED
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
 from leo_diffmodel.watch.view import Stage, WIDE
@@ -58,7 +58,7 @@ class RobotView:
         self._speed.on_change('value', lambda _, __, v: state.at_speed(float(v)))
         self._scrub.on_change('value', lambda _, __, v: self._scrubbed(v))
         self._horizon.on_change('value', lambda _, __, v: state.look_ahead(round(10**v, 4)))
-        player = row(self._play, self._speed, self._scrub, **STRETCHED)
+        player = wrapped((self._play, 80), (self._speed, 80), (self._scrub, 140))
         parts = said(legend(*ROBOTS)), self.plot, self._clock, player, self._horizon
         self.root = column(*parts, stylesheets=[CARD], **STRETCHED)
         self.refresh()

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.handle import Handle
-from leo_diffmodel.watch.page.look import CARD, said, SIDE, Silence, small, wrong
+from leo_diffmodel.watch.page.look import CARD, said, Silence, small, WIDE, wrong
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import FILM_SECONDS
 from leo_msgs_py.errors import UserError
@@ -41,16 +41,16 @@ class ActionsView:
         self._clear = Button(label='All off', name='clear')
         self._add = Button(label='Add to model', name='add')
         self._said: str = ''
-        self._words = said(width=SIDE - 40, name='said')
+        self._words = said(name='said', **WIDE)
         self._find.on_click(self._started)
         self._undo.on_click(state.undo)
         self._clear.on_click(state.clear)
         self._add.on_click(self._added)
-        files = said(_files(), width=SIDE - 40)
-        self._drawn = said(width=SIDE - 40, name='drawing')
+        files = said(_files(), **WIDE)
+        self._drawn = said(name='drawing', **WIDE)
         buttons = row(self._find, self._add), row(self._undo, self._clear)
         parts = *buttons, self._words, files, self._drawn
-        self.root = column(*parts, stylesheets=[CARD], width=SIDE)
+        self.root = column(*parts, stylesheets=[CARD], **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
@@ -130,11 +130,11 @@ class CatalogueView:
         self._state, self._left = state, [*state.scene.candidates.values()]
         self._lines: list[_Line] = []
         places = list(dict.fromkeys(c.where for c in self._left))
-        look = {'name': 'place', 'title': 'effects at', 'width': SIDE - 60}
+        look = {'name': 'place', 'title': 'effects at', **WIDE}
         self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, **look)
         self._place.on_change('value', lambda _, __, ___: self.refresh())
-        note = said(small(NOTE), width=SIDE - 40)
-        self.root = column(self._place, note, stylesheets=[CARD], width=SIDE)
+        note = said(small(NOTE), **WIDE)
+        self.root = column(self._place, note, stylesheets=[CARD], **WIDE)
         self.lengthen()
 
     def lengthen(self) -> bool:
@@ -161,9 +161,9 @@ class _Line:
         self._label, self._silent = candidate.label, Silence()
         self._switch = Switch(active=False, width=36, name=f'switch {self._label}')
         self._switch.on_change('active', lambda _, __, on: self._switched(on))
-        self._words = said(self._text(), width=SIDE - 90, name=f'effect {self._label}')
+        self._words = said(self._text(), name=f'effect {self._label}', **WIDE)
         self._sliders: list[_Slider] = []
-        self.root = column(row(self._switch, self._words))
+        self.root = column(row(self._switch, self._words, **WIDE), **WIDE)
 
     def refresh(self, place: str) -> None:
         """Show the state."""
@@ -204,7 +204,7 @@ class _Slider:
         self._handle, self._silent = Handle.of(parameter), Silence()
         (low, high), name = self._handle.ends, f'{label} {parameter.name}'
         look = {'show_value': False, 'tooltips': False, 'margin': (26, 8, 0, 8)}
-        ends = {'start': low, 'end': high, 'step': STEP, 'width': SIDE - 190}
+        ends = {'start': low, 'end': high, 'step': STEP, **WIDE}
         self._slider = Slider(value=0, name=f'slider {name}', **ends, **look)
         digits = CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`')
         unit = f' [{parameter.unit}]' if parameter.unit else ''
@@ -214,7 +214,7 @@ class _Slider:
         dragged = 'value_throttled' if state.scene.model.robot.contacts else 'value'
         self._slider.on_change(dragged, lambda _, __, at: self._move(self._handle.value(at)))
         self._number.on_change('value', lambda _, __, value: self._type(value))
-        self.root = row(self._slider, self._number, margin=(0, 0, 8, 40))
+        self.root = row(self._slider, self._number, margin=(0, 0, 8, 40), **WIDE)
 
     def refresh(self, on: bool) -> None:
         """Show the value while the effect is on."""
