@@ -222,7 +222,7 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 def _front(sets: Sets) -> list[Names]:
     """The sets to extend: the best, others of its size, its parts, if they are not extended.
 
-    Others that hold the best in a wider law are no other beginning. Where all are extended, the
+    Others that predict the same as the best are no other beginning. Where all are extended, the
     best set with a value of its own at each joint may be one.
     """
     if frozenset() not in sets.extensions:
@@ -231,7 +231,8 @@ def _front(sets: Sets) -> list[Names]:
     held = best.fit.hypothesis.candidates
     sets.add_parts(best)
     ordered = distinct(sets.ordered(), sets.weight)
-    others = [s for s in ordered if len(s.names) == len(best.names) and not holds(s, best)]
+    others = [s for s in ordered if s.names and len(s.names) == len(best.names)]
+    others = [s for s in others if s is not best and sets.weight.tells_apart(best, s)]
     near = [s.names for s in others[: sets.settings.numerics.width - 1]]
     parts = [best.names - {c} for c in held]
     small = [n for n in (best.names, *near, *parts) if len(n) < sets.settings.gates.most_effects]
