@@ -28,7 +28,7 @@ def figures(data: Data) -> list[tuple[str, str, str]]:
 
 def _conditions(data: Data) -> Iterator[tuple[str, str, str]]:
     """How supply and temperature went in each recording."""
-    for row in data['conditions']:
+    for row in data.get('conditions', ()):  # sheets of before 2026-12 have none
         for name in ('supply', 'temperature'):
             if span := row.get(name):
                 first, last, least, most = (

@@ -17,8 +17,6 @@ from leo_diffmodel.explain.settings import Numerics
 from leo_sim.common.compiled import compiled
 
 Array = np.ndarray
-NOTHING = 1e-12
-"""Whitened residuals that are no larger come of rounding alone."""
 
 
 def dispersion(residual: Array, states: int) -> float:
@@ -49,9 +47,10 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
 def degrees(residual: Array, states: int) -> Array:
     """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,).
 
-    What was not measured says nothing: its residuals are 0.
+    What was not measured says nothing: its residuals are 0 but for rounding.
     """
-    return np.asarray((np.abs(residual) > NOTHING).sum(axis=-1) - states)
+    rounding = np.sqrt(np.finfo(float).eps)
+    return np.asarray((np.abs(residual) > rounding).sum(axis=-1) - states)
 
 
 def loss(
