@@ -27,14 +27,18 @@ def figures(data: Data) -> list[tuple[str, str, str]]:
 
 
 def _conditions(data: Data) -> Iterator[tuple[str, str, str]]:
-    """How supply and temperature went in each recording."""
-    for row in data.get('conditions', ()):  # sheets of before 2026-12 have none
+    """How supply and temperature went in each recording; `leo datasheet` adds them to a sheet."""
+    for row in data.get('conditions', ()):
         for name in ('supply', 'temperature'):
             if span := row.get(name):
                 first, last, least, most = (
                     quantity(span[key], span['unit']) for key in ('first', 'last', 'least', 'most')
                 )
-                yield f'{name} in {row["bag"]}', f'{first} to {last}', f'{least} to {most} at most'
+                yield (
+                    f'{name} in {row["bag"]}',
+                    f'{first} to {last}',
+                    f'from {least} to {most} meanwhile',
+                )
 
 
 def _unknown(row: Data) -> str:

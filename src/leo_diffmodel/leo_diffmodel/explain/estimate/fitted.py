@@ -57,7 +57,8 @@ class Fit:
         decrement: what a full Gauss-Newton step still promises to save [nats].
         typical: size of what it is off by in most windows [noise], (1, 2J), see `likelihood`.
         certificate: of one that was brought to its end.
-        ended: no step promised anything more; False where the iterations or the time were over.
+        ended: no step promised anything more; False where the iterations or the time were over, or
+            it was given up.
         by_start: sensitivity of the whitened residual to the start states, shape (W, N, 2J); None
             where the problem has it.
     """

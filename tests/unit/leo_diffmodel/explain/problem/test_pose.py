@@ -100,6 +100,11 @@ def test_rates_that_nobody_measured_say_nothing():
     assert (degrees(second.residual, 2) == rows.shape[1] - 2).all()
 
 
+def test_a_fit_that_stays_far_behind_is_given_up(problem):
+    assert fit(problem, drag()).ended
+    assert not fit(problem, drag(), rival=-1e9).ended
+
+
 def test_a_thorough_fit_ends_at_one_loss_wherever_it_begins(problem):
     ends = [fit(problem, drag(), np.array([b]), thorough=True) for b in (0.0, 0.05, 0.2)]
     losses = [float(f.loss[problem.train].sum()) for f in ends]
