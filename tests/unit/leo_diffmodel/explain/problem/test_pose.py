@@ -9,6 +9,7 @@ from tests.simulate import POSITION, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import unexplained
+from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import degrees
@@ -109,3 +110,16 @@ def test_a_thorough_fit_ends_at_one_loss_wherever_it_begins(problem):
     ends = [fit(problem, drag(), np.array([b]), thorough=True) for b in (0.0, 0.05, 0.2)]
     losses = [float(f.loss[problem.train].sum()) for f in ends]
     assert np.ptp(losses) < SETTINGS.numerics.same_nats
+
+
+def test_start_states_of_a_thorough_fit_have_less_left_to_save():
+    held = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
+    problem = pose([record(TORQUE, held, seconds=30)], (), Model(TORQUE, (held,))).problem
+    left = [left_to_save(problem, fit(problem, drag(), thorough=t)) for t in (True, False)]
+    assert left[0] < left[1]
+
+
+def left_to_save(problem, fitted):
+    weighed, begins = replace(problem, typical=fitted.typical), (fitted.start,)
+    least = settle(weighed, fitted.hypothesis, fitted.theta, begins, nats=1e-6)
+    return float((fitted.loss - least.loss)[problem.train].sum())
