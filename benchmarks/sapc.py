@@ -113,19 +113,22 @@ class Bench:
         return bag
 
     def model(self, goals: bool) -> Path:
-        """The robot folder; of goals: a servo of the same gains, as strong as the limits."""
-        if not goals:
-            return RIG
-        folder = self.folder / 'fr3_goals'
+        """The robot folder, with the noise of its torques.
+
+        Of goals, which are exact: a servo of the same gains, as strong as the limits.
+        """
+        noise = 0.0 if goals else self._noise[2] / np.sqrt(LOGGED)
+        folder = self.folder / f'fr3_{"goals" if goals else f"{noise:.4g}"}'
         if not folder.exists():
             folder.mkdir(parents=True)
             (folder / 'robot.urdf').write_text((RIG / 'robot.urdf').read_text())
-            file = yaml.safe_load((RIG / 'robot.yaml').read_text()) | {
-                'input': 'position',
-                'integration_step': 1e-3,
-            }
-            for actuator, kp, kd in zip(file['actuators'].values(), KP, KD, strict=True):
-                actuator |= servo(actuator['limit']['value'], float(kp), float(kd))
+            file = yaml.safe_load((RIG / 'robot.yaml').read_text())
+            for sensor in file['sensors'].values():
+                sensor['input_noise'] = float(noise)
+            if goals:
+                file |= {'input': 'position', 'integration_step': 1e-3}
+                for actuator, kp, kd in zip(file['actuators'].values(), KP, KD, strict=True):
+                    actuator |= servo(actuator['limit']['value'], float(kp), float(kd))
             (folder / 'robot.yaml').write_text(yaml.safe_dump(file))
         return folder
 

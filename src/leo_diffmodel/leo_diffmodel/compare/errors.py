@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.noise import of_inputs
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import length_unit
@@ -62,6 +63,9 @@ def predict_windows(model: Model, windows: Windows, sigma: Array) -> Prediction:
     starts = np.concatenate([start[None], start + moves * noise[:, 0]])
     y = predict(model, windows, starts)
     floor = ((y[1:] - y[0]) ** 2).sum(axis=0) / count + noise**2
+    drift = of_inputs(model, windows)
+    if drift is not None:
+        floor = floor + per_window(drift, windows) ** 2
     return Prediction(windows, y[0], floor)
 
 

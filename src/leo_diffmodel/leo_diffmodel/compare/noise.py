@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import gammaincinv
@@ -12,6 +13,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.pushes import (
     flat_and_ramp,
     nearer,
+    predict,
     respond,
     small_torques,
     tame,
@@ -47,6 +49,28 @@ def estimate(model: Model, short: Sequence[Windows]) -> Array:
     """
     most = max(COMPARE.ground_noise_fewest, COMPARE.ground_noise_windows // len(short))
     return np.stack([_estimate(model, windows, most) for windows in short])
+
+
+def of_inputs(model: Model, windows: Windows) -> Array | None:
+    """Noise that measured inputs add to each sample of a window, (R, K+1, 2J); None for exact ones.
+
+    White noise of an input is a force that nobody exerted: rates walk away from the robot's, and
+    angles with them. The median over windows and draws, as some windows are chaotic.
+    """
+    robot, start = model.robot, windows.measured[:, 0]
+    if not robot.input_noise.any():
+        return None
+    samples = np.maximum(windows.dt * robot.state_rate, 1.0)  # in the mean of an interval
+    size, rng = robot.input_noise / np.sqrt(samples)[..., None], np.random.default_rng(0)
+    exact, moved = predict(model, windows, start), []
+    for _ in range(COMPARE.draws):
+        inputs = windows.inputs + size * rng.standard_normal(size.shape)
+        moved.append(predict(model, replace(windows, inputs=inputs), start) - exact)
+    square = np.stack(moved) ** 2
+    count = max(len(windows.recordings), int(windows.source.max()) + 1)
+    of_each = [windows.source == r for r in range(count)]
+    typical = [np.median(square[:, some if some.any() else ...], axis=(0, 1)) for some in of_each]
+    return np.sqrt(np.stack(typical) / _chi2(0.5, np.ones(1)))
 
 
 def _estimate(model: Model, windows: Windows, most: int) -> Array:

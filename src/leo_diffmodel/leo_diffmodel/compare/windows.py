@@ -153,8 +153,11 @@ def spread_out(windows: Windows, most: int) -> Windows:
 
 
 def per_window(sigma: Array, windows: Windows) -> Array:
-    """The noise of the recording each window comes from, shape (W, 1, 2J)."""
-    return sigma[windows.source][:, None, :]
+    """The noise of the recording each window comes from, shape (W, 1 or K+1, 2J).
+
+    `sigma` is (R, 2J), or (R, K+1, 2J) of each sample of a window.
+    """
+    return sigma.reshape(len(sigma), -1, sigma.shape[-1])[windows.source]
 
 
 def thin(recordings: Sequence[Recording]) -> list[Recording]:

@@ -164,6 +164,12 @@ class Robot:
         return np.clip(bounds, *np.array([stops[a.joint] for a in self.actuators]).T)
 
     @property
+    def input_noise(self) -> np.ndarray:
+        """Noise of one measured input of each actuator, see `SensorFile`, (A,)."""
+        named = (self.sensors.get(a.joint) for a in self.actuators)
+        return np.array([sensor.input_noise if sensor else 0.0 for sensor in named])
+
+    @property
     def input_unit(self) -> str:
         """The unit of every command: V, N m or rad."""
         return INPUT_UNITS[self.input]

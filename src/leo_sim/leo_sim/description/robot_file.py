@@ -91,10 +91,15 @@ class PoseFile(Schema):
 
 
 class SensorFile(Schema):
-    """A joint's encoder: resolution (0 = not quantised), and what it reads at angle 0."""
+    """A joint's encoder: resolution (0 = not quantised), and what it reads at angle 0.
+
+    `input_noise` is that of an input which is measured, such as a torque: the standard deviation
+    of one sample at the state rate, in the unit of the input, white (0 = exact).
+    """
 
     angle_resolution: Annotated[Finite, Field(ge=0)] = 0.0
     rate_resolution: Annotated[Finite, Field(ge=0)] = 0.0
+    input_noise: Annotated[Finite, Field(ge=0)] = 0.0
     offset: Quantity | None = None
 
 

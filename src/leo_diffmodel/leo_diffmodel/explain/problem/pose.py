@@ -196,6 +196,7 @@ def _problem(
         sigma,
         blocks.train(windows),
         settings,
+        drift=noise.of_inputs(model, windows),
         block=blocks.index(windows),
         fold=blocks.folds(windows),
         telling=blocks.telling(windows) if blocks.own else None,

@@ -40,6 +40,8 @@ class Problem:
             `likelihood.loss`; None before one was fitted.
         rough_step: integration step with which sensitivities are found [s]; None is the model's.
         until: when its fits end wherever they are [s of `time.monotonic`].
+        drift: noise that the measured inputs add to each sample of a window, (R, K+1, 2J), see
+            `noise.of_inputs`; None where they are exact.
         unseen: what was not measured in each recording but differentiated, shape (R, 2J); None
             where all was. It says nothing that the angles do not, and is smoother than the robot.
     """
@@ -56,6 +58,7 @@ class Problem:
     typical: Array | None = None
     rough_step: float | None = None
     until: float = np.inf
+    drift: Array | None = None
     unseen: Array | None = None
 
     def late(self) -> bool:
@@ -90,8 +93,12 @@ class Problem:
 
     @property
     def noise(self) -> Array:
-        """`sigma`, infinite where nothing was measured, shape (R, 2J)."""
-        return self.sigma if self.unseen is None else np.where(self.unseen, np.inf, self.sigma)
+        """`sigma` and `drift`, infinite where nothing was measured, shape (R, [K+1,] 2J)."""
+        sigma, unseen = self.sigma, self.unseen
+        if self.drift is not None:
+            sigma = np.hypot(sigma[:, None], self.drift)
+            unseen = unseen if unseen is None else unseen[:, None]
+        return sigma if unseen is None else np.where(unseen, np.inf, sigma)
 
     @property
     def by_start(self) -> Array | None:

@@ -222,23 +222,44 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
 def _front(sets: Sets) -> list[Names]:
     """The sets to extend: the best, others of its size, its parts, if they are not extended.
 
-    Others that predict the same as the best are no other beginning. Where all are extended, the
-    best set with a value of its own at each joint may be one.
+    Others that predict the same as the best are no other beginning, and where the best leaves no
+    more than noise can give, no set of one more effect is better. Where all are extended, the best
+    set with a value of its own at each joint may be one.
     """
     if frozenset() not in sets.extensions:
         return [frozenset()]
     best = best_of(sets)
     held = best.fit.hypothesis.candidates
     sets.add_parts(best)
-    ordered = distinct(sets.ordered(), sets.weight)
-    others = [s for s in ordered if s.names and len(s.names) == len(best.names)]
-    others = [s for s in others if s is not best and sets.weight.tells_apart(best, s)]
+    others = [] if _leaves_noise(sets, best) else _others(sets, best)
     near = [s.names for s in others[: sets.settings.numerics.width - 1]]
     parts = [best.names - {c} for c in held]
-    small = [n for n in (best.names, *near, *parts) if len(n) < sets.settings.gates.most_effects]
+    first = [] if _same_begun(sets, best) else [best.names]
+    small = [n for n in (*first, *near, *parts) if len(n) < sets.settings.gates.most_effects]
     front = [n for n in small if n not in sets.extensions]
     apart = [] if front else [c for c in held if _split(sets, best, c)]
     return _front(sets) if apart else front
+
+
+def _others(sets: Sets, best: Scored) -> list[Scored]:
+    """Sets of as many effects as the best that predict something else, the best of them first."""
+    ordered = distinct(sets.ordered(), sets.weight)
+    others = [s for s in ordered if s.names and len(s.names) == len(best.names)]
+    return [s for s in others if s is not best and sets.weight.tells_apart(best, s)]
+
+
+def _leaves_noise(sets: Sets, best: Scored) -> bool:
+    weight = sets.weight
+    return weight.unexplained(best) < sets.threshold * weight.spread
+
+
+def _same_begun(sets: Sets, best: Scored) -> bool:
+    """Whether a set is extended that does the same as the best by as many other names."""
+    weight, near = sets.weight, sets.settings.gates.margin_nats
+    begun = (sets.known[n] for n in sets.extensions if len(n) == len(best.names))
+    return any(
+        abs(weight.ahead(best, s)) < near and not weight.tells_apart(best, s) for s in begun
+    )
 
 
 def distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import own, respond, tame
 from leo_diffmodel.compare.sizes import torque_scale
+from leo_diffmodel.compare.windows import per_window
 from leo_diffmodel.explain.estimate.covariance import conditional_errors, leverage_weight
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import likelihood, shooting
@@ -83,7 +84,7 @@ def influence(problem: Problem, fitted: Fit) -> Influence:
     predicted, columns = respond(model, windows, fitted.start, torques)
     lost = ~tame(columns)  # an extra torque may throw a robot out of the ground
     predicted[lost], columns[lost] = windows.measured[lost], 0.0
-    noise = problem.noise[windows.source][:, None, :, None]
+    noise = per_window(problem.noise, windows)[..., None]
     answer = (columns[..., 2 * joints :] / noise).reshape(*linear.residual.shape, -1) / size
     weight = likelihood.robust_weight(fitted.residual, 2 * joints, numerics, fitted.typical)
     weight = leverage_weight(problem, answer)[..., 0] ** 2 * weight
