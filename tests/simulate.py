@@ -10,6 +10,7 @@ import numpy as np
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_sim.description.robot import load_robot, Robot
+from leo_sim.description.robot_file import SensorFile
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.effects import Placed
 from leo_sim.model import Model
@@ -71,6 +72,17 @@ def record(
         (episode,),
         {},
     )
+
+
+def measured_torque(noise: float, recording: Recording) -> tuple[Robot, Recording]:
+    """The torque pendulum that says how noisy its torque is [N m], and the run so measured."""
+    rng = np.random.default_rng(5)
+    episodes = [
+        replace(e, inputs=e.inputs + noise * rng.standard_normal(e.inputs.shape))
+        for e in recording.episodes
+    ]
+    sensor = SensorFile(input_noise=noise)
+    return replace(TORQUE, sensors={'pivot': sensor}), replace(recording, episodes=(*episodes,))
 
 
 def rounded(recording: Recording, seed: int = 0) -> Recording:

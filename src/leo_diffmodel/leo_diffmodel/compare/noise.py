@@ -52,10 +52,11 @@ def estimate(model: Model, short: Sequence[Windows]) -> Array:
 
 
 def of_inputs(model: Model, windows: Windows) -> Array | None:
-    """Noise that measured inputs add to each sample of a window, (R, K+1, 2J); None for exact ones.
+    """What the noise of measured inputs adds to each sample of a window, (R, K+1, 2J).
 
-    White noise of an input is a force that nobody exerted: rates walk away from the robot's, and
-    angles with them. The median over windows and draws, as some windows are chaotic.
+    It is a force that nobody exerted: predicted rates walk away from the robot's, and angles with
+    them. The median over windows and draws, as some windows are chaotic; None where inputs are
+    exact.
     """
     robot, start = model.robot, windows.measured[:, 0]
     if not robot.input_noise.any():

@@ -3,9 +3,10 @@
 
 import numpy as np
 import pytest
-from tests.simulate import PENDULUM, record, TORQUE
+from tests.simulate import DT, measured_torque, PENDULUM, record, TORQUE
 
-from leo_diffmodel.compare import noise
+from leo_diffmodel.compare import errors, noise
+from leo_diffmodel.compare.windows import every
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -38,3 +39,27 @@ def test_each_recording_has_its_own_noise():
     data = [record(TORQUE, seconds=20, seed=k, noise=s) for k, s in enumerate(sigmas)]
     found = noise.estimate(Model(TORQUE), noise.short_windows(data))
     np.testing.assert_allclose(found, sigmas, rtol=0.1)
+
+
+def test_noise_of_the_torque_makes_the_rate_walk_away_from_the_robot():
+    """Of a rotor of inertia I each sample adds a change of rate of torque dt / I."""
+    robot, data = measured_torque(0.4, record(TORQUE, seconds=20))
+    model, windows = Model(robot), errors.horizon_windows([data], Model(robot), 0.1)
+    drift = noise.of_inputs(model, windows)[0, :, 1]
+    inertia = model.constants['actuators.pivot.rotor_inertia'] + 0.14733  # kg m2, robot.yaml
+    steps = np.arange(windows.steps + 1)
+    np.testing.assert_allclose(drift, 0.4 * DT / inertia * np.sqrt(steps), rtol=0.15)
+    longer = errors.horizon_windows([every(data, 2)], model, 0.1)
+    twice = noise.of_inputs(model, longer)[0, :, 1]
+    np.testing.assert_allclose(twice, drift[::2], rtol=0.15)
+    assert noise.of_inputs(Model(TORQUE), windows) is None
+
+
+def test_the_noise_floor_of_a_right_model_has_it():
+    robot, data = measured_torque(0.4, record(TORQUE, seconds=40))
+    windows = errors.horizon_windows([data], Model(robot), 0.3)
+    (sigma,) = noise.estimate(Model(robot), noise.short_windows([data]))
+    said, exact = (errors.predict_windows(Model(r), windows, sigma[None]) for r in (robot, TORQUE))
+    real = (said.error[:, -1] ** 2).mean(axis=0)
+    np.testing.assert_allclose(said.floor[:, -1].mean(axis=0), real, rtol=0.3)
+    assert (exact.floor[:, -1].mean(axis=0) < 0.5 * real).all()

@@ -130,6 +130,7 @@ TAIL = """
 # One count of the encoder, {angle} (rate: {angle}/s), where it is coarser than the noise:
 # sensors:
 #   {joint}: {{angle_resolution: {count}, rate_resolution: 0}}
+# and of an input that is measured, such as a torque, the noise of one sample: input_noise: 0.05
 
 # Only leo learn needs a task; leo_sim/description/robots/pendulum/robot.yaml shows one:
 # observation: [{{quantity: angle, joint: {joint}}}, {{quantity: rate, joint: {joint}}}]

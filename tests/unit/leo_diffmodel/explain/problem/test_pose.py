@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.simulate import POSITION, record, TORQUE
+from tests.simulate import measured_torque, POSITION, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import unexplained
@@ -123,3 +123,10 @@ def left_to_save(problem, fitted):
     weighed, begins = replace(problem, typical=fitted.typical), (fitted.start,)
     least = settle(weighed, fitted.hypothesis, fitted.theta, begins, nats=1e-6)
     return float((fitted.loss - least.loss)[problem.train].sum())
+
+
+def test_a_noisy_torque_that_is_said_leaves_nothing_unexplained():
+    robot, data = measured_torque(0.4, record(TORQUE, seconds=40))
+    said, exact = (pose([data], (), Model(r)).problem for r in (robot, TORQUE))
+    assert unexplained(fit(exact, Hypothesis())) > SETTINGS.gates.unexplained
+    assert unexplained(fit(said, Hypothesis())) < 1.1
