@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A teleoperated SO-101 on its bus, from the cable to MuJoCo: every command, its time, its answer.
 
-    python benchmarks/arm_transcript.py [--first-seed 1] [--cases 20] [-o FOLDER] [--within 10min]
+    python benchmarks/arm_transcript.py [--first-seed 1] [--cases 20] [-o FOLDER] [--within 10min] [--seconds 60]
 
 Each seed hides a payload in the gripper, dry friction at one joint and a delay behind the bytes
 of an emulated Feetech bus. A leader arm is moved for a minute and logged at 30 Hz as LeRobot does:
@@ -43,7 +43,6 @@ from tests.lerobot_data import write_lerobot
 
 ROBOT = load_robot('so101')
 RATE = 30.0  # Hz, as LeRobot records
-SECONDS = 60.0
 HALF = 0.66  # rad: of the range of poses, about the middle
 SLEW = 2.0  # rad/s
 
@@ -71,8 +70,8 @@ def led(seed: int) -> Iterator[np.ndarray]:
         yield from [at] * round(RATE * rng.uniform(0.1, 0.6))
 
 
-def teleoperated(leo: Emulated, folder: Path, seed: int) -> None:
-    """Lead the arm for a minute; a LeRobot data set of degrees."""
+def teleoperated(leo: Emulated, folder: Path, seed: int, seconds: float) -> None:
+    """Lead the arm for so long; a LeRobot data set of degrees."""
     node, heard = join(Node('leader')), []
     kind, name, qos = topics.JOINT_STATES
     node.create_subscription(kind, name, lambda m: heard.append(m.position), qos)
@@ -80,7 +79,7 @@ def teleoperated(leo: Emulated, folder: Path, seed: int) -> None:
     send = node.create_publisher(kind, name, qos)
     assert spin_until(lambda: bool(heard) and send.get_subscription_count(), PATIENCE), leo.said()
     rows, goals, begun = [], led(seed), time.monotonic()
-    for number in range(round(SECONDS * RATE)):
+    for number in range(round(seconds * RATE)):
         goal = next(goals)
         while time.monotonic() < begun + number / RATE:
             spin_once(0.002)
@@ -110,7 +109,7 @@ class Transcript:
             file.write(f'{done.stderr}[status {done.returncode}, {took:.0f} s]\n\n')
 
 
-def case(folder: Path, seed: int, within: str) -> dict[str, Any]:
+def case(folder: Path, seed: int, within: str, seconds: float) -> dict[str, Any]:
     """One arm from the cable to an exported model."""
     shutil.rmtree(folder, ignore_errors=True)  # of a run that was ended
     folder.mkdir(parents=True)
@@ -122,7 +121,7 @@ def case(folder: Path, seed: int, within: str) -> dict[str, Any]:
         port = str(leo.port)
         said.leo('check-driver', 'feetech', '--robot', 'so101', '--port', port)
         leo.start_robot('start:=nominal', f'slew:={SLEW}')
-        teleoperated(leo, folder, seed)
+        teleoperated(leo, folder, seed, seconds)
     said.leo('import', 'lerobot', '--guess', '--model', 'so101', '-o', 'map.yaml')
     guess = folder / 'map.yaml'
     guess.write_text(guess.read_text().replace("unit: '?'", 'unit: deg'))
@@ -173,6 +172,7 @@ def main() -> None:
     parser.add_argument('--first-seed', type=int, default=1)
     parser.add_argument('--cases', type=int, default=20)
     parser.add_argument('--within', default='10min')
+    parser.add_argument('--seconds', type=float, default=60.0, help='of the log')
     parser.add_argument('-o', '--output', type=Path, default=Path('arm_transcript'))
     options = parser.parse_args()
     output = options.output.resolve()
@@ -181,7 +181,7 @@ def main() -> None:
     done = {row['seed'] for row in rows}
     for seed in range(options.first_seed, options.first_seed + options.cases):
         if seed not in done:
-            rows.append(case(output / str(seed), seed, options.within))
+            rows.append(case(output / str(seed), seed, options.within, options.seconds))
             append_result(lines, rows[-1])
             print(rows[-1], flush=True)
     right = [row['both' if 'both' in row else 'first']['right'] for row in rows]

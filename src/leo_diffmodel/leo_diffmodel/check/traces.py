@@ -86,7 +86,7 @@ def traces_of(
     if any(a is not b for a, b in zip(used, recordings, strict=True)):
         sigma = None  # inputs that are averaged over longer steps leave other residuals
     whole, blocks = searched(used, (), model, sigma=sigma)
-    some = _roughly(fewer(whole), whole.windows.count)
+    some = roughly(fewer(whole), whole.windows.count)
     problem = standing(Posed(some, None, blocks)).problem
     share = problem.windows.count * float(problem.windows.dt[0].sum())
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
@@ -96,8 +96,8 @@ def traces_of(
     return Traces(traces, threshold(scans, problem.settings), seconds, price)
 
 
-def _roughly(problem: Problem, count: int) -> Problem:
-    """Some of `count` windows, integrated as coarsely as what is said of them allows."""
+def roughly(problem: Problem, count: int) -> Problem:
+    """Some of `count` windows, integrated as coarsely as a scan that names nothing allows."""
     numerics = replace(problem.numerics, rough=CHECK.rough)
     rough = replace(problem, settings=replace(problem.settings, numerics=numerics))
     found = finely_enough(rough, problem.windows.count / count)

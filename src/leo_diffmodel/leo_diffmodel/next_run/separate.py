@@ -10,14 +10,14 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import needed
-from leo_diffmodel.check.traces import scan_all
+from leo_diffmodel.check.traces import roughly, scan_all
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.linearisation import settled
-from leo_diffmodel.explain.problem.pose import window_seconds
+from leo_diffmodel.explain.problem.pose import uncounted, window_seconds
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Grids, SETTINGS, settings_for
 from leo_diffmodel.next_run.settings import NEXT
@@ -130,13 +130,12 @@ def shown(
     windows, weight = windows_of(
         runs, period, settings.grids, NEXT.windows_on_ground if on_ground else NEXT.most_windows
     )
-    out = []
+    model, noises, out = uncounted(model), np.tile(sigma, (len(runs), 1)), []
     for run in range(len(runs)):
         own = windows.source == run
         part = windows.take(own)
-        problem = Problem(
-            model, part, np.tile(sigma, (len(runs), 1)), np.ones(own.sum(), bool), settings
-        )
+        problem = Problem(model, part, noises, np.ones(own.sum(), bool), settings)
+        problem = roughly(problem, part.count)
         if on_ground:
             kept, linearisation = settled(model, part, problem.sigma, problem.settings)
             problem = replace(problem.take(kept), linearisation=linearisation)

@@ -136,12 +136,13 @@ def _less(found: Search, candidate: Candidate) -> Scored:
 
 
 def _up_to(found: Search, count: int) -> Fit:
-    """The first effects of the final set, refitted without the others."""
+    """The first effects of the final set, fitted without the others."""
     full = found.final
     if count == len(full.hypothesis.candidates):
         return full
     part = replace(full.hypothesis, candidates=full.hypothesis.candidates[:count])
-    return _part_of(found.problem, full, part)
+    known = found.known(frozenset(part.candidates))
+    return known.fit if known else _part_of(found.problem, full, part)
 
 
 def _part_of(problem: Problem, full: Fit, part: Hypothesis) -> Fit:

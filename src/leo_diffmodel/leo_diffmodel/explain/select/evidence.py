@@ -161,6 +161,14 @@ class Weight:
         most = self.gates.out_of_line * np.median(scored.left)
         return float(self._by_fold(np.minimum(left, most), scored).sum())
 
+    def leaves_noise(self, scored: Scored, limit: float) -> bool:
+        """Whether no more is unexplained than in noise, and what that can give, `limit` [nats]."""
+        residual, channels, numerics = _residual(scored)
+        shape, rng = (numerics.noise_draws, *residual.shape), np.random.default_rng(0)
+        noise = rng.standard_normal(shape) * (residual != 0.0)  # 0 where nothing was measured
+        of_noise = likelihood.unexplained(noise, channels, numerics).sum(axis=-1).mean()
+        return bool(self.unexplained(scored) - of_noise < limit * self.spread)
+
     def trifle(self, scored: Scored) -> float:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
         more = likelihood.swollen(*_residual(scored), self.gates.material)

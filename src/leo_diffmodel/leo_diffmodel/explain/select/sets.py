@@ -231,7 +231,8 @@ def _front(sets: Sets) -> list[Names]:
     best = best_of(sets)
     held = best.fit.hypothesis.candidates
     sets.add_parts(best)
-    others = [] if _leaves_noise(sets, best) else _others(sets, best)
+    done = sets.weight.leaves_noise(best, sets.threshold)
+    others = [] if done else _others(sets, best)
     near = [s.names for s in others[: sets.settings.numerics.width - 1]]
     parts = [best.names - {c} for c in held]
     first = [] if _same_begun(sets, best) else [best.names]
@@ -246,11 +247,6 @@ def _others(sets: Sets, best: Scored) -> list[Scored]:
     ordered = distinct(sets.ordered(), sets.weight)
     others = [s for s in ordered if s.names and len(s.names) == len(best.names)]
     return [s for s in others if s is not best and sets.weight.tells_apart(best, s)]
-
-
-def _leaves_noise(sets: Sets, best: Scored) -> bool:
-    weight = sets.weight
-    return weight.unexplained(best) < sets.threshold * weight.spread
 
 
 def _same_begun(sets: Sets, best: Scored) -> bool:

@@ -210,6 +210,8 @@ class Numerics:
     """States at which laws are compared."""
 
     # select
+    noise_draws: int = 10
+    """Of white noise in all windows, for what is unexplained of it on average."""
     width: int = 2
     """Best sets of a size that are extended by further effects."""
     refits: int = 20
