@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A teleoperated SO-101 on its bus, from the cable to MuJoCo: every command, its time, its answer.
 
-    python benchmarks/arm_transcript.py [--first-seed 1] [--cases 20] [-o FOLDER] [--within 10min] [--seconds 60]
+    python benchmarks/arm_transcript.py [--first-seed 1] [--cases 20] [-o FOLDER] [--within 10min]
 
 Each seed hides a payload in the gripper, dry friction at one joint and a delay behind the bytes
 of an emulated Feetech bus. A leader arm is moved for a minute and logged at 30 Hz as LeRobot does:
