@@ -61,8 +61,9 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         ],
         'many': len(names) > 1,
     }
-    kinds = ('angle', 0), ('rate', len(names))
-    correlograms = [_correlogram(white, names, *kind) for kind in kinds]
+    kinds = ('angle', slice(len(names))), ('rate', slice(len(names), None))
+    shown = [kind for kind in kinds if np.isfinite(white.value[0, kind[1]]).any()]
+    correlograms = [_correlogram(white, names, *kind) for kind in shown]
     return Section('health.html', values, (plot, *correlograms))
 
 
@@ -113,11 +114,11 @@ def _ratios(time: Array, before: Array | None, after: Array, borders: list[float
     return plot
 
 
-def _correlogram(white: Correlation, names: Sequence[str], kind: str, first: int) -> Any:
+def _correlogram(white: Correlation, names: Sequence[str], kind: str, columns: slice) -> Any:
     """A line for each joint against lag, and the widest band that white noise would stay in."""
-    columns, seconds = slice(first, first + len(names)), white.seconds
-    values = white.value[:, columns]
-    low, high = white.low[:, columns].min(axis=1), white.high[:, columns].max(axis=1)
+    values, seconds = white.value[:, columns], white.seconds
+    low = np.nanmin(white.low[:, columns], axis=1)
+    high = np.nanmax(white.high[:, columns], axis=1)
     plot = canvas('lag [s]', f'autocorrelation, {kind} [1]', height=LOW)
     plot.varea(seconds, low, high, color=palette.NOISE_FILL)
     plot.line([seconds[0], seconds[-1]], [0, 0], color=palette.NOISE, line_width=1)
@@ -128,7 +129,7 @@ def _correlogram(white: Correlation, names: Sequence[str], kind: str, first: int
         dots = plot.scatter(seconds, line, size=6, **look)
         hover(plot, dots, [(name, '@y{0.00}'), ('lag', '@x{0.000} s')])
     ends = np.concatenate([low, high, *(line for _, line, _ in lines)])
-    plot.y_range = Range1d(min(-0.25, 1.1 * ends.min()), max(0.25, 1.1 * ends.max()))
+    plot.y_range = Range1d(min(-0.25, 1.1 * np.nanmin(ends)), max(0.25, 1.1 * np.nanmax(ends)))
     plain_numbers(plot.xaxis)
     return plot
 
@@ -148,7 +149,8 @@ class Correlation:
 
     Attributes:
         seconds: of each lag, shape (L,).
-        value: of each lag and channel (angles, then rates), shape (L, 2J).
+        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where nothing was
+            measured.
         low, high: 95 % band of white noise, shape (L, 2J).
         strength: mean square of the autocorrelations, each in standard deviations of what white
             noise gives: 1 for white noise.
@@ -180,8 +182,9 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
         drawn.append(_autocorrelation(rest[..., 0], channels, lags))
     value = _autocorrelation(fitted.residual[inliers], channels, lags)
     middle, spread = np.mean(drawn, axis=0), np.std(drawn, axis=0)
-    strength = float((((value - middle) / spread) ** 2).mean())
-    highest = float((((np.array(drawn) - middle) / spread) ** 2).mean(axis=(1, 2)).max())
+    strength = float(np.nanmean(((value - middle) / spread) ** 2))
+    others = ((np.array(drawn) - middle) / spread) ** 2
+    highest = float(np.nanmean(others, axis=(1, 2)).max())
     low, high = np.quantile(drawn, BAND, axis=0)
     seconds = lags * float(np.median(windows.dt))
     return Correlation(seconds, value, low, high, strength, strength <= max(highest, LASTING))
@@ -216,4 +219,5 @@ def _autocorrelation(residual: Array, channels: int, lags: Array) -> Array:
     """Of each lag and channel, over all windows, shape (L, C)."""
     e = residual.reshape(len(residual), -1, channels)
     power = (e**2).sum(axis=(0, 1))
+    power = np.where(power > 0, power, np.nan)
     return np.stack([(e[:, k:] * e[:, :-k]).sum(axis=(0, 1)) for k in lags]) / power

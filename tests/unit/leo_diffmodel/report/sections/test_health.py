@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a fit leaves: white where the model is right, correlated and too large where it is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record
@@ -41,6 +43,18 @@ def test_what_a_wrong_model_leaves_is_not(problems, fits):
     found = correlation(problems[0], fits[0])
     assert not found.white and found.strength > 10.0
     assert found.value[0, 0] > found.high[0, 0]
+
+
+@pytest.mark.filterwarnings('error')
+def test_rates_that_nobody_measured_say_nothing(problems):
+    white = [
+        correlation(angles, fit(angles, Hypothesis()))
+        for angles in (replace(p, unseen=np.array([[False, True]])) for p in problems)
+    ]
+    assert [found.white for found in white] == [False, True]
+    assert white[1].strength < 2.0 < 5.0 < white[0].strength
+    for found in white:
+        assert np.isfinite(found.value[:, 0]).all() and np.isnan(found.value[:, 1]).all()
 
 
 def test_lags_are_in_seconds_and_channels_are_angles_then_rates(problems, fits):
