@@ -8,7 +8,8 @@ of an emulated Feetech bus. A leader arm is moved for a minute and logged at 30 
 the last states read, the goals sent. Then what a person would type is run, one command after the
 other: the log is imported and explained, the motion that `leo next` proposes goes through the bus
 with `leo play`, both are explained, and the repaired model is exported and checked in MuJoCo.
-Commands and what they said are in FOLDER/SEED/transcript.txt, answers and times in
+With `--simulated` the log comes from the model, integrated at half a millisecond and read in
+counts, instead of a bus, and nothing is played. Commands and what they said are in FOLDER/SEED/transcript.txt, answers and times in
 FOLDER/transcript.jsonl; a seed that has a line there is not run again.
 """
 
@@ -35,6 +36,7 @@ from leo_msgs_py import topics
 from leo_msgs_py.node import join, spin_once, spin_until
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place, Placed
+from leo_sim.model import Model
 from leo_sim.model.model_file import write_effects
 
 sys.path.append(str(Path(__file__).parents[1]))
@@ -45,6 +47,8 @@ ROBOT = load_robot('so101')
 RATE = 30.0  # Hz, as LeRobot records
 HALF = 0.66  # rad: of the range of poses, about the middle
 SLEW = 2.0  # rad/s
+FINE = 5e-4  # s
+COUNT = 2 * np.pi / 4096  # rad
 
 
 def hidden(seed: int) -> list[Placed]:
@@ -90,6 +94,17 @@ def teleoperated(leo: Emulated, folder: Path, seed: int, seconds: float) -> None
     node.destroy_node()
 
 
+def simulated(truth: list[Placed], folder: Path, seed: int, seconds: float) -> None:
+    """The same without a bus: the arm is a model, its encoders count."""
+    model, goals, seen = Model(ROBOT, truth, integration_step=FINE), led(seed), []
+    given, state = [next(goals) for _ in range(round(seconds * RATE))], model.start('nominal')
+    for goal in given:
+        seen.append(np.round(state.q / COUNT) * COUNT)
+        state = model.step(state, goal, 1 / RATE)
+    states, actions = np.degrees(seen), np.degrees(given)
+    write_lerobot(folder / 'lerobot', [(states, actions)], RATE, ROBOT.joint_names)
+
+
 class Transcript:
     """Commands as typed, what they said, and how long they took."""
 
@@ -109,7 +124,7 @@ class Transcript:
             file.write(f'{done.stderr}[status {done.returncode}, {took:.0f} s]\n\n')
 
 
-def case(folder: Path, seed: int, within: str, seconds: float) -> dict[str, Any]:
+def case(folder: Path, seed: int, options: argparse.Namespace) -> dict[str, Any]:
     """One arm from the cable to an exported model."""
     shutil.rmtree(folder, ignore_errors=True)  # of a run that was ended
     folder.mkdir(parents=True)
@@ -117,19 +132,22 @@ def case(folder: Path, seed: int, within: str, seconds: float) -> dict[str, Any]
     secret = folder / 'hidden.yaml'
     secret.write_text(yaml.safe_dump({'effects': write_effects(truth)}))
     arm = partial(emulated, 'nominal', (f'hidden:={secret}',), robot='so101')
-    with arm() as leo:
-        port = str(leo.port)
-        said.leo('check-driver', 'feetech', '--robot', 'so101', '--port', port)
-        leo.start_robot('start:=nominal', f'slew:={SLEW}')
-        teleoperated(leo, folder, seed, seconds)
+    if options.simulated:
+        simulated(truth, folder, seed, options.seconds)
+    else:
+        with arm() as leo:
+            port = str(leo.port)
+            said.leo('check-driver', 'feetech', '--robot', 'so101', '--port', port)
+            leo.start_robot('start:=nominal', f'slew:={SLEW}')
+            teleoperated(leo, folder, seed, options.seconds)
     said.leo('import', 'lerobot', '--guess', '--model', 'so101', '-o', 'map.yaml')
     guess = folder / 'map.yaml'
     guess.write_text(guess.read_text().replace("unit: '?'", 'unit: deg'))
     said.leo('import', 'lerobot', '--map', 'map.yaml', '-o', 'led')
-    given = ('--model', 'so101', '--within', within)
+    given = ('--model', 'so101', '--within', options.within)
     said.leo('explain', 'led', *given, '-o', 'first')
     said.leo('next', 'led', '--model', 'so101', '--explain', 'first', '-o', 'next.csv')
-    if (folder / 'next.csv').exists():
+    if (folder / 'next.csv').exists() and not options.simulated:
         with arm() as leo:
             leo.start_robot('start:=nominal', f'slew:={SLEW}')
             said.leo('play', 'next.csv', '--yes', '--bag', 'played')
@@ -138,9 +156,12 @@ def case(folder: Path, seed: int, within: str, seconds: float) -> dict[str, Any]
     if len(bags) > 1:
         said.leo('explain', *bags, *given, '-o', 'both')
         last = 'both'
-    said.leo('add', 'so101', '--from', f'{last}/explain.json', '-o', 'repaired.yaml')
-    said.leo('export', 'repaired.yaml', '--to', 'mjcf', '-o', 'arm.xml', '--check', *bags)
-    return {'seed': seed, 'seconds': said.seconds, **judged(folder, truth, last)}
+    row, model = judged(folder, truth, last), 'so101'
+    if row[last]['effects']:
+        model = 'repaired.yaml'
+        said.leo('add', 'so101', '--from', f'{last}/explain.json', '-o', model)
+    said.leo('export', model, '--to', 'mjcf', '-o', 'arm.xml', '--check', *bags)
+    return {'seed': seed, 'seconds': said.seconds, **row}
 
 
 def judged(folder: Path, truth: list[Placed], last: str) -> dict[str, Any]:
@@ -173,6 +194,7 @@ def main() -> None:
     parser.add_argument('--cases', type=int, default=20)
     parser.add_argument('--within', default='10min')
     parser.add_argument('--seconds', type=float, default=60.0, help='of the log')
+    parser.add_argument('--simulated', action='store_true', help='a log without a bus')
     parser.add_argument('-o', '--output', type=Path, default=Path('arm_transcript'))
     options = parser.parse_args()
     output = options.output.resolve()
@@ -181,7 +203,7 @@ def main() -> None:
     done = {row['seed'] for row in rows}
     for seed in range(options.first_seed, options.first_seed + options.cases):
         if seed not in done:
-            rows.append(case(output / str(seed), seed, options.within, options.seconds))
+            rows.append(case(output / str(seed), seed, options))
             append_result(lines, rows[-1])
             print(rows[-1], flush=True)
     right = [row['both' if 'both' in row else 'first']['right'] for row in rows]

@@ -134,6 +134,16 @@ def test_nothing_is_unexplained_where_the_residual_is_noise(times, nats):
     assert PLAIN.unexplained(left) == pytest.approx(40 * 40 * nats, rel=0.05)
 
 
+@pytest.mark.parametrize(('times', 'noise'), [(1.0, True), (1.1, True), (1.5, False)])
+def test_a_set_leaves_no_more_than_noise_or_does(times, noise):
+    """Some windows of white noise seem to hold more than noise; so many are expected."""
+    residual = times * np.random.default_rng(3).standard_normal((40, 40))
+    left = scored([], np.ones(40), FOLD)
+    left = replace(left, at=left.at._replace(fit=replace(left.fit, residual=residual)))
+    left = replace(left, left=0.5 * (residual**2).sum(axis=1))
+    assert PLAIN.leaves_noise(left, 12.0) == noise
+
+
 def test_what_saves_a_trifle_of_what_nothing_explains_is_not_supported():
     empty = scored([], np.full(40, 200.0), FOLD)
     larger = scored(['armature'], np.full(40, 199.0), FOLD)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tests.linear import POOL, posed, Regression, scored, wide
 
+from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.select import sets as choice
@@ -37,8 +38,12 @@ def left(**by_names: float) -> list:
     ]
 
 
+def names_of(effects) -> set:
+    return {c.effect.name for c in effects}
+
+
 def names(best) -> set:
-    return {c.effect.name for c in best.names}
+    return names_of(best.names)
 
 
 @pytest.mark.parametrize(
@@ -216,6 +221,35 @@ def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
         )
         assert names(choice.best_ended(sets)) == best
         assert names(choice.best_of(sets)) == {'armature'}
+
+
+def begun(sets: Sets, first: Estimate) -> tuple[set, list]:
+    """What is chosen, and the sets of its size that were extended."""
+    best = names(choice.searched(sets, first))
+    extended = [names_of(n) for n in sets.extensions]
+    return best, [n for n in extended if len(n) == len(best)]
+
+
+@pytest.mark.parametrize(('noise', 'most'), [(1.0, 1), (2.0, 2)])
+def test_where_the_best_leaves_only_noise_no_other_of_its_size_is_extended(noise, most):
+    truth = {'armature': 2.0, 'coulomb_friction': 1.5}
+    estimator = regression(truth, alike=1.0)
+    more = np.random.default_rng(9).normal(0, np.sqrt(noise**2 - 1), (40, 20))
+    sets = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None)
+    sets.estimator.data = estimator.data + more
+    best, extended = begun(sets, estimator.first(Hypothesis()))
+    assert best == truth.keys() and len(extended) == most
+
+
+def test_a_set_that_does_the_same_as_one_that_was_extended_is_not():
+    estimator = regression({'armature': 0.5}, alike=1e-6)
+    sets = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None)
+    first = estimator.first(Hypothesis())
+    best, extended = begun(sets, first)
+    assert extended == [best]
+    twin = next(n for n in sets.known if names_of(n) == {'armature', 'bias_torque'} - best)
+    sets.known[twin] = replace(sets.known[twin], left=sets.known[twin].left - 0.01)
+    assert begun(sets, first) == ({'armature', 'bias_torque'} - best, extended)
 
 
 def test_what_was_not_extended_is_told():
