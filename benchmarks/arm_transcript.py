@@ -9,8 +9,9 @@ the last states read, the goals sent. Then what a person would type is run, one 
 other: the log is imported and explained, the motion that `leo next` proposes goes through the bus
 with `leo play`, both are explained, and the repaired model is exported and checked in MuJoCo.
 With `--simulated` the log comes from the model, integrated at half a millisecond and read in
-counts, instead of a bus, and nothing is played. Commands and what they said are in FOLDER/SEED/transcript.txt, answers and times in
-FOLDER/transcript.jsonl; a seed that has a line there is not run again.
+counts, instead of a bus, and nothing is played. Commands and what they said are in
+FOLDER/SEED/transcript.txt, answers and times in FOLDER/transcript.jsonl; a seed that has a line
+there is not run again.
 """
 
 from __future__ import annotations
