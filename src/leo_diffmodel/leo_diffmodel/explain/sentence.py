@@ -15,6 +15,8 @@ NEXT = (
     'is still open, picks the one that tells them apart best, and writes it for leo play'
 )
 MORE_TIME = 'the same again without --within, or with more time'
+REPEAT = 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
+MEASURED = 'if the torque was measured, say how noisy it is (sensors, input_noise in robot.yaml)'
 BY_HAND = 'swing it by hand from other angles'
 
 
@@ -133,5 +135,7 @@ def next_run(verdict: str, findings: Findings) -> str | None:
     if findings.unknown:
         return f'repeat the run, and {findings.unknown.reveal}'
     if verdict in ('unknown', 'partly'):
-        return 'repeat the run, then vary one thing at a time: speed, load, angle, supply'
+        robot = findings.base.robot
+        exact = robot.input == 'torque' and not robot.input_noise.any()
+        return f'{MEASURED}; {REPEAT}' if exact else REPEAT
     return None

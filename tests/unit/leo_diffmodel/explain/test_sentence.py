@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The answer says from how many recordings, and for which angles, speeds and loads, it is."""
 
+from dataclasses import replace
 from types import SimpleNamespace
+
+from tests.simulate import PENDULUM, TORQUE
 
 from leo_diffmodel.explain.decide import Named
 from leo_diffmodel.explain.findings.findings import Range, Shown
 from leo_diffmodel.explain.rows import shown_for
 from leo_diffmodel.explain.sentence import next_run, sentence, shown
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_sim.description.robot_file import SensorFile
 
 PIVOT = Shown('pivot', Range(-1.23, 2.0, 'rad'), Range(-6, 5.5, 'rad/s'), Range(0, 0.31, 'N m'))
 
@@ -47,3 +51,14 @@ def test_an_answer_that_was_cut_short_says_so_and_asks_for_more_time():
     assert none == 'Cut short, so nothing is sure: held-out error 1 -> 1.'
     cut = SimpleNamespace(search=SimpleNamespace(complete=False))
     assert next_run('ambiguous', cut) == 'the same again without --within, or with more time'
+
+
+def test_what_no_effect_explains_may_be_the_noise_of_a_torque():
+    said = replace(TORQUE, sensors={'pivot': SensorFile(input_noise=0.1)})
+    asked = []
+    for robot in (TORQUE, said, PENDULUM):
+        search, base = SimpleNamespace(complete=True), SimpleNamespace(robot=robot)
+        asked.append(next_run('unknown', SimpleNamespace(search=search, base=base, unknown=None)))
+    first, *others = asked
+    assert 'input_noise in robot.yaml' in first and first.endswith('load, angle, supply')
+    assert all(other.startswith('repeat the run') for other in others)
