@@ -107,11 +107,12 @@ class SendView:
         self._yes = Button(label='Yes, move the robot', **look)
         self._no = Button(label='No', width=80, name='no, do not move')
         self._words = said(**WIDE, name='sending')
-        self._answers = row(self._yes, self._no)
+        self._answers = row(self._yes, self._no, stylesheets=[WRAP])
         self._send.on_click(self._pressed)
         self._yes.on_click(self._confirmed)
         self._no.on_click(self._refused)
-        self.root = column(row(self._send, self._answers), self._words, stylesheets=[CARD], **WIDE)
+        asked = row(self._send, self._answers, stylesheets=[WRAP])
+        self.root = column(asked, self._words, stylesheets=[CARD], **WIDE)
         self.refresh()
 
     def refresh(self) -> None:
