@@ -144,6 +144,21 @@ class Robot:
         """Joints that slide: their units are m and N."""
         return frozenset(joint.name for joint in self.joints if joint.kind == 'prismatic')
 
+    @cached_property
+    def turned_about(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Of each link, at angles 0, its frame (3, 3) and the axes (H, 3) of hinges that turn it.
+
+        Both in the world's axes.
+        """
+        found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        for joint in self.joints:
+            frame, axes = found.get(joint.parent, (np.eye(3), np.zeros((0, 3))))
+            frame = frame @ np.reshape(joint.rotation, (3, 3))
+            if joint.kind in ('revolute', 'continuous'):
+                axes = np.vstack([axes, frame @ joint.axis])
+            found[joint.child] = frame, axes
+        return found
+
     @property
     def actuated(self) -> tuple[int, ...]:
         """Index of each actuator's joint in a state vector."""
