@@ -44,13 +44,14 @@ def excess(residual: Array, states: int, quantile: float = 0.5) -> float:
     return float(np.quantile(ratio, quantile))
 
 
-def degrees(residual: Array, states: int) -> Array:
-    """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,).
+def measured(residual: Array) -> Array:
+    """Which residuals say something: of what was not measured they are 0 but for rounding."""
+    return np.asarray(np.abs(residual) > np.sqrt(np.finfo(float).eps))
 
-    What was not measured says nothing: its residuals are 0 but for rounding.
-    """
-    rounding = np.sqrt(np.finfo(float).eps)
-    return np.asarray((np.abs(residual) > rounding).sum(axis=-1) - states)
+
+def degrees(residual: Array, states: int) -> Array:
+    """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,)."""
+    return np.asarray(measured(residual).sum(axis=-1) - states)
 
 
 def loss(

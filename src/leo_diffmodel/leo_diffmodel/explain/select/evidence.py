@@ -165,7 +165,7 @@ class Weight:
         """Whether no more is unexplained than in noise, and what that can give, `limit` [nats]."""
         residual, channels, numerics = _residual(scored)
         shape, rng = (numerics.noise_draws, *residual.shape), np.random.default_rng(0)
-        noise = rng.standard_normal(shape) * (residual != 0.0)  # 0 where nothing was measured
+        noise = rng.standard_normal(shape) * likelihood.measured(residual)
         of_noise = likelihood.unexplained(noise, channels, numerics).sum(axis=-1).mean()
         return bool(self.unexplained(scored) - of_noise < limit * self.spread)
 

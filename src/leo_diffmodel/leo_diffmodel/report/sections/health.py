@@ -13,7 +13,7 @@ import numpy as np
 from leo_diffmodel.compare.conditions import conditions
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem.likelihood import degrees
+from leo_diffmodel.explain.problem.likelihood import degrees, measured
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.picture import palette
@@ -175,7 +175,7 @@ def correlation(problem: Problem, fitted: Fit) -> Correlation:
     basis = np.linalg.qr(linear.by_start)[0]
     lags = np.arange(1, 1 + min(LAGS, windows.steps - 1))
     channels = fitted.start.shape[-1]
-    rng, drawn, seen = np.random.default_rng(SEED), [], linear.residual[..., None] != 0.0
+    rng, drawn, seen = np.random.default_rng(SEED), [], measured(linear.residual)[..., None]
     for _ in range(DRAWS):
         noise = rng.standard_normal(seen.shape) * seen
         rest = noise - basis @ (np.swapaxes(basis, -1, -2) @ noise)
@@ -218,6 +218,5 @@ def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:
 def _autocorrelation(residual: Array, channels: int, lags: Array) -> Array:
     """Of each lag and channel, over all windows, shape (L, C)."""
     e = residual.reshape(len(residual), -1, channels)
-    power = (e**2).sum(axis=(0, 1))
-    power = np.where(power > 0, power, np.nan)
+    power = np.where(measured(e).any(axis=(0, 1)), (e**2).sum(axis=(0, 1)), np.nan)
     return np.stack([(e[:, k:] * e[:, :-k]).sum(axis=(0, 1)) for k in lags]) / power

@@ -47,10 +47,10 @@ def test_what_a_wrong_model_leaves_is_not(problems, fits):
 
 @pytest.mark.filterwarnings('error')
 def test_rates_that_nobody_measured_say_nothing(problems):
-    white = [
-        correlation(angles, fit(angles, Hypothesis()))
-        for angles in (replace(p, unseen=np.array([[False, True]])) for p in problems)
-    ]
+    angles = [replace(p, unseen=np.array([[False, True]])) for p in problems]
+    fits = [fit(p, Hypothesis()) for p in angles]
+    rounded = [replace(f, residual=f.residual + 1e-17) for f in fits]
+    white = [correlation(*pair) for pair in zip(angles, rounded, strict=True)]
     assert [found.white for found in white] == [False, True]
     assert white[1].strength < 2.0 < 5.0 < white[0].strength
     for found in white:
