@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -77,6 +78,10 @@ EFFECTS = {
         ('coulomb_friction', 'all', {'c': 0.02}),
     ],
     'play in both gears': [('backlash', 'all', {'gap': 0.03}), ('armature', 'yaw', {'J': 0.002})],
+    'out of the plane': [
+        ('external_force', 'upper', {'y': -0.7}),
+        ('link_com', 'hand', {'x': 0.01, 'y': 0.02, 'z': -0.01}),
+    ],
     'forces': [
         ('external_force', 'hand', {'x': 0.5, 'z': 1.0}),
         ('external_force', 'upper', {'x': -0.2, 'z': 0.3}),
@@ -130,3 +135,14 @@ def test_scans_keep_their_leading_axis(robot):
     single = place(robot, 'viscous_friction', ['yaw', 'wrist'], b=0.02)
     one, _ = rollout(Model(robot, [single]), start, start + 1.0, np.ones((2, 4, 2)), 0.02)
     assert q[2] == pytest.approx(one, abs=1e-10)
+
+
+def test_what_no_hinge_shows_is_no_parameter(robot):
+    """A centre of mass along the one axis that turns its link, a force along it, do nothing."""
+    leo, so101, bob = map(load_robot, ('leo', 'so101', 'pendulum'))
+    for name in ('link_com', 'external_force'):
+        for arm, link in ((robot, 'upper'), (so101, 'shoulder_link')):
+            assert (*place(arm, name, link).parameters,) == ('x', 'y', 'z')
+        assert (*place(leo, name, 'torso').parameters,) == ('x', 'z')
+    with pytest.raises(UserError, match='link_com has no parameter'):
+        place(bob, 'link_com', 'bob', y=0.1)
