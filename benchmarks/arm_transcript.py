@@ -47,7 +47,7 @@ from tests.lerobot_data import write_lerobot
 ROBOT = load_robot('so101')
 RATE = 30.0  # Hz, as LeRobot records
 HALF = 0.66  # rad: of the range of poses, about the middle
-SLEW = 2.0  # rad/s
+SLEW = 5.0  # rad/s, of the driver; the leader stays below: what was sent is what was done
 FINE = 5e-4  # s
 COUNT = 2 * np.pi / 4096  # rad
 
