@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 import time
 
@@ -172,9 +172,14 @@ def best_of(sets: Sets) -> Scored:
 
 
 def best_ended(sets: Sets) -> Scored:
-    """The set that is chosen of the model as given and those whose fits have come to their end."""
-    ended = [s for s in sets.known.values() if s.fit.ended or not s.names]
-    return chosen(ended, sets.weight, sets.threshold)
+    """The set that is chosen of the model as given and those whose fits have come to their end.
+
+    Its parts need not have: a part that is far behind was given up.
+    """
+    known = list(sets.known.values())
+    ended = {s.names for s in known if s.fit.ended or not s.names}
+    able = (s for s in _fitting(known, sets.weight, sets.threshold) if s.names in ended)
+    return next(able, None) or sets.known[frozenset()]
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
@@ -183,8 +188,12 @@ def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
     Of a set that takes part, each less one effect is in `sets` too. Noise alone can give an effect
     a gain of `limit` [nats].
     """
-    fitting = (s for s in weight.ordered(sets) if supported(sets, s, weight, limit))
-    return next(fitting, None) or next(s for s in sets if not s.names)
+    best = next(_fitting(sets, weight, limit), None)
+    return best or next(s for s in sets if not s.names)
+
+
+def _fitting(sets: Sequence[Scored], weight: Weight, limit: float) -> Iterator[Scored]:
+    return (s for s in weight.ordered(sets) if supported(sets, s, weight, limit))
 
 
 def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: float) -> bool:

@@ -223,6 +223,22 @@ def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
         assert names(choice.best_of(sets)) == {'armature'}
 
 
+def test_of_what_was_cut_short_a_set_is_taken_whose_part_was_given_up():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0)
+    sets = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None)
+    best = choice.searched(sets, estimator.first(Hypothesis()))
+    part = next(n for n in sets.known if names_of(n) == {'coulomb_friction'})
+    at = sets.known[part].at
+    given_up = at._replace(fit=replace(at.fit, ended=False))
+    sets.known = {n: replace(s, at=ended(s.at)) for n, s in sets.known.items()}
+    sets.known[part] = replace(sets.known[part], at=given_up)
+    assert choice.best_ended(sets).names == best.names
+
+
+def ended(at: Estimate) -> Estimate:
+    return at._replace(fit=replace(at.fit, ended=True))
+
+
 def begun(sets: Sets, first: Estimate) -> tuple[set, list]:
     """What is chosen, and the sets of its size that were extended."""
     best = names(choice.searched(sets, first))
