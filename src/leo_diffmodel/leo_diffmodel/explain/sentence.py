@@ -137,5 +137,5 @@ def next_run(verdict: str, findings: Findings) -> str | None:
     if verdict in ('unknown', 'partly'):
         robot = findings.base.robot
         exact = robot.input == 'torque' and not robot.input_noise.any()
-        return f'{MEASURED}; {REPEAT}' if exact else REPEAT
+        return f'{REPEAT}; {MEASURED}' if exact else REPEAT
     return None

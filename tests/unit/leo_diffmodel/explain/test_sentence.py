@@ -60,5 +60,7 @@ def test_what_no_effect_explains_may_be_the_noise_of_a_torque():
         search, base = SimpleNamespace(complete=True), SimpleNamespace(robot=robot)
         asked.append(next_run('unknown', SimpleNamespace(search=search, base=base, unknown=None)))
     first, *others = asked
-    assert 'input_noise in robot.yaml' in first and first.endswith('load, angle, supply')
-    assert all(other.startswith('repeat the run') for other in others)
+    assert (
+        others == ['repeat the run, then vary one thing at a time: speed, load, angle, supply'] * 2
+    )
+    assert first.startswith(others[0]) and 'input_noise in robot.yaml' in first
