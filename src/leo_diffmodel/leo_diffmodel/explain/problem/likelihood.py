@@ -50,8 +50,11 @@ def measured(residual: Array) -> Array:
 
 
 def degrees(residual: Array, states: int) -> Array:
-    """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,)."""
-    return np.asarray(measured(residual).sum(axis=-1) - states)
+    """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,).
+
+    At least one: of a joint at rest the start state takes all that was measured.
+    """
+    return np.asarray(np.maximum(measured(residual).sum(axis=-1) - states, 1))
 
 
 def loss(

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.explain.problem.likelihood import (
+    excess,
     loss,
     promised,
     robust_weight,
@@ -28,6 +29,15 @@ def test_noise_costs_half_its_sum_of_squares():
     half = 0.5 * (residual**2).sum(axis=1)
     assert loss(residual, CHANNELS, NUMERICS).mean() == pytest.approx(half.mean(), rel=0.03)
     assert unexplained(residual, CHANNELS, NUMERICS).mean() < 0.5
+
+
+def test_windows_at_rest_leave_nothing_and_do_not_hide_what_others_leave():
+    """The start state of a joint that sticks takes all of a constant reading."""
+    residual = noise(2.0)
+    residual[: WINDOWS // 4] = 0.0
+    most = np.sort((noise(2.0)[WINDOWS // 4 :] ** 2).mean(axis=1))
+    assert excess(residual, CHANNELS) == pytest.approx(most[WINDOWS // 4], rel=0.1)
+    assert excess(0.0 * residual, CHANNELS) == 0.0
 
 
 def test_ten_times_as_much_costs_the_logarithm_of_ten_more():
