@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -253,7 +253,7 @@ def _moves(loop: OpenLoop, first: OpenLoop, placed: Placed) -> bool:
     """
     if not loop.robot.contacts:
         return True
-    torques = [placed.parameters[p.name] for p in placed.effect.parameters if p.unit == 'N m']
+    torques = _of_unit(placed, loop.robot, 'N m')
     weak = all(abs(float(t)) < torque_scale(loop.robot) for t in torques)
     return weak and bool(np.all(loop.rates > STILL * first.rates))
 
@@ -262,8 +262,13 @@ def _within(loop: OpenLoop, placed: Placed) -> bool:
     """Whether no link of a walker has its mass farther off than the whole robot reaches."""
     if not loop.robot.contacts:
         return True
-    lengths = [placed.parameters[p.name] for p in placed.effect.parameters if p.unit == 'm']
+    lengths = _of_unit(placed, loop.robot, 'm')
     return all(abs(float(length)) < reach(loop.robot) for length in lengths)
+
+
+def _of_unit(placed: Placed, robot: Robot, unit: str) -> list[Any]:
+    parameters = placed.effect.parameters_for(robot, placed.where)
+    return [placed.parameters[p.name] for p in parameters if p.unit == unit]
 
 
 def _rms(change: Array) -> Array:

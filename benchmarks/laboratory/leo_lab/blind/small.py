@@ -184,9 +184,9 @@ def _fits(size: float) -> bool:
 
 
 def _scaled(robot: Robot, placed: Placed, share: float) -> Placed:
-    """With all amplitudes so much larger: x and z of a shift go together."""
+    """With all amplitudes so much larger: x, y and z of a shift go together."""
     first = placed.effect.parameters[0]
-    both = {'x', 'z'} & placed.parameters.keys() or {first.name}
+    both = {'x', 'y', 'z'} & placed.parameters.keys() or {first.name}
     neutral = {p.name: p.neutral for p in placed.effect.parameters_for(robot, placed.where)}
     return replace(
         placed,
