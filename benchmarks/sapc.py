@@ -173,6 +173,7 @@ def answer(bench: Bench, name: str, draw: int, given: argparse.Namespace) -> Row
 def moved(bench: Bench, change: Change, out: Path, *model: object) -> Row:
     """Errors of the hand [mm]: as given, repaired, and with the payload taken off both."""
     row: Row = {'before': bench.replayed(bench.given, change), 'after': None, 'edited': None}
+    (out / 'model.yaml').unlink(missing_ok=True)  # of a run whose line is gone
     options = '--from', out / 'explain.json', '-o', out / 'model.yaml'
     took, _ = measured(60, 'add', *model, *options)
     effects = () if took.status else load_model(out / 'model.yaml').effects
