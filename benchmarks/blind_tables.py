@@ -27,7 +27,7 @@ import sys
 import numpy as np
 
 from leo_lab.blind.run_cases import read_lines
-from leo_lab.blind.suite import check_readable, walker_of
+from leo_lab.blind.suite import check_readable, robot_of
 from leo_lab.blind.table import confusion, hidden, SHARES, wilson
 from leo_lab.verbs.blind_told import TITLES, WORDS
 from leo_msgs_py.errors import UserError
@@ -43,6 +43,9 @@ RIGHT = {
     'outside': 'right',
     'small': 'the largest first, nothing wrong and sure',
     'pushed': '`unknown`, or what is hidden',
+    'strength': 'right name and place',
+    'fault': 'the fault is told first',
+    'sound': 'no fault is told as sure',
 }
 WORLDS = {'pybullet': 'ours', 'rigid': 'ours, another step', 'rk4': 'rk4', 'mujoco': 'MuJoCo'}
 """Who simulated, by the engine of a line."""
@@ -103,7 +106,7 @@ def _chosen(lines: Path, given: argparse.Namespace) -> list[dict]:
         r
         for r in read_lines(lines)
         if r['seed'] >= int(since.get(r['kind'], 0))
-        and given.of in (None, walker_of(r) or 'fixed')
+        and given.of in (None, robot_of(r) or 'fixed')
         and given.kind in (None, r['kind'])
     ]
     return sorted(rows, key=lambda r: (list(TITLES).index(r['kind']), r['seed']))

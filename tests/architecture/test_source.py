@@ -267,7 +267,7 @@ def test_the_product_imports_nothing_that_examines_it() -> None:
     [
         'from leo_lab.workers import Workers',
         'def f():\n    from benchmarks import rig',
-        'import log_faults',
+        'import blind_tables',
         'if TYPE_CHECKING:\n    import leo_lab.blind.case',
     ],
 )

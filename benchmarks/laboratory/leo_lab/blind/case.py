@@ -16,16 +16,18 @@ from leo_lab.blind.open_loop import Run
 from leo_lab.blind.pushes import Push
 from leo_lab.blind.scenes import Effects, Given, Moving, Scene
 from leo_lab.blind.sensing import PLAIN, Sensing
-from leo_lab.blind.small import draw_small
+from leo_lab.blind.small import draw_small, NOT_IN_MUJOCO
 from leo_sim.description.robot import load_robot, Robot
 
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
 WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
-IN_MUJOCO, MUJOCO = ('small',), ('mujoco', 2e-4)
+MUJOCO = ('mujoco', 2e-4)
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
 """What a walker does, and for how long [s]."""
 PUSHED_SIZES = (5.0, 30.0)
+STRENGTHS, LENGTHS = (0.3, 30.0), (5.0, 10.0, 20.0, 40.0)
+"""Noise floors, and seconds of data."""
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)
 
@@ -61,42 +63,44 @@ class Case:
     pushes: tuple[Push, ...] = ()
 
 
-def draw_case(seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True) -> Case:
-    """The case of a seed; every second one comes from another integrator and time step.
-
-    No other integrator knows the ground: a walker has another time step alone. Small differences
-    come from another simulator in every second case, walkers too.
+def draw_case(seed: int, kind: str, robot: str | Path | None = None) -> Case:
+    """The case of a seed.
 
     Args:
         seed: of everything drawn.
         kind: of `KINDS`.
-        walker: a robot with contacts, by name or folder; None takes the robots without, in turn.
-        mujoco: small differences are simulated by MuJoCo at odd seeds, else as all others.
+        robot: by name or folder; None takes those of `ROBOTS` in turn.
     """
     rng = np.random.default_rng([seed, tuple(KINDS).index(kind)])
-    robot = load_robot(walker or robot_name(seed))
-    engine = engine_of(seed, kind, walker is not None, mujoco)
+    known = load_robot(robot or robot_name(seed))
     while True:
         noise = (log_uniform(rng, POSITION_NOISE), log_uniform(rng, RATE_NOISE))
-        built = _as_built(robot, rng)
-        scenes = _motions(robot, rng) if walker else (Given(*excitation(robot, rng)),)
+        built = _as_built(known, rng)
+        scenes = _motions(known, rng) if known.contacts else (Given(*excitation(known, rng)),)
         run = Run(built, scenes, noise)
         drawn = KINDS[kind](seed, run, rng)
         if drawn is not None:
             wrong = drawn._asdict()
-            return Case(kind, seed, robot, wrong.pop('run') or run, engine, **wrong)
+            engine = engine_of(seed, bool(known.contacts), drawn.effects)
+            return Case(kind, seed, known, wrong.pop('run') or run, engine, **wrong)
 
 
 def robot_name(seed: int) -> str:
-    """The robot without contacts that is a seed's."""
+    """The robot of `ROBOTS` that is a seed's."""
     return ROBOTS[seed // 2 % len(ROBOTS)]
 
 
-def engine_of(seed: int, kind: str, walks: bool, mujoco: bool = True) -> tuple[str, float]:
-    """What simulates a case: see `Case.engine`."""
-    if kind in IN_MUJOCO and seed % 2 and mujoco:
-        return MUJOCO
-    return (WALKER_ENGINES if walks else ENGINES)[seed % 2]
+def engine_of(seed: int, walks: bool, effects: Effects = ()) -> tuple[str, float]:
+    """What simulates a case: MuJoCo at odd seeds, our own engines in turn at even ones.
+
+    No other integrator of ours knows the ground: a walker has another time step alone. What
+    MuJoCo has no law for comes from another integrator or time step than the model's.
+    """
+    own, other = WALKER_ENGINES if walks else ENGINES
+    if seed % 2:
+        known = all(p.effect.name not in NOT_IN_MUJOCO for p in effects)
+        return MUJOCO if known else other
+    return other if seed // (2 * len(ROBOTS)) % 2 else own
 
 
 def _motions(robot: Robot, rng: np.random.Generator) -> tuple[Scene, ...]:
@@ -125,6 +129,14 @@ def _nothing(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
 def _single(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
     placed, size = one_of(run, (), SIZES, rng)
     return Drawn((placed,), (size,))
+
+
+def _strength(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
+    """One effect, from weak to strong, in runs of each length on every robot in turn."""
+    seconds = LENGTHS[seed // (2 * len(ROBOTS)) % len(LENGTHS)]
+    run = replace(run, scenes=(Given(*excitation(run.robot, rng, seconds)),))
+    placed, size = one_of(run, (), STRENGTHS, rng)
+    return Drawn((placed,), (size,), run=run)
 
 
 def _pair(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
@@ -178,4 +190,5 @@ KINDS: dict[str, Callable[[int, Run, np.random.Generator], Drawn | None]] = {
     'triple': _triple,
     'small': draw_small,
     'pushed': _pushed,
+    'strength': _strength,
 }

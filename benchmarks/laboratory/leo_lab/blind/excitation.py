@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What drives a blind case: random inputs for 20 s and, on a servo, phases with the motor free."""
+"""What drives a blind case: random inputs and, on a servo, phases with the motor free."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ FREED = ('servo_pendulum',)
 FREE_PHASES, FREE_SECONDS = (4, 8), (0.3, 1.2)
 
 
-def excitation(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array]:
+def excitation(
+    robot: Robot, rng: np.random.Generator, seconds: float = SECONDS
+) -> tuple[Array, Array]:
     """Random steps, a sum of sines, a chirp or a random binary signal at each actuator.
 
     Returns:
         inputs [V, N m or rad] of each control period, shape (N, A), and whether the motors are on.
     """
-    time = np.arange(round(SECONDS / robot.control_period)) * robot.control_period
+    time = np.arange(round(seconds / robot.control_period)) * robot.control_period
     level = rng.uniform(*LEVELS[robot.input])
     signals = [_signal(rng, time, str(rng.choice(KINDS))) for _ in robot.actuators]
     inputs = robot.limits * np.clip(level * np.stack(signals, axis=-1), -1.0, 1.0)

@@ -1,22 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults of logs, drawn by seed and hidden in simulated bags: are they found, and how large?
 
-    python benchmarks/log_faults.py --first-seed 1000 --cases 60 --clean 40 -o out/faults.jsonl
-    python benchmarks/log_faults.py --first-seed 1000 --cases 60 -o out/faults.jsonl --mend
-
 A case is a robot, a random run, noise or an encoder's counts, in half of the cases a physical
 effect of 1 to 10 times its usual small size, and one fault of a size from one to thirty times
-what just shows (`SIZES`). The run is simulated at 1 kHz, spoilt there and then sampled, so that a
-late channel is late and not smoothed. `--mend` also asks `leo explain --mend` for the effect. One
-line per case is appended to the results; cases that are there are not run again. Seeds below
-50000 are for development.
+what just shows (`SIZES`), or none. The run is simulated at 1 kHz, spoilt there and then sampled,
+so that a late channel is late and not smoothed.
 """
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 import tempfile
 import time
@@ -26,11 +20,10 @@ import numpy as np
 from leo_diffmodel.bags.arrays import write_runs
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.explain.explanation import explain
+from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import find_faults
 from leo_diffmodel.faults.mending import runs_of
-from leo_lab.result_lines import append_result, read_results
-from leo_lab.workers import Workers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import place, Placed
 from leo_sim.model import Model
@@ -98,102 +91,71 @@ class Drawn:
     sign: float
 
 
-def main() -> None:
-    """Run what is asked for and is not there yet, then print the rates."""
-    options = _parser().parse_args()
-    done = {(r['kind'], r['seed']) for r in read_results(options.output)}
-    first = options.first_seed
-    tasks = [('fault', s) for s in range(first, first + options.cases)]
-    tasks += [('clean', s) for s in range(first, first + options.clean)]
-    todo = [t for t in tasks if t not in done]
-    began = time.monotonic()
-    answers = Workers(options.jobs).each(partial(answered, mend=options.mend), todo)
-    for number, row in enumerate(answers, start=1):
-        append_result(options.output, row)
-        spent = time.monotonic() - began
-        left = spent / number * (len(todo) - number)
-        print(f'{number} of {len(todo)}, about {left / 60:.0f} min left', flush=True)
-    wanted = set(tasks)
-    show([r for r in read_results(options.output) if (r['kind'], r['seed']) in wanted])
+def run_case(seed: int, kind: str) -> dict:
+    """Draw a log, look for its fault, judge what was found; one line of the results file.
 
-
-def answered(task: tuple[str, int], mend: bool) -> dict:
-    """Draw one case, look for its fault and judge what was found."""
-    kind, seed = task
+    Args:
+        seed: of everything drawn.
+        kind: 'fault', or 'sound' for a log without one.
+    """
     rng = np.random.default_rng([seed, kind == 'fault'])
     robot = load_robot(str(rng.choice([*ROBOTS])))
     effect = _effect(robot, rng)
     clean, period = _run(robot, effect, rng)
     name, value, log = (
         ('', 0.0, _measured(clean, period, rng))
-        if kind == 'clean'
+        if kind == 'sound'
         else _spoilt(clean, robot, period, rng)
     )
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        bag = write_runs(Path(folder) / 'bag', runs_of(log), {})
-        recording = read_bag(bag, robot)
+        recording = read_bag(write_runs(Path(folder) / 'bag', runs_of(log), {}), robot)
         found = find_faults([recording], Model(robot))
-        row = {
-            'kind': kind,
-            'seed': seed,
-            'robot': robot.name,
-            'fault': name,
-            'value': value,
-            'effect': effect.effect.name if effect else '',
-            'period': period,
-            'cpu': time.process_time() - began,
-            'found': [
-                {k: f.to_json()[k] for k in ('name', 'value', 'ci95', 'sure')}
-                | {'worst': f.worst, 'otherwise': len(f.otherwise)}
-                for f in found
-            ],
-            'read': [w.split(': ', 1)[-1] for w in recording.warnings],
-        }
-        if mend and effect is not None:
-            row['named'] = _named(recording, robot)
-    return row
+        seconds = time.process_time() - began
+        mended = None if effect is None else effect.effect.name in _named(recording, robot)
+    return {
+        'kind': kind,
+        'seed': seed,
+        'robot': robot.name,
+        'engine': 'rigid',
+        'period': period,
+        'beside': effect.effect.name if effect else None,
+        'effects': [_hidden(name, value, robot.actuators[0].joint)] if name else [],
+        'verdict': 'fault' if _sure(found) else 'fine',
+        'named': [[f.fault.name, f.joint] for f in found],
+        'found': [
+            {k: f.to_json()[k] for k in ('name', 'value', 'ci95', 'sure')}
+            | {'worst': f.worst, 'otherwise': len(f.otherwise)}
+            for f in found
+        ],
+        'read': [w.split(': ', 1)[-1] for w in recording.warnings],
+        'seconds': seconds,
+        'errors': [_error(name, value, f) for f in found if f.fault.name == name][:1],
+        'right': bool(found) and found[0].fault.name == name if name else not _sure(found),
+        'mended': mended,
+    }
 
 
-def show(rows: list[dict]) -> None:
-    """Rates by fault, then of all."""
-    by = {}
-    for row in (r for r in rows if r['kind'] == 'fault'):
-        by.setdefault(row['fault'], []).append(row)
-    for name, cases in sorted(by.items()):
-        first = sum(map(_first, cases))
-        inside = [r for r in (_inside(c) for c in cases) if r is not None]
-        print(
-            f'{name:15} first {first:3} of {len(cases):3}; '
-            f'in its interval {sum(inside)} of {len(inside)}'
-        )
-    faulty = [r for cases in by.values() for r in cases]
-    inside = [r for r in map(_inside, faulty) if r is not None]
-    print(
-        f'all: first {sum(map(_first, faulty))} of {len(faulty)}, in its interval '
-        f'{sum(inside)} of {len(inside)}'
-    )
-    false = [r for r in rows if r['kind'] == 'clean' and any(f['sure'] for f in r['found'])]
-    print(f'clean: {len(false)} false errors in {sum(r["kind"] == "clean" for r in rows)}')
-    named = [r for r in rows if 'named' in r]
-    right = sum(r['effect'] in r['named'] for r in named)
-    alone = sum(r['named'] == [r['effect']] for r in named)
-    print(f'effects after mending: {right} of {len(named)} right, {alone} of these by itself')
+def _sure(found: Sequence[Found]) -> bool:
+    return any(f.error for f in found)
 
 
-def _first(row: dict) -> bool:
-    """Whether the first that is told, errors before warnings, is the fault."""
-    return bool(row['found']) and row['found'][0]['name'] == row['fault']
+def _hidden(name: str, value: float, joint: str) -> dict:
+    """A fault as lines of results have a hidden effect."""
+    units = {'value': FAULTS[name].unit}
+    return {'name': name, 'where': joint, 'parameters': {'value': value}, 'units': units}
 
 
-def _inside(row: dict) -> bool | None:
-    """Whether the interval holds the size, where the fault has one and is found."""
-    mine = next((f for f in row['found'] if f['name'] == row['fault']), None)
-    if mine is None or mine['ci95'][0] == mine['ci95'][1] or row['fault'].endswith('sign'):
-        return None
-    low, high = (mine['ci95'][i] + s * mine['worst'] for i, s in ((0, -1), (1, 1)))
-    turn = 2 * np.pi if row['fault'] == 'angle_zero' else 0.0
-    return any(low <= row['value'] + n * turn <= high for n in (-1, 0, 1))
+def _error(name: str, value: float, found: Found) -> dict:
+    """How far off its size is, and whether the interval holds it, where it has one."""
+    low, high = (end + sign * found.worst for end, sign in zip(found.ci95, (-1, 1), strict=True))
+    turns = (-found.fault.turn, 0.0, found.fault.turn) if np.isfinite(found.fault.turn) else (0.0,)
+    sized = low < high and not name.endswith('sign')
+    return {
+        'parameter': name,
+        'error': min(abs(found.value - value - turn) for turn in turns) / max(abs(value), 1e-12),
+        'inside': any(low <= value + turn <= high for turn in turns) if sized else None,
+    }
 
 
 def _effect(robot: Robot, rng: np.random.Generator) -> Placed | None:
@@ -225,9 +187,8 @@ def _run(robot: Robot, effect: Placed | None, rng: np.random.Generator) -> tuple
     model = Model(robot, (effect,) if effect else ())
     start = model.start('nominal')
     q, dq = rollout(model, start.q[None], start.dq[None], u[None], FINE)
-    e = Episode(
-        FINE * np.arange(count), q[0][:count], dq[0][:count], u, np.ones(u.shape, dtype=bool)
-    )
+    t = np.arange(count, dtype=float) * FINE
+    e = Episode(t, q[0][:count], dq[0][:count], u, np.ones(u.shape, dtype=bool))
     names = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
     return Recording(Path('simulated'), '', *names, robot.input, period, (e,), {}), period
 
@@ -253,8 +214,7 @@ def _spoilt(
     name = str(rng.choice(names))
     value = float(SIZES[name](float(np.exp(rng.uniform(0, np.log(30)))), run))
     base = _measured(clean, period, rng) if name in OF_SENSORS else clean
-    spoilt = FAULTS[name].spoil(base.episodes[0], joint, 0, value)
-    spoilt = replace(base, episodes=(spoilt,))
+    spoilt = replace(base, episodes=(FAULTS[name].spoil(base.episodes[0], joint, 0, value),))
     return name, value, spoilt if name in OF_SENSORS else _measured(spoilt, period, rng)
 
 
@@ -287,18 +247,3 @@ def _measured(recording: Recording, period: float, rng: np.random.Generator) -> 
 def _named(recording: Recording, robot: Robot) -> list[str]:
     """The effects that `leo explain --mend` names."""
     return [e['name'] for e in explain([recording], Model(robot), mend=True).effects]
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(description=(__doc__ or '').splitlines()[0])
-    parser.add_argument('--first-seed', type=int, default=1000)
-    parser.add_argument('--cases', type=int, default=0, help='with a fault')
-    parser.add_argument('--clean', type=int, default=0, help='without any')
-    parser.add_argument('--mend', action='store_true', help='explain those with an effect, too')
-    parser.add_argument('--jobs', type=int, default=1)
-    parser.add_argument('-o', dest='output', type=Path, default=Path('out/faults.jsonl'))
-    return parser
-
-
-if __name__ == '__main__':
-    main()

@@ -66,6 +66,11 @@ def _single(truth: dict, answer: dict, facts: Facts) -> dict:
     }
 
 
+def _strength(truth: dict, answer: dict, facts: Facts) -> dict:
+    """As one effect; seen: something is said to be missing, whatever it is."""
+    return {'seen': answer['verdict'] in (*NAMING, 'unknown'), **_single(truth, answer, facts)}
+
+
 def _several(truth: dict, answer: dict, facts: Facts) -> dict:
     """Right: each of them is found in a row of its own; exact: and there is no other row."""
     hidden = truth['effects']
@@ -100,6 +105,7 @@ _JUDGES = {
     'outside': _outside,
     'small': judge_small,
     'pushed': judge_pushed,
+    'strength': _strength,
 }
 
 

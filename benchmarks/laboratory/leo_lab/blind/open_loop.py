@@ -46,6 +46,11 @@ class Run:
         """Whether the motors are off at times."""
         return any(isinstance(s, Given) and not s.enabled.all() for s in self.scenes)
 
+    @property
+    def seconds(self) -> float:
+        """How long it takes."""
+        return sum(s.count for s in self.scenes) * self.robot.control_period
+
     def paths(self, effects: Effects) -> list[Path]:
         """Where the robot comes by with effects."""
         return [p for s in self.scenes for p in s.paths(self.robot, effects, self.noise)]

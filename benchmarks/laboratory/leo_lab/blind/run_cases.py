@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.explain.explanation import explain
+from leo_lab.blind import faulty_logs
 from leo_lab.blind.case import draw_case, engine_of, robot_name
 from leo_lab.blind.floors import with_floors
 from leo_lab.blind.judge import judge
@@ -26,13 +27,13 @@ from leo_lab.workers import ONE, Workers
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
-SIZED = ('small',)
-"""Kinds whose judge asks how large the named effects are."""
+SIZED, OF_LOGS = ('small',), ('fault', 'sound')
+"""Kinds whose judge asks how large the named effects are, and kinds of `faulty_logs`."""
 
 
-def run_case(seed: int, kind: str, walker: str | Path | None = None, mujoco: bool = True) -> dict:
+def run_case(seed: int, kind: str, robot: str | Path | None = None) -> dict:
     """Draw, seal the truth, explain from the bags alone, and only then judge."""
-    case = draw_case(seed, kind, walker, mujoco)
+    case = draw_case(seed, kind, robot)
     with tempfile.TemporaryDirectory() as folder:
         truth = Path(folder) / 'truth.sealed'
         bags = record(case, Path(folder))
@@ -55,12 +56,12 @@ class Task(NamedTuple):
     Attributes:
         kind: of `KINDS`.
         seed: of everything drawn.
-        walker: see `draw_case`.
+        robot: see `draw_case`.
     """
 
     kind: str
     seed: int
-    walker: str | Path | None = None
+    robot: str | Path | None = None
 
 
 def run(
@@ -68,8 +69,7 @@ def run(
     kind: str,
     results: Path,
     workers: Workers = ONE,
-    walker: str | Path | None = None,
-    mujoco: bool = True,
+    robot: str | Path | None = None,
     examination: bool = False,
 ) -> list[dict]:
     """All cases of `seeds`; those already in `results` are not run again.
@@ -81,8 +81,7 @@ def run(
         kind: of `KINDS`.
         results: a file to which one line per case is appended.
         workers: who runs them.
-        walker: see `draw_case`.
-        mujoco: see `draw_case`.
+        robot: see `draw_case`.
         examination: no seed twice, and none that development may use.
 
     Raises:
@@ -91,8 +90,8 @@ def run(
     lines = read_lines(results)
     check_seeds(kind, seeds, lines, examination)
     done = {r['seed']: r for r in lines if r['kind'] == kind}
-    todo = [Task(kind, seed, walker) for seed in seeds if seed not in done]
-    rows = answers(todo, workers, mujoco, examination)
+    todo = [Task(kind, seed, robot) for seed in seeds if seed not in done]
+    rows = answers(todo, workers, examination)
     for row in counted(rows, 0, len(todo), f'blind cases ({kind})'):
         if 'error' in row:
             tell_error(row)
@@ -102,36 +101,39 @@ def run(
     return [done[s] for s in seeds if s in done]
 
 
-def answers(
-    tasks: Sequence[Task], workers: Workers, mujoco: bool, examination: bool
-) -> Iterator[dict]:
+def answers(tasks: Sequence[Task], workers: Workers, examination: bool) -> Iterator[dict]:
     """The lines of cases, as they come; where a case ended with an error it is `error`."""
-    return workers.each(partial(_answer, mujoco=mujoco, examination=examination), tasks)
+    return workers.each(partial(_answer, examination=examination), tasks)
 
 
-def _answer(task: Task, mujoco: bool, examination: bool) -> dict:
+def _answer(task: Task, examination: bool) -> dict:
     """The line of a case, or what went wrong: one case must not end hundreds of others."""
-    options = {} if mujoco else {'mujoco': False}
     try:
-        row = run_case(task.seed, task.kind, task.walker, **options)
+        row = _run(task)
     except Exception as error:  # noqa: BLE001
         at = traceback.extract_tb(error.__traceback__)[-1]
         row = {
-            **_no_answer(task, mujoco),
+            **_no_answer(task),
             'error': f'{error!r} ({at.filename}:{at.lineno})',
             'of_machine': isinstance(error, OSError | MemoryError),
         }
-    return {**row, **stamp(examination)}
+    asked = task.robot and Path(task.robot).name
+    return {**row, 'asked': asked, **stamp(examination)}
 
 
-def _no_answer(task: Task, mujoco: bool) -> dict:
+def _run(task: Task) -> dict:
+    if task.kind in OF_LOGS:
+        return faulty_logs.run_case(task.seed, task.kind)
+    return run_case(task.seed, task.kind, task.robot)
+
+
+def _no_answer(task: Task) -> dict:
     """The line of a case that ended with an error: nothing in it is right."""
-    walks = task.walker is not None
     return {
         'kind': task.kind,
         'seed': task.seed,
-        'robot': Path(task.walker).name if task.walker else robot_name(task.seed),
-        'engine': engine_of(task.seed, task.kind, walks, mujoco)[0],
+        'robot': Path(task.robot).name if task.robot else robot_name(task.seed),
+        'engine': engine_of(task.seed, walks=False)[0],
         **dict.fromkeys(SHARES[task.kind], False),
         'effects': [],
         'verdict': 'error',

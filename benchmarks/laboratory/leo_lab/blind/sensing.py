@@ -14,7 +14,7 @@ from leo_sim.effects import place
 COUNT = 2 * np.pi / 4096
 """One count of a 12-bit encoder [rad]."""
 PERIOD = 0.01
-"""Between two states of a recording [s]."""
+"""Between two states that are read [s]."""
 JITTER, LOST = 0.5e-3, 0.05  # s, share
 MOST = 0.9
 """Largest size of a fault, in noise floors."""
@@ -30,6 +30,7 @@ class Sensing:
         differenced: rates are differences of two readings one period apart.
         jitter: standard deviation of the stamps [s].
         lost: share of the samples that never arrive.
+        every: only each so-manieth state is published.
         sizes: in noise floors of what is systematic, by name.
     """
 
@@ -38,6 +39,7 @@ class Sensing:
     differenced: bool = False
     jitter: float = 0.0
     lost: float = 0.0
+    every: int = 1
     sizes: tuple[tuple[str, float], ...] = ()
 
     @property
@@ -50,7 +52,12 @@ class Sensing:
         """Standard deviation of what is published: angle [rad] and rate [rad/s]."""
         angle, rate = self.noise or (0.0, 0.0)
         angle = float(np.hypot(angle, self.count / np.sqrt(12)))
-        return angle, float(np.sqrt(2) * angle / PERIOD) if self.differenced else rate
+        return angle, float(np.sqrt(2) * angle / self.period) if self.differenced else rate
+
+    @property
+    def period(self) -> float:
+        """Between two states that are published [s]."""
+        return self.every * PERIOD
 
 
 PLAIN = Sensing()
@@ -72,9 +79,9 @@ def draw_sensing(loop: OpenLoop, sensing: Sensing, rng: np.random.Generator) -> 
     return replace(sensing, jitter=share * JITTER, sizes=told)
 
 
-def counted(noise: tuple[float, float], differenced: bool) -> Sensing:
+def counted(noise: tuple[float, float], differenced: bool, every: int) -> Sensing:
     """A 12-bit encoder, whose angles may give the rates too."""
-    return Sensing(noise, COUNT, differenced)
+    return Sensing(noise, COUNT, differenced, every=every)
 
 
 def delay_size(loop: OpenLoop, seconds: float) -> float:
@@ -82,9 +89,9 @@ def delay_size(loop: OpenLoop, seconds: float) -> float:
     return float(loop.size(place(loop.robot, 'measurement_delay', 'all', delay=seconds))[0])
 
 
-def lag_size(loop: OpenLoop) -> float:
+def lag_size(loop: OpenLoop, period: float) -> float:
     """What differenced rates are worth, which come half a period late, in noise floors."""
-    lag = place(loop.robot, 'velocity_lag', 'all', tau=PERIOD / 2)
+    lag = place(loop.robot, 'velocity_lag', 'all', tau=period / 2)
     return float(loop.size(lag)[0])
 
 
@@ -99,13 +106,17 @@ class Sensor:
     def __init__(self, sensing: Sensing, seed: int) -> None:
         self._sensing, self._rng = sensing, np.random.default_rng([seed, 12])
         self._last: np.ndarray | None = None
+        self._turn = 0
 
     def begin(self) -> None:
         """The robot was put elsewhere."""
-        self._last = None
+        self._last, self._turn = None, 0
 
     def published(self, seen: JointStates) -> JointStates | None:
         """The state that is published; None where it is lost, never the first."""
+        self._turn += 1
+        if (self._turn - 1) % self._sensing.every:
+            return None
         stamp, arrives, first = *self._rng.random(2), self._last is None
         after = self._counted(seen)
         if first:
@@ -121,7 +132,7 @@ class Sensor:
         self._last = angle
         if not self._sensing.differenced or last is None:
             return replace(seen, position=angle)
-        return replace(seen, position=angle, velocity=(angle - last) / PERIOD)
+        return replace(seen, position=angle, velocity=(angle - last) / self._sensing.period)
 
 
 def _normal(share: float) -> float:

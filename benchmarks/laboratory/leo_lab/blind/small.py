@@ -15,7 +15,7 @@ from leo_lab.blind import kinds
 from leo_lab.blind.drawn import Drawn, log_uniform, one_of, several
 from leo_lab.blind.open_loop import OpenLoop, Run
 from leo_lab.blind.outside import amplitude_of, SHAPES, stronger
-from leo_lab.blind.scenes import Effects
+from leo_lab.blind.scenes import Effects, Given
 from leo_lab.blind.sensing import counted, draw_sensing, lag_size, MOST, Sensing
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
@@ -35,14 +35,17 @@ LAWS = ('asymmetric_friction', 'cable', 'winding_drift')
 FILTER = 'velocity_lag'
 NOT_IN_MUJOCO = ('backlash', *(name for name, e in EFFECTS.items() if e.uses_load))
 ENCODERS = ('differenced', 'counts', 'filtered')
+SLOW, SLOW_CASES = 3, 4
+"""Every third state alone is published (33 Hz) in every fourth case."""
 AMPLITUDES = np.geomspace(1e-6, 0.5, 40)
 """Tried amplitudes, in the robot's largest torque (a turn, or a share)."""
 
 
 def draw_small(seed: int, run: Run, rng: np.random.Generator) -> Drawn:
     """A third of the seeds hide nothing large, a third one effect, a third two."""
-    sensing, filtered = _encoder(run, rng)
-    run = replace(run, noise=sensing.seen_noise)
+    every = SLOW if rng.integers(SLOW_CASES) == 0 else 1
+    sensing, filtered = _encoder(run, every, rng)
+    run = replace(_held(run, every), noise=sensing.seen_noise)
     without = (*NOT_IN_MUJOCO, *((FILTER,) if sensing.differenced or filtered else ()))
     while True:
         effects = _large(hidden_count(seed, run), run, rng, without)
@@ -68,25 +71,36 @@ def _beside_small(
     return Drawn(effects, sizes, small, small_sizes, sensing, run=run)
 
 
+def _held(run: Run, every: int) -> Run:
+    """The run with inputs that change when a state is published; a walker's do anyhow."""
+    scenes = tuple(
+        replace(s, inputs=np.repeat(s.inputs[::every], every, axis=0)[: s.count])
+        if isinstance(s, Given)
+        else s
+        for s in run.scenes
+    )
+    return replace(run, scenes=scenes)
+
+
 def hidden_count(seed: int, run: Run) -> int:
     """How many large effects a seed hides: each number on every robot and engine in turn."""
     return seed // (2 if run.robot.contacts else 8) % 3
 
 
-def _encoder(run: Run, rng: np.random.Generator) -> tuple[Sensing, bool]:
+def _encoder(run: Run, every: int, rng: np.random.Generator) -> tuple[Sensing, bool]:
     """How angles and rates are measured, and whether rates are filtered.
 
     Differenced rates come half a period late; where that is worth too much they are measured.
     """
     kind = str(rng.choice(ENCODERS))
     if kind == 'filtered':
-        return Sensing(run.noise), True
-    late = counted(run.noise, differenced=True)
+        return Sensing(run.noise, every=every), True
+    late = counted(run.noise, True, every)
     if kind == 'differenced':
-        size = lag_size(OpenLoop(replace(run, noise=late.seen_noise), ()))
+        size = lag_size(OpenLoop(replace(run, noise=late.seen_noise), ()), late.period)
         if size < MOST:
             return replace(late, sizes=(('differenced_rates', size),)), False
-    return counted(run.noise, differenced=False), False
+    return counted(run.noise, False, every), False
 
 
 def _large(count: int, run: Run, rng: np.random.Generator, without: Sequence[str]) -> Effects:

@@ -20,10 +20,21 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 
 CASES: dict[str | None, dict[str, int]] = {
-    None: {'effect': 400, 'none': 400, 'pair': 150, 'outside': 60, 'small': 300, 'pushed': 60},
-    'leo': {'effect': 200, 'none': 200, 'pair': 80, 'outside': 40, 'triple': 30, 'small': 100},
+    None: {
+        'effect': 400,
+        'none': 400,
+        'pair': 150,
+        'outside': 60,
+        'small': 160,
+        'pushed': 60,
+        'strength': 320,
+        'fault': 160,
+        'sound': 80,
+    },
+    'xl330_pendulum': {'effect': 100, 'none': 100, 'pair': 40},
+    'leo': {'effect': 150, 'none': 150, 'pair': 60, 'outside': 30, 'small': 60},
 }
-"""How many of each kind, on the robots with a fixed base and on a walker."""
+"""How many of each kind, on the robots of `case.ROBOTS` in turn and on others."""
 GOLDEN = 0.618
 
 
@@ -33,22 +44,20 @@ class Suite(NamedTuple):
     Attributes:
         first_seed: of every kind.
         share: of `CASES`.
-        mujoco: whether small differences are simulated by MuJoCo in every second case.
         examination: its seeds are looked into only when it is closed.
         commit: of the code that runs it.
     """
 
     first_seed: int
     share: float
-    mujoco: bool
     examination: bool
     commit: str
 
     def tasks(self) -> list[Task]:
         """Its cases, mixed: any beginning of them holds the same share of every kind."""
         placed = [
-            ((turn + 0.5) / len(seeds), Task(kind, seed, walker))
-            for walker, counts in CASES.items()
+            ((turn + 0.5) / len(seeds), Task(kind, seed, robot))
+            for robot, counts in CASES.items()
             for kind, count in counts.items()
             for seeds in [_seeds(self.first_seed, count, self.share)]
             for turn, seed in enumerate(seeds)
@@ -81,7 +90,7 @@ def begin(results: Path, wanted: Suite, any_commit: bool = False) -> None:
     found = read_suite(results)
     if found is None and results.exists():
         raise UserError(f'leo blind: {results} is no suite; give another -o')
-    if found and found[:4] != wanted[:4]:
+    if found and found[:3] != wanted[:3]:
         raise UserError(f'leo blind: {results} is another suite ({_told(found)}); give another -o')
     if not any_commit:
         _check_commit(results, wanted, found or wanted)
@@ -131,13 +140,13 @@ def read_suite(results: Path) -> Suite | None:
 def missing(results: Path, suite: Suite) -> list[Task]:
     """The cases of a suite that its file has no line of."""
     lines = [line for line in read_results(results) if 'kind' in line]
-    done = {(line['kind'], line['seed'], walker_of(line)) for line in lines}
+    done = {(line['kind'], line['seed'], robot_of(line)) for line in lines}
     return [task for task in suite.tasks() if task not in done]
 
 
-def walker_of(line: dict) -> str | None:
-    """The robot of a line, where it is none of those with a fixed base."""
-    return None if line['robot'] in ROBOTS else line['robot']
+def robot_of(line: dict) -> str | None:
+    """The robot that a line was asked of; None where robots take turns."""
+    return line['asked'] if 'asked' in line else None if line['robot'] in ROBOTS else line['robot']
 
 
 def is_closed(results: Path) -> bool:
@@ -177,14 +186,11 @@ def check_readable(results: Path) -> None:
         )
 
 
-def here(first_seed: int, share: float, mujoco: bool, examination: bool) -> Suite:
+def here(first_seed: int, share: float, examination: bool) -> Suite:
     """The suite of the code that runs."""
-    return Suite(first_seed, share, mujoco, examination, commit())
+    return Suite(first_seed, share, examination, commit())
 
 
 def _told(suite: Suite) -> str:
     kind = 'examination' if suite.examination else 'development'
-    return (
-        f'{kind} from seed {suite.first_seed}, share {suite.share:g}'
-        f'{"" if suite.mujoco else ", without MuJoCo"}'
-    )
+    return f'{kind} from seed {suite.first_seed}, share {suite.share:g}'

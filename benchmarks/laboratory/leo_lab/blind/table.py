@@ -17,9 +17,12 @@ SHARES = {
     'outside': ('right', 'lone'),
     'small': ('right', 'largest_first', 'both', 'sure_wrong', 'extra', 'small_named_large'),
     'pushed': ('right', 'sure_wrong'),
+    'strength': ('right', 'family', 'seen'),
+    'fault': ('right', 'mended'),
+    'sound': ('right', 'mended'),
 }
 """What is counted of each kind of case; None does not count."""
-TWO_SIDED = ('small', 'pushed')
+TWO_SIDED = ('small', 'pushed', 'fault', 'sound')
 """Kinds whose rates have Wilson intervals."""
 Z95 = 1.959964
 

@@ -33,6 +33,7 @@ def _truth(case: Case) -> dict:
         'engine': case.engine[0],
         'noise': list(case.run.noise),
         'ever_free': case.run.ever_free,
+        'data_seconds': case.run.seconds,
         'constants': {p: c.value for p, c in case.run.robot.constants.items() if c != known[p]},
         'effects': _effects(case, case.effects, case.sizes),
         **_beside(case),

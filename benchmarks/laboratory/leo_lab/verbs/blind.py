@@ -33,6 +33,9 @@ OPTIONS = {
     'outside': ('outside', 'bags with a law that is not in the catalogue'),
     'small': ('small', 'bags with 4 to 8 small differences and none, one or two effects'),
     'pushed': ('pushed', 'bags of robots that are shoved, led by a hand or held'),
+    'strengths': ('strength', 'bags of 5 to 40 s with one effect of 0.3 to 30 noise floors'),
+    'faults': ('fault', 'logs with a fault'),
+    'sound': ('sound', 'logs without one'),
 }
 
 
@@ -47,6 +50,7 @@ def main(argv: list[str]) -> int:
     if arguments.table:
         blind_told.tell_file(arguments.table, arguments.json)
         return 0
+    _check_mujoco()
     return _suite(arguments) if arguments.suite else _cases(arguments)
 
 
@@ -57,7 +61,6 @@ def _suite(arguments: argparse.Namespace) -> int:
                 f'leo blind: --suite has its own cases; leave out --{name.replace("_", "-")}'
             )
     _check_numbers({'first_seed': arguments.first_seed})
-    _check_kinds({'small': 1}, None, arguments.without_mujoco)
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
     return blind_suite.run(arguments, folder / 'suite.jsonl')
 
@@ -67,23 +70,14 @@ def _cases(arguments: argparse.Namespace) -> int:
 
     if arguments.share != 1 or arguments.any_commit:
         raise UserError('leo blind: --share and --any-commit are of --suite; give that too')
-    counts, walker = _counts(arguments), _walker(arguments)
-    _check_kinds(counts, walker, arguments.without_mujoco)
+    counts, robot = _counts(arguments), _robot(arguments)
     workers = chosen_workers(arguments, 'leo blind')
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
-    first, results = arguments.first_seed, folder / _file(walker)
+    first, results = arguments.first_seed, folder / _file(robot)
     asked = {kind: range(first, first + count) for kind, count in counts.items() if count}
     _check_seeds(asked, results, arguments.examination)
     answers = {
-        kind: run(
-            seeds,
-            kind,
-            results,
-            workers,
-            walker,
-            not arguments.without_mujoco,
-            arguments.examination,
-        )
+        kind: run(seeds, kind, results, workers, robot, arguments.examination)
         for kind, seeds in asked.items()
     }
     blind_told.tell(
@@ -95,14 +89,11 @@ def _cases(arguments: argparse.Namespace) -> int:
     return int(any(len(answers[kind]) < len(seeds) for kind, seeds in asked.items()))
 
 
-def _check_kinds(counts: dict[str, int], walker: Path | None, without: bool) -> None:
-    """Refuse what cannot be simulated here."""
-    if counts.get('pushed') and walker:
-        raise UserError('leo blind: --pushed takes robots with a fixed base; leave out --robot')
-    if counts.get('small') and not without and find_spec('mujoco') is None:
+def _check_mujoco() -> None:
+    if find_spec('mujoco') is None:
         raise UserError(
-            'leo blind: --small simulates every second bag by MuJoCo, which is not '
-            'installed: pip install -r requirements-mujoco.txt, or --without-mujoco'
+            'leo blind: MuJoCo simulates every second bag and is not installed: '
+            'pip install -r requirements-mujoco.txt'
         )
 
 
@@ -131,42 +122,39 @@ def _check_numbers(asked: dict[str, int | None]) -> None:
             raise UserError(f'leo blind: --{option} takes 0 or more, found {value}')
 
 
-def _walker(arguments: argparse.Namespace) -> Path | None:
-    """The folder of the robot with contacts that was asked for."""
+def _robot(arguments: argparse.Namespace) -> Path | None:
+    """The folder of the robot that was asked for; a walker knows the motions it is to do."""
     from leo_sim.description.robot import load_robot
     from leo_sim.task.motions import check_motion, MOTIONS
 
     if arguments.robot is None:
         return None
     robot = load_robot(arguments.robot)
-    if not robot.contacts:
-        raise UserError(
-            f'leo blind: --robot takes a walker, and {robot.name} touches no ground; '
-            'without --robot all robots without contact are drawn'
-        )
-    for motion in MOTIONS:
+    for kind in ('pushed', 'strengths'):
+        if robot.contacts and getattr(arguments, kind):
+            raise UserError(
+                f'leo blind: --{kind} takes robots with a fixed base; give another --robot'
+            )
+    for motion in MOTIONS if robot.contacts else ():
         check_motion(robot, motion)
     return robot.folder.resolve()
 
 
-def _file(walker: Path | None) -> str:
-    """Where the lines are kept: a walker's cases have the seeds of the others'."""
-    return f'results_{walker.name}.jsonl' if walker else 'results.jsonl'
+def _file(robot: Path | None) -> str:
+    """Where the lines are kept: the cases of a robot have the seeds of the others'."""
+    return f'results_{robot.name}.jsonl' if robot else 'results.jsonl'
 
 
 def _parser() -> argparse.ArgumentParser:
     arguments = common.parser('blind', __doc__ or '', EXAMPLES)
     for name, (_, about) in OPTIONS.items():
         arguments.add_argument(f'--{name.replace("_", "-")}', type=int, metavar='N', help=about)
-    arguments.add_argument('--robot', metavar='R', help='a walker instead, as leo')
+    arguments.add_argument(
+        '--robot', metavar='R', help='a robot instead of four in turn: name or folder'
+    )
     arguments.add_argument('--first-seed', type=int, default=1)
     arguments.add_argument(
         '--examination', action='store_true', help='seeds from 50000 on, none of them twice'
-    )
-    arguments.add_argument(
-        '--without-mujoco',
-        action='store_true',
-        help='small differences by our own integrators alone',
     )
     arguments.add_argument(
         '--suite',

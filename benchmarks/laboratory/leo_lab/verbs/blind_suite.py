@@ -24,9 +24,7 @@ def run(arguments: argparse.Namespace, results: Path) -> int:
             f'leo blind: --share is more than 0 and at most 1, found {arguments.share:g}'
         )
     workers = chosen_workers(arguments, 'leo blind')
-    wanted = suite.here(
-        arguments.first_seed, arguments.share, not arguments.without_mujoco, arguments.examination
-    )
+    wanted = suite.here(arguments.first_seed, arguments.share, arguments.examination)
     suite.begin(results, wanted, arguments.any_commit)
     if not suite.is_closed(results):
         with suite.alone(results):
@@ -57,7 +55,7 @@ def _add(results: Path, wanted: Suite, workers: Workers, any_commit: bool) -> No
     from leo_lab.result_lines import append_result
 
     left, total = suite.missing(results, wanted), len(wanted.tasks())
-    rows = answers(left, workers, wanted.mujoco, wanted.examination)
+    rows = answers(left, workers, wanted.examination)
     for row in counted(rows, total - len(left), total, 'leo blind --suite'):
         if not any_commit:
             _check_worker(row, wanted.commit)

@@ -19,6 +19,9 @@ TITLES = {
     'outside': 'outside the catalogue',
     'small': 'many small differences',
     'pushed': 'moved from outside',
+    'strength': 'one effect, weak or strong',
+    'fault': 'a fault of the log',
+    'sound': 'no fault of the log',
 }
 WORDS = {
     'right': 'right',
@@ -27,6 +30,8 @@ WORDS = {
     'lone': 'named alone and sure',
     'largest_first': 'the largest hidden effect first',
     'both': 'both of two named',
+    'seen': 'something is missing',
+    'mended': 'the effect beside it is named (--mend)',
     'sure_wrong': 'sure of an effect that is not there',
     'extra': 'with names beyond what is there',
     'small_named_large': 'nothing large, but one named as such',
@@ -51,11 +56,11 @@ def tell_file(results: Path, as_json: bool) -> None:
 
 def grouped(lines: Iterable[dict]) -> Groups:
     """Lines by robots and kind."""
-    from leo_lab.blind.suite import walker_of
+    from leo_lab.blind.suite import robot_of
 
     groups: Groups = {}
     for line in lines:
-        of = groups.setdefault(walker_of(line) or FIXED, {})
+        of = groups.setdefault(robot_of(line) or FIXED, {})
         of.setdefault(line['kind'], []).append(line)
     return groups
 

@@ -62,6 +62,8 @@ def relate(recording: Recording, j: int) -> Relation | None:
     ):
         return None
     motion = Motion(parts)
+    if not all(motion.signals > LIMITS.signal):
+        return None
     full = motion.tuned(coarse(parts, motion.period))
     law, kind, sure = _simplest(motion, full)
     scale, sd = law.of('scale')

@@ -67,6 +67,11 @@ class Motion:
         self.block = _blocks(self.parts)
         self.sigma = np.array([_noise(self.parts, n) for n in ('q', 'dq')])
 
+    @property
+    def signals(self) -> Array:
+        """Variance of angle and speed, each as a multiple of its noise's, shape (2,)."""
+        return np.array([self.q.var(), self.dq.var()]) / self.sigma**2
+
     def tuned(self, start: Array) -> Law:
         """All four parameters, and the noise of both channels with them."""
         for _ in range(LIMITS.tunings):

@@ -60,6 +60,8 @@ class Limits:
     """Of the range of a channel: the least noise it is given."""
     ridge: float = 1e-9
     """Of the mean diagonal: holds coefficients of the spline that no sample touches."""
+    signal: float = 2.0
+    """Variance of a channel as a multiple of its noise's: half of it must be motion."""
     clear_scale: float = 0.1
     """Of the scale: the largest standard deviation with which anything is said."""
     kind_nats: float = 5.0

@@ -141,6 +141,19 @@ def test_a_joint_that_stands_has_no_fault(clean):
     assert found(replace(clean, episodes=still)) == []
 
 
+@pytest.mark.parametrize('seed', [1, 7, 31])
+def test_noise_of_a_joint_that_stands_is_no_relation_of_its_channels(clean, seed):
+    rng, (e,) = np.random.default_rng(seed), clean.episodes
+    still = Episode(
+        e.t[:400],
+        rng.normal(0, 7e-4, (400, 1)),
+        rng.normal(0, 0.038, (400, 1)),
+        np.zeros((400, 1)),
+        np.ones((400, 1), bool),
+    )
+    assert found(replace(clean, episodes=(still,))) == []
+
+
 def test_the_same_fault_in_two_logs_is_told_once(clean):
     other = replace(record(TORQUE, seconds=15, seed=8, noise=FINE), path=clean.path / 'b')
     logs = [spoilt(clean, 'speed_scale', 2.5), spoilt(other, 'speed_scale', 2.5)]

@@ -10,7 +10,7 @@ from scipy.stats import binom
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_lab.blind import open_loop, outside, run_cases
-from leo_lab.blind.case import draw_case, KINDS
+from leo_lab.blind.case import draw_case, engine_of, KINDS, robot_name, ROBOTS
 from leo_lab.blind.drawn import LEAST_OF_PAIR, place_of
 from leo_lab.blind.judge import judge
 from leo_lab.blind.open_loop import OpenLoop, Run, sized
@@ -28,13 +28,23 @@ PENDULUM, SERVO = 8, 12
 """Seeds of cases with these robots."""
 
 
-def test_every_robot_comes_from_both_engines():
-    cases = [draw_case(seed, 'none') for seed in (0, 1, 2, 3, 4, 5)]
-    assert {(c.robot.name, c.engine[0]) for c in cases} == {
-        (robot, engine)
-        for robot in ('pendulum', 'torque_pendulum', 'servo_pendulum')
-        for engine in ('pybullet', 'rk4')
-    }
+def test_half_of_the_cases_of_every_robot_come_from_mujoco_and_half_of_the_rest_from_rk4():
+    for robot in ROBOTS:
+        seeds = [seed for seed in range(16) if robot_name(seed) == robot]
+        engines = [engine_of(seed, walks=False)[0] for seed in seeds]
+        assert sorted(engines) == ['mujoco', 'mujoco', 'pybullet', 'rk4']
+
+
+def test_what_mujoco_has_no_law_for_comes_from_another_integrator():
+    robot = load_robot('pendulum')
+    gap = place(robot, 'backlash', 'pivot', gap=0.02)
+    assert engine_of(1, False, (gap,)) == ('rk4', 0.0019)
+    assert engine_of(1, True, (gap,))[0] == 'rigid'
+
+
+def test_strengths_come_in_runs_of_each_length():
+    lengths = [draw_case(seed, 'strength').run.seconds for seed in (0, 8, 16, 24)]
+    assert lengths == [5.0, 10.0, 20.0, 40.0]
 
 
 @pytest.mark.parametrize('torque, drawn', [(2.0, True), (20.0, False)])
@@ -141,7 +151,7 @@ def test_an_effect_on_a_walker_has_its_size_along_the_run_it_causes(walker):
     assert 1.0 * np.exp(-0.15) < size < 30.0 * np.exp(0.15)
     loop = OpenLoop(walker.run, walker.effects)
     assert loop.size(placed)[0] == pytest.approx(size, rel=1e-9)
-    assert walker.engine == ('rigid', 2.6e-5)
+    assert walker.engine[0] == 'mujoco'
 
 
 def test_the_truth_is_sealed_until_it_is_revealed(tmp_path):
@@ -385,7 +395,7 @@ OF_THEIR_OWN = ('small', 'pushed')
 
 @pytest.mark.parametrize('kind', [kind for kind in KINDS if kind not in OF_THEIR_OWN])
 def test_every_kind_is_counted_and_has_its_words(kind):
-    count = {'none': 0, 'effect': 1, 'pair': 2, 'triple': 3, 'outside': 1}[kind]
+    count = {'none': 0, 'effect': 1, 'pair': 2, 'triple': 3, 'outside': 1, 'strength': 1}[kind]
     hidden = [VISCOUS, SCALE, ('armature', 'pivot', 'drive')][:count]
     rates = summary(kind, [verdict(truth_of(kind, *hidden), 'unknown')])
     shares = {share for share, told in rates.items() if isinstance(told, dict)}
@@ -408,7 +418,7 @@ def test_three_effects_of_which_one_more_was_named_are_right_and_not_exact():
 def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
     asked = []
 
-    def fake(seed, kind, walker):
+    def fake(seed, kind, robot):
         asked.append((seed, kind))
         return {'seed': seed, 'kind': kind, 'right': True}
 
@@ -421,11 +431,11 @@ def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
     assert len([json.loads(line) for line in results.read_text().splitlines()]) == 5
 
 
-def test_a_walker_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
+def test_a_robot_that_is_asked_for_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
     asked = []
 
-    def fake(seed, kind, walker):
-        asked.append(walker and walker.name)
+    def fake(seed, kind, robot):
+        asked.append(robot and robot.name)
         return verdict(truth_of(kind), 'fine') | {'seed': seed}
 
     monkeypatch.setattr(run_cases, 'run_case', fake)
@@ -443,7 +453,7 @@ def test_a_walker_has_a_file_of_its_own(tmp_path, monkeypatch, capsys):
 def test_cases_that_end_with_an_error_are_said_and_no_kind_needs_an_answer(
     tmp_path, monkeypatch, capsys
 ):
-    def fake(seed, kind, walker):
+    def fake(seed, kind, robot):
         raise ValueError('no such robot')
 
     monkeypatch.setattr(run_cases, 'run_case', fake)

@@ -10,8 +10,8 @@ from scipy.stats import binomtest
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_lab.blind import origin, run_cases
-from leo_lab.blind.case import draw_case, KINDS
-from leo_lab.blind.drawn import Drawn, place_of
+from leo_lab.blind.case import draw_case
+from leo_lab.blind.drawn import place_of
 from leo_lab.blind.floors import with_floors
 from leo_lab.blind.judge import judge
 from leo_lab.blind.open_loop import OpenLoop
@@ -61,12 +61,6 @@ def test_a_small_world_is_drawn_again_from_its_seed():
     assert [(place_of(p), p.parameters) for p in one.small] == [
         (place_of(p), p.parameters) for p in again.small
     ]
-
-
-def test_odd_seeds_are_simulated_by_mujoco_unless_told_otherwise(monkeypatch):
-    monkeypatch.setitem(KINDS, 'small', lambda seed, run, rng: Drawn())
-    engines = [draw_case(3, 'small', mujoco=m).engine[0] for m in (True, False)]
-    assert engines == ['mujoco', 'rk4'] and draw_case(2, 'small').engine[0] == 'pybullet'
 
 
 def test_the_truth_holds_what_is_small_and_the_bag_does_not(case, tmp_path):
@@ -269,7 +263,7 @@ def test_named_effects_are_sized_in_floors(case):
     assert sized[1]['floors'] is None
 
 
-def fake(seed, kind, walker, **options):
+def fake(seed, kind, robot):
     return judged(truth_of(), 'fine') | {'seed': seed, 'kind': kind}
 
 
@@ -302,15 +296,22 @@ def test_a_changed_tree_is_told(monkeypatch):
 
 def test_without_mujoco_one_line_says_so(monkeypatch, tmp_path):
     monkeypatch.setattr(blind, 'find_spec', lambda name: None)
-    with pytest.raises(UserError, match='--without-mujoco'):
+    with pytest.raises(UserError, match=r'requirements-mujoco\.txt'):
         main(['--small', '1', '-o', str(tmp_path)])
-    monkeypatch.setattr(run_cases, 'run_case', fake)
-    assert main(['--small', '1', '-o', str(tmp_path), '--jobs', '1', '--without-mujoco']) == 0
+    assert not any(tmp_path.iterdir())
 
 
 def test_a_pushed_case_is_no_place_for_a_walker(tmp_path):
     with pytest.raises(UserError, match='fixed base'):
         main(['--pushed', '1', '--robot', 'leo', '-o', str(tmp_path)])
+
+
+def test_a_slow_sensor_publishes_every_third_state_and_its_differences():
+    sensor = Sensor(Sensing((0.0, 0.0), 0.0, differenced=True, every=3), 1)
+    states = [JointStates(0, ('a',), np.array([0.01 * k]), np.zeros(1)) for k in range(9)]
+    shown = [sensor.published(state) for state in states]
+    assert [state is not None for state in shown] == [k % 3 == 0 for k in range(9)]
+    assert shown[3].velocity == pytest.approx([1.0])
 
 
 def test_sensing_counts_its_faults():
@@ -319,10 +320,10 @@ def test_sensing_counts_its_faults():
 
 
 def test_a_case_that_ends_with_an_error_ends_no_other(tmp_path, monkeypatch, capsys):
-    def failing(seed, kind, walker, **options):
+    def failing(seed, kind, robot):
         if seed == 1:
             raise ZeroDivisionError('somewhere')
-        return fake(seed, kind, walker)
+        return fake(seed, kind, robot)
 
     monkeypatch.setattr(run_cases, 'run_case', failing)
     results = tmp_path / 'results.jsonl'

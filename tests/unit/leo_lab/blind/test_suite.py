@@ -18,14 +18,14 @@ from leo_msgs_py.errors import UserError
 FEW = {None: {'none': 3, 'effect': 2}, 'leo': {'none': 1}}
 
 
-def fake(seed, kind, walker, **options):
+def fake(seed, kind, robot):
     if (seed, kind) == (60_002, 'effect'):
         raise ZeroDivisionError('somewhere')
     return {
         'kind': kind,
         'seed': seed,
-        'robot': walker or robot_name(seed),
-        'engine': engine_of(seed, kind, bool(walker))[0],
+        'robot': robot or robot_name(seed),
+        'engine': engine_of(seed, bool(robot))[0],
         'verdict': 'fine',
         'effects': [],
         'named': [],
@@ -66,22 +66,22 @@ def examine(folder, *words):
 
 
 def of(share=1.0):
-    return Suite(60_001, share, True, True, 'c1').tasks()
+    return Suite(60_001, share, True, 'c1').tasks()
 
 
 def test_the_whole_suite_has_every_case_once():
     tasks = of()
     wanted = {(w, kind): n for w, counts in CASES.items() for kind, n in counts.items()}
-    assert Counter((task.walker, task.kind) for task in tasks) == wanted
+    assert Counter((task.robot, task.kind) for task in tasks) == wanted
     assert len(set(tasks)) == len(tasks)
     for task in tasks:
-        assert 60_001 <= task.seed <= 60_000 + CASES[task.walker][task.kind]
+        assert 60_001 <= task.seed <= 60_000 + CASES[task.robot][task.kind]
 
 
 @pytest.mark.parametrize('part', [0.1, 0.5])
 def test_a_run_that_is_cut_off_holds_its_part_of_every_kind(part):
     tasks = of()
-    done = Counter((t.walker, t.kind) for t in tasks[: round(part * len(tasks))])
+    done = Counter((t.robot, t.kind) for t in tasks[: round(part * len(tasks))])
     for walker, counts in CASES.items():
         for kind, count in counts.items():
             assert abs(done[walker, kind] - part * count) <= 1
@@ -90,7 +90,7 @@ def test_a_run_that_is_cut_off_holds_its_part_of_every_kind(part):
 def test_a_tenth_is_the_beginning_of_the_whole_and_has_all_robots_and_engines():
     tenth, whole = of(0.1), of()
     assert set(tenth) <= set(whole[: round(0.12 * len(whole))])
-    fixed = [t for t in tenth if t.walker is None]
+    fixed = [t for t in tenth if t.robot is None]
     for kind in ('effect', 'none', 'pair', 'small'):
         drawn = {(robot_name(t.seed), t.seed % 2) for t in fixed if t.kind == kind}
         assert len(drawn) == 8
@@ -122,7 +122,7 @@ def test_a_case_that_ends_with_an_error_has_a_line_and_is_not_right(few, tmp_pat
 
 
 def test_what_fails_for_the_machine_runs_again(few, tmp_path, monkeypatch, capsys):
-    def full(seed, kind, walker, **options):
+    def full(seed, kind, robot):
         raise MemoryError
 
     monkeypatch.setattr(run_cases, 'run_case', full)
@@ -169,7 +169,7 @@ def test_other_cases_do_not_get_into_a_suite(few, tmp_path, words, said):
 
 def test_a_suite_may_be_closed_before_it_is_whole(few, tmp_path, capsys):
     results = tmp_path / 'suite.jsonl'
-    suite.begin(results, suite.here(60_001, 1.0, True, True))
+    suite.begin(results, suite.here(60_001, 1.0, True))
     assert main(['--close', str(results)]) == 1
     assert 'is closed; 6 cases have no line' in capsys.readouterr().out
     assert examine(tmp_path) == 1
@@ -181,7 +181,7 @@ def test_a_suite_may_be_closed_before_it_is_whole(few, tmp_path, capsys):
 
 def test_two_runs_do_not_add_to_one_suite(few, tmp_path):
     results = tmp_path / 'suite.jsonl'
-    suite.begin(results, suite.here(60_001, 1.0, True, True))
+    suite.begin(results, suite.here(60_001, 1.0, True))
     with suite.alone(results), pytest.raises(UserError, match='another run adds to'):
         examine(tmp_path)
     assert examine(tmp_path) == 0
@@ -195,7 +195,7 @@ def test_what_is_of_the_suite_is_not_taken_without_it(words):
 
 def test_development_may_be_looked_into_while_it_runs(few, tmp_path):
     results = tmp_path / 'suite.jsonl'
-    suite.begin(results, suite.here(1, 1.0, True, False))
+    suite.begin(results, suite.here(1, 1.0, False))
     suite.check_readable(results)
     with pytest.raises(UserError, match='seed 60003 is for an examination'):
-        suite.begin(tmp_path / 'other.jsonl', suite.here(60_001, 1.0, True, False))
+        suite.begin(tmp_path / 'other.jsonl', suite.here(60_001, 1.0, False))

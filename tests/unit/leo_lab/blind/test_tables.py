@@ -73,7 +73,7 @@ def test_a_table_counts_by_world_and_names_commits(results):
 
 def test_no_table_of_lines_that_are_not_there_or_not_to_be_seen(results):
     assert 'is not there yet' in blind_tables.table('rates lines.jsonl')
-    suite.begin(results, suite.here(60_001, 0.1, True, True)._replace(commit='c1'), True)
+    suite.begin(results, suite.here(60_001, 0.1, True)._replace(commit='c1'), True)
     add(results, line(60_001))
     assert 'open examination' in blind_tables.table('rates lines.jsonl')
     suite.close(results)
