@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import cut, thin, Windows
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
@@ -66,8 +66,10 @@ def refitted(
     return hypothesis.model(model, best.theta)
 
 
-def window_errors(model: Model, recordings: Sequence[Recording], seconds: float) -> np.ndarray:
-    """Rms angle error [rad] of open-loop windows, one every 0.1 s, that move 0.1 rad or more.
+def window_errors(
+    model: Model, recordings: Sequence[Recording], seconds: float, moving: float = 0.1
+) -> np.ndarray:
+    """Rms angle error [rad] of open-loop windows, one every 0.1 s, that move so many rad or more.
 
     A window starts from a parabola through the angles within 0.02 s of its first sample, because
     reported rates may be late; a model that knows how late is told that these are not.
@@ -75,7 +77,7 @@ def window_errors(model: Model, recordings: Sequence[Recording], seconds: float)
     prompt = [p for p in model.effects if p.effect.name != 'velocity_lag']
     model = model.changed(effects=prompt)
     windows = cut(recordings, seconds, stride=0.1, history=0.15)
-    windows = windows.take(np.ptp(windows.q, axis=1).max(axis=-1) > 0.1)
+    windows = windows.take(np.ptp(windows.q, axis=1).max(axis=-1) > moving)
     q, dq = starts(recordings, windows)
     predicted, _ = rollout(
         model, q, dq, windows.inputs, windows.dt, enabled=windows.enabled, history=windows.history
@@ -97,23 +99,3 @@ def _parabola(recording: Recording, start: float) -> np.ndarray:
     near = np.abs(episode.t - start) <= START_SECONDS
     powers = np.vander(episode.t[near] - start, 3, increasing=True)
     return np.linalg.lstsq(powers, episode.q[near], rcond=None)[0]
-
-
-def simulated(
-    model: Model, seconds: float, noise: tuple[float, float], seed: int = 1
-) -> Recording:
-    """A robot of one joint measured at 100 Hz under steps of random size held for 0.3 s."""
-    rng, dt = np.random.default_rng(seed), 0.01
-    count, (actuator,) = round(seconds / dt), model.robot.actuators
-    sizes = rng.uniform(-1, 1, count // 30 + 1)
-    inputs = 0.35 * actuator.limit * np.repeat(sizes, 30)[:count, None]
-    start = model.start('nominal')
-    q, dq = rollout(model, start.q[None], start.dq[None], inputs[None, :-1], dt)
-    q = q[0] + rng.normal(0, noise[0], q[0].shape)
-    dq = dq[0] + rng.normal(0, noise[1], dq[0].shape)
-    on = np.ones(inputs.shape, dtype=bool)
-    episode = Episode(dt * np.arange(count), q, dq, inputs, on)
-    joints, kind = tuple(model.robot.joint_names), model.robot.input
-    return Recording(
-        Path('simulated'), '0' * 64, joints, (actuator.joint,), kind, dt, (episode,), {}
-    )

@@ -1,49 +1,66 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The torque a model leaves over along a recording, by inverse dynamics of the smoothed angles."""
+"""Least squares on inverse dynamics: the regressor of every inertia and friction, as figaroh does.
+
+Angles and inputs are smoothed alike, rates and accelerations are those of the smoothed angles,
+and the parameters leave least of the torque. The regressor is that of inertias, rotors, viscous
+and dry friction and an offset at every joint and link, with the model's uncertain constants.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
+from benchmarks.referee.by_simulation import asked, start_of, told
+from benchmarks.referee.card import Rig
+from benchmarks.referee.contenders import Fitted
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.compare.windows import sample_period
+from leo_diffmodel.compare.windows import sample_period, thin
+from leo_diffmodel.explain.problem.candidates import candidates
+from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 HALF_SECONDS, ORDER = 0.07, 4
-STILL = 0.05  # rad/s
+STILL = 0.05  # rad/s or m/s
+REGRESSOR = (
+    *('viscous_friction', 'coulomb_friction', 'bias_torque', 'armature'),
+    *('link_mass', 'link_com', 'link_inertia'),
+)
+
+
+def fitted(rig: Rig) -> Fitted:
+    """Every parameter of the regressor and the uncertain constants, from the torque alone.
+
+    Raises:
+        UserError: a servo that takes goals, whose torque is not in its log.
+    """
+    if rig.model.robot.input == 'position':
+        raise UserError('no torque is logged')
+    joints = {*rig.model.robot.joint_names, *rig.model.robot.links}
+    labels = [
+        c.label for c in candidates(rig.model) if c.effect.name in REGRESSOR and c.where in joints
+    ]
+    hypothesis, learn = asked(rig.model, labels), thin(list(rig.learn))
+
+    def left(theta: np.ndarray) -> np.ndarray:
+        model = hypothesis.model(rig.model, theta)
+        return np.concatenate([residual(model, run).ravel() for run in learn])
+
+    bounds = hypothesis.low, hypothesis.high
+    best = least_squares(left, start_of(hypothesis), bounds=bounds, x_scale='jac')
+    return Fitted(hypothesis.model(rig.model, best.x), told(hypothesis, best.x))
 
 
 def residual(model: Model, recording: Recording) -> np.ndarray:
     """Torque that the motion takes less what the model's motors and losses give [N m], (T, J).
 
-    Angles and inputs are smoothed alike (Savitzky-Golay, 0.14 s, order 4); rates and
-    accelerations are those of the smoothed angles. Where a joint hardly moves, dry friction
-    takes whatever it can hold.
+    Where a joint hardly moves, dry friction takes whatever it can hold. Rows with a motor off are
+    left out.
     """
     return np.concatenate(
         [_episode(model, e, sample_period([recording])) for e in recording.episodes]
     )
-
-
-def refitted_by_torque(model: Model, recordings: Sequence[Recording]) -> Model:
-    """`model` with its uncertain constants where the torque residual is least, as usual."""
-    free = {path: c for path, c in model.robot.constants.items() if c.uncertain}
-
-    def with_values(values: np.ndarray) -> Model:
-        found = dict(zip(free, map(float, values), strict=True))
-        return model.changed(constants={**model.constants, **found})
-
-    def left(values: np.ndarray) -> np.ndarray:
-        changed = with_values(values)
-        return np.concatenate([residual(changed, run).ravel() for run in recordings])
-
-    low, high = zip(*(c.uncertain for c in free.values()), strict=True)
-    start = [float(model.constants[path]) for path in free]
-    return with_values(least_squares(left, start, bounds=(low, high), x_scale='jac').x)
 
 
 def _episode(model: Model, episode: Episode, period: float) -> np.ndarray:
@@ -53,7 +70,8 @@ def _episode(model: Model, episode: Episode, period: float) -> np.ndarray:
     )
     q, dq = model.laws.true_state(q, dq)
     u = savgol_filter(_at_motors(model, episode), window, ORDER, axis=0)
-    inside = slice(window, -window)
+    inside = np.flatnonzero(episode.enabled.all(axis=1))
+    inside = inside[(inside >= window) & (inside < len(q) - window)]
     return _left(model, *(x[inside] for x in (q, dq, ddq, u)))
 
 

@@ -12,6 +12,7 @@ from leo_diffmodel.explain.estimate.fitted import (
     effect_row,
     Fit,
     gain,
+    in_words,
     parameter_rows,
 )
 from leo_diffmodel.explain.problem.likelihood import degrees
@@ -100,9 +101,12 @@ class Unknown:
         """The field `unknown` of explain.json; with an effect file also what `leo add` takes."""
         hidden = ('effect', 'fit', 'source')
         row = {name: value for name, value in vars(self).items() if name not in hidden}
-        if not self.source or self.fit is None:
+        if self.fit is None:
             return row
         effects = [effect_row(self.fit, i) for i in range(len(self.fit.hypothesis.candidates))]
+        row['beside'] = effects[:-1]
+        if not self.source:
+            return row
         effects[-1]['source'] = self.source
         model = {'effects': effects, 'constants': constant_rows(self.fit)}
         return row | {'source': self.source, 'model': model}
@@ -119,8 +123,17 @@ class Unknown:
         what = 'the path it has come (hysteresis)' if self.variable == 'path' else self.variable
         return (
             f'at {self.joint} the {KINDS[self.acts_as]} that is missing depends on {what}{of}: '
-            f'{self.formula}, held-out R2 {self.r2_held_out:.2f}'
+            f'{self.formula}, held-out R2 {self.r2_held_out:.2f}{self._beside}'
         )
+
+    @property
+    def _beside(self) -> str:
+        """The named effects where the law takes its share, in words."""
+        if self.fit is None or len(self.fit.hypothesis.candidates) == 1:
+            return ''
+        named = enumerate(self.fit.hypothesis.candidates[:-1])
+        told = [f'{c.label} ({in_words(self.fit, i)})' for i, c in named]
+        return f'; beside it {"; ".join(told)}'
 
 
 def _parameters(law: Law, tried: Attempt) -> dict[str, dict]:

@@ -88,6 +88,18 @@ def test_the_variable_of_every_kind_is_found(kind):
     assert answer.r2_held_out > 0.7
 
 
+def test_named_effects_have_their_values_beside_the_law_too():
+    rubs = place(TORQUE, 'viscous_friction', 'pivot', b=0.05)
+    beats = hidden(TORQUE, 'periodic_torque', **LAWS['periodic_torque'])
+    data = [record(TORQUE, rubs, beats, seconds=20)]
+    answer = beyond(data, searched(data, Model(TORQUE)))
+    assert answer is not None
+    (beside,) = answer.to_json()['beside']
+    assert (beside['name'], beside['where']) == ('viscous_friction', 'pivot')
+    assert beside['parameters']['b']['value'] == pytest.approx(0.05, rel=0.05)
+    assert '; beside it viscous_friction:pivot (b = 0.0' in answer.words
+
+
 def test_the_law_of_a_cable_is_named_with_its_values():
     answer = answer_to('cable')
     assert answer is not None and answer.formula.startswith('k max(0, q - x0) with k = -0.')

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A card: a public rig, what is known of it, and which of its logs nothing may be fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.rig import imported
+from pydantic import BaseModel, ConfigDict, ValidationError
+import yaml
+
+from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.compare.known import with_known
+from leo_msgs_py.errors import UserError
+from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
+
+HERE = Path(__file__).parent
+CARDS, ROOT = HERE / 'cards', HERE.parents[1]
+
+
+class CardFile(BaseModel):
+    """The keys of a card; docs/referee.md says what each is."""
+
+    model_config = ConfigDict(extra='forbid')
+    title: str
+    source: str
+    measured: str
+    known: str
+    folder: str
+    map: str
+    held_out_map: str | None = None
+    model: str
+    learn: list[str]
+    held_out: list[str]
+    seconds: float = 0.5
+    moving: float = 0.1
+    right: list[list[str]]
+    allowed: list[str] = []
+    mujoco: list[str]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A card with its logs read.
+
+    Attributes:
+        card: what the file says.
+        model: as given, with what the logs say of the robot.
+        learn, held_out: the logs to fit to, and those that no fit sees.
+    """
+
+    card: CardFile
+    model: Model
+    learn: Sequence[Recording]
+    held_out: Sequence[Recording]
+
+
+def names() -> list[str]:
+    """Of all cards."""
+    return sorted(path.stem for path in CARDS.glob('*.yaml'))
+
+
+def read_card(name: str) -> CardFile:
+    """A card; UserError: no such card, or which key of it is wrong."""
+    path = CARDS / f'{name}.yaml'
+    if not path.is_file():
+        raise UserError(f'referee: no card {name!r}; there are {", ".join(names())}')
+    try:
+        return CardFile(**yaml.safe_load(path.read_text()))
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UserError(f'{path}: {".".join(map(str, first["loc"]))}: {first["msg"]}') from error
+
+
+def logs(card: CardFile, data: Sequence[Path], patterns: Sequence[str]) -> list[Path]:
+    """The files of a rig that fit patterns, from the first folder that has the rig."""
+    folder = next((d / card.folder for d in data if (d / card.folder).is_dir()), None)
+    if folder is None:
+        raise UserError(f'referee: no folder {card.folder} in {", ".join(map(str, data))}')
+    found = sorted({path for pattern in patterns for path in folder.glob(pattern)})
+    if not found:
+        raise UserError(f'referee: nothing in {folder} is called {" or ".join(patterns)}')
+    return found
+
+
+def make_bags(card: CardFile, data: Sequence[Path], folder: Path) -> None:
+    """Import the logs of a rig into `folder`, once."""
+    maps = {'learn': card.map, 'held_out': card.held_out_map or card.map}
+    for part, name in maps.items():
+        if not (folder / part).exists():
+            column_map = ROOT / name if (ROOT / name).is_file() else name
+            imported(logs(card, data, getattr(card, part)), str(column_map), folder / part)
+
+
+def read_rig(name: str, folder: Path) -> Rig:
+    """The rig of a card whose bags lie in a folder; a shipped robot or a folder of the project."""
+    card = read_card(name)
+    here = ROOT / card.model
+    model = load_model(here if here.exists() else card.model)
+    learn, held_out = (
+        [read_bag(bag, model.robot) for bag in sorted((folder / part).iterdir())]
+        for part in ('learn', 'held_out')
+    )
+    return Rig(card, with_known(model, [*learn, *held_out]), learn, held_out)

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who fits a rig, each with what a person would tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from benchmarks.referee.card import Rig
+
+from leo_sim.model import Model
+
+
+class Fitted(NamedTuple):
+    """What a contender makes of the logs to learn from.
+
+    Attributes:
+        model: ours, with what it found.
+        said: its answer in words, or what it was told and the values it found.
+        named: effects that it names by itself, as effect:place; None where it was told them.
+        verdict: of `leo explain`.
+        with_law: the model with the law too that is no known effect, where one was found.
+    """
+
+    model: Model
+    said: str
+    named: list[str] | None = None
+    verdict: str = ''
+    with_law: Model | None = None
+
+
+def _as_given(rig: Rig) -> Fitted:
+    return Fitted(rig.model, 'nothing is fitted')
+
+
+def _leo(rig: Rig) -> Fitted:
+    """`leo explain`: the model as given and the whole catalogue; told nothing."""
+    from leo_diffmodel.explain.explanation import explain
+
+    answer = explain(rig.learn, rig.model)
+    named = [f'{e["name"]}:{e["where"]}' for e in answer.effects]
+    law = answer.unknown.fit if answer.unknown else None
+    with_law = law and law.hypothesis.model(rig.model, law.theta)
+    return Fitted(answer.model, answer.sentence, named, answer.verdict, with_law)
+
+
+def _mujoco(rig: Rig) -> Fitted:
+    from benchmarks.referee.by_mujoco import fitted
+
+    return fitted(rig)
+
+
+def _torque(rig: Rig) -> Fitted:
+    from benchmarks.referee.by_torque import fitted
+
+    return fitted(rig)
+
+
+def _scipy(rig: Rig) -> Fitted:
+    from benchmarks.referee.by_simulation import fitted
+
+    return fitted(rig)
+
+
+CONTENDERS: dict[str, tuple[str, Callable[[Rig], Fitted]]] = {
+    'given': ('the model as given', _as_given),
+    'leo': ('`leo explain`, told nothing', _leo),
+    'mujoco': ("MuJoCo's sysid, told the usual parameters", _mujoco),
+    'torque': ('least squares on inverse dynamics, all of the regressor', _torque),
+    'scipy': ('scipy on 0.5 s of simulation, told the right law', _scipy),
+}
+"""By name: in words, and how it fits."""

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of docs/referee.md, from the lines that the referee left in benchmarks/results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+import re
+
+from benchmarks.referee.card import names, read_card
+from benchmarks.referee.contenders import CONTENDERS
+
+from leo_lab.result_lines import read_results
+
+ROOT = Path(__file__).resolve().parents[2]
+RESULTS, PAGE = ROOT / 'benchmarks/results/referee.jsonl', ROOT / 'docs/referee.md'
+MARKED = re.compile(r'(<!-- referee: tables -->\n).*?(<!-- end of tables -->)', re.DOTALL)
+SURE = ('named', 'partly')
+
+
+def write_page() -> int:
+    """Write the tables into the page."""
+    PAGE.write_text(written(PAGE.read_text()))
+    return 0
+
+
+def written(page: str) -> str:
+    """The page with its tables as the lines have them."""
+    return MARKED.sub(lambda m: f'{m[1]}{_tables(read_results(RESULTS))}{m[2]}', page)
+
+
+def _tables(lines: Sequence[dict]) -> str:
+    of = {(line['card'], line['contender']): line for line in lines}
+    cards = [name for name in names() if any(card == name for card, _ in of)]
+    return '\n'.join([_summary(cards, of), *(_card(name, of) for name in cards), _origin(lines)])
+
+
+def _summary(cards: Sequence[str], of: dict[tuple[str, str], dict]) -> str:
+    """One row a rig: what was named, and every contender's error as multiple of leo's."""
+    others = [c for c in CONTENDERS if c != 'leo']
+    head = ('rig', 'named', 'leo', *others)
+    return _ruled(
+        head,
+        (
+            (
+                read_card(name).title,
+                _judged(of.get((name, 'leo'), {})),
+                _figure(of.get((name, 'leo'), {})),
+                *(_ratio(of.get((name, c), {})) for c in others),
+            )
+            for name in cards
+        ),
+    )
+
+
+def _card(name: str, of: dict[tuple[str, str], dict]) -> str:
+    card = read_card(name)
+    rows = (
+        (
+            CONTENDERS[c][0],
+            _figure(of[name, c]),
+            _ratio(of[name, c]) if c != 'leo' else '1',
+            f'{of[name, c]["cpu"]:.0f}' if 'cpu' in of[name, c] else '-',
+            _answer(of[name, c]),
+        )
+        for c in CONTENDERS
+        if (name, c) in of
+    )
+    head = ('by', f'rms {card.seconds:g} s ahead', "of leo's", 'CPU [s]', 'answer')
+    return (
+        f'### {card.title}\n\nFrom {card.source}. Measured: {card.measured}. Known: '
+        f'{card.known}.\n\n{_ruled(head, rows)}'
+    )
+
+
+def _judged(line: dict) -> str:
+    if 'missing' not in line:
+        return '-'
+    sure = 'sure' if line['verdict'] in SURE else f'`{line["verdict"]}`'
+    wrong = [f'{label} is missing' for label in line['missing']]
+    wrong += [f'{label} is too many' for label in line['strange']]
+    return f'{"; ".join(wrong) or "right"}, {sure}'
+
+
+def _figure(line: dict) -> str:
+    if 'error' not in line:
+        return line.get('refused', '-')
+    law = line.get('error_with_law')
+    return f'{line["error"]:.2g}' + (f', with its law {law:.2g}' if law else '')
+
+
+def _ratio(line: dict) -> str:
+    if not line.get('of_leo'):
+        return line.get('refused', '-')
+    middle, low, high = line['of_leo']
+    return f'{middle:.2f} ({low:.2f} to {high:.2f})'
+
+
+def _answer(line: dict) -> str:
+    words = line.get('said', line.get('refused', '-')).split('; held-out error')[0]
+    verdict = f'`{line["verdict"]}`: ' if line.get('verdict') else ''
+    return (verdict + ' '.join(words.split())).replace('|', '\\|')
+
+
+def _ruled(head: Sequence[str], rows: Iterator[Sequence[str]] | Sequence) -> str:
+    told = [head, ['---'] * len(head), *rows]
+    return ''.join('| ' + ' | '.join(row) + ' |\n' for row in told)
+
+
+def _origin(lines: Sequence[dict]) -> str:
+    commits = ', '.join(sorted({line['commit'] for line in lines}))
+    machines = '; '.join(sorted({line['machine'] for line in lines}))
+    return f'Commit {commits}; {machines}.\n'
