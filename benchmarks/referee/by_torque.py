@@ -37,9 +37,10 @@ def fitted(rig: Rig) -> Fitted:
     """
     if rig.model.robot.input == 'position':
         raise UserError('no torque is logged')
-    joints = {*rig.model.robot.joint_names, *rig.model.robot.links}
+    robot = rig.model.robot
+    single = {*robot.joint_names, *(link.name for link in robot.links)}
     labels = [
-        c.label for c in candidates(rig.model) if c.effect.name in REGRESSOR and c.where in joints
+        c.label for c in candidates(rig.model) if c.effect.name in REGRESSOR and c.where in single
     ]
     hypothesis, learn = asked(rig.model, labels), thin(list(rig.learn))
 

@@ -30,6 +30,8 @@ def written(page: str) -> str:
 
 
 def _tables(lines: Sequence[dict]) -> str:
+    if not lines:
+        return f'`{RESULTS.name}` is not there yet.\n'
     of = {(line['card'], line['contender']): line for line in lines}
     cards = [name for name in names() if any(card == name for card, _ in of)]
     return '\n'.join([_summary(cards, of), *(_card(name, of) for name in cards), _origin(lines)])
