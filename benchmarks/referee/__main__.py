@@ -24,7 +24,7 @@ import time
 from benchmarks.referee.card import make_bags, names, read_card, read_rig, Rig
 from benchmarks.referee.contenders import CONTENDERS, Fitted
 from benchmarks.referee.page import write_page
-from benchmarks.referee.score import held_out_errors, judged, ratio, rms
+from benchmarks.referee.score import held_out_errors, judged, ratio
 from benchmarks.rig import DATA
 import numpy as np
 
@@ -92,7 +92,7 @@ def _fit(name: str, contender: str, folder: str) -> int:
 
 
 def _of_leo(folder: Path, errors: np.ndarray) -> list[float] | None:
-    """How many times the rms error of `leo explain`, and the interval; None before it has run."""
+    """How many times the error of `leo explain`, and the interval; None before it has run."""
     theirs = folder / 'leo.npy'
     return list(ratio(errors, np.load(theirs))) if theirs.exists() else None
 
@@ -101,11 +101,11 @@ def _line(rig: Rig, fitted: Fitted, errors: np.ndarray, of_leo: Sequence[float] 
     named = None
     if fitted.named is not None:
         named = {'named': fitted.named, **judged(rig.card.right, rig.card.allowed, fitted.named)}
-    law = fitted.with_law and rms(held_out_errors(rig, fitted.with_law))
+    law = fitted.with_law and float(np.median(held_out_errors(rig, fitted.with_law)))
     return {
-        'error': rms(errors),
+        'error': float(np.median(errors)),
         'error_with_law': law,
-        'median': float(np.median(errors)),
+        'rms': float(np.sqrt((errors**2).mean())),
         'windows': len(errors),
         'of_leo': of_leo,
         'said': fitted.said,

@@ -68,7 +68,7 @@ def _card(name: str, of: dict[tuple[str, str], dict]) -> str:
         for c in CONTENDERS
         if (name, c) in of
     )
-    head = ('by', f'rms {card.seconds:g} s ahead', "of leo's", 'CPU [s]', 'answer')
+    head = ('by', f'median {card.seconds:g} s ahead', "of leo's", 'CPU [s]', 'answer')
     return (
         f'### {card.title}\n\nFrom {card.source}. Measured: {card.measured}. Known: '
         f'{card.known}.\n\n{_ruled(head, rows)}'

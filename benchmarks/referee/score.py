@@ -22,13 +22,8 @@ def held_out_errors(rig: Rig, model: Model) -> np.ndarray:
     return np.nan_to_num(errors, nan=np.inf)
 
 
-def rms(errors: np.ndarray) -> float:
-    """Over windows."""
-    return float(np.sqrt((errors**2).mean()))
-
-
 def ratio(errors: np.ndarray, other: np.ndarray) -> tuple[float, float, float]:
-    """How many times another's rms error one is, and its 95 % interval, in pairs by window.
+    """How many times another's median error one is, and its 95 % interval, in pairs by window.
 
     Windows overlap in time, so blocks of them are drawn.
     """
@@ -38,9 +33,9 @@ def ratio(errors: np.ndarray, other: np.ndarray) -> tuple[float, float, float]:
         np.concatenate([blocks[i] for i in rng.integers(len(blocks), size=len(blocks))])
         for _ in range(DRAWS)
     ]
-    ratios = [rms(errors[rows]) / rms(other[rows]) for rows in drawn]
+    ratios = [np.median(errors[rows]) / np.median(other[rows]) for rows in drawn]
     low, high = np.quantile(ratios, (0.025, 0.975))
-    return rms(errors) / rms(other), float(low), float(high)
+    return float(np.median(errors) / np.median(other)), float(low), float(high)
 
 
 def judged(right: Sequence[Sequence[str]], allowed: Sequence[str], named: Sequence[str]) -> dict:

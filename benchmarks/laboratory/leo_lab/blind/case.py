@@ -26,7 +26,7 @@ MUJOCO = ('mujoco', 2e-4)
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
 """What a walker does, and for how long [s]."""
 PUSHED_SIZES = (5.0, 30.0)
-STRENGTHS, LENGTHS = (0.3, 30.0), (5.0, 10.0, 20.0, 40.0)
+STRENGTHS, LENGTHS = (0.1, 30.0), (5.0, 10.0, 20.0, 40.0)
 """Noise floors, and seconds of data."""
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)

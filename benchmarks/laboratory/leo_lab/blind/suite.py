@@ -35,6 +35,7 @@ CASES: dict[str | None, dict[str, int]] = {
     'leo': {'effect': 150, 'none': 150, 'pair': 60, 'outside': 30, 'small': 60},
 }
 """How many of each kind, on the robots of `case.ROBOTS` in turn and on others."""
+PARTS: dict[str, str | None] = {'fixed': None, 'xl330_pendulum': 'xl330_pendulum', 'leo': 'leo'}
 GOLDEN = 0.618
 
 
@@ -45,12 +46,14 @@ class Suite(NamedTuple):
         first_seed: of every kind.
         share: of `CASES`.
         examination: its seeds are looked into only when it is closed.
+        part: the robots of `PARTS` that it is of; '' for all.
         commit: of the code that runs it.
     """
 
     first_seed: int
     share: float
     examination: bool
+    part: str
     commit: str
 
     def tasks(self) -> list[Task]:
@@ -58,6 +61,7 @@ class Suite(NamedTuple):
         placed = [
             ((turn + 0.5) / len(seeds), Task(kind, seed, robot))
             for robot, counts in CASES.items()
+            if not self.part or PARTS[self.part] == robot
             for kind, count in counts.items()
             for seeds in [_seeds(self.first_seed, count, self.share)]
             for turn, seed in enumerate(seeds)
@@ -90,7 +94,7 @@ def begin(results: Path, wanted: Suite, any_commit: bool = False) -> None:
     found = read_suite(results)
     if found is None and results.exists():
         raise UserError(f'leo blind: {results} is no suite; give another -o')
-    if found and found[:3] != wanted[:3]:
+    if found and found[:4] != wanted[:4]:
         raise UserError(f'leo blind: {results} is another suite ({_told(found)}); give another -o')
     if not any_commit:
         _check_commit(results, wanted, found or wanted)
@@ -186,11 +190,12 @@ def check_readable(results: Path) -> None:
         )
 
 
-def here(first_seed: int, share: float, examination: bool) -> Suite:
+def here(first_seed: int, share: float, examination: bool, part: str = '') -> Suite:
     """The suite of the code that runs."""
-    return Suite(first_seed, share, examination, commit())
+    return Suite(first_seed, share, examination, part, commit())
 
 
 def _told(suite: Suite) -> str:
     kind = 'examination' if suite.examination else 'development'
-    return f'{kind} from seed {suite.first_seed}, share {suite.share:g}'
+    part = f', {suite.part} alone' if suite.part else ''
+    return f'{kind} from seed {suite.first_seed}, share {suite.share:g}{part}'

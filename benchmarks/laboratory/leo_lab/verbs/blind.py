@@ -22,6 +22,7 @@ EXAMPLES = (
     'leo blind --table out/small/results.jsonl',
     'leo blind --suite --share 0.1 -o out/quick',
     'leo blind --suite --first-seed 300001 --examination -o out/suite',
+    'leo blind --suite --first-seed 300001 --examination --part leo -o out/suite',
     'leo blind --cases 1000 --scheduler tcp://10.0.0.1:8786 -o out/blind',
 )
 AGAIN = '; the same command again runs only what is missing'
@@ -33,7 +34,7 @@ OPTIONS = {
     'outside': ('outside', 'bags with a law that is not in the catalogue'),
     'small': ('small', 'bags with 4 to 8 small differences and none, one or two effects'),
     'pushed': ('pushed', 'bags of robots that are shoved, led by a hand or held'),
-    'strengths': ('strength', 'bags of 5 to 40 s with one effect of 0.3 to 30 noise floors'),
+    'strengths': ('strength', 'bags of 5 to 40 s with one effect of 0.1 to 30 noise floors'),
     'faults': ('fault', 'logs with a fault'),
     'sound': ('sound', 'logs without one'),
 }
@@ -62,14 +63,17 @@ def _suite(arguments: argparse.Namespace) -> int:
             )
     _check_numbers({'first_seed': arguments.first_seed})
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
-    return blind_suite.run(arguments, folder / 'suite.jsonl')
+    of = f'_{arguments.part}' if arguments.part else ''
+    return blind_suite.run(arguments, folder / f'suite{of}.jsonl')
 
 
 def _cases(arguments: argparse.Namespace) -> int:
     from leo_lab.blind.run_cases import run
 
-    if arguments.share != 1 or arguments.any_commit:
-        raise UserError('leo blind: --share and --any-commit are of --suite; give that too')
+    if arguments.share != 1 or arguments.any_commit or arguments.part:
+        raise UserError(
+            'leo blind: --share, --part and --any-commit are of --suite; give that too'
+        )
     counts, robot = _counts(arguments), _robot(arguments)
     workers = chosen_workers(arguments, 'leo blind')
     folder = common.fresh_folder(arguments.output) or Path('out/blind')
@@ -167,6 +171,12 @@ def _parser() -> argparse.ArgumentParser:
         default=1.0,
         metavar='F',
         help='of the cases of the suite, as 0.1 for a quick look',
+    )
+    arguments.add_argument(
+        '--part',
+        default='',
+        choices=('fixed', 'xl330_pendulum', 'leo'),
+        help='of the suite: its cases of these robots alone, in a file of their own',
     )
     arguments.add_argument(
         '--any-commit', action='store_true', help='go on with a suite that other code has begun'

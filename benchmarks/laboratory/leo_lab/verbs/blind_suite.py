@@ -24,7 +24,9 @@ def run(arguments: argparse.Namespace, results: Path) -> int:
             f'leo blind: --share is more than 0 and at most 1, found {arguments.share:g}'
         )
     workers = chosen_workers(arguments, 'leo blind')
-    wanted = suite.here(arguments.first_seed, arguments.share, arguments.examination)
+    wanted = suite.here(
+        arguments.first_seed, arguments.share, arguments.examination, arguments.part
+    )
     suite.begin(results, wanted, arguments.any_commit)
     if not suite.is_closed(results):
         with suite.alone(results):

@@ -66,7 +66,7 @@ def examine(folder, *words):
 
 
 def of(share=1.0):
-    return Suite(60_001, share, True, 'c1').tasks()
+    return Suite(60_001, share, True, '', 'c1').tasks()
 
 
 def test_the_whole_suite_has_every_case_once():
@@ -179,6 +179,17 @@ def test_a_suite_may_be_closed_before_it_is_whole(few, tmp_path, capsys):
         main(['--close', str(results)])
 
 
+def test_a_part_has_a_file_of_its_own_and_is_the_same_cases(few, tmp_path):
+    assert examine(tmp_path, '--part', 'fixed') == 0
+    assert [f.name for f in tmp_path.iterdir()] == ['suite_fixed.jsonl']
+    lines = run_cases.read_lines(tmp_path / 'suite_fixed.jsonl')
+    assert {(x['kind'], x['seed']) for x in lines} == {
+        (kind, seed) for kind, count in FEW[None].items() for seed in range(60_001, 60_001 + count)
+    }
+    with pytest.raises(UserError, match='another suite'):
+        suite.begin(tmp_path / 'suite_fixed.jsonl', suite.here(60_001, 1.0, True, 'leo'))
+
+
 def test_two_runs_do_not_add_to_one_suite(few, tmp_path):
     results = tmp_path / 'suite.jsonl'
     suite.begin(results, suite.here(60_001, 1.0, True))
@@ -187,7 +198,7 @@ def test_two_runs_do_not_add_to_one_suite(few, tmp_path):
     assert examine(tmp_path) == 0
 
 
-@pytest.mark.parametrize('words', [['--share', '0.1'], ['--any-commit']])
+@pytest.mark.parametrize('words', [['--share', '0.1'], ['--any-commit'], ['--part', 'leo']])
 def test_what_is_of_the_suite_is_not_taken_without_it(words):
     with pytest.raises(UserError, match='are of --suite'):
         main(words)
