@@ -130,7 +130,7 @@ def _panel(axis: Any, name: str, grid: np.ndarray, curves: dict, mine: Sequence[
 def main() -> None:
     """Draw the picture."""
     parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n')[0])
-    parser.add_argument('--lines', type=Path, default=RESULTS / 'suite.jsonl')
+    parser.add_argument('--lines', type=Path, default=RESULTS / 'suite_fixed.jsonl')
     parser.add_argument('-o', dest='output', type=Path, default=PICTURE)
     given = parser.parse_args()
     check_readable(given.lines)
