@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+import subprocess
+import sys
 
 from benchmarks.rig import imported
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -30,6 +32,7 @@ class CardFile(BaseModel):
     measured: str
     known: str
     folder: str
+    prepare: str | None = None
     map: str
     held_out_map: str | None = None
     model: str
@@ -75,11 +78,16 @@ def read_card(name: str) -> CardFile:
         raise UserError(f'{path}: {".".join(map(str, first["loc"]))}: {first["msg"]}') from error
 
 
-def logs(card: CardFile, data: Sequence[Path], patterns: Sequence[str]) -> list[Path]:
-    """The files of a rig that fit patterns, from the first folder that has the rig."""
+def public(card: CardFile, data: Sequence[Path]) -> Path:
+    """The folder of a rig's files: the first that has it."""
     folder = next((d / card.folder for d in data if (d / card.folder).is_dir()), None)
     if folder is None:
         raise UserError(f'referee: no folder {card.folder} in {", ".join(map(str, data))}')
+    return folder
+
+
+def logs(folder: Path, patterns: Sequence[str]) -> list[Path]:
+    """The files of a folder that fit patterns."""
     found = sorted({path for pattern in patterns for path in folder.glob(pattern)})
     if not found:
         raise UserError(f'referee: nothing in {folder} is called {" or ".join(patterns)}')
@@ -87,12 +95,17 @@ def logs(card: CardFile, data: Sequence[Path], patterns: Sequence[str]) -> list[
 
 
 def make_bags(card: CardFile, data: Sequence[Path], folder: Path) -> None:
-    """Import the logs of a rig into `folder`, once."""
+    """Import the logs of a rig into `folder`, once; those no column map reads are prepared."""
+    source = public(card, data)
+    if card.prepare and not (folder / 'prepared').exists():
+        command = [sys.executable, ROOT / card.prepare, source, folder / 'prepared']
+        subprocess.run([*map(str, command)], check=True)
+    source = folder / 'prepared' if card.prepare else source
     maps = {'learn': card.map, 'held_out': card.held_out_map or card.map}
     for part, name in maps.items():
         if not (folder / part).exists():
             column_map = ROOT / name if (ROOT / name).is_file() else name
-            imported(logs(card, data, getattr(card, part)), str(column_map), folder / part)
+            imported(logs(source, getattr(card, part)), str(column_map), folder / part)
 
 
 def read_rig(name: str, folder: Path) -> Rig:

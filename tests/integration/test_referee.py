@@ -69,7 +69,8 @@ def test_a_card_knows_its_model_and_holds_out_whole_logs(name):
     labels = [*known.allowed, *(label for same in known.right for label in same)]
     assert {label.partition(':')[2] for label in (*labels, *known.mujoco)} <= places
     if known.held_out_map is None and (REAL_DATA / known.folder).is_dir():
-        learn, held_out = (card.logs(known, [REAL_DATA], x) for x in (known.learn, known.held_out))
+        folder = REAL_DATA / known.folder
+        learn, held_out = (card.logs(folder, x) for x in (known.learn, known.held_out))
         assert not {*learn} & {*held_out}
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 PERIOD = 0.0002  # s, of the public files (TX40_config.yaml: ts)
 EACH = 10  # samples to a row
-ENDS = 5.0, 7.5  # s, of the runs; then it stands
+ENDS = 5.0, 7.5  # s, of the runs; then the arm stands
 NAMES = [f'{what}_{joint}' for what in ('angle', 'torque') for joint in range(1, 7)]
 
 

@@ -22,7 +22,7 @@ from leo_sim.description.robot import load_robot, Robot
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
 WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
-MUJOCO = ('mujoco', 2e-4)
+MUJOCO, WALKER_MUJOCO = ('mujoco', 2e-4), ('mujoco', 5e-4)
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
 """What a walker does, and for how long [s]."""
 PUSHED_SIZES = (5.0, 30.0)
@@ -99,7 +99,7 @@ def engine_of(seed: int, walks: bool, effects: Effects = ()) -> tuple[str, float
     own, other = WALKER_ENGINES if walks else ENGINES
     if seed % 2:
         known = all(p.effect.name not in NOT_IN_MUJOCO for p in effects)
-        return MUJOCO if known else other
+        return (WALKER_MUJOCO if walks else MUJOCO) if known else other
     return other if seed // (2 * len(ROBOTS)) % 2 else own
 
 
