@@ -3,7 +3,7 @@
 
     python benchmarks/strength.py                 # docs/strength.png from benchmarks/results
 
-From the lines of single effects (`effect`, 20 s) and of weak and strong ones in runs of 5 to 40 s
+From the lines of single effects (`effect`, 20 s) and of weak and strong ones in runs of 10 to 40 s
 (`strength`) on robots with a fixed base. A logistic curve in the logarithm of the effect's size
 and of the seconds is fitted to each effect, the slopes shared by all (with so few lines of each,
 its own would follow single cases); `blind_tables.py` has the same numbers as a table.
@@ -117,7 +117,7 @@ def draw(lines: Sequence[dict], target: Path) -> None:
 def _panel(axis: Any, name: str, grid: np.ndarray, curves: dict, mine: Sequence[dict]) -> None:
     for (what, words), colour in zip(SHOWN, ('0.6', 'C0'), strict=True):
         axis.plot(grid, curves[what].chance(name, grid, 20.0), color=colour, label=words)
-    for seconds, style in ((5.0, ':'), (40.0, '--')):
+    for seconds, style in ((10.0, ':'), (40.0, '--')):
         chance = curves['right'].chance(name, grid, seconds)
         axis.plot(grid, chance, 'C0', ls=style, lw=0.8, label=f'named, in {seconds:.0f} s of data')
     for line in mine:

@@ -33,10 +33,12 @@ def fitted(rig: Rig) -> Fitted:
     """Every parameter of the regressor and the uncertain constants, from the torque alone.
 
     Raises:
-        UserError: a servo that takes goals, whose torque is not in its log.
+        UserError: a servo that takes goals, whose torque is not in its log; or nothing drives it.
     """
     if rig.model.robot.input == 'position':
         raise UserError('no torque is logged')
+    if not rig.model.robot.actuators:
+        raise UserError('nothing drives it, so that torques have no scale')
     robot = rig.model.robot
     single = {*robot.joint_names, *(link.name for link in robot.links)}
     labels = [
@@ -70,7 +72,8 @@ def _episode(model: Model, episode: Episode, period: float) -> np.ndarray:
         savgol_filter(episode.q, window, ORDER, deriv=n, delta=period, axis=0) for n in range(3)
     )
     q, dq = model.laws.true_state(q, dq)
-    u = savgol_filter(_at_motors(model, episode), window, ORDER, axis=0)
+    u = _at_motors(model, episode)
+    u = savgol_filter(u, window, ORDER, axis=0) if u.size else u
     inside = np.flatnonzero(episode.enabled.all(axis=1))
     inside = inside[(inside >= window) & (inside < len(q) - window)]
     return _left(model, *(x[inside] for x in (q, dq, ddq, u)))

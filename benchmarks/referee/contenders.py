@@ -11,6 +11,10 @@ from benchmarks.referee.card import Rig
 from leo_sim.model import Model
 
 
+WITHIN = 900.0
+"""s: the time that `leo explain` is given; an answer that takes longer is cut short."""
+
+
 class Fitted(NamedTuple):
     """What a contender makes of the logs to learn from.
 
@@ -37,7 +41,7 @@ def _leo(rig: Rig) -> Fitted:
     """`leo explain --hold-out`, told nothing; what is held out may make it doubt, and no more."""
     from leo_diffmodel.explain.explanation import explain
 
-    answer = explain(rig.learn, rig.model, rig.held_out)
+    answer = explain(rig.learn, rig.model, rig.held_out, within=WITHIN)
     named = [f'{e["name"]}:{e["where"]}' for e in answer.effects]
     law = answer.unknown.fit if answer.unknown else None
     with_law = law and law.hypothesis.model(rig.model, law.theta)

@@ -22,11 +22,11 @@ from leo_sim.description.robot import load_robot, Robot
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
 ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
 WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
-MUJOCO, WALKER_MUJOCO = ('mujoco', 2e-4), ('mujoco', 5e-4)
+MUJOCO, WALKER_MUJOCO = ('mujoco', 1e-4), ('mujoco', 5e-4)
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))
 """What a walker does, and for how long [s]."""
 PUSHED_SIZES = (5.0, 30.0)
-STRENGTHS, LENGTHS = (0.1, 30.0), (5.0, 10.0, 20.0, 40.0)
+STRENGTHS, LENGTHS = (0.1, 30.0), (10.0, 20.0, 40.0)
 """Noise floors, and seconds of data."""
 POSITION_NOISE = (0.5e-3, 3e-3)
 RATE_NOISE = (0.02, 0.1)

@@ -34,7 +34,7 @@ OPTIONS = {
     'outside': ('outside', 'bags with a law that is not in the catalogue'),
     'small': ('small', 'bags with 4 to 8 small differences and none, one or two effects'),
     'pushed': ('pushed', 'bags of robots that are shoved, led by a hand or held'),
-    'strengths': ('strength', 'bags of 5 to 40 s with one effect of 0.1 to 30 noise floors'),
+    'strengths': ('strength', 'bags of 10 to 40 s with one effect of 0.1 to 30 noise floors'),
     'faults': ('fault', 'logs with a fault'),
     'sound': ('sound', 'logs without one'),
 }
