@@ -10,7 +10,6 @@ from benchmarks.referee.card import Rig
 
 from leo_sim.model import Model
 
-
 WITHIN = 900.0
 """s: the time that `leo explain` is given; an answer that takes longer is cut short."""
 
