@@ -10,9 +10,10 @@ A page says in a comment which table of which lines it wants; what stands up to 
     <!-- end of table -->
 
 Tables: rates; worlds and robots (what was asked, by who simulated and by robot); called (what each
-hidden effect was called); wrong (single cases); laws (outside the catalogue). `--of` takes the
-lines of robots with a fixed base, or of a walker, `--kind` those of one kind, `--since` those from
-a seed on; `--commit` is said of lines that do not say theirs. Intervals are Wilson's, 95 %.
+hidden effect was called); wrong (single cases); laws (outside the catalogue); strength (how
+strong an effect must be). `--of` takes the lines of the robots that take turns (fixed), or of
+one, `--kind` those of one kind, `--since` those from a seed on; `--commit` is said of lines that
+do not say theirs. Intervals are Wilson's, 95 %.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ import sys
 import numpy as np
 
 from leo_lab.blind.run_cases import read_lines
+from leo_lab.blind.strength import fitted, usable
 from leo_lab.blind.suite import check_readable, robot_of
 from leo_lab.blind.table import confusion, hidden, SHARES, wilson
 from leo_lab.verbs.blind_told import TITLES, WORDS
@@ -49,6 +51,7 @@ RIGHT = {
 }
 WORLDS = {'pybullet': 'ours', 'rigid': 'ours, another step', 'rk4': 'rk4', 'mujoco': 'MuJoCo'}
 """Who simulated, by the engine of a line."""
+NINE_IN_TEN, DRAWN = 0.9, (0.1, 30.0)
 Rows = Sequence[dict]
 Cells = Iterator[Sequence[object]]
 
@@ -208,6 +211,22 @@ def _wrong(rows: Rows) -> Cells:
         yield row['seed'], row['robot'], WORLDS[row['engine']], effects, _answer(row)
 
 
+def _strength(rows: Rows) -> Cells:
+    """Sizes at which nine in ten are right, by effect and seconds of data."""
+    lines = usable(rows)
+    found, named = (fitted(lines, what) for what in ('seen', 'right'))
+    for name in named.names:
+        count = sum(line['effects'][0]['name'] == name for line in lines)
+        sizes = [named.size_for(name, NINE_IN_TEN, seconds) for seconds in (10.0, 20.0, 40.0)]
+        told = (found.size_for(name, NINE_IN_TEN, 20.0), *sizes)
+        yield name, count, *map(_in_range, told)
+
+
+def _in_range(size: float) -> str:
+    least, most = DRAWN
+    return f'< {least:g}' if size < least else f'> {most:g}' if size > most else f'{size:.2g}'
+
+
 def _laws(rows: Rows) -> Cells:
     for name in sorted({hidden(r) for r in rows}):
         yield name, _share([r for r in rows if hidden(r) == name], 'right')
@@ -218,7 +237,8 @@ def _effect(effect: dict) -> str:
         f'{name} = {value:.3g} {effect["units"][name]}'.strip()
         for name, value in effect['parameters'].items()
     )
-    return f'{effect["name"]} at {effect["where"]}: {values} ({effect["size"]:.1f} floors)'
+    size = f' ({effect["size"]:.1f} floors)' if 'size' in effect else ''
+    return f'{effect["name"]} at {effect["where"]}: {values}{size}'
 
 
 def _answer(row: dict) -> str:
@@ -234,6 +254,10 @@ TABLES: dict[str, tuple[Head, Callable[[Rows], Cells]]] = {
     'called': (('hidden', 'cases', 'right', 'answers'), _called),
     'wrong': (('seed', 'robot', 'simulated by', 'hidden', 'answer'), _wrong),
     'laws': (('law', 'right'), _laws),
+    'strength': (
+        ('effect', 'cases', 'found in 20 s', 'named in 10 s', 'in 20 s', 'in 40 s'),
+        _strength,
+    ),
 }
 
 

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How strong an effect must be to be found and named, by effect and by seconds of data.
+"""Draw how strong an effect must be to be found and named, by effect and by seconds of data.
 
     python benchmarks/strength.py                 # docs/strength.png from benchmarks/results
 
-From the lines of single effects (`effect`, 20 s) and of weak and strong ones in runs of 10 to 40 s
-(`strength`) on robots with a fixed base. A logistic curve in the logarithm of the effect's size
-and of the seconds is fitted to each effect, the slopes shared by all (with so few lines of each,
-its own would follow single cases); `blind_tables.py` has the same numbers as a table.
+The curves are those of `leo_lab.blind.strength`; `blind_tables.py` has them as a table.
 """
 
 from __future__ import annotations
@@ -14,82 +11,18 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
-from scipy.special import expit, logit
 
 from leo_lab.blind.run_cases import read_lines
-from leo_lab.blind.suite import check_readable, robot_of
+from leo_lab.blind.strength import fitted, usable
+from leo_lab.blind.suite import check_readable
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS, PICTURE = ROOT / 'benchmarks/results', ROOT / 'docs/strength.png'
-KINDS = ('effect', 'strength')
-RIDGE = 0.05
-"""Of squared slopes and of what effects differ by: holds those that are always or never right."""
 AXIS = (0.1, 30.0)
 SHOWN = (('seen', 'something is said to be missing'), ('right', 'named, and its place'))
-
-
-class Curves(NamedTuple):
-    """Chances of all effects: logit = level of the effect + slopes . (log size, log seconds / 20).
-
-    Attributes:
-        names: of the effects.
-        levels: of each, shape (E,).
-        slopes: shared, shape (2,).
-    """
-
-    names: tuple[str, ...]
-    levels: np.ndarray
-    slopes: np.ndarray
-
-    def chance(self, name: str, size: np.ndarray, seconds: float) -> np.ndarray:
-        """Of an effect with so many noise floors in so many seconds of data."""
-        by_size, by_time = self.slopes
-        level = self.levels[self.names.index(name)]
-        return np.asarray(expit(level + by_size * np.log(size) + by_time * np.log(seconds / 20)))
-
-    def size_for(self, name: str, chance: float, seconds: float) -> float:
-        """Noise floors that an effect must have for such a chance."""
-        by_size, by_time = self.slopes
-        level = self.levels[self.names.index(name)]
-        return float(np.exp((logit(chance) - level - by_time * np.log(seconds / 20)) / by_size))
-
-
-def usable(lines: Sequence[dict]) -> list[dict]:
-    """Lines of single effects on robots with a fixed base."""
-    return [line for line in lines if line['kind'] in KINDS and robot_of(line) is None]
-
-
-def seen(line: dict) -> bool:
-    """Whether something is said to be missing."""
-    return line['verdict'] in ('named', 'partly', 'ambiguous', 'unknown')
-
-
-def outcome(line: dict, what: str) -> bool:
-    """`seen` or `right`."""
-    return seen(line) if what == 'seen' else bool(line['right'])
-
-
-def fitted(lines: Sequence[dict], what: str) -> Curves:
-    """The curves of most likelihood, slopes not negative."""
-    names = tuple(sorted({line['effects'][0]['name'] for line in lines}))
-    of = np.array([names.index(line['effects'][0]['name']) for line in lines])
-    size = np.log([line['effects'][0]['size'] for line in lines])
-    time = np.log([line.get('data_seconds', 20.0) / 20 for line in lines])
-    hit = np.array([outcome(line, what) for line in lines])
-
-    def cost(x: np.ndarray) -> float:
-        middle, levels, slopes = x[0], x[1:-2], x[-2:]
-        z = middle + levels[of] + slopes[0] * size + slopes[1] * time
-        return float(np.logaddexp(0.0, np.where(hit, -z, z)).sum()) + RIDGE * float(x[1:] @ x[1:])
-
-    first = np.r_[np.zeros(1 + len(names)), 1.0, 0.5]
-    bounds = [(None, None)] * (1 + len(names)) + [(1e-3, None), (0.0, None)]
-    best = minimize(cost, first, bounds=bounds).x
-    return Curves(names, best[0] + best[1:-2], best[-2:])
 
 
 def draw(lines: Sequence[dict], target: Path) -> None:

@@ -33,7 +33,7 @@ EFFECTS = {
     'damping': ('viscous_friction', 'b'),
     'frictionloss': ('coulomb_friction', 'c'),
     'armature': ('armature', 'J'),
-    'gain': ('torque_scale', 'k'),
+    'gain': ('voltage_scale', 'k'),
 }
 """What a figure of MJCF is in our model. Of all but the gain what is added to the model's."""
 

@@ -98,6 +98,7 @@ OTHERS = [
     (['blind', '--cases', '-1'], ['--cases', '-1']),
     (['blind', '--jobs', '0'], ['--jobs', '0']),
     (['blind', '--robot', 'leo', '--pushed', '1'], ['--pushed takes robots with a fixed base']),
+    (['blind', '--robot', 'pendulum', '--faults', '1'], ['--faults and --sound', '--robot']),
     (['blind', '--robot', 'no_pose'], ['no_pose/robot.yaml', 'start_poses', 'standing']),
     (['blind', '-o', 'notes.txt'], ['notes.txt is a file']),
     (['watch', *P], ['leo watch', 'BAG']),

@@ -139,6 +139,8 @@ def _robot(arguments: argparse.Namespace) -> Path | None:
             raise UserError(
                 f'leo blind: --{kind} takes robots with a fixed base; give another --robot'
             )
+    if arguments.faults or arguments.sound:
+        raise UserError('leo blind: --faults and --sound draw their robots; leave out --robot')
     for motion in MOTIONS if robot.contacts else ():
         check_motion(robot, motion)
     return robot.folder.resolve()
