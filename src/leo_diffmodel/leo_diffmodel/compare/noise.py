@@ -56,10 +56,10 @@ def of_inputs(model: Model, windows: Windows) -> Array | None:
 
     It is a force that nobody exerted: predicted rates walk away from the robot's, and angles with
     them. The median over windows and draws, as some windows are chaotic; None where inputs are
-    exact.
+    exact, or no window shows what they do.
     """
     robot, start = model.robot, windows.measured[:, 0]
-    if not robot.input_noise.any():
+    if not (robot.input_noise.any() and windows.count):
         return None
     samples = np.maximum(windows.dt * robot.state_rate, 1.0)  # in the mean of an interval
     size, rng = robot.input_noise / np.sqrt(samples)[..., None], np.random.default_rng(0)

@@ -130,3 +130,10 @@ def test_a_noisy_torque_that_is_said_leaves_nothing_unexplained():
     said, exact = (pose([data], (), Model(r)).problem for r in (robot, TORQUE))
     assert unexplained(fit(exact, Hypothesis())) > SETTINGS.gates.unexplained
     assert unexplained(fit(said, Hypothesis())) < 1.1
+
+
+@pytest.mark.parametrize('seconds', [0.6, 1.2])
+def test_a_noisy_torque_of_no_window_says_no_more_than_that_there_is_none(seconds):
+    robot, data = measured_torque(0.05, record(TORQUE, seconds=seconds))
+    problem = pose([data], (), Model(robot)).problem
+    assert 0 <= problem.windows.count < SETTINGS.gates.fewest_windows
