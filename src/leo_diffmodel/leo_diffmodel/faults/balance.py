@@ -182,8 +182,13 @@ def _robust(a: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _spread(a: Array, left: Array, inverse: Array, flow: Flow, fitted: Array) -> Array:
-    """Standard deviations from blocks of 1 s."""
+    """Standard deviations from blocks of 1 s; infinite where there are no more than columns.
+
+    Fewer blocks than columns are fitted one by one, and say nothing of how far they disagree.
+    """
     times = (flow.time[fitted] / LIMITS.block).astype(int)
     _, block = np.unique(np.stack([flow.episode[fitted], times]), axis=1, return_inverse=True)
+    if block.max() + 1 <= a.shape[1]:
+        return np.full(a.shape[1], np.inf)
     covariance = block_covariance(inverse, left[:, None] * a, block.ravel())
     return np.sqrt(np.maximum(covariance.diagonal(), 0))

@@ -12,6 +12,7 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.dynamics import balances
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.mending import all_mended, mended, pooled
 from leo_sim.description.robot import load_robot
@@ -152,6 +153,14 @@ def test_noise_of_a_joint_that_stands_is_no_relation_of_its_channels(clean, seed
         np.ones((400, 1), bool),
     )
     assert found(replace(clean, episodes=(still,))) == []
+
+
+@pytest.mark.parametrize('seconds, known', [(3, False), (20, True)])
+def test_torques_of_fewer_seconds_than_they_have_factors_balance_in_every_way(seconds, known):
+    (found,) = balances(
+        record(TORQUE, seconds=seconds, seed=3, noise=FINE), Model(TORQUE)
+    ).values()
+    assert all(np.isfinite(figure.sd) == known for figure in found.figures.values())
 
 
 def test_the_same_fault_in_two_logs_is_told_once(clean):
