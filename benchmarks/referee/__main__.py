@@ -32,7 +32,7 @@ from leo_lab.blind.origin import stamp
 from leo_lab.result_lines import append_result, read_results
 from leo_msgs_py.errors import UserError
 
-FIT = '--fit'
+FIT, ERROR = '--fit', 'referee: error: '
 
 
 def main(argv: list[str]) -> int:
@@ -77,7 +77,8 @@ def _timed(name: str, contender: str, folder: Path, within: float) -> dict:
     spent -= before.children_user + before.children_system
     seconds = {'seconds': time.monotonic() - began, 'cpu': spent}
     if done.returncode:
-        return {'refused': (done.stderr.strip().splitlines() or ['no word'])[-1], **seconds}
+        said = (done.stderr.strip().splitlines() or ['no word'])[-1]
+        return {'refused': said.removeprefix(ERROR), **seconds}
     return {**json.loads(done.stdout.splitlines()[-1]), **seconds}
 
 
@@ -140,4 +141,4 @@ if __name__ == '__main__':
     try:
         sys.exit(main(sys.argv[1:]))
     except UserError as error:
-        sys.exit(f'referee: error: {error}')
+        sys.exit(f'{ERROR}{error}')

@@ -87,11 +87,12 @@ def public(card: CardFile, data: Sequence[Path]) -> Path:
 
 
 def logs(folder: Path, patterns: Sequence[str]) -> list[Path]:
-    """The files of a folder that fit patterns."""
-    found = sorted({path for pattern in patterns for path in folder.glob(pattern)})
-    if not found:
-        raise UserError(f'referee: nothing in {folder} is called {" or ".join(patterns)}')
-    return found
+    """The files of a folder that fit patterns, each of which fits one."""
+    each = {pattern: [*folder.glob(pattern)] for pattern in patterns}
+    for pattern, found in each.items():
+        if not found:
+            raise UserError(f'referee: nothing in {folder} is called {pattern}')
+    return sorted({path for found in each.values() for path in found})
 
 
 def make_bags(card: CardFile, data: Sequence[Path], folder: Path) -> None:

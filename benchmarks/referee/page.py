@@ -86,14 +86,14 @@ def _judged(line: dict) -> str:
 
 def _figure(line: dict) -> str:
     if 'error' not in line:
-        return line.get('refused', '-')
+        return '-'
     law = line.get('error_with_law')
     return f'{line["error"]:.2g}' + (f', with its law {law:.2g}' if law else '')
 
 
 def _ratio(line: dict) -> str:
     if not line.get('of_leo'):
-        return line.get('refused', '-')
+        return '-'
     middle, low, high = line['of_leo']
     return f'{middle:.2f} ({low:.2f} to {high:.2f})'
 

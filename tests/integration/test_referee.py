@@ -106,6 +106,9 @@ def test_a_line_is_written_for_each_contender_and_not_again(tmp_path, monkeypatc
     words = ['simulated', '--data', str(tmp_path), '-o', str(tmp_path / 'out')]
     with pytest.raises(UserError, match='no folder swings in'):
         main([*words, '--contenders', 'given'])
+    (tmp_path / 'swings').mkdir()
+    with pytest.raises(UserError, match=r'nothing in .*swings is called one\.csv'):
+        main([*words, '--contenders', 'given'])
     with pytest.raises(UserError, match=r'no card .nothing.; there are simulated'):
         main(['nothing'])
     (tmp_path / 'simulated.yaml').write_text(CARD.replace('title', 'titel'))
