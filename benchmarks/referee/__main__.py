@@ -141,4 +141,5 @@ if __name__ == '__main__':
     try:
         sys.exit(main(sys.argv[1:]))
     except UserError as error:
-        sys.exit(f'{ERROR}{error}')
+        print(f'{ERROR}{error}', file=sys.stderr)
+        sys.exit(2)

@@ -70,7 +70,7 @@ def read_card(name: str) -> CardFile:
     """A card; UserError: no such card, or which key of it is wrong."""
     path = CARDS / f'{name}.yaml'
     if not path.is_file():
-        raise UserError(f'referee: no card {name!r}; there are {", ".join(names())}')
+        raise UserError(f'no card {name!r}; there are {", ".join(names())}')
     try:
         return CardFile(**yaml.safe_load(path.read_text()))
     except ValidationError as error:
@@ -82,7 +82,7 @@ def public(card: CardFile, data: Sequence[Path]) -> Path:
     """The folder of a rig's files: the first that has it."""
     folder = next((d / card.folder for d in data if (d / card.folder).is_dir()), None)
     if folder is None:
-        raise UserError(f'referee: no folder {card.folder} in {", ".join(map(str, data))}')
+        raise UserError(f'no folder {card.folder} in {", ".join(map(str, data))}')
     return folder
 
 
@@ -91,7 +91,7 @@ def logs(folder: Path, patterns: Sequence[str]) -> list[Path]:
     each = {pattern: [*folder.glob(pattern)] for pattern in patterns}
     for pattern, found in each.items():
         if not found:
-            raise UserError(f'referee: nothing in {folder} is called {pattern}')
+            raise UserError(f'nothing in {folder} is called {pattern}')
     return sorted({path for found in each.values() for path in found})
 
 
