@@ -9,7 +9,7 @@ from pathlib import Path
 import subprocess
 import sys
 
-from benchmarks.rig import imported
+from benchmarks.rig import imported, leo
 from pydantic import BaseModel, ConfigDict, ValidationError
 import yaml
 
@@ -33,6 +33,7 @@ class CardFile(BaseModel):
     known: str
     folder: str
     prepare: str | None = None
+    one_bag: bool = False
     map: str
     held_out_map: str | None = None
     model: str
@@ -106,7 +107,11 @@ def make_bags(card: CardFile, data: Sequence[Path], folder: Path) -> None:
     for part, name in maps.items():
         if not (folder / part).exists():
             column_map = ROOT / name if (ROOT / name).is_file() else name
-            imported(logs(source, getattr(card, part)), str(column_map), folder / part)
+            found = logs(source, getattr(card, part))
+            if card.one_bag:
+                leo('import', *found, '--map', column_map, '-o', folder / part / 'all')
+            else:
+                imported(found, str(column_map), folder / part)
 
 
 def read_rig(name: str, folder: Path) -> Rig:
