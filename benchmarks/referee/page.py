@@ -15,7 +15,14 @@ from leo_lab.result_lines import read_results
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS, PAGE = ROOT / 'benchmarks/results/referee.jsonl', ROOT / 'docs/referee.md'
 MARKED = re.compile(r'(<!-- referee: tables -->\n).*?(<!-- end of tables -->)', re.DOTALL)
-SURE = ('named', 'partly')
+SURE, LISTED = ('named', 'partly'), 2
+SHORT = {
+    'leo': '`leo explain`',
+    'given': 'as given',
+    'mujoco': "MuJoCo's sysid",
+    'torque': 'least squares',
+    'scipy': 'scipy, told',
+}
 
 
 def write_page() -> int:
@@ -38,9 +45,9 @@ def _tables(lines: Sequence[dict]) -> str:
 
 
 def _summary(cards: Sequence[str], of: dict[tuple[str, str], dict]) -> str:
-    """One row a rig: what was named, and every contender's error as multiple of leo's."""
+    """One row a rig: what was named, its error, and that of the others as a multiple of it."""
     others = [c for c in CONTENDERS if c != 'leo']
-    head = ('rig', 'named', 'leo', *others)
+    head = ('rig', 'named', f'{SHORT["leo"]} [rad, slides m]', *(SHORT[c] for c in others))
     return _ruled(
         head,
         (
@@ -79,9 +86,13 @@ def _judged(line: dict) -> str:
     if 'missing' not in line:
         return '-'
     sure = 'sure' if line['verdict'] in SURE else f'`{line["verdict"]}`'
-    wrong = [f'{label} is missing' for label in line['missing']]
-    wrong += [f'{label} is too many' for label in line['strange']]
-    return f'{"; ".join(wrong) or "right"}, {sure}'
+    wrong = [(line['missing'], 'missing'), (line['strange'], 'too many')]
+    told = '; '.join(f'{_few(labels)} {what}' for labels, what in wrong if labels)
+    return f'{told or "right"}, {sure}'
+
+
+def _few(labels: Sequence[str]) -> str:
+    return str(len(labels)) if len(labels) > LISTED else ', '.join(labels)
 
 
 def _figure(line: dict) -> str:
