@@ -111,6 +111,8 @@ def kill(cases: int, kills: int) -> None:
         over.set()
         hunter.join()
     once = len({(x['kind'], x['seed']) for x in lines})
+    if len(done) < kills:
+        sys.exit(f'only {len(done)} of {kills} workers were killed; give more --killed-cases')
     told = f'{len(lines)} lines of {cases}, {once} different'
     print(f'{len(done)} workers killed in {took:.0f} s: {told}')
 
@@ -120,9 +122,8 @@ def _hunt(
 ) -> None:
     """Kill one of the workers every few seconds."""
     while len(done) < kills and not over.wait(rng.uniform(4.0, 12.0)):
-        workers = [
-            p for p in keeper.children(recursive=True) if 'spawn_main' in ' '.join(p.cmdline())
-        ]
+        children = keeper.children(recursive=True)
+        workers = [p for p in children if p.name().startswith('dask worker')]
         if workers:
             victim = rng.choice(workers)
             os.kill(victim.pid, signal.SIGKILL)

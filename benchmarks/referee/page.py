@@ -4,15 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 import re
 
-from benchmarks.referee.card import names, read_card
+from benchmarks.referee.card import names, read_card, ROOT
 from benchmarks.referee.contenders import CONTENDERS
 
 from leo_lab.result_lines import read_results
 
-ROOT = Path(__file__).resolve().parents[2]
 RESULTS, PAGE = ROOT / 'benchmarks/results/referee.jsonl', ROOT / 'docs/referee.md'
 MARKED = re.compile(r'(<!-- referee: tables -->\n).*?(<!-- end of tables -->)', re.DOTALL)
 SURE, LISTED = ('named', 'partly'), 2
