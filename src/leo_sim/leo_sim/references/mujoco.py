@@ -4,6 +4,10 @@
 It integrates implicitly and solves contacts, stops and dry friction its own way, so it takes
 long substeps and differs honestly from the other engines. The laws of the model give the joint
 torques of each substep; what falls with speed becomes damping, which MuJoCo takes implicitly.
+
+MuJoCo moves the angles by the rates after a substep, so that its rates belong half a substep
+before its angles. Here the angles go half a substep ahead at the start and back at the end, which
+is position Verlet.
 """
 
 from collections.abc import Iterator, Sequence
@@ -198,6 +202,7 @@ def integrate(
     u, on, memory = laws.command(inputs, enabled, memory, h)
     falling = slowing(laws, world, q, dq, memory, u, on)
     drag = falling.motor + falling.joint
+    q = q + 0.5 * h * dq
     world.begin(q, dq, h, drag, BASE if HELD in memory else 0)
     together = count if laws.steady and not laws.remembers else 1
     for i in range(0, count, together):
@@ -208,6 +213,7 @@ def integrate(
         q, dq = world.advance(smooth, torques.level, together)
         if laws.remembers:
             memory = laws.remember(q, dq, memory, h)
+    q = q - 0.5 * h * dq
     if HELD in memory:
         q, dq = np.concatenate([place, q[BASE:]]), np.concatenate([np.zeros(BASE), dq[BASE:]])
     return q, dq, memory

@@ -69,7 +69,7 @@ def apart(one, other):
         ('rigid', 5e-4, 5e-5, 2e-3),
         ('pybullet', 5e-4, 5e-5, 2e-3),
         ('rk4', None, 5e-4, 1e-2),
-        ('mujoco', 5e-4, 1e-2, 1e-1),
+        ('mujoco', 1e-4, 5e-3, 3e-2),
     ],
 )
 def test_every_engine_follows_the_equations_of_the_loop(engine, step, angle, rate):
