@@ -32,7 +32,7 @@ CASES: dict[str | None, dict[str, int]] = {
         'sound': 80,
     },
     'xl330_pendulum': {'effect': 100, 'none': 100, 'pair': 40},
-    'leo': {'effect': 150, 'none': 150, 'pair': 60, 'outside': 30, 'small': 60},
+    'leo': {'effect': 150, 'none': 150, 'pair': 60, 'outside': 30, 'small': 20},
 }
 """How many of each kind, on the robots of `case.ROBOTS` in turn and on others."""
 PARTS: dict[str, str | None] = {'fixed': None, 'xl330_pendulum': 'xl330_pendulum', 'leo': 'leo'}

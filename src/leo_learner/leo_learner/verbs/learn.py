@@ -59,7 +59,7 @@ class Run:
 def main(argv: list[str]) -> int:
     """Train, save, print the policy's test return; 1 if the robot left, 130 at Ctrl-C."""
     words, ros_args = ros_args_apart(argv)
-    options = _parser().parse_args(words)
+    options = command_line().parse_args(words)
     run, folder = _run(options)
     outcome = _train(run, folder, ros_args, quiet=options.json)
     result = {'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}
@@ -70,7 +70,8 @@ def main(argv: list[str]) -> int:
     return 0 if outcome.finished else INTERRUPTED if outcome.interrupted else 1
 
 
-def _parser() -> Parser:
+def command_line() -> Parser:
+    """What it accepts."""
     parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
     parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
     parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
