@@ -90,9 +90,8 @@ def _check_same(case: Case, results: Path) -> None:
     if not lines:
         append_result(results, {'learn': case.learn})
     elif lines[0].get('learn') != case.learn:
-        raise UserError(
-            f'leo seeds: {results} is of leo learn {lines[0].get("learn")}; give another -o'
-        )
+        other = leo('learn', *shlex.split(lines[0].get('learn', '')))
+        raise UserError(f'leo seeds: {results} is of {other}; give another -o')
 
 
 def _trained(case: Case, folder: Path) -> Row:

@@ -25,7 +25,9 @@ def test_seeds_are_those_of_leo_learn_and_none_is_trained_twice(tmp_path, capsys
     assert seeds.main(['--count', '1', '--first-seed', '4', '-o', str(many), *WORDS]) == 0
     shutil.rmtree(many / 'seed_4')
     capsys.readouterr()
-    assert seeds.main(['--count', '2', '--first-seed', '4', '--json', '-o', str(many), *WORDS]) == 0
+    assert (
+        seeds.main(['--count', '2', '--first-seed', '4', '--json', '-o', str(many), *WORDS]) == 0
+    )
     told = json.loads(capsys.readouterr().out)
     assert told['n'] == 2
     assert [row['seed'] for row in told['rows']] == [4, 5]
