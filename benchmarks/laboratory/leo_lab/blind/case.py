@@ -20,7 +20,7 @@ from leo_lab.blind.small import draw_small, NOT_IN_MUJOCO
 from leo_sim.description.robot import load_robot, Robot
 
 ROBOTS = ('pendulum', 'torque_pendulum', 'servo_pendulum', 'double_pendulum')
-ENGINES = (('pybullet', 0.0), ('rk4', 0.0019))
+ENGINES = (('pybullet', 0.0), ('rk4', 0.0009))
 WALKER_ENGINES = (('pybullet', 0.0), ('rigid', 2.6e-5))
 MUJOCO, WALKER_MUJOCO = ('mujoco', 1e-4), ('mujoco', 5e-4)
 WALKER_SCENES = (('swinging', 6.0), ('standing', 4.0), ('stepping', 10.0))

@@ -22,7 +22,7 @@ from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
+from leo_diffmodel.explain.problem.pose import finer, pose, Posed, untestable
 from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
@@ -141,12 +141,25 @@ def _explained(
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
     found = search(everything, model, posed, extra, heard, until, facts.alike)
+    fine = finer(posed, model)
+    if fine is not None and found.better_with(fine.problem.base) > found.threshold:
+        found = search(everything, model, fine, extra, heard, until, facts.alike)
     findings = collect(
         everything, model, found, facts, step, own_constants(model, hold_out), heard
     )
-    answer = _answer(findings, cut.notes)
+    answer = _answer(findings, [*cut.notes, *_step_note(model, found.problem.base)])
     blind = [not_shown(c, 'no speed was measured') for c in unseen(model, everything, extra)]
     return replace(answer, used=tuple(everything), not_testable=answer.not_testable + blind)
+
+
+def _step_note(model: Model, computed: Model) -> list[str]:
+    """That the robot's own integration step was too long, where it was."""
+    own, step = 1e3 * model.integration_step, 1e3 * computed.integration_step
+    if step >= own:
+        return []
+    return [
+        f'integrated by {step:.2g} ms, as {own:.2g} ms of the robot are too long for this motion'
+    ]
 
 
 def _posed(
@@ -169,11 +182,11 @@ def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanati
     return Explanation('untestable', sentence, model, not_testable=blind, next_run=record)
 
 
-def _answer(findings: Findings, left_out: Sequence[str]) -> Explanation:
+def _answer(findings: Findings, notes: Sequence[str]) -> Explanation:
     decided = decision(findings)
     return Explanation(
         decided.verdict,
-        answer(findings, decided, left_out),
+        answer(findings, decided, notes),
         _repaired(findings.base, findings.final),
         next_run=next_run(decided.verdict, findings),
         search=findings.search,

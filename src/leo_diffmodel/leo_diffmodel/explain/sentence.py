@@ -20,13 +20,13 @@ MEASURED = 'if the torque was measured, say how noisy it is (sensors, input_nois
 BY_HAND = 'swing it by hand from other angles'
 
 
-def answer(findings: Findings, decision: Decision, left_out: Sequence[str] = ()) -> str:
-    """The decision in words; `left_out` says what of the recordings was not used."""
+def answer(findings: Findings, decision: Decision, notes: Sequence[str] = ()) -> str:
+    """The decision in words; `notes` say what was done to recordings and model before."""
     said = sentence(
         decision.verdict,
         decision.named,
         _change(findings),
-        [*decision.doubts, *left_out, *decision.notes],
+        [*decision.doubts, *notes, *decision.notes],
         findings.unknown.words if findings.unknown else '',
         _left(findings),
         not findings.search.complete,

@@ -81,7 +81,11 @@ def _near_one(figure: Figure | None) -> bool:
 
 
 def _zero(joint: str, b: Balance) -> Iterator[Found]:
-    """Where gravity pulls to, by its part along and its part across the model's."""
+    """Where gravity pulls to, by its part along and its part across the model's.
+
+    Another zero leaves the weight as large as it is. A force or a load that the model lacks turns
+    it as well, less than a quarter, and changes it.
+    """
     if not {'weight', 'across'} <= set(b.figures):
         return
     along, across = b.figures['weight'], b.figures['across']
@@ -94,7 +98,10 @@ def _zero(joint: str, b: Balance) -> Iterator[Found]:
     off = Figure(zero, sd / size, worst / size)
     if off.half < LIMITS.clear_angle and abs(zero) - off.half > FAULTS['angle_zero'].harmless[1]:
         what = f'gravity pulls {joint} as if its zero were off by {zero:.2f} ± {off.half:.2f} rad'
-        yield _found('angle_zero', joint, off, what)
+        same = abs(size - 1.0) < off.half * size
+        other = () if same or along.value < 0 else ('a force or a load is missing in the model',)
+        fault = _found('angle_zero', joint, off, what)
+        yield replace(fault, error=not other, otherwise=other)
 
 
 def _compensated(joint: str, b: Balance) -> Iterator[Found]:

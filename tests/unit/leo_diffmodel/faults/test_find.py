@@ -112,6 +112,14 @@ def test_an_effect_is_no_fault(name, values):
     assert [f.what for f in found(log) if f.error] == []
 
 
+def test_a_force_that_turns_gravity_is_no_wrong_zero():
+    """A zero would leave the weight as large as it is."""
+    force = place(TORQUE, 'external_force', 'bob', x=-3.7, z=2.8)
+    (told,) = found(record(TORQUE, force, seconds=20, noise=FINE))
+    assert (told.fault.name, told.error) == ('angle_zero', False)
+    assert told.otherwise == ('a force or a load is missing in the model',)
+
+
 def test_a_filter_of_the_speed_is_no_scale(clean):
     """On an arm with a filter of 20 ms the speed was once told to have another unit."""
     told = found(spoilt(clean, 'speed_filter', 0.02))

@@ -175,6 +175,17 @@ def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_he
     assert whole[0] == pytest.approx(one[0], abs=1e-9)
 
 
+def test_scanned_delays_of_windows_that_begin_with_no_input(monkeypatch):
+    """The command does not change at first, so that all delays give the same there."""
+    robot = load_robot('torque_pendulum')
+    given = windows(robot) | {'enabled': None}
+    given['inputs'][:, 0] = 0.0
+    model = Model(robot, [place(robot, 'command_delay', 'all', delay=0.013 * SCAN)])
+    whole, one = both(model, monkeypatch, **given)
+    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
+    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+
+
 @pytest.mark.filterwarnings('error')
 def test_constants_of_the_body_can_be_scanned(monkeypatch):
     robot = load_robot('double_pendulum')

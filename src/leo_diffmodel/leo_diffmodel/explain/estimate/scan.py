@@ -145,6 +145,8 @@ class Scanner:
     def _sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
         grids, most = self._problem.grids, self._scales.input
+        if candidate.effect.hook == 'sensor' and not parameter.unit:
+            return self._scales.of_readings(grids)
         if candidate.effect.hook != 'command' or parameter.role != 'threshold':
             return self._scales.amplitudes(candidate.effect.name, parameter, grids)
         if parameter.neutral > 0:

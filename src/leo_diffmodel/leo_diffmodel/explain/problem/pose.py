@@ -121,14 +121,30 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
     """The problem with the longest integration step that its noise cannot tell from a finer one.
 
     The step is halved until that changes the predictions of all windows, of which the problem has
-    `share`, by less than `finer_nats`. Sensitivities need less: what a step is off by is nearly
-    the same with and without a small change.
+    `share`, by less than `finer_nats`, at most to the robot's own. Sensitivities need less: what a
+    step is off by is nearly the same with and without a small change.
     """
-    numerics, model = problem.numerics, problem.base
-    least = numerics.finest_step * model.integration_step
-    if numerics.longest_step <= least:
+    return _halved(problem, problem.numerics.longest_step, problem.base.integration_step, share)
+
+
+def finer(posed: Posed, model: Model) -> Posed | None:
+    """With a step that is fine enough where the robot's own is not; None where it is."""
+    own, problem = model.integration_step, posed.problem
+    if model.robot.contacts or problem.base.integration_step > own:
+        return None
+    fine = _halved(problem, own, problem.numerics.finest_step * own)
+    if fine.base.integration_step == own:
+        return None
+    longer = posed.longer and replace(posed.longer, base=fine.base, rough_step=fine.rough_step)
+    return replace(posed, problem=fine, longer=longer)
+
+
+def _halved(problem: Problem, longest: float, least: float, share: float = 1.0) -> Problem:
+    """The problem with the longest step of such that is fine enough, see `finely_enough`."""
+    numerics = problem.numerics
+    if longest <= least or not problem.windows.count:
         return problem
-    steps = [numerics.longest_step]
+    steps = [longest]
     tried = [_stepped(problem, steps[0])]
     while 0.5 * steps[-1] >= least:
         after = _stepped(problem, 0.5 * steps[-1])
@@ -140,7 +156,8 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
         steps.append(0.5 * steps[-1])
     alike = [_apart(linear, tried[-1]) < numerics.rough for linear in tried]
     rough_step = steps[alike.index(True)]
-    return replace(problem, base=model.changed(integration_step=steps[-1]), rough_step=rough_step)
+    base = problem.base.changed(integration_step=steps[-1])
+    return replace(problem, base=base, rough_step=rough_step)
 
 
 def _stepped(problem: Problem, step: float) -> Linear:

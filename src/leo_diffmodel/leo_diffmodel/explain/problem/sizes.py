@@ -46,6 +46,11 @@ class Scales(UnitSizes):
             return np.array(grids.angles)
         return self.large(effect, parameter) * np.array(grids.fractions)
 
+    def of_readings(self, grids: Grids) -> Array:
+        """The same of a factor of what is read: after many turns a small one is a large angle."""
+        least, *_, most = grids.fractions
+        return np.geomspace(least / self.angle, most, len(grids.fractions))
+
     def shapes(self, effect: str, parameter: Parameter, grids: Grids) -> tuple[float, ...]:
         """Values to try of a parameter that shapes an effect without scaling it."""
         if parameter.turns:

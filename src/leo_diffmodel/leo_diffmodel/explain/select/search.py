@@ -13,6 +13,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
@@ -69,6 +70,13 @@ class Search:
     def problem(self) -> Problem:
         """The short windows, in units of the measurement noise."""
         return self.posed.problem
+
+    def better_with(self, base: Model) -> float:
+        """What the final hypothesis fits better with another base model [nats]."""
+        problem, fitted = self.problem, self.final
+        other = replace(problem, base=base, rough_step=None, typical=fitted.typical)
+        again = fit(other, fitted.hypothesis, fitted.theta, fitted.start)
+        return fitted.lost(problem.train) - again.lost(problem.train)
 
     def known(self, names: Names) -> Scored | None:
         """A hypothesis by its effects, if it was fitted."""

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where a scan begins: at what this robot and these data make large in the unit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.places import ROOT
@@ -33,6 +35,17 @@ def test_the_example_of_the_readme_starts_below_the_stall_torque(robot, tmp_path
     sizes = scales.amplitudes(effect.name, drag.parameters[0], SETTINGS.grids)
     first, *_, most = sizes * scales.rate**3
     np.testing.assert_allclose([first, most], np.array([0.004, 0.3]) * torque_scale(robot))
+
+
+def test_a_factor_of_an_angle_of_many_turns_starts_small():
+    log = record(TORQUE, seconds=4)
+    (e,) = log.episodes
+    spun = replace(log, episodes=(replace(e, q=e.q + 200.0),))
+    for recording, largest in ((log, np.abs(e.q).max()), (spun, np.abs(e.q + 200.0).max())):
+        scales = scales_of(Model(TORQUE), cut([recording], 0.1))
+        first, *_, most = scales.of_readings(SETTINGS.grids)
+        assert first * max(largest, 1.0) == pytest.approx(0.004, rel=0.1)
+        assert most == pytest.approx(0.3)
 
 
 def test_a_unit_that_has_no_size_is_one_line(tmp_path):
