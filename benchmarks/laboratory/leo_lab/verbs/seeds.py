@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 import io
 import json
+import math
 from pathlib import Path
 import shlex
 import statistics
@@ -112,24 +113,23 @@ def _trained(case: Case, folder: Path) -> Row:
 
 
 def _summary(rows: Sequence[Row]) -> dict[str, Any]:
-    returns = [row['test_return'] for row in rows]
-    return {
-        'n': len(rows),
-        'median': statistics.median(returns),
-        'least': min(returns),
-        'best': max(returns),
-        'rows': list(rows),
-    }
+    """Of the test returns; None for one of a run that diverged, the least of all."""
+    returns = [_value(row) for row in rows]
+    figures = {'median': statistics.median(returns), 'least': min(returns), 'best': max(returns)}
+    told = {name: x if math.isfinite(x) else None for name, x in figures.items()}
+    return {'n': len(rows), **told, 'rows': list(rows)}
+
+
+def _value(row: Row) -> float:
+    return -math.inf if row['test_return'] is None else row['test_return']
 
 
 def _told(rows: Sequence[Row], results: Path) -> str:
-    best = max(rows, key=lambda row: row['test_return'])
-    each = '\n'.join(
-        f'seed {r["seed"]}: {r["test_return"]:.1f}, {r["seconds"]:.0f} s' for r in rows
+    returns, best = [_value(row) for row in rows], max(rows, key=_value)
+    each = [f'seed {r["seed"]}: {_value(r):.1f}, {r["seconds"]:.0f} s' for r in rows]
+    figures = (
+        f'mean test return of {len(rows)} seeds: median {statistics.median(returns):.1f}, '
+        f'least {min(returns):.1f}, best {max(returns):.1f}; lines in {results}'
     )
-    told = _summary(rows)
-    return (
-        f'{each}\nmean test return of {told["n"]} seeds: median {told["median"]:.1f}, '
-        f'least {told["least"]:.1f}, best {told["best"]:.1f}; lines in {results}\n'
-        f'next: {leo("play", best["policy"], "--model", best["model"])}'
-    )
+    play = leo('play', best['policy'], '--model', best['model'])
+    return '\n'.join([*each, figures, f'next: {play}'])

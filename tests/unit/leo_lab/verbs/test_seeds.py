@@ -51,6 +51,21 @@ def test_a_cluster_trains_the_same_and_a_run_that_was_stopped_goes_on(tmp_path, 
     assert 'mean test return of 2 seeds' in capsys.readouterr().out
 
 
+def test_a_run_that_diverged_is_the_worst(tmp_path, capsys):
+    case, line = {'learn': '--robot pendulum --steps 30'}, {'policy': 'p', 'model': 'pendulum'}
+    rows = [
+        {**case, **line, 'seed': seed, 'seconds': 1.0, 'test_return': value}
+        for seed, value in enumerate((None, -300.0))
+    ]
+    (tmp_path / seeds.LINES).write_text(''.join(json.dumps(x) + '\n' for x in (case, *rows)))
+    command = ['--count', '2', '-o', str(tmp_path)]
+    assert seeds.main([*command, *WORDS]) == 0
+    assert 'least -inf, best -300.0' in capsys.readouterr().out
+    assert seeds.main([*command, '--json', *WORDS]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told['median'], told['least'], told['best']) == (None, None, -300.0)
+
+
 @pytest.mark.parametrize(
     ('words', 'told'),
     [
