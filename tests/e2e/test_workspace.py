@@ -178,7 +178,7 @@ def test_pip_of_the_four_packages_leaves_the_laboratory_out(
         if p.suffix not in ('.dist-info', '.egg-info')
     }
     assert folders == set(PACKAGES)
-    assert verbs(laboratory_prefix) == {'blind', 'reproduce'}
+    assert verbs(laboratory_prefix) == {'blind', 'reproduce', 'seeds'}
     assert verbs(pip_prefix) and verbs(pip_prefix).isdisjoint(verbs(laboratory_prefix))
 
 

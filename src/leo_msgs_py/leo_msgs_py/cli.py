@@ -46,7 +46,7 @@ _OTHERS = {
     'try it': ('demo', 'reveal'),
     'the running graph': ('run', 'status', 'topic', 'node', 'service', 'param'),
     'the shell': ('completion',),
-    'laboratory': ('blind', 'reproduce'),
+    'laboratory': ('blind', 'reproduce', 'seeds'),
 }
 _ELSEWHERE = 'from other packages'
 _HELP = ('-h', '--help', 'help')
@@ -65,7 +65,7 @@ _NO_ROS = (
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
 )
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_LABORATORY = {'blind', 'reproduce'}
+_LABORATORY = {'blind', 'reproduce', 'seeds'}
 """Verbs of a package that examines this program and is no part of it."""
 _SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2

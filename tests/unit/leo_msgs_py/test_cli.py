@@ -134,7 +134,7 @@ def test_an_unknown_verb_names_the_nearest(verbs, capsys):
     assert "did you mean 'refuse'?" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('verb', ['blind', 'reproduce'])
+@pytest.mark.parametrize('verb', ['blind', 'reproduce', 'seeds'])
 def test_a_verb_of_the_laboratory_says_how_to_install_that(verb, verbs, capsys):
     assert cli.main([verb, '--help']) == 2
     (line,) = capsys.readouterr().err.splitlines()
