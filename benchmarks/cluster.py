@@ -31,8 +31,8 @@ import psutil
 BIN = Path(sys.executable).parent
 WORKERS, FIRST_SEED = 3, 3001
 ALONE = {'OPENBLAS_NUM_THREADS': '1', 'LOKY_MAX_CPU_COUNT': '1'}
-TIMED = ('seconds',)
-"""Fields of a line that are no answer."""
+NO_ANSWER = ('seconds', 'commit')
+"""Fields of a line: how long it took, and the code, which has another name once it is edited."""
 
 
 @contextmanager
@@ -76,8 +76,8 @@ def blind(cases: int, folder: Path, *words: object) -> tuple[list[dict], float]:
 
 
 def answers(lines: list[dict]) -> str:
-    """All that lines say but how long they took, as text to the last digit."""
-    return json.dumps([{k: v for k, v in x.items() if k not in TIMED} for x in lines])
+    """What lines answer, as text to the last digit."""
+    return json.dumps([{k: v for k, v in x.items() if k not in NO_ANSWER} for x in lines])
 
 
 def compare(cases: int, rounds: int) -> None:

@@ -66,8 +66,8 @@ def run(
     bent = (v for use in laws.bent for v in use.values.values())
     axes += [np.shape(v)[:-1] for v in (*play, *bent)]
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
-    late = (v for v in (cut.inputs, cut.enabled) if v is not None and v.shape[1] > 1)
-    axes += [*loop_axes(laws), *(v.shape[1:-1] for v in late)]
+    scanned = (v for v in (cut.inputs, cut.enabled) if v is not None and v.shape[1] > 1)
+    axes += [*loop_axes(laws), *(v.shape[1:-1] for v in scanned)]
     lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
     driving = _driving(laws, cut, held.memory, level, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))

@@ -140,7 +140,7 @@ def finer(posed: Posed, model: Model) -> Posed | None:
 
 
 def _halved(problem: Problem, longest: float, least: float, share: float = 1.0) -> Problem:
-    """The problem with the longest step of such that is fine enough, see `finely_enough`."""
+    """The problem with the longest step, from `longest` to `least` s, that is fine enough."""
     numerics = problem.numerics
     if longest <= least or not problem.windows.count:
         return problem

@@ -47,7 +47,7 @@ class Scales(UnitSizes):
         return self.large(effect, parameter) * np.array(grids.fractions)
 
     def of_readings(self, grids: Grids) -> Array:
-        """The same of a factor of what is read: after many turns a small one is a large angle."""
+        """Changes of an encoder's scale to try; the smallest moves the largest angle the least."""
         least, *_, most = grids.fractions
         return np.geomspace(least / self.angle, most, len(grids.fractions))
 

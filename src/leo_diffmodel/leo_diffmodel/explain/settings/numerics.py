@@ -16,9 +16,9 @@ class Numerics:
     """Integration step [s] with which every effect of the catalogue has been found, also friction
     that sticks and slips."""
     finest_step: float = 0.125
-    """Of the robot's own step, which fast joints may ask for, as what it is off by looks like a
-    missing torque (development case 9294: 2.5 ms at 150 rad/s); data almost without noise ask for
-    no end of it."""
+    """The finest step that is tried, as a share of the robot's own: at fast joints the error of a
+    long step looks like a missing torque (2.5 ms at 150 rad/s, development seed 9294), and data
+    almost without noise ask for ever finer ones."""
     finer_nats: float = 0.5
     """What a finer step must change the predictions of all windows by [nats], to be taken."""
     rough: float = 0.05
