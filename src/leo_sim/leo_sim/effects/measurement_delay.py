@@ -35,14 +35,10 @@ class MeasurementDelay(Effect):
     def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
         if memory is None or np.any(dt):
             memory = self._seen(q, dq, memory, dt, np.max(p['delay']))
-        ages, angles, rates = memory
-        q, dq = angles[0], rates[0]
-        for older in range(1, len(ages)):
-            span = np.maximum(ages[older] - ages[older - 1], TINY)
-            share = np.clip((p['delay'] - ages[older - 1]) / span, 0.0, 1.0)
-            q = q + share * (angles[older] - angles[older - 1])
-            dq = dq + share * (rates[older] - rates[older - 1])
-        return q, dq, memory
+        ages, angles, rates = np.moveaxis(memory, 1, -1)
+        span = np.maximum(np.diff(ages), TINY)
+        share = np.clip((np.asarray(p['delay'])[..., None] - ages[..., :-1]) / span, 0.0, 1.0)
+        return _back(angles, share), _back(rates, share), memory
 
     @staticmethod
     def _seen(q: Array, dq: Array, memory: Any, dt: Numbers, longest: float) -> Any:
@@ -57,3 +53,10 @@ class MeasurementDelay(Effect):
         )
         ages = memory[0].reshape(memory.shape[1], -1).min(axis=1)
         return memory[:, : 1 + int(np.searchsorted(ages, longest))]
+
+
+def _back(states: Array, share: Array) -> Array:
+    """From the newest of the states (..., n) by shares (..., n - 1) of the steps to older ones."""
+    steps = share * np.diff(states)
+    newest = np.broadcast_to(states[..., :1], (*steps.shape[:-1], 1))
+    return np.cumsum(np.concatenate([newest, steps], axis=-1), axis=-1)[..., -1]
