@@ -31,7 +31,7 @@ import psutil
 BIN = Path(sys.executable).parent
 WORKERS, FIRST_SEED = 3, 3001
 ALONE = {'OPENBLAS_NUM_THREADS': '1', 'LOKY_MAX_CPU_COUNT': '1'}
-NO_ANSWER = ('seconds', 'commit')
+NO_ANSWER = ('seconds', 'cpu_seconds', 'commit')
 """Fields of a line: how long it took, and the code, which has another name once it is edited."""
 
 

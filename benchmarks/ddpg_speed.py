@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Speed of DDPG on LEO beside Stable-Baselines3 and CleanRL, in one process on one thread.
+"""Speed of DDPG on LEO beside Stable-Baselines3, SBX and CleanRL, in one process on one core.
 
-    pip install -r benchmarks/requirements-ddpg.txt   (Stable-Baselines3; needed by nothing else)
+    pip install -r benchmarks/requirements-ddpg.txt   (needed by nothing else)
     python benchmarks/ddpg_speed.py [--steps 2000] [--rounds 3] [--cleanrl FILE]
 
 The same environment, hidden layers, batch of 64, one update per step. The programs take turns;
 a rate is steps over processor time, so that other work on the machine matters less; printed are
 medians over the rounds. CleanRL is one script with layers of 256 and a batch given on its command
-line; it is run as it is, from a file of yours. Then the update alone against the rate of large
-matrix products, start-up and peak memory.
+line; it is run as it is, from a file of yours. Start-up and peak memory come first, the update
+alone against the rate of large matrix products last.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from itertools import pairwise
+import os
 from pathlib import Path
 import re
 import resource
@@ -40,6 +42,8 @@ from leo_sim.model import Model
 WARM_UP = 200
 BATCH = 64
 LAYERS = {'400-300': (400, 300), '256-256': (256, 256)}
+PACKAGES = {'stable_baselines3': 'Stable-Baselines3', 'sbx': 'SBX'}
+"""Modules with a DDPG of one interface, in PyTorch and in JAX."""
 LARGE = 2048
 """Rows and columns of the matrices whose product is the machine's best rate."""
 LARGE_PRODUCTS = {'torch.mm': torch.mm, 'numpy': lambda a, b: np.dot(a.numpy(), b.numpy())}
@@ -48,19 +52,20 @@ LARGE_PRODUCTS = {'torch.mm': torch.mm, 'numpy': lambda a, b: np.dot(a.numpy(), 
 def main() -> None:
     """Print everything."""
     options = _options()
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     torch.set_num_threads(1)
+    start_up()  # first: a child's peak memory is never below that of its parent
     for name, hidden in LAYERS.items():
         compare(name, hidden, options)
     for name, hidden in LAYERS.items():
         update(name, hidden, options.rounds)
-    start_up()
 
 
 def compare(name: str, hidden: tuple[int, ...], options: argparse.Namespace) -> None:
     """Steps per second of the programs with one size of networks, and ratios to ours."""
     programs: dict[str, Callable[[int], float]] = {
         'ours': ours(hidden),
-        'stable-baselines3': stable_baselines(hidden),
+        **{name: of_package(module, hidden) for module, name in PACKAGES.items()},
     }
     if options.cleanrl and hidden == (256, 256):
         programs['CleanRL'] = lambda steps: cleanrl(options.cleanrl, steps)
@@ -99,13 +104,12 @@ def ours(hidden: tuple[int, ...]) -> Callable[[int], float]:
     return run
 
 
-def stable_baselines(hidden: tuple[int, ...]) -> Callable[[int], float]:
-    """Steps a second of CPU time of Stable-Baselines3's DDPG, as a function of how many."""
-    from stable_baselines3 import DDPG
+def of_package(module: str, hidden: tuple[int, ...]) -> Callable[[int], float]:
+    """Steps a second of CPU time of the DDPG of `PACKAGES`, as a function of how many."""
     from stable_baselines3.common.noise import OrnsteinUhlenbeckActionNoise
 
     noise = OrnsteinUhlenbeckActionNoise(np.zeros(6), 0.2 * np.ones(6), dt=1.0)
-    agent = DDPG(
+    agent = import_module(module).DDPG(
         'MlpPolicy',
         environment(),
         learning_rate=1e-3,

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long many blind cases take on several cores, by the seconds that lines of results tell.
 
-    python benchmarks/suite_hours.py benchmarks/results/blind_leo.jsonl --cores 2 32 200
+    python benchmarks/suite_hours.py FILE.jsonl --cores 2 32 200 --price 0.04
 
 Cases are drawn from the lines, one for each, and each free core takes the next: nothing is
-simulated but who waits. The seconds of a line are those of `leo explain`; drawing and recording
-come on top. Prints hours, core hours and the share of them that cores were busy.
+simulated but who waits. The seconds of a line are of the processor, from drawing the case to its
+line. Prints hours, core hours, the share of them that cores were busy, and what they cost.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import heapq
 from pathlib import Path
+import sys
 
 import numpy as np
 
@@ -26,15 +27,20 @@ def main() -> None:
     parser.add_argument('--cases', type=int, default=1000)
     parser.add_argument('--cores', type=int, nargs='+', default=[2, 32, 200])
     parser.add_argument('--seed', type=int, default=0)
+    parser.add_argument('--price', type=float, help='of a core hour')
     given = parser.parse_args()
-    told = np.array([line['seconds'] for line in read_lines(given.lines)])
+    told = [line['cpu_seconds'] for line in read_lines(given.lines) if 'cpu_seconds' in line]
+    if not told:
+        sys.exit(f'{given.lines}: no line tells its cpu_seconds; give newer lines of `leo blind`')
     drawn = np.random.default_rng(given.seed).choice(told, given.cases)
     print(f'{given.cases} cases, median {np.median(drawn):.0f} s, longest {drawn.max():.0f} s')
     for cores in given.cores:
         end = last_end(drawn, cores)
+        hours = cores * end / 3600
+        cost = '' if given.price is None else f', costs {given.price * hours:.2f}'
         print(
-            f'{cores} cores: {end / 3600:.2f} h, {cores * end / 3600:.1f} core hours, '
-            f'busy {100 * drawn.sum() / (cores * end):.0f} %'
+            f'{cores} cores: {end / 3600:.2f} h, {hours:.1f} core hours, '
+            f'busy {100 * drawn.sum() / (cores * end):.0f} %{cost}'
         )
 
 

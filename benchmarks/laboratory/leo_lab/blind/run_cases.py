@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 import sys
 import tempfile
+import time
 import traceback
 from typing import NamedTuple
 
@@ -108,6 +109,7 @@ def answers(tasks: Sequence[Task], workers: Workers, examination: bool) -> Itera
 
 def _answer(task: Task, examination: bool) -> dict:
     """The line of a case, or what went wrong: one case must not end hundreds of others."""
+    began = time.process_time()
     try:
         row = _run(task)
     except Exception as error:  # noqa: BLE001
@@ -118,7 +120,8 @@ def _answer(task: Task, examination: bool) -> dict:
             'of_machine': isinstance(error, OSError | MemoryError),
         }
     asked = task.robot and Path(task.robot).name
-    return {**row, 'asked': asked, **stamp(examination)}
+    spent = time.process_time() - began
+    return {**row, 'cpu_seconds': spent, 'asked': asked, **stamp(examination)}
 
 
 def _run(task: Task) -> dict:

@@ -281,6 +281,7 @@ def test_an_examination_takes_its_own_seeds_and_none_twice(tmp_path, monkeypatch
     lines = [json.loads(line) for line in results.read_text().splitlines()]
     assert [line['examination'] for line in lines] == [True, True]
     assert lines[0]['commit'] and 'numpy' in lines[0]['versions'] and lines[0]['machine']
+    assert lines[0]['cpu_seconds'] >= 0.0
     assert main(['--table', str(results)]) == 0
     printed = ' '.join(capsys.readouterr().out.split())
     assert 'right: 2 of n = 2, 100.0 % (95 %: 34.2 to 100.0 %)' in printed
