@@ -28,7 +28,7 @@ from benchmarks.referee.score import held_out_errors, judged, ratio
 from benchmarks.rig import DATA
 import numpy as np
 
-from leo_lab.blind.origin import stamp
+from leo_lab.origin import origin
 from leo_lab.result_lines import append_result, read_results
 from leo_msgs_py.errors import UserError
 
@@ -61,7 +61,7 @@ def _card(name: str, options: argparse.Namespace, results: Path) -> None:
     for contender in [c for c in options.contenders or CONTENDERS if c not in done]:
         print(f'{name}: {CONTENDERS[contender][0]}', flush=True)
         line = _timed(name, contender, folder, options.within)
-        append_result(results, {'card': name, 'contender': contender, **line, **stamp(False)})
+        append_result(results, {'card': name, 'contender': contender, **line, **origin()})
 
 
 def _timed(name: str, contender: str, folder: Path, within: float) -> dict:

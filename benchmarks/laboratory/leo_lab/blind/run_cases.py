@@ -18,11 +18,12 @@ from leo_lab.blind import faulty_logs
 from leo_lab.blind.case import draw_case, engine_of, robot_name
 from leo_lab.blind.floors import with_floors
 from leo_lab.blind.judge import judge
-from leo_lab.blind.origin import check_seeds, stamp
 from leo_lab.blind.progress import counted
 from leo_lab.blind.record import record
+from leo_lab.blind.seeds import check_seeds
 from leo_lab.blind.table import SHARES
 from leo_lab.blind.truth import hide, reveal
+from leo_lab.origin import origin
 from leo_lab.result_lines import append_result, read_results
 from leo_lab.workers import ONE, Workers
 from leo_sim.description.robot import Robot
@@ -121,7 +122,8 @@ def _answer(task: Task, examination: bool) -> dict:
         }
     asked = task.robot and Path(task.robot).name
     spent = time.process_time() - began
-    return {**row, 'cpu_seconds': spent, 'asked': asked, **stamp(examination)}
+    told = {'cpu_seconds': spent, 'asked': asked, 'examination': examination}
+    return {**row, **told, **origin()}
 
 
 def _run(task: Task) -> dict:

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from leo_lab.blind.case import ROBOTS
-from leo_lab.blind.origin import check_seeds, commit
 from leo_lab.blind.run_cases import Task
+from leo_lab.blind.seeds import check_seeds
+from leo_lab.origin import commit
 from leo_lab.result_lines import append_result, read_results
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo

@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeVar
 
 import numpy as np
 
+from leo_lab.origin import origin
 from leo_lab.result_lines import append_result, read_results, Row
 from leo_lab.workers import ONE, Workers
 
@@ -42,9 +44,14 @@ def run_cases(
     Yields:
         each new line.
     """
-    for row in workers.each(run, missing(cases, path)):
+    for row in workers.each(partial(_line, run), missing(cases, path)):
         append_result(path, row)
         yield row
+
+
+def _line(run: Callable[[C], Row], case: C) -> Row:
+    """What a case comes to, and by which code and machine."""
+    return {**run(case), **origin()}
 
 
 def hours(cases: Sequence[C], path: Path, jobs: int, weight: Callable[[Any], float]) -> float:

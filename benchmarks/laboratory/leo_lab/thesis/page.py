@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
-from leo_lab.result_lines import read_results
+from leo_lab.result_lines import read_results, Row
 from leo_lab.thesis.cases import found
 from leo_lab.thesis.catalogue import EXPERIMENTS
 from leo_msgs_py.terminal import leo
@@ -35,9 +36,16 @@ def write_page(path: Path, results: Path) -> None:
         experiment.kind.figure(experiment.title, done, rows, figure)
         parts += [
             f'## {experiment.title}',
-            f'`{leo("reproduce", name)}`: {len(done)} of {len(experiment.cases)} cases are in',
+            f'`{leo("reproduce", name)}`: {len(done)} of {len(experiment.cases)} cases are in'
+            f'{_commits([line for case in done if (line := found(case, rows))])}',
             experiment.kind.table(done, rows),
             *filter(None, [experiment.thesis]),
             f'![{experiment.title}]({figure.name})',
         ]
     write_whole(path, '\n\n'.join(parts) + '\n')
+
+
+def _commits(lines: Iterable[Row]) -> str:
+    """Of which code lines are, where they tell it."""
+    told = sorted({line['commit'] for line in lines if 'commit' in line})
+    return f', commit {", ".join(told)}' if told else ''

@@ -103,8 +103,8 @@ def _check_mujoco() -> None:
 
 def _check_seeds(asked: dict[str, range], results: Path, examination: bool) -> None:
     """All kinds before any of them runs."""
-    from leo_lab.blind.origin import check_seeds
     from leo_lab.blind.run_cases import read_lines
+    from leo_lab.blind.seeds import check_seeds
 
     for kind, seeds in asked.items():
         check_seeds(kind, seeds, read_lines(results), examination)

@@ -9,7 +9,8 @@ import pytest
 from scipy.stats import binomtest
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_lab.blind import origin, run_cases
+from leo_lab import origin
+from leo_lab.blind import run_cases
 from leo_lab.blind.case import draw_case
 from leo_lab.blind.drawn import place_of
 from leo_lab.blind.floors import with_floors
@@ -275,6 +276,7 @@ def test_an_examination_takes_its_own_seeds_and_none_twice(tmp_path, monkeypatch
             run_cases.run(seeds, 'small', results, examination=examination)
     run_cases.run([50_000], 'small', results, examination=True)
     run_cases.run([50_000, 50_001], 'small', results, examination=True)
+    monkeypatch.setattr('leo_lab.blind.seeds.commit', lambda: 'another')
     monkeypatch.setattr(origin, 'commit', lambda: 'another')
     with pytest.raises(UserError, match='50001 of small is in the results already'):
         run_cases.run([50_001, 50_002], 'small', results, examination=True)

@@ -6,7 +6,8 @@ import json
 
 import pytest
 
-from leo_lab.blind import origin, run_cases, suite
+from leo_lab import origin
+from leo_lab.blind import run_cases, seeds, suite
 from leo_lab.blind.case import engine_of, robot_name
 from leo_lab.blind.outside import KINDS as LAWS
 from leo_lab.blind.suite import CASES, Suite
@@ -45,7 +46,7 @@ def few(monkeypatch):
 
 
 def at_commit(monkeypatch, name):
-    for module in (origin, suite):
+    for module in (origin, seeds, suite):
         monkeypatch.setattr(module, 'commit', lambda: name)
 
 

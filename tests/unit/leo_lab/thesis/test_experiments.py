@@ -73,6 +73,7 @@ def test_only_missing_cases_are_run_and_their_lines_stay(tmp_path):
     assert list(run_cases(more, square, path)) == []
     assert found(cases[1], read_results(path))['square'] == 4.0
     assert len(read_results(path)) == 3
+    assert all(row['commit'] and row['machine'] for row in read_results(path))
 
 
 def test_the_time_left_follows_the_lines_that_are_there(tmp_path):
@@ -159,12 +160,12 @@ def test_curves_on_common_steps():
 
 def test_the_page_has_what_is_in_and_nothing_else(tmp_path, capsys):
     cases = EXPERIMENTS['walk'].cases[:2]
-    lines = [line(case, 2500.0 + 100 * case.seed) for case in cases]
+    lines = [line(case, 2500.0 + 100 * case.seed) | {'commit': 'c1'} for case in cases]
     (tmp_path / 'leo_walking.jsonl').write_text(''.join(json.dumps(row) + '\n' for row in lines))
     page = tmp_path / 'docs' / 'page.md'
     write_page(page, tmp_path)
     text = page.read_text()
-    assert '2 of 10 cases are in' in text and '2600' in text and 'Table 3' not in text
+    assert '2 of 10 cases are in, commit c1\n' in text and '2600' in text and 'Table 3' not in text
     assert (tmp_path / 'docs' / 'page_walk.png').stat().st_size > 10_000
     assert main(['walk', '--plan', '--results', str(tmp_path), '--page', str(page)]) == 0
     assert '8 of 10 cases to run, about 2.0 h' in capsys.readouterr().out
