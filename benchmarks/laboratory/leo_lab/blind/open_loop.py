@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from leo_diffmodel.compare.sizes import reach, torque_scale
 from leo_lab.blind.scenes import Effects, Given, Path, Scene
@@ -22,7 +23,9 @@ Array = np.ndarray
 AHEAD, HISTORY = 0.5, 0.15  # s
 AHEAD_ON_GROUND, APART_ON_GROUND = 0.3, 0.6  # s; a walker's take long
 ROUNDS, TOLERANCE = 6, 0.15
-LEFT, REFITS = 0.15, 4
+LEFT, LEFT_OF_SIZE = 0.15, 0.7
+"""Of a change, and of a size, that constants must leave when they are refitted."""
+REFITS, AWAY = 10, 1e6
 STILL = 0.3
 NUDGE = 1e-5
 
@@ -126,44 +129,49 @@ class OpenLoop:
 
         Less what a change of the robot's uncertain constants explains.
         """
-        change = self._change(placed)
+        change = self._change((placed,))
         with np.errstate(all='ignore'):
             return _rms(change - (change @ self._tuned) @ self._tuned.T)
 
     def shows(self, placed: Placed) -> bool:
-        """Whether refitted constants leave more than a small part of the effect."""
-        change = self._change(placed)
-        return bool(_rms(self._refitted(change))[0] > LEFT * _rms(change)[0])
+        """Whether refitted constants leave a good part of the effect, and nearly its size."""
+        left = self.left((placed,))
+        change, size = float(_rms(self._change((placed,)))[0]), float(self.size(placed)[0])
+        return left > max(LEFT * change, LEFT_OF_SIZE * size)
 
-    def _refitted(self, change: Array) -> Array:
-        """What is left of a change, (1, W 2J), with the uncertain constants fitted to it."""
-        ranges = {c.path: c.uncertain for c in self.robot.constants.values() if c.uncertain}
-        values = {path: self.robot.constants[path].value for path in ranges}
-        rest = change
-        for _ in range(REFITS if values else 0):
-            now = self._by_values(values)
-            nudges = {path: NUDGE * np.ptp(limits) for path, limits in ranges.items()}
-            columns = [
-                (self._by_values({**values, path: values[path] + nudge}) - now) / nudge
-                for path, nudge in nudges.items()
-            ]
-            step = np.linalg.lstsq(np.stack(columns, axis=-1), change[0] - now, rcond=None)[0]
-            values = {
-                path: float(np.clip(values[path] + moved, *ranges[path]))
-                for path, moved in zip(ranges, step, strict=True)
-            }
-            rest = change - self._by_values(values)
-        return rest
+    def left(self, effects: Effects) -> float:
+        """Rms change at the end by some effects over the floor, less what constants can explain.
+
+        `size` is linear in the constants; here they are refitted within their ranges. Nothing is
+        left where the effects send the robot away.
+        """
+        change = self._change(effects)[0]
+        uncertain = [c for c in self.robot.constants.values() if c.uncertain]
+        if not np.isfinite(change).all():
+            return 0.0
+        if not uncertain:
+            return float(_rms(change))
+        low, high = np.array([c.uncertain for c in uncertain]).T
+        paths, span = [c.path for c in uncertain], high - low
+
+        def rest(shares: Array) -> Array:
+            values = dict(zip(paths, (low + shares * span).tolist(), strict=True))
+            left = (change - self._by_values(values)) / np.sqrt(change.size)
+            return np.nan_to_num(left, nan=AWAY, posinf=AWAY, neginf=-AWAY)
+
+        start = (np.array([c.value for c in uncertain]) - low) / span
+        best = least_squares(rest, start, bounds=(0.0, 1.0), diff_step=NUDGE, max_nfev=REFITS)
+        return float(np.sqrt(2.0 * best.cost))
 
     def _by_values(self, values: Mapping[str, float]) -> Array:
         """Change at the end in noise floors that other constants make, shape (W 2J,)."""
         end = self._end(self._model(self._others, values))
         return ((end - self._ideal) / self._floor).ravel()
 
-    def _change(self, placed: Placed) -> Array:
+    def _change(self, effects: Effects) -> Array:
         """Change at the end in noise floors, shape (S, W 2J)."""
         with np.errstate(all='ignore'):
-            end = self._end(self._model((*self._others, placed)))
+            end = self._end(self._model((*self._others, *effects)))
             change = (end - self._ideal) / self._floor
             change = np.where(np.isfinite(change), change, np.inf)
         return change.reshape(-1, self._ideal.size)

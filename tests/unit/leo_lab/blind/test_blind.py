@@ -115,6 +115,24 @@ def test_what_uncertain_constants_explain_is_no_effect():
     assert size == pytest.approx(10.0, rel=0.2)
 
 
+def test_what_refitted_constants_explain_is_no_effect_either():
+    """A force that another motor and another zero stand for within their ranges, not linearly."""
+    case = draw_case(9090, 'none', 'xl330_pendulum')
+    force = place(case.run.robot, 'external_force', 'weight', x=-0.06, z=0.44)
+    loop = OpenLoop(case.run, (force,))
+    assert loop.left((force,)) < 0.7 * loop.size(force)[0]
+    assert not loop.shows(force)
+
+
+def test_effects_that_undo_each_other_are_small_together():
+    run = draw_case(9001, 'none', 'xl330_pendulum').run
+    sizes = {'voltage_push': 2.6, 'voltage_deadband': 2.3}
+    pair = tuple(place(run.robot, name, 'pivot', v=v) for name, v in sizes.items())
+    alone = [OpenLoop(run, pair, (other,)).left((one,)) for one, other in (pair, pair[::-1])]
+    assert min(alone) > 2 * LEAST_OF_PAIR
+    assert OpenLoop(run, pair).left(pair) < 0.4 * min(alone)
+
+
 def test_the_bag_shows_free_motors_and_no_truth(tmp_path):
     case = draw_case(SERVO, 'effect')
     (bag,) = record(case, tmp_path)
