@@ -196,9 +196,8 @@ class OpenLoop:
         joints = self._ahead.q.shape[-1]
         sigma = np.repeat(noise, joints)
         variance = np.broadcast_to(sigma**2, self._ideal.shape).copy()
-        for i, move in enumerate(NUDGE * np.eye(2 * joints)):
-            moved = self._end(model, move)
-            variance += ((moved - self._ideal) / NUDGE * sigma[i]) ** 2
+        for move in np.diag(sigma):
+            variance += (self._end(model, move) - self._ideal) ** 2
         return np.sqrt(variance if self._on_ground else variance.mean(axis=0))
 
     def _end(self, model: Model, move: Array | float = 0.0) -> Array:
