@@ -51,18 +51,14 @@ class Drawn(NamedTuple):
 def several(
     count: int, run: Run, rng: np.random.Generator, without: Container[str] = ()
 ) -> tuple[Effects, tuple[float, ...]]:
-    """Effects that differ in the data, each of two noise floors or more beside the others.
-
-    So large are they together, too: a push and a dead band of a motor can undo each other.
-    """
+    """Effects that differ in the data, each of two noise floors or more beside the others."""
     while True:
         effects: Effects = ()
         for _ in range(count):
             wanted = LEAST_OF_PAIR, SIZES[1]
             effects += (one_of(run, effects, wanted, rng, without)[0],)
         sizes = sizes_of(run, effects)
-        together = OpenLoop(run, effects).left(effects)
-        if min(*sizes, together) >= LEAST_OF_PAIR and _differ(effects, run):
+        if min(sizes) >= LEAST_OF_PAIR and _differ(effects, run):
             return effects, sizes
 
 

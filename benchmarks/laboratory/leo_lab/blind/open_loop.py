@@ -27,7 +27,8 @@ LEFT, LEFT_OF_SIZE = 0.15, 0.7
 """Of a change, and of a size, that constants must leave when they are refitted."""
 REFITS, AWAY = 10, 1e6
 STILL = 0.3
-NUDGE = 1e-5
+NUDGE = 0.01
+"""Of the range of a constant: less is lost between the counts of a servo."""
 
 
 @dataclass(frozen=True)
@@ -129,23 +130,22 @@ class OpenLoop:
 
         Less what a change of the robot's uncertain constants explains.
         """
-        change = self._change((placed,))
+        change = self._change(placed)
         with np.errstate(all='ignore'):
             return _rms(change - (change @ self._tuned) @ self._tuned.T)
 
     def shows(self, placed: Placed) -> bool:
         """Whether refitted constants leave a good part of the effect, and nearly its size."""
-        left = self.left((placed,))
-        change, size = float(_rms(self._change((placed,)))[0]), float(self.size(placed)[0])
-        return left > max(LEFT * change, LEFT_OF_SIZE * size)
+        change, size = float(_rms(self._change(placed))[0]), float(self.size(placed)[0])
+        return self.left(placed) > max(LEFT * change, LEFT_OF_SIZE * size)
 
-    def left(self, effects: Effects) -> float:
-        """Rms change at the end by some effects over the floor, less what constants can explain.
+    def left(self, placed: Placed) -> float:
+        """Rms change at the end over the floor, less what the uncertain constants can explain.
 
         `size` is linear in the constants; here they are refitted within their ranges. Nothing is
-        left where the effects send the robot away.
+        left where the effect sends the robot away.
         """
-        change = self._change(effects)[0]
+        change = self._change(placed)[0]
         uncertain = [c for c in self.robot.constants.values() if c.uncertain]
         if not np.isfinite(change).all():
             return 0.0
@@ -168,10 +168,10 @@ class OpenLoop:
         end = self._end(self._model(self._others, values))
         return ((end - self._ideal) / self._floor).ravel()
 
-    def _change(self, effects: Effects) -> Array:
+    def _change(self, placed: Placed) -> Array:
         """Change at the end in noise floors, shape (S, W 2J)."""
         with np.errstate(all='ignore'):
-            end = self._end(self._model((*self._others, *effects)))
+            end = self._end(self._model((*self._others, placed)))
             change = (end - self._ideal) / self._floor
             change = np.where(np.isfinite(change), change, np.inf)
         return change.reshape(-1, self._ideal.size)

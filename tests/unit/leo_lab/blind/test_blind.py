@@ -2,21 +2,19 @@
 """The blind benchmark: what it draws, what its bags show, and how it judges."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_lab.blind import open_loop, outside, run_cases
+from leo_lab.blind import outside, run_cases
 from leo_lab.blind.case import draw_case, engine_of, KINDS, robot_name, ROBOTS
 from leo_lab.blind.drawn import LEAST_OF_PAIR, place_of
 from leo_lab.blind.judge import judge
-from leo_lab.blind.open_loop import OpenLoop, Run, sized
+from leo_lab.blind.open_loop import OpenLoop
 from leo_lab.blind.parameters import parameter_errors
 from leo_lab.blind.record import record
-from leo_lab.blind.scenes import Given
 from leo_lab.blind.table import confusion, lower_bound, summary, upper_bound
 from leo_lab.blind.truth import hide, reveal
 from leo_lab.verbs.blind import main
@@ -45,22 +43,6 @@ def test_what_mujoco_has_no_law_for_comes_from_another_integrator():
 def test_strengths_come_in_runs_of_each_length():
     lengths = [draw_case(seed, 'strength').run.seconds for seed in (0, 8, 16, 24)]
     assert lengths == [10.0, 20.0, 40.0, 10.0]
-
-
-@pytest.mark.parametrize('torque, drawn', [(2.0, True), (20.0, False)])
-def test_no_torque_drawn_for_a_walker_is_more_than_its_motors_can_give(torque, drawn):
-    leo = load_robot('leo')
-    loop = SimpleNamespace(robot=leo, rates=np.ones(9))
-    ripple = place(leo, 'torque_ripple', 'left_hip', a=torque, n=8.0, phase=0.0)
-    assert open_loop._moves(loop, loop, ripple) == drawn
-    assert not open_loop._moves(SimpleNamespace(robot=leo, rates=np.zeros(9)), loop, ripple)
-
-
-@pytest.mark.parametrize('x, drawn', [(0.3, True), (-3.0, False)])
-def test_no_mass_drawn_for_a_walker_is_farther_off_than_it_reaches(x, drawn):
-    leo = load_robot('leo')
-    moved = place(leo, 'link_com', 'right_shank', x=x, z=0.1)
-    assert open_loop._within(SimpleNamespace(robot=leo), moved) == drawn
 
 
 def test_a_servo_is_free_at_times_and_not_quite_what_its_data_sheet_says():
@@ -96,41 +78,6 @@ def test_members_of_a_pair_show_beside_each_other():
 def test_a_law_outside_the_catalogue_is_hidden_on_every_robot_in_turn():
     case = draw_case(PENDULUM, 'outside')
     assert case.effects[0].effect.name == outside.KINDS[1]
-
-
-def servo_run() -> Run:
-    robot = load_robot('servo_pendulum')
-    inputs = np.repeat(np.random.default_rng(3).uniform(-5, 5, (40, 1)), 25, axis=0)
-    scene = Given(inputs, np.ones(inputs.shape, dtype=bool))
-    return Run(robot, (scene,), (1e-3, 0.05))
-
-
-def test_what_uncertain_constants_explain_is_no_effect():
-    run = servo_run()
-    first = OpenLoop(run, ())
-    assert sized(run, first, (), 'armature', 'pivot', 10.0, 1) is None
-    assert sized(run, first, (), 'encoder_offset', 'pivot', 10.0, 1) is None
-    placed, size = sized(run, first, (), 'coulomb_friction', 'pivot', 10.0, 1)
-    assert placed.effect.name == 'coulomb_friction'
-    assert size == pytest.approx(10.0, rel=0.2)
-
-
-def test_what_refitted_constants_explain_is_no_effect_either():
-    """A force that another motor and another zero stand for within their ranges, not linearly."""
-    case = draw_case(9090, 'none', 'xl330_pendulum')
-    force = place(case.run.robot, 'external_force', 'weight', x=-0.06, z=0.44)
-    loop = OpenLoop(case.run, (force,))
-    assert loop.left((force,)) < 0.7 * loop.size(force)[0]
-    assert not loop.shows(force)
-
-
-def test_effects_that_undo_each_other_are_small_together():
-    run = draw_case(9001, 'none', 'xl330_pendulum').run
-    sizes = {'voltage_push': 2.4, 'voltage_deadband': 2.3}
-    pair = tuple(place(run.robot, name, 'pivot', v=v) for name, v in sizes.items())
-    alone = [OpenLoop(run, pair, (other,)).left((one,)) for one, other in (pair, pair[::-1])]
-    assert min(alone) > 2 * LEAST_OF_PAIR
-    assert OpenLoop(run, pair).left(pair) < 0.4 * min(alone)
 
 
 def test_the_bag_shows_free_motors_and_no_truth(tmp_path):
