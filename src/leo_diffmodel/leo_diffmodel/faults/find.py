@@ -14,6 +14,7 @@ from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.mending import mapped, without
 from leo_diffmodel.faults.readings import who_is_right
 from leo_diffmodel.faults.sensors import is_no_measurement, sensor_faults
+from leo_diffmodel.faults.settings import LIMITS
 from leo_sim.model import Model
 
 
@@ -28,7 +29,26 @@ def find_faults(
         by_torques: ask the balance of torques, too: not where laws that nobody knows act.
     """
     out = [f for r in recordings for f in faults_of(r, model.of_recordings((r.name,)), by_torques)]
-    return sorted(out, key=lambda f: not f.error)
+    told = [_of_this_log_alone(f) if _contradicted(f, recordings) else f for f in out]
+    return sorted(told, key=lambda f: not f.error)
+
+
+def _of_this_log_alone(found: Found) -> Found:
+    return replace(found, error=False, what=f'{found.what}, in this log alone')
+
+
+def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
+    """Whether another log of the joint has the right unit, and this one is less than twice off.
+
+    A sensor has one unit in all logs. A factor near 1 that only some of them have comes from
+    motion between the samples: where feet rattle, sampled speeds are not the mean ones.
+    """
+    low, high = LIMITS.about_one
+    if found.fault.name not in ('speed_scale', 'angle_scale') or not low < found.value < high:
+        return False
+    others = [r for r in recordings if str(r.path) != found.bag and found.joint in r.joints]
+    related = (relate(r, r.joints.index(found.joint)) for r in others)
+    return any(relation is not None and relation.right_unit for relation in related)
 
 
 def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> list[Found]:

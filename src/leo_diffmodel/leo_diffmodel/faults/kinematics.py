@@ -46,6 +46,13 @@ class Relation:
         return 0.5 * self.grain / max(self.usual, 1e-12) * abs(float(self.law.theta[0]))
 
     @property
+    def right_unit(self) -> bool:
+        """Whether the speed is surely that of the angle, no multiple of it."""
+        (scale, sd), (low, high) = self.law.of('scale'), FAULTS['speed_scale'].harmless
+        half = LIMITS.sigmas * sd
+        return low <= scale - half and scale + half <= high
+
+    @property
     def late(self) -> tuple[float, float]:
         """Delay and filter together [s], with the standard deviation."""
         sd = float(np.sqrt(self.law.covariance[1:3, 1:3].sum()))

@@ -129,15 +129,29 @@ def test_what_is_far_above_the_noise_matters_however_much_was_explained():
 
 
 @pytest.mark.parametrize(
-    ('on_ground', 'acting', 'matters'),
-    [(True, 20, True), (True, 10, False), (False, 20, False), (False, 60, True)],
+    ('on_ground', 'acting', 'steady', 'matters'),
+    [
+        (True, 20, 100, True),
+        (True, 10, 100, False),
+        (True, 40, 60, False),
+        (True, 95, 5, True),
+        (False, 20, 100, False),
+        (False, 60, 100, True),
+    ],
 )
-def test_on_the_ground_what_acts_in_some_windows_matters(on_ground, acting, matters):
+def test_on_the_ground_what_acts_in_some_steady_windows_matters(
+    on_ground, acting, steady, matters
+):
     residual = np.random.default_rng(0).standard_normal((100, 198))
     residual[:acting] *= 3.0
-    left = SimpleNamespace(residual=residual, start=np.zeros((100, 18)))
+    none, hypothesis = np.zeros((100, 0)), Hypothesis()
+    left = Fit(hypothesis, none, none, np.zeros((100, 18)), none, residual, none)
     settings = settings_for(load_robot('leo')) if on_ground else SETTINGS
-    problem = SimpleNamespace(gates=settings.gates, numerics=settings.numerics)
+    problem = SimpleNamespace(
+        gates=settings.gates,
+        numerics=settings.numerics,
+        steady=lambda *_: np.arange(100) >= 100 - steady,
+    )
     rest = rest_of(problem, left, left)
     assert rest.matters == matters
     assert matters or rest.ratio == pytest.approx(1.0, abs=0.2)

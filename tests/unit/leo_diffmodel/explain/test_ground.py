@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.ground import candidate, KNEE, LEO, ON_GROUND, recorded, scanned, SIGMA
+from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.pushes import predict, respond
 from leo_diffmodel.compare.windows import cut
@@ -39,6 +40,7 @@ from leo_sim.dynamics import multirate
 from leo_sim.effects import get_effect, place
 from leo_sim.effects.motor import Motor
 from leo_sim.model import Model
+from leo_sim.model.state import State
 
 
 @pytest.fixture(scope='module')
@@ -64,6 +66,23 @@ def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
     fitted = fit(problem, null.hypothesis.with_candidate(best.candidate), best.theta, null.start)
     low, high = fitted.ci95(0)
     assert low - 0.003 < 0.05 < high + 0.003
+
+
+def test_a_window_is_steady_while_no_contact_comes_or_goes(model):
+    problem, null, _ = scanned(model, recorded(start='standing'))
+    start = null.start.copy()
+    start[::2, 1] += 0.01  # m, so that it falls
+    steady = problem.steady(null.hypothesis, null.theta, start)
+    for window, states in enumerate(predict(model, problem.windows, start)):
+        forces = [model.contact_forces(State(*np.split(x, 2))) for x in states]
+        touching = [{name for name, force in f.items() if force > 0} for f in forces]
+        assert steady[window] == all(t == touching[0] for t in touching)
+    assert 0 < steady.sum() < len(steady)
+
+
+def test_without_a_ground_every_window_is_steady():
+    problem = pose([record(TORQUE, seconds=5)], [], Model(TORQUE), SETTINGS).problem
+    assert problem.steady(Hypothesis(), np.zeros(0), problem.first).all()
 
 
 def test_a_scan_finds_an_inertia_many_times_that_of_the_link(model):

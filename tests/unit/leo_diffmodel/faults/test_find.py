@@ -2,6 +2,7 @@
 """Faults put into clean logs are found first, with their size, and their patch undoes them."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.dynamics import balances
-from leo_diffmodel.faults.find import faults_of
+from leo_diffmodel.faults.find import faults_of, find_faults
 from leo_diffmodel.faults.mending import all_mended, mended, pooled
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -179,6 +180,19 @@ def test_the_same_fault_in_two_logs_is_told_once(clean):
     assert 'in 1 other log' in one.what and one.value == pytest.approx(2.5, rel=0.01)
     for log in all_mended(logs, each):
         assert found(log) == []
+
+
+@pytest.mark.parametrize(
+    ('own', 'other', 'errors'),
+    [(1.1, 1.0, 0), (1.1, 1.1, 2), (57.3, 1.0, 1)],
+    ids=['in one log of two', 'in both', 'a unit'],
+)
+def test_a_scale_near_one_that_another_log_contradicts_is_no_error(clean, own, other, errors):
+    again = replace(record(TORQUE, seconds=20, seed=4, noise=FINE), path=Path('again'))
+    logs = [spoilt(clean, 'speed_scale', own), spoilt(again, 'speed_scale', other)]
+    told = [f for f in find_faults(logs, Model(TORQUE)) if f.fault.name == 'speed_scale']
+    assert sum(f.error for f in told) == errors
+    assert all(f.error or f.what.endswith('in this log alone') for f in told) and told
 
 
 def test_stretched_time_is_told_without_speeds():

@@ -170,9 +170,14 @@ def rest_of(problem: Problem, null: Fit, final: Fit) -> Rest:
     """What the effects of a fit leave of the error of the model without them (`null`).
 
     On the ground no law is looked for in what does not matter, so this must see one that acts at
-    times only: a cable that is slack in most windows.
+    times only: a cable that is slack in most windows. It looks at windows in which no contact
+    comes or goes, if there are some: every engine has impacts of its own, but they agree on what
+    happens between two of them.
     """
     numerics = problem.numerics
+    steady = np.flatnonzero(problem.steady(final.hypothesis, final.theta, final.start))
+    if len(steady) >= problem.gates.fewest_windows:
+        null, final = null.take(steady), final.take(steady)
     most = 1.0 - numerics.seen_windows / len(final.residual)
     quantile = max(0.5, min(numerics.seen_at, most))
     before, ratio = (unexplained(f, quantile) for f in (null, final))

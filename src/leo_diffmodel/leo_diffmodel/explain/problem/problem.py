@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from leo_diffmodel.compare.pushes import predict
+from leo_diffmodel.compare.pushes import own, predict
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import typical_size
@@ -175,6 +175,20 @@ class Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""
         model = hypothesis.model(self.base, theta) if len(theta) else self.base
         return replace(self, base=model)
+
+    def steady(self, hypothesis: Hypothesis, theta: Array, start: Array) -> Array:
+        """Windows in which no contact with the ground comes or goes, from start states (W, 2J).
+
+        All of them where there is no ground.
+        """
+        if not self.base.robot.contacts:
+            return np.ones(self.windows.count, dtype=bool)
+        fixed = self.fixed(hypothesis, theta).base
+        measured = np.split(predict(fixed, self.windows, start), 2, axis=-1)
+        model = own(fixed, self.windows, instants=True)
+        touching = model.spheres.forces(*model.laws.true_state(*measured)) > 0
+        unchanged: Array = (touching == touching[:, :1]).all(axis=(1, 2))
+        return unchanged
 
     def take(self, index: Array) -> Problem:
         """The problem on some of its windows."""
