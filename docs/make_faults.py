@@ -44,7 +44,7 @@ LABEL = {'angle': 'angle', 'speed': 'speed', 'input': 'input', 'time': 'angle'}
 HEAD = """# The faults of a log
 
 What can be wrong with a log before anything is wrong with the robot, as the catalogue has it
-(`src/leo_diffmodel/leo_diffmodel/faults/catalogue`, one file each). Written by
+(`src/leo_diffmodel/leo_diffmodel/faults/catalogue`). Written by
 `python docs/make_faults.py`; a test holds it to the catalogue. Blue: as logged, dashed: as it
 was, over time.
 

@@ -21,7 +21,7 @@ COLUMNS = {'angle': 'q', 'speed': 'dq', 'input': 'inputs'}
 
 
 class Fault:
-    """Something that can be wrong with a log: one class per file of `catalogue`.
+    """Something that can be wrong with a log: a class of `catalogue`.
 
     Attributes:
         name: stable, for programs.
@@ -71,6 +71,20 @@ class Fault:
     def patch(self, value: float) -> Patch:
         """What undoes it in a topic map; empty where no map can."""
         return {}
+
+
+class Factor(Fault):
+    """A channel logged as a multiple of what happened; `key` of a topic map has the inverse."""
+
+    key: ClassVar[str]
+
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        """The multiple."""
+        return value * x
+
+    def patch(self, value: float) -> Patch:
+        """The inverse of the factor."""
+        return {self.key: 1 / value}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
-from leo_diffmodel.faults.catalogue.speed_filter import unfiltered
+from leo_diffmodel.faults.catalogue.speed import unfiltered
 from leo_diffmodel.faults.dynamics import balances, dynamic_faults
 from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.mending import mapped, without

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record
 
-from leo_diffmodel.faults.catalogue.speed_filter import filtered
+from leo_diffmodel.faults.catalogue.speed import filtered
 from leo_diffmodel.faults.kinematics import relate
 from leo_diffmodel.faults.motion import Channels, coarse, Motion
 from leo_diffmodel.faults.spline import Knots, solved
