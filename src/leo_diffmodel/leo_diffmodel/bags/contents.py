@@ -11,12 +11,12 @@ Source: rosbag2_storage_sqlite3, schema versions 1 to 4 (Foxy to Jazzy).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 import sqlite3
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from mcap.records import Channel, Message, Metadata, Schema
@@ -86,7 +86,7 @@ def load(path: Path) -> BagContents:
     topics: dict[str, TopicLog] = {}
     metadata: dict[str, Mapping[str, str]] = {}
     files = find_databases(path)
-    finished, damaged = True, sum(_load_database(Db3File(file), topics) for file in files)
+    finished, damaged = True, sum(_load_database(file, topics) for file in files)
     if not files:
         files = find_files(path)
         read = [_load_file(McapFile(file), topics, metadata) for file in files]
@@ -95,23 +95,6 @@ def load(path: Path) -> BagContents:
     for topic in topics.values():
         topic.messages.sort(key=lambda message: message.log_ns)
     return BagContents(path, files, topics, metadata, finished, damaged)
-
-
-def _load_database(file: Db3File, topics: dict[str, TopicLog]) -> int:
-    """Add what a SQLite file holds in CDR; return how much of it was damaged."""
-    channels: dict[int, list[Logged]] = {}
-    for row in file.records():
-        if isinstance(row, StoredTopic):
-            if row.encoding == 'cdr':
-                log = TopicLog(row.name, row.type, row.qos)
-                channels[row.number] = topics.setdefault(row.name, log).messages
-            continue
-        topic, log_ns, data = row
-        if log_ns < 0:
-            file.damaged += 1
-        elif topic in channels:
-            channels[topic].append(Logged(log_ns, data, log_ns))
-    return file.damaged
 
 
 def _load_file(
@@ -142,20 +125,6 @@ def logged(message: Message) -> Logged:
     return Logged(message.log_time, message.data, published)
 
 
-StoredMessage = tuple[int, int, bytes]
-"""One row of `messages`: its topic, when it was logged [ns], its CDR bytes."""
-
-
-class StoredTopic(NamedTuple):
-    """One row of `topics`."""
-
-    number: int
-    name: str
-    type: str
-    encoding: str
-    qos: str
-
-
 def find_databases(path: Path) -> tuple[Path, ...]:
     """Return the .db3 files of a bag in recording order; none of a bag that has .mcap files."""
     if path.is_file():
@@ -166,62 +135,64 @@ def find_databases(path: Path) -> tuple[Path, ...]:
     return tuple(sorted(files, key=lambda file: (len(file.name), file.name)))
 
 
-class Db3File:
-    """The topics and messages of one file; reading ends where the file is damaged, or cut.
+def _load_database(path: Path, topics: dict[str, TopicLog]) -> int:
+    """Add what a SQLite file holds in CDR, up to where it is damaged, or cut.
 
-    Attributes:
-        damaged: rows that are no message, and ends of files.
+    Returns:
+        how many of its rows are no message, and 1 more where it ends too early.
+
+    Raises:
+        UserError: not a rosbag2 SQLite file, or one of too many topics.
     """
+    try:
+        with closing(_opened(path)) as database:
+            rows = database.execute(_TOPICS).fetchall()
+            refuse_many(path, rows)
+            return _load_messages(database, _channels(rows, topics))
+    except (sqlite3.Error, ValueError, TypeError) as error:
+        raise UserError(
+            f'{path} is no rosbag2 SQLite file, or damaged: {one_line(error)}'
+        ) from None
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.damaged = 0
 
-    def records(self) -> Iterator[StoredTopic | StoredMessage]:
-        """Yield the topics, then the messages.
+def _opened(path: Path) -> sqlite3.Connection:
+    """Open a file to read it; what a killed recorder left in its -wal is read, too."""
+    with path.open('rb') as stream:
+        is_cut = _pages(stream.read(_HEADER))[0] > path.stat().st_size
+    if is_cut:
+        database = sqlite3.connect(':memory:')
+        database.deserialize(_shortened(path.read_bytes()))
+    else:
+        place = quote(str(path.absolute()))
+        database = sqlite3.connect(f'file:{place}?mode=ro', uri=True)
+    database.text_factory = lambda text: text.decode(errors='replace')
+    return database
 
-        Raises:
-            UserError: not a rosbag2 SQLite file, or one of too many topics.
-        """
+
+def _channels(rows: list[Any], topics: dict[str, TopicLog]) -> dict[int, list[Logged]]:
+    """Return where the messages of each topic that is in CDR go, by its number."""
+    channels = {}
+    for number, *texts in rows:
+        name, kind, encoding, qos = map(str, texts)
+        if encoding == 'cdr':
+            channels[int(number)] = topics.setdefault(name, TopicLog(name, kind, qos)).messages
+    return channels
+
+
+def _load_messages(database: sqlite3.Connection, channels: dict[int, list[Logged]]) -> int:
+    rows, damaged = database.execute(_MESSAGES), 0
+    while True:
         try:
-            with closing(self._opened()) as database:
-                topics = database.execute(_TOPICS).fetchall()
-                refuse_many(self.path, topics)
-                for row in topics:
-                    yield StoredTopic(int(row[0]), *map(str, row[1:]))
-                yield from self._messages(database)
-        except (sqlite3.Error, ValueError, TypeError) as error:
-            raise UserError(
-                f'{self.path} is no rosbag2 SQLite file, or damaged: {one_line(error)}'
-            ) from None
-
-    def _opened(self) -> sqlite3.Connection:
-        """Open the file to read it; what a killed recorder left in its -wal is read, too."""
-        with self.path.open('rb') as stream:
-            is_cut = _pages(stream.read(_HEADER))[0] > self.path.stat().st_size
-        if is_cut:
-            database = sqlite3.connect(':memory:')
-            database.deserialize(_shortened(self.path.read_bytes()))
-        else:
-            place = quote(str(self.path.absolute()))
-            database = sqlite3.connect(f'file:{place}?mode=ro', uri=True)
-        database.text_factory = lambda text: text.decode(errors='replace')
-        return database
-
-    def _messages(self, database: sqlite3.Connection) -> Iterator[StoredMessage]:
-        rows = database.execute(_MESSAGES)
-        while True:
-            try:
-                row = next(rows, None)
-            except (sqlite3.Error, OverflowError):
-                self.damaged += 1
-                return
-            if row is None:
-                return
-            if list(map(type, row)) == [int, int, bytes]:
-                yield row
-            else:
-                self.damaged += 1
+            row = next(rows, None)
+        except (sqlite3.Error, OverflowError):
+            return damaged + 1
+        if row is None:
+            return damaged
+        topic, log_ns, data = row
+        if list(map(type, row)) != [int, int, bytes] or log_ns < 0:
+            damaged += 1
+        elif topic in channels:
+            channels[topic].append(Logged(log_ns, data, log_ns))
 
 
 def _pages(header: bytes) -> tuple[int, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 import time
+from typing import TypeVar
 
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -17,8 +18,9 @@ from leo_msgs_py.node import graph, join, running, spin_once, spin_until
 from leo_msgs_py.terminal import visible
 
 from .contents import load, TopicLog
-from .types import from_yaml
+from .types import profiles
 
+Policy = TypeVar('Policy', HistoryPolicy, ReliabilityPolicy, DurabilityPolicy)
 DISCOVERY_SECONDS = 1.0
 ACKNOWLEDGE_SECONDS = 4.0
 """Fast DDS by itself asks its readers every 3 s what they have, with our profile every 0.1 s."""
@@ -78,16 +80,22 @@ def _offered(text: str) -> QoSProfile:
 
     What is latched keeps its depth: it is what a late reader gets.
     """
-    recorded = from_yaml(text)
+    recorded = next(iter(profiles(text)), {})
     qos = QoSProfile(
-        depth=recorded.depth,
-        history=HistoryPolicy[recorded.history.upper()],
-        reliability=ReliabilityPolicy[recorded.reliability.upper()],
-        durability=DurabilityPolicy[recorded.durability.upper()],
+        depth=max(int(recorded.get('depth', 10)), 1),
+        history=_policy(HistoryPolicy.KEEP_LAST, recorded.get('history')),
+        reliability=_policy(ReliabilityPolicy.RELIABLE, recorded.get('reliability')),
+        durability=_policy(DurabilityPolicy.VOLATILE, recorded.get('durability')),
     )
     if qos.durability != DurabilityPolicy.TRANSIENT_LOCAL:
         qos.depth = max(qos.depth, DEPTH)
     return qos
+
+
+def _policy(default: Policy, recorded: str | int | None) -> Policy:
+    """Return a policy by its name, or by its number, as bags before version 9 have it."""
+    known = [p for p in type(default) if p.value in (1, 2)]
+    return next((p for p in known if recorded in (p.name.lower(), p.value)), default)
 
 
 def _play_once(messages: list[tuple[int, bytes, Publisher]], rate: float) -> int:

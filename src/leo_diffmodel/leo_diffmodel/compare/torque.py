@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.conditions import carrying
 from leo_diffmodel.compare.errors import has_memory
 from leo_diffmodel.compare.pushes import nearer, predict, respond, small_torques, whitened
@@ -60,12 +61,7 @@ class MissingTorque:
 
     def take(self, index: Array) -> MissingTorque:
         """The estimates of the windows `index`."""
-        arrays = {
-            f.name: getattr(self, f.name)[index]
-            for f in fields(self)
-            if f.name not in NO_ARRAYS and getattr(self, f.name) is not None
-        }
-        return replace(self, windows=self.windows.take(index), **arrays)
+        return replace(at_rows(self, index), windows=self.windows.take(index))
 
 
 def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:

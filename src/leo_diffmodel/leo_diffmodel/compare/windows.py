@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.settings import COMPARE
 
 Array = np.ndarray
@@ -64,12 +65,8 @@ class Windows:
 
     def take(self, index: Array) -> Windows:
         """The windows at `index` (integers or a mask)."""
-        whole = ('history', 'recordings')
-        picked = {
-            f.name: getattr(self, f.name)[index] for f in fields(self) if f.name not in whole
-        }
         past = None if self.history is None else tuple(part[index] for part in self.history)
-        return Windows(**picked, history=past, recordings=self.recordings)
+        return replace(at_rows(self, index), history=past)
 
     def of(self, recording: str) -> Array:
         """Which windows come from the recording of that name, shape (W,)."""
@@ -208,13 +205,10 @@ def _period(episode: Episode) -> float:
 
 def _shorter(episode: Episode, stride: int) -> Episode:
     kept = np.arange(0, len(episode.t), stride)
-    return Episode(
-        t=episode.t[kept],
-        q=episode.q[kept],
-        dq=episode.dq[kept],
+    return replace(
+        at_rows(episode, kept),
         inputs=_mean(episode, episode.inputs, kept),
         enabled=_mean(episode, episode.enabled.astype(float), kept) > 0.5,
-        effort=None if episode.effort is None else episode.effort[kept],
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 import itertools
 from typing import Any
 
@@ -131,35 +130,18 @@ def fit_all(
     """
     posed = pose(recordings, (), model)
     problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
-    fitted = partial(fit_labels, problem)
+    at = replace(posed, problem=problem), 1.0
     if problem.base.robot.contacts:
-        fitted = partial(_fit_on_ground, *linearised(posed))
+        at = linearised(posed)
     known = {c.label: limited(c, model, problem.grids) for c in candidates(model, extra)}
     out = []
     for question in wanted:
         fits = []
         for choice in question.choices:
-            fits.append(fitted([*question.others, choice], known))
+            fits.append(fit_in_turn(*at, _of_labels([*question.others, choice], known)))
             progress(choice)
         out.append(Fitted(question, tuple(fits), _noise(recordings, problem, fits)))
     return out
-
-
-def fit_labels(problem: Problem, labels: Sequence[str], known: dict[str, Candidate]) -> Fit:
-    """Add effects one by one, each from where a scan points."""
-    found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
-    scales = scales_of(problem.base, problem.windows)
-    for candidate in _of_labels(labels, known):
-        scan = Scanner(problem, found, scales).scan(candidate)
-        hypothesis = found.hypothesis.with_candidate(candidate)
-        found = fit(problem, hypothesis, scan.theta, found.start)
-    return found
-
-
-def _fit_on_ground(
-    posed: Posed, share: float, labels: Sequence[str], known: dict[str, Candidate]
-) -> Fit:
-    return fit_in_turn(posed, share, _of_labels(labels, known))
 
 
 def _of_labels(labels: Sequence[str], known: dict[str, Candidate]) -> list[Candidate]:
@@ -205,9 +187,14 @@ def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> 
     problem = posed.problem
     found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)
+    on_ground = problem.linearisation is not None
     for candidate in candidates:
-        scan = GroundScanner(posed.problem, found, scales).scan(candidate)
+        scanner = (GroundScanner if on_ground else Scanner)(posed.problem, found, scales)
+        theta = scanner.scan(candidate).theta
         hypothesis = found.hypothesis.with_candidate(candidate)
-        at = replace(found, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))
-        posed, found, _ = converged(posed, at)
+        if on_ground:
+            at = replace(found, hypothesis=hypothesis, theta=hypothesis.bounded(theta))
+            posed, found, _ = converged(posed, at)
+        else:
+            found = fit(problem, hypothesis, theta, found.start)
     return replace(found, covariance=share * found.covariance)

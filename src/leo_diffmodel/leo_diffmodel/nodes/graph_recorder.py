@@ -115,7 +115,13 @@ class GraphRecorder:
         name = self._node.resolve_topic_name(name)
         latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         definition(type_text)  # says now, not at the first message, that it cannot be written
-        recorded = RecordedTopic(name, type_text, to_yaml(qos), latched)
+        offered = to_yaml(
+            qos.history.name.lower(),
+            qos.depth,
+            qos.reliability.name.lower(),
+            qos.durability.name.lower(),
+        )
+        recorded = RecordedTopic(name, type_text, offered, latched)
         subscription = self._ears.create_subscription(
             load(type_text), name, lambda _: None, self._kept(qos), raw=True
         )

@@ -59,3 +59,18 @@ def test_messages_come_as_they_were_logged(tmp_path, monkeypatch, rate, capsys):
     np.testing.assert_allclose(np.diff(times), np.diff(t) / rate, atol=1e-6)
     assert world.depths['/joint_states'] >= 1000 and world.depths['/robot/episode'] == 1
     assert 'played' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ('recorded', 'policies'),
+    [
+        ('[{depth: 3, reliability: 2, durability: 1}]', ('BEST_EFFORT', 'TRANSIENT_LOCAL', 3)),
+        ('[{depth: 3, reliability: reliable}]', ('RELIABLE', 'VOLATILE', player.DEPTH)),
+        ('[{reliability: odd, durability: 7}]', ('RELIABLE', 'VOLATILE', player.DEPTH)),
+        ('', ('RELIABLE', 'VOLATILE', player.DEPTH)),
+    ],
+    ids=['numbers', 'names', 'unknown', 'none'],
+)
+def test_policies_are_those_recorded_and_the_defaults_of_ros(recorded, policies):
+    qos = player._offered(recorded)
+    assert (qos.reliability.name, qos.durability.name, qos.depth) == policies

@@ -13,7 +13,7 @@ from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.proposal import Proposal, propose
-from leo_diffmodel.next_run.questions import fit_labels, Question, questions
+from leo_diffmodel.next_run.questions import fit_in_turn, Question, questions
 from leo_diffmodel.next_run.reach import Reach, seen
 from leo_diffmodel.next_run.run_file import read_run, Run, write_run
 from leo_diffmodel.next_run.safety import too_far
@@ -130,11 +130,11 @@ def test_it_proposes_other_levels_where_two_levels_left_it_open(proposal):
 def test_the_predicted_gain_is_what_the_run_then_gives(proposal):
     run = proposal.best.run
     new = record(PENDULUM, DEAD_BAND, inputs=np.repeat(run.inputs, 5, axis=0), seed=5)
-    problem = pose([TWO_LEVELS, new], (), MODEL).problem
-    problem = replace(problem, train=np.ones_like(problem.train))
+    posed = pose([TWO_LEVELS, new], (), MODEL)
+    problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
     known = {c.label: c for c in candidates(MODEL)}
     right, wrong = (
-        fit_labels(problem, [label], known)
+        fit_in_turn(replace(posed, problem=problem), 1.0, [known[label]])
         for label in ('voltage_deadband:pivot', 'voltage_scale:pivot')
     )
     assert right.loss.sum() + 0.2 * min(proposal.best.worth[0], 1000) < wrong.loss.sum()
