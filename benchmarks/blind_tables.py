@@ -6,7 +6,7 @@
 
 A page says in a comment which table of which lines it wants; what stands up to the end is written:
 
-    <!-- blind_tables: rates blind_leo.jsonl --since effect=90001 none=96001 -->
+    <!-- blind_tables: rates suite_fixed.jsonl --kind effect -->
     <!-- end of table -->
 
 Tables: rates; worlds and robots (what was asked, by who simulated and by robot); called (what each

@@ -378,14 +378,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('node')
     parser.add_argument('kinds', nargs='*')
-    parser.add_argument('--pause', type=float, default=0.0, help='before each kind [s]')
     options = parser.parse_args()
     rclpy.init()
     peer = Peer(options.node)
     if options.kinds == ['die']:
         die(peer)
     for name in options.kinds or KINDS:
-        time.sleep(options.pause)
         peer.sent = 0
         print(f'begin {name}', flush=True)
         KINDS[name](peer)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Nothing that arrives over the graph ends a node, stops its loop, or is applied if unsafe.
 
-How long the loop waits at most is measured by benchmarks/hostile.py.
+`benchmarks/hostile_servos.py` measures how long the loop waits at most.
 """
 
 from pathlib import Path
