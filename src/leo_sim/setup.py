@@ -41,7 +41,7 @@ setup(
         'numba>=0.60',
         'numpy>=1.26.4',
         'pybullet>=3.2.7',
-        'pydantic>=2',
+        'pydantic>=2.9',
         'pyyaml',
         'scipy>=1.11',
     ],

@@ -6,9 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.units import conversion
@@ -92,68 +92,63 @@ class Register:
 Entry = tuple[int, int, Literal['read', 'write'], int]
 
 
+def _si(unit: str) -> BeforeValidator:
+    """Reads a quantity as a number of this unit."""
+
+    def convert(found: Any) -> float:
+        quantity = Quantity.model_validate(found)
+        return quantity.value * conversion(quantity.unit, unit, 'a servo unit')
+
+    return BeforeValidator(convert, json_schema_input_type=Quantity)
+
+
 class RegistersFile(Schema):
     """The registers of a family: dynamixel.yaml, feetech.yaml.
 
-    `acceleration_unit` is of a count of profile_acceleration.
+    `acceleration_unit` is rad/s2 a count of profile_acceleration.
     """
 
     eeprom: dict[str, Entry]
     ram: dict[str, Entry]
-    acceleration_unit: Quantity
+    acceleration_unit: Annotated[float, _si('rad/s2')]
     signed: tuple[str, ...]
     magnitude: dict[str, int] = Field(default_factory=dict)
 
 
-class ModelFile(Schema):
-    """Units of a servo; current_unit is missing where it measures no current.
-
-    Its position begins anew after `turn` counts; 0 never. `gain_unit` is the duty for an error of
-    1 rad that each 1 of position_p_gain makes; missing where nobody has published it. `lacks`
-    are registers of its family that it has not.
-    """
-
-    name: str
-    family: Family = 'dynamixel'
-    number: int
-    angle_unit: Quantity
-    rate_unit: Quantity
-    current_unit: Quantity | None = None
-    pwm_of_supply: Positive = Field(default=885)
-    turn: int = 0
-    gain_unit: Quantity | None = None
-    lacks: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class ServoModel:
-    """A servo's units.
+class ServoModel(Schema):
+    """A servo's units: a file in models/, whose quantities have units of their own.
 
     Attributes:
         name: as its maker writes it.
+        family: what it speaks.
         number: that it answers a ping with.
         angle_unit: rad a count.
         rate_unit: rad/s a count.
-        current_unit: A a count; 0 where it measures none.
+        current_unit: A a count; 0, or missing, where it measures none.
         pwm_of_supply: PWM counts that are the whole supply voltage.
-        family: what it speaks.
         turn: counts after which its position begins anew; 0 never.
-        gain_unit: duty for an error of 1 rad, 1/rad, a count of position_p_gain; 0 unknown.
-        acceleration_unit: rad/s2 a count.
+        gain_unit: duty for an error of 1 rad, 1/rad, a count of position_p_gain; 0, or missing,
+            where nobody has published it.
         lacks: registers of its family that it has not.
     """
 
+    model_config = ConfigDict(frozen=True)
+
     name: str
-    number: int
-    angle_unit: float
-    rate_unit: float
-    current_unit: float
-    pwm_of_supply: float
     family: Family = 'dynamixel'
+    number: int
+    angle_unit: Annotated[float, _si('rad')]
+    rate_unit: Annotated[float, _si('rad/s')]
+    current_unit: Annotated[float, _si('A')] = 0.0
+    pwm_of_supply: Positive = Field(default=885)
     turn: int = 0
-    gain_unit: float = 0.0
-    acceleration_unit: float = 0.0
+    gain_unit: Annotated[float, _si('1/rad')] = 0.0
     lacks: frozenset[str] = frozenset()
+
+    @property
+    def acceleration_unit(self) -> float:
+        """Rad/s2 a count of profile_acceleration."""
+        return _table(self.family).acceleration_unit
 
     @property
     def registers(self) -> dict[str, Register]:
@@ -189,8 +184,8 @@ def registers(family: Family = 'dynamixel') -> dict[str, Register]:
 @cache
 def servo_models() -> dict[str, ServoModel]:
     """Every known servo, by name."""
-    files = [read(path, ModelFile) for path in sorted((HERE / 'models').glob('*.yaml'))]
-    return {file.name: _model(file) for file in files}
+    files = [read(path, ServoModel) for path in sorted((HERE / 'models').glob('*.yaml'))]
+    return {file.name: file for file in files}
 
 
 def servo_model(name: str, family: Family | None = None) -> ServoModel:
@@ -206,24 +201,3 @@ def servo_model(name: str, family: Family | None = None) -> ServoModel:
             f'file in {HERE / "models"}'
         )
     return known[name]
-
-
-def _model(file: ModelFile) -> ServoModel:
-    current = file.current_unit
-    return ServoModel(
-        file.name,
-        file.number,
-        _si(file.angle_unit, 'rad'),
-        _si(file.rate_unit, 'rad/s'),
-        _si(current, 'A') if current else 0.0,
-        file.pwm_of_supply,
-        file.family,
-        file.turn,
-        _si(file.gain_unit, '1/rad') if file.gain_unit else 0.0,
-        _si(_table(file.family).acceleration_unit, 'rad/s2'),
-        frozenset(file.lacks),
-    )
-
-
-def _si(quantity: Quantity, unit: str) -> float:
-    return quantity.value * conversion(quantity.unit, unit, 'a servo unit')
