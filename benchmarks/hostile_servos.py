@@ -26,7 +26,7 @@ from std_msgs.msg import Float64MultiArray, String
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, graph, join, spin_until
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 
 VOLTS, MANY = 2.0, 10**6
 KIND, TOPIC, QOS = topics.COMMANDS['voltage']
@@ -72,7 +72,7 @@ class Honest(Node):
         self.stopped = self.stopped or message.data
 
     def _command(self) -> None:
-        self._commands.publish(Command([VOLTS] * 6).to_message())
+        self._commands.publish(command_message([VOLTS] * 6))
 
 
 def attack(kind: str, count: int) -> None:

@@ -38,7 +38,7 @@ from rclpy.parameter import Parameter
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, join, spin_once, spin_until
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 from leo_sim.description.robot import load_robot
 
 VOLTS = 2.0
@@ -157,7 +157,7 @@ class Bench(Node):
 
     def _command(self) -> None:
         if self.talks:
-            self._commands.publish(Command(self.wanted()).to_message())
+            self._commands.publish(command_message(self.wanted()))
             self.sent = time.monotonic()
 
     def wanted(self) -> list[float]:

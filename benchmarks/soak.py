@@ -26,7 +26,7 @@ from leo_diffmodel.bags.recorder import header_stamp
 from leo_msgs_py import topics
 from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_msgs_py.node import join, running, spin_until
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 
 VOLTS, PERIOD, STATE = 3.0, 0.03, 0.01
 PROCESSES = 'robot', 'recorder', 'servo_bus'
@@ -46,7 +46,7 @@ class Swing(Node):
 
     def _command(self) -> None:
         values = VOLTS * np.sin(self._speeds * time.monotonic())
-        self._commands.publish(Command(values.tolist()).to_message())
+        self._commands.publish(command_message(values.tolist()))
 
 
 def main() -> int:

@@ -26,7 +26,7 @@ from rclpy.node import Node
 from leo_learner.processes import free_domain, LEO
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, join, listen_with_info, running, spin_once
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 
 PERIOD, HOLD, VOLTS, SAMPLE = 0.01, 0.3, 1.5, 30.0
 NOISE = 'noise:=[0.001, 0.03]'
@@ -49,7 +49,7 @@ class Beside(Node):
     def _command(self) -> None:
         seed = int(time.monotonic() / HOLD)
         volts = np.random.default_rng(seed).uniform(-VOLTS, VOLTS)
-        self._commands.publish(Command([volts]).to_message())
+        self._commands.publish(command_message([volts]))
 
 
 def main() -> int:

@@ -20,7 +20,7 @@ import yaml
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, served_apart
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model.model_file import write_effects
@@ -64,7 +64,7 @@ class Commander(Node):
     def command(self) -> None:
         rng = np.random.default_rng(int(time.monotonic() / HOLD))
         volts = rng.uniform(-self._volts, self._volts, self._count)
-        self._publisher.publish(Command(volts).to_message())
+        self._publisher.publish(command_message(volts))
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_once
-from leo_msgs_py.values import Applied, Command, JointStates
+from leo_msgs_py.values import Applied, command_message, JointStates
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
@@ -85,7 +85,7 @@ class Robot:
         return self
 
     def send(self, *values: float) -> None:
-        self.commands.publish(Command(values).to_message())
+        self.commands.publish(command_message(values))
 
     def obeyed(self, volts: float) -> bool:
         return any(applied.values.tolist() == [volts] for applied in self.applied)

@@ -17,7 +17,7 @@ from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, graph, join, spin_until
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
@@ -107,7 +107,7 @@ def test_in_lockstep(watch, spawn):
     attack(spawn, robot=COMMANDS)
     commands = watch.create_publisher(*topics.COMMANDS['voltage'])
     assert spin_until(commands.get_subscription_count, PATIENCE)
-    commands.publish(Command(PENDULUM.limits).to_message())
+    commands.publish(command_message(PENDULUM.limits))
     assert watch.goes_on()
     assert watch.applied[-1] == PENDULUM.limits[0]
     ends_well(robot)

@@ -32,7 +32,7 @@ from leo_diffmodel.watch.state import State
 from leo_learner.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
@@ -128,7 +128,7 @@ def commander() -> Callable[[], None]:
     def command() -> None:
         if publisher.get_subscription_count() and time.monotonic() - sent[0] > APART:
             sent[0] = time.monotonic()
-            publisher.publish(Command([1.0]).to_message())
+            publisher.publish(command_message([1.0]))
 
     return command
 

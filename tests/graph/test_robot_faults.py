@@ -12,7 +12,7 @@ from tests.places import RIG
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_once, spin_until
-from leo_msgs_py.values import Command
+from leo_msgs_py.values import command_message
 
 pytestmark = pytest.mark.graph
 ASK = """
@@ -244,7 +244,7 @@ def test_two_that_command_in_turns_stop_the_robot(rig):
 
 def _in_turns(robot: Rig, rival) -> None:
     for publisher, volts in ((robot.commands, 1.0), (rival, -1.0)):
-        publisher.publish(Command([volts]).to_message())
+        publisher.publish(command_message([volts]))
         spin_once(0.02)
 
 
@@ -272,7 +272,7 @@ def test_one_commander_after_another_is_no_conflict(rig):
             topics.COMMANDS['voltage'].type, robot.commands.topic_name, 1
         )
         assert spin_until(lambda p=made: p.get_subscription_count() > 0, PATIENCE)
-        robot.wait(lambda p=made, v=volts: p.publish(Command([v]).to_message()) or robot.obeyed(v))
+        robot.wait(lambda p=made, v=volts: p.publish(command_message([v])) or robot.obeyed(v))
         robot.node.destroy_publisher(made)
         end = time.monotonic() + 1.1
         robot.wait(lambda e=end: time.monotonic() > e)

@@ -11,7 +11,7 @@ from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import end, graph, join, spin_until
-from leo_msgs_py.values import Applied, Command, JointStates
+from leo_msgs_py.values import Applied, command_message, JointStates
 from leo_sim.drivers.base import DriverInfo
 from leo_sim.nodes import loop, publishers
 from leo_sim.nodes import robot as module
@@ -86,7 +86,7 @@ def commands(robot):
     return made
 
 
-VOLT = Command([1.0]).to_message()
+VOLT = command_message([1.0])
 
 
 def test_lockstep_moves_one_control_period_per_command(robot, driver, commands):

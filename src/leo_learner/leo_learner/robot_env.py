@@ -14,7 +14,7 @@ from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import listen, running, spin_once
-from leo_msgs_py.values import Command, JointStates
+from leo_msgs_py.values import command_message, JointStates
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.model import State
@@ -134,7 +134,7 @@ class RobotEnv(RobotSpaces):
     def _follow(self, before: JointStates, inputs: np.ndarray, episode: int) -> JointStates | None:
         """Command until the state one period after `before` is there; None if it never comes."""
         due = before.stamp_ns + self._period_ns - self._period_ns // 100
-        command = Command(inputs).to_message()
+        command = command_message(inputs)
         self._commands.publish(command)
         sent, self._repeated = time.monotonic(), False
 

@@ -155,22 +155,11 @@ class Applied:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Command:
-    """A command: V (N m or rad, as the robot takes) in actuator order, shape (A,)."""
+def command_message(values: Any) -> Any:
+    """std_msgs/Float64MultiArray of V (N m or rad, as the robot takes) in actuator order, (A,)."""
+    from std_msgs.msg import Float64MultiArray
 
-    values: Array
-
-    def to_message(self) -> Any:
-        """As std_msgs/Float64MultiArray."""
-        from std_msgs.msg import Float64MultiArray
-
-        return Float64MultiArray(data=_floats(self.values))
-
-    @classmethod
-    def from_message(cls, message: Any) -> Command:
-        """From std_msgs/Float64MultiArray (its layout is not looked at)."""
-        return cls(np.array(message.data, float))
+    return Float64MultiArray(data=_floats(values))
 
 
 def nanoseconds(stamp: Any) -> int:

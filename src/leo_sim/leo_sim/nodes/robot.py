@@ -20,7 +20,6 @@ from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import graph, join, running, SLICE, spare_collector, spin_once
-from leo_msgs_py.values import Command
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
 from leo_sim.drivers.base import DriverBug, DriverFault, Inspected, Placeable
@@ -129,7 +128,7 @@ class RobotNode(Node):
         if not self._commander.is_new(info):
             return
         try:
-            self._safety.accept(Command.from_message(message).values, self._loop.now())
+            self._safety.accept(message.data, self._loop.now())
         except BadCommand as error:
             self.get_logger().error(str(error), throttle_duration_sec=1.0)
             return
