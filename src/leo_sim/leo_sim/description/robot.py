@@ -11,6 +11,7 @@ import os
 from pathlib import Path
 
 import numpy as np
+from pydantic import ConfigDict
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
@@ -19,6 +20,7 @@ from leo_sim.description import urdf
 from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS
 from leo_sim.description.robot_check import check
 from leo_sim.description.robot_file import (
+    ContactFile,
     DriverFile,
     ObservedFile,
     PoseFile,
@@ -58,25 +60,15 @@ class Actuator:
         return self.limit if self.supply is None else self.supply
 
 
-@dataclass(frozen=True)
-class Contact:
-    """A sphere that touches the ground.
+class Contact(ContactFile):
+    """A sphere that touches the ground, with its name, as `left_heel`.
 
-    Attributes:
-        name: As `left_heel`.
-        link: Link it is part of.
-        x, z: Its centre in link axes, m.
-        radius: m.
-        stiffness, damping: N/m, N s/m; None = the ground's.
+    Where it has no stiffness or damping of its own, the ground's is meant.
     """
 
+    model_config = ConfigDict(frozen=True)
+
     name: str
-    link: str
-    x: float
-    z: float
-    radius: float
-    stiffness: float | None
-    damping: float | None
 
 
 @dataclass(frozen=True)
@@ -270,7 +262,7 @@ def _robot(
         start_poses=file.start_poses,
         sensors=file.sensors,
         contacts=tuple(
-            Contact(name, **contact.model_dump()) for name, contact in file.contacts.items()
+            Contact(name=name, **contact.model_dump()) for name, contact in file.contacts.items()
         ),
         feet=file.feet,
         observation=file.observation,
