@@ -16,7 +16,7 @@ from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
-from leo_sim.task.task import Memory, Task
+from leo_sim.task.task import Task
 
 Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
 
@@ -43,7 +43,7 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self._task = Task(robot)
 
     def _begin(self, start: State) -> np.ndarray:
-        self._steps, self._memory, self.sensed = 0, Memory(), start
+        self._steps, self._stance, self.sensed = 0, 0, start
         return self._task.observation(start.q, start.dq)
 
     def _outcome(
@@ -53,7 +53,7 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self._steps += 1
         self.sensed, self.applied = after, inputs
         ended = self._task.terminated(after)
-        reward, self._memory = self._task.reward(self._memory, before, inputs, after, ended)
+        reward, self._stance = self._task.reward(self._stance, before, inputs, after, ended)
         return (
             self._task.observation(after.q, after.dq),
             float(reward),

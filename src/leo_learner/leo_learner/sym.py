@@ -16,7 +16,6 @@ from leo_learner.env import RobotSpaces, Step
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
-from leo_sim.task.task import Memory
 
 ACTIONS = ('full', 'sym')
 """What a policy drives: every actuator, or the three joints of Sym."""
@@ -90,7 +89,7 @@ class Sym(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):
         base = env.unwrapped
         assert isinstance(base, RobotSpaces)
         self._robot_env, self._map, self._gait = base, SymMap(base.robot), Gait(base.robot)
-        self.stance = int(Memory().stance)
+        self.stance = 0
         limits = self._map.limits
         size = (len(OBSERVED),)
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, size, np.float64)
@@ -101,7 +100,7 @@ class Sym(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Start an episode as the robot's environment does."""
         _, info = self.env.reset(seed=seed, options=options)
-        self.stance = int(Memory().stance)
+        self.stance = 0
         return self._observe(), info
 
     def step(self, action: np.ndarray) -> Step:

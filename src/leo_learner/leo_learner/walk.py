@@ -13,7 +13,7 @@ from leo_learner.env import RobotSpaces, Step
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
 from leo_sim.model import State
-from leo_sim.task.task import Memory, Task
+from leo_sim.task.task import Task
 
 PAST = 0.02
 """An ankle is past the other once it is this far before it [m]."""
@@ -73,7 +73,7 @@ def walked(robot: Robot, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> W
 
 def footsteps(gait: Gait, q: np.ndarray) -> list[float]:
     """Length of each footstep [m]: the new stance ankle before the old one; q is (T, J)."""
-    stance, lengths = int(gait.stance(q[0], Memory().stance)), []
+    stance, lengths = int(gait.stance(q[0], 0)), []
     for row in q[1:]:
         now = int(gait.stance(row, stance))
         if now != stance:

@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,34 +12,17 @@ from leo_sim.description.robot import Robot
 from leo_sim.description.robot_check import OF_JOINTS
 from leo_sim.description.robot_file import RewardFile
 from leo_sim.kinematics.gait import Gait
+from leo_sim.model.state import State
 
 QUANTITIES = ('angle', 'wrapped_angle', 'cos', 'sin', 'rate')  # quantities of one joint
-
-
-class Motion(Protocol):
-    """Anything with angles and rates, (..., J)."""
-
-    @property
-    def q(self) -> Any:
-        """Angles rad."""
-
-    @property
-    def dq(self) -> Any:
-        """Rates rad/s."""
-
-
-class Memory(NamedTuple):
-    """What the reward remembers: the index in `robot.feet` of the foot that carries, (...)."""
-
-    stance: Any = 0
 
 
 class _Step(NamedTuple):
     """One control step, the foot that carries at its end, and whether it ends the episode."""
 
-    before: Motion
+    before: State
     inputs: np.ndarray
-    after: Motion
+    after: State
     stance: Any
     ended: Any
 
@@ -66,12 +49,15 @@ class Task:
         return observation(self.robot, q, dq)
 
     def reward(
-        self, memory: Memory, before: Motion, inputs: Array, after: Motion, ended: Any = None
-    ) -> tuple[Any, Memory]:
-        """Reward of one control step, (...): sum of weight (quantity - target)^power.
+        self, stance: Any, before: State, inputs: Array, after: State, ended: Any = None
+    ) -> tuple[Any, Any]:
+        """Reward of one control step, and who carries then, (...) each.
+
+        The reward is the sum of weight (quantity - target)^power.
 
         Args:
-            memory: `Memory()` at the start of an episode, then what this method returned.
+            stance: The foot that carries, an index in `robot.feet`, (...): 0 at the start of an
+                episode, then what this method returned.
             before: State at the start of the step.
             inputs: V, N m or rad applied in it, (..., A).
             after: State at its end; quantities of joints are those of this state.
@@ -79,14 +65,15 @@ class Task:
         """
         if ended is None:
             ended = self.terminated(after)
-        stance = self._gait.stance(after.q, memory.stance) if self._remembers else memory.stance
+        if self._remembers:
+            stance = self._gait.stance(after.q, stance)
         step = _Step(before, np.asarray(inputs), after, stance, ended)
         total: Any = 0.0
         for term in self.robot.reward:
             total = total + term.weight * self._error(term, step) ** term.power
-        return total, Memory(stance)
+        return total, stance
 
-    def terminated(self, state: Motion) -> Any:
+    def terminated(self, state: State) -> Any:
         """Whether the episode ends in a state, (...): some quantity has left its range."""
         values = _features(state.q, state.dq)[..., self._watched]
         over = np.any((values < self._low) | (values > self._high), axis=-1)

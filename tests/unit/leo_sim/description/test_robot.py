@@ -11,7 +11,7 @@ from tests.hostile_names import folder_of
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model, State
-from leo_sim.task.task import Memory, observation, Task, wrapped
+from leo_sim.task.task import observation, Task, wrapped
 
 PENDULUM = load_robot('pendulum')
 
@@ -99,7 +99,7 @@ def test_task_of_the_pendulum():
         np.array([[np.cos(0.5), np.sin(0.5), 2.0], [np.cos(7.0), -np.sin(7.0), -3.0]])
     )
     task = Task(PENDULUM)
-    paid, _ = task.reward(Memory(), State(q, dq), np.array([[1.0], [3.0]]), State(q, dq))
+    paid, _ = task.reward(0, State(q, dq), np.array([[1.0], [3.0]]), State(q, dq))
     error = 2 * np.pi - 7.0
     assert paid == pytest.approx([-5 * 0.25 - 0.4 - 0.01, -5 * error**2 - 0.9 - 0.09])
     assert task.terminated(State(q, dq)).tolist() == [False, False]
@@ -114,7 +114,7 @@ def test_reward_is_highest_upright():
     ):
         robot = load_robot(name)
         state = State(np.atleast_1d(upright), np.zeros(len(robot.joint_names)))
-        paid, _ = Task(robot).reward(Memory(), state, np.zeros(len(robot.actuators)), state)
+        paid, _ = Task(robot).reward(0, state, np.zeros(len(robot.actuators)), state)
         assert paid == pytest.approx(0.0)
 
 

@@ -10,7 +10,7 @@ from leo_sim.description.robot import load_robot
 from leo_sim.description.robot_file import TerminationFile
 from leo_sim.kinematics.gait import Gait
 from leo_sim.model import Model, State
-from leo_sim.task.task import Memory, Task
+from leo_sim.task.task import Task
 
 LEO, ODE = load_robot('leo'), load_robot('leo_ode')
 STANDING = Model(LEO, engine='rigid').start('standing').q
@@ -33,7 +33,7 @@ def test_observation_is_all_but_the_place():
 
 def test_a_metre_pays_300_and_a_step_costs():
     before, after = stepped(STANDING), stepped(STANDING, base_x=0.02)
-    paid, _ = Task(LEO).reward(Memory(), before, np.zeros(6), after)
+    paid, _ = Task(LEO).reward(0, before, np.zeros(6), after)
     assert paid == pytest.approx(300 * 0.02 + TIME)
 
 
@@ -45,20 +45,20 @@ def test_work_by_hand():
     other = 3.0 * 3.0 / resistance
     knee = 1.0 * (1.0 + k * 2.0) / resistance
     expected = -2 * (hip + other + knee) / 30 + TIME
-    paid, _ = Task(LEO).reward(Memory(), stepped(STANDING), volts, after)
+    paid, _ = Task(LEO).reward(0, stepped(STANDING), volts, after)
     assert paid == pytest.approx(expected)
 
 
 def test_a_motor_that_is_driven_pays_nothing_back():
     fast = [0, 0, 0, 6.0, 0, 0, 0, 0, 0]
     volts = np.array([2.0, 0, 0, 0, 0, 0])
-    paid, _ = Task(LEO).reward(Memory(), stepped(STANDING, fast), volts, stepped(STANDING, fast))
+    paid, _ = Task(LEO).reward(0, stepped(STANDING, fast), volts, stepped(STANDING, fast))
     assert paid == pytest.approx(TIME)
 
 
 def test_a_fall_costs_75_and_ends_the_episode():
     task, fallen = Task(LEO), stepped(STANDING, torso_pitch=-1.01)
-    paid, _ = task.reward(Memory(), fallen, np.zeros(6), fallen)
+    paid, _ = task.reward(0, fallen, np.zeros(6), fallen)
     assert task.terminated(fallen)
     assert paid == pytest.approx(TIME - 75)
 
@@ -109,7 +109,7 @@ def test_stance_is_the_foot_that_touches_then_the_one_in_front():
 
 def test_a_walk_pays_every_footstep_whole():
     """The right leg swings, carries, and the left one is behind: 300 per metre of ankle."""
-    task, memory, total = Task(ODE), Memory(0), 0.0
+    task, stance, total = Task(ODE), 0, 0.0
     start = Model(ODE, engine='rigid').start('standing').q
     ankle = Gait(ODE)
     left = stepped(start, base_z=-0.001, right_knee=-0.6, right_ankle=0.6).q
@@ -118,11 +118,11 @@ def test_a_walk_pays_every_footstep_whole():
         start, base_z=-0.004, right_hip=0.1, right_ankle=-0.1, left_knee=-0.6, left_ankle=0.6
     ).q
     for before, after in ((left, swung), (swung, landed)):
-        paid, memory = task.reward(memory, State(before, STILL), np.zeros(6), State(after, STILL))
+        paid, stance = task.reward(stance, State(before, STILL), np.zeros(6), State(after, STILL))
         total += paid - TIME
     first = ankle.stride(swung, 0) - ankle.stride(left, 0)
     second = ankle.stride(landed, 1) - ankle.stride(swung, 1)
-    assert memory.stance == 1
+    assert stance == 1
     assert first > 0.05
     assert total == pytest.approx(300 * (first + second))
     assert ankle.stride(swung, 1) == -ankle.stride(swung, 0)
@@ -132,13 +132,10 @@ def test_many_steps_at_once_are_paid_like_one_by_one():
     rng, task = np.random.default_rng(0), Task(ODE)
     q, dq = rng.normal(0, 0.3, (2, 7, 9)), rng.normal(0, 3, (2, 7, 9))
     volts, stance = rng.uniform(-8, 8, (7, 6)), rng.integers(0, 2, 7)
-    paid, memory = task.reward(Memory(stance), State(q[0], dq[0]), volts, State(q[1], dq[1]))
+    paid, after = task.reward(stance, State(q[0], dq[0]), volts, State(q[1], dq[1]))
     for row in range(7):
         one, kept = task.reward(
-            Memory(stance[row]),
-            State(q[0, row], dq[0, row]),
-            volts[row],
-            State(q[1, row], dq[1, row]),
+            stance[row], State(q[0, row], dq[0, row]), volts[row], State(q[1, row], dq[1, row])
         )
         assert one == pytest.approx(paid[row])
-        assert kept.stance == memory.stance[row]
+        assert kept == after[row]
