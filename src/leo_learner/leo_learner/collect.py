@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Run a policy, for its returns or with noise to gather transitions; perform a scripted motion."""
+"""Run a policy with noise to gather transitions; perform a scripted motion."""
 
 from __future__ import annotations
 
@@ -11,35 +11,11 @@ import numpy as np
 
 from leo_learner.ddpg import OrnsteinUhlenbeck
 from leo_learner.env import RobotSpaces
+from leo_learner.training_loop import Act, run_episode
 from leo_sim.task.motions import Routine
 
-Act = Callable[[np.ndarray], np.ndarray]
-"""Observation (n_obs,) -> input [V, N m or rad] (A,), as `Policy` is one."""
 COLLECT_THETA, COLLECT_SIGMA = 0.15, 0.1
 """Noise while gathering transitions on the robot (docs/reference/leo.md 10)."""
-
-
-def play(
-    env: gymnasium.Env,
-    act: Act,
-    episodes: int,
-    seed: int = 0,
-    on_episode: Callable[[], None] = lambda: None,
-) -> np.ndarray:
-    """Returns of `episodes` episodes without noise: the nominal start, then random ones.
-
-    An episode that was lost to a restart of the robot is played again; `on_episode` is called
-    after each that counts.
-    """
-    returns: list[float] = []
-    while len(returns) < episodes:
-        number = len(returns)
-        pose = 'random' if number else 'nominal'
-        total, lost = _episode(env, act, lambda u: u, seed + number, pose)
-        if not lost:
-            returns.append(total)
-            on_episode()
-    return np.array(returns)
 
 
 def collect(
@@ -66,32 +42,11 @@ def collect(
         rng = np.random.default_rng([seed, episode])
         noise = OrnsteinUhlenbeck(len(limit), COLLECT_THETA, COLLECT_SIGMA, rng)
 
-        def noisy(inputs: np.ndarray, noise: OrnsteinUhlenbeck = noise) -> np.ndarray:
-            return np.clip(inputs + noise() * limit, -limit, limit)
+        def noisy(seen: np.ndarray, noise: OrnsteinUhlenbeck = noise) -> np.ndarray:
+            return np.clip(act(seen) + noise() * limit, -limit, limit)
 
-        _episode(env, act, noisy, int(rng.integers(2**31)), 'random', counted)
+        run_episode(env, noisy, int(rng.integers(2**31)), 'random', counted)
         episode += 1
-
-
-def _episode(
-    env: gymnasium.Env,
-    act: Act,
-    change: Act,
-    seed: int,
-    pose: str,
-    go_on: Callable[[], bool] = lambda: True,
-) -> tuple[float, bool]:
-    """Its return, and whether it was lost."""
-    observation, _ = env.reset(seed=seed, options={'pose': pose})
-    total, done = 0.0, False
-    while not done:
-        inputs = change(act(observation))
-        observation, reward, terminated, truncated, info = env.step(inputs)
-        if 'lost' in info:
-            return total, True
-        total += float(reward)
-        done = terminated or truncated or not go_on()
-    return total, False
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,8 @@ from torch import Tensor
 
 from leo_learner.replay import Replay
 
+Act = Callable[[np.ndarray], np.ndarray]
+"""Observation (n_obs,) -> input [V, N m or rad] (A,), as `Policy` is one."""
 OnScalar = Callable[[str, float, int], None]
 """Receives (name, value, step): TensorBoard's `add_scalar`, a progress bar, a test."""
 
@@ -125,7 +127,7 @@ class TrainingLoop(ABC):
 
     def test(self, starts: int) -> np.ndarray:
         """Returns (starts,) of the present policy without noise; nothing is learned or stored."""
-        return np.array([self._test_episode(start) for start in range(starts)])
+        return play(self.env, lambda seen: self.act(seen) * self.limit, starts)
 
     def _train_episode(self, on_scalar: OnScalar) -> None:
         rng = np.random.default_rng([self.seed, self.episodes])
@@ -165,14 +167,40 @@ class TrainingLoop(ABC):
             self.best_return = result
             self.keep()
 
-    def _test_episode(self, start: int) -> float:
-        pose = 'nominal' if start == 0 else 'random'
-        observation, _ = self.env.reset(seed=start, options={'pose': pose})
-        total, done = 0.0, False
-        while not done:
-            action = self.act(observation) * self.limit
-            observation, reward, terminated, truncated, info = self.env.step(action)
-            if 'lost' in info:
-                return self._test_episode(start)
-            total, done = total + float(reward), terminated or truncated
-        return total
+
+def play(
+    env: gymnasium.Env,
+    act: Act,
+    episodes: int,
+    seed: int = 0,
+    on_episode: Callable[[], None] = lambda: None,
+) -> np.ndarray:
+    """Returns of `episodes` episodes without noise: the nominal start, then random ones.
+
+    An episode that was lost to a restart of the robot is played again; `on_episode` is called
+    after each that counts.
+    """
+    returns: list[float] = []
+    while len(returns) < episodes:
+        number = len(returns)
+        pose = 'random' if number else 'nominal'
+        total, lost = run_episode(env, act, seed + number, pose)
+        if not lost:
+            returns.append(total)
+            on_episode()
+    return np.array(returns)
+
+
+def run_episode(
+    env: gymnasium.Env, act: Act, seed: int, pose: str, go_on: Callable[[], bool] = lambda: True
+) -> tuple[float, bool]:
+    """Return of one episode, and whether it was lost."""
+    observation, _ = env.reset(seed=seed, options={'pose': pose})
+    total, done = 0.0, False
+    while not done:
+        observation, reward, terminated, truncated, info = env.step(act(observation))
+        if 'lost' in info:
+            return total, True
+        total += float(reward)
+        done = terminated or truncated or not go_on()
+    return total, False

@@ -12,7 +12,6 @@ from leo_lab.thesis.table7 import effects
 from leo_learner import algorithm5, sarsa
 from leo_learner.algorithm5 import Algorithm5, Settings
 from leo_learner.checkpoint import save_checkpoint
-from leo_learner.collect import play
 from leo_learner.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv, training_env
@@ -21,6 +20,7 @@ from leo_learner.nodes.learner import checked
 from leo_learner.policy import save_policy
 from leo_learner.rollouts import Rollouts
 from leo_learner.sym import driven
+from leo_learner.training_loop import play
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

@@ -21,7 +21,7 @@ from leo_diffmodel.difference.data import layout_of
 from leo_diffmodel.difference.model import DifferenceModel, Trust
 from leo_diffmodel.difference.network import Config, Network
 from leo_learner.checkpoint import load_checkpoint
-from leo_learner.collect import collect, play
+from leo_learner.collect import collect
 from leo_learner.configs import RECOMMENDED
 from leo_learner.ddpg import Training
 from leo_learner.env import load_difference, model_env, ModelEnv
@@ -30,6 +30,7 @@ from leo_learner.policy import observation_names, Policy, save_policy
 from leo_learner.robot_env import RobotEnv, Stopped
 from leo_learner.rollouts import WatchedEnv
 from leo_learner.running_robot import RobotPlayer
+from leo_learner.training_loop import play
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError

@@ -10,13 +10,12 @@ import pytest
 from safetensors.torch import load_file, save_file
 
 from leo_learner.checkpoint import load_checkpoint, save_checkpoint
-from leo_learner.collect import play
 from leo_learner.env import ModelEnv
 from leo_learner.learning import learn
 from leo_learner.policy import Policy, save_policy
 from leo_learner.sarsa import Agent, Config, Training
 from leo_learner.sym import Sym
-from leo_learner.training_loop import Transition
+from leo_learner.training_loop import play, Transition
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError

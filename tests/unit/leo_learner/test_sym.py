@@ -7,12 +7,12 @@ from gymnasium.utils.env_checker import check_env
 import numpy as np
 import pytest
 
-from leo_learner.collect import play
 from leo_learner.configs import RECOMMENDED
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv
 from leo_learner.policy import Policy, save_policy
 from leo_learner.sym import actions_of, driven, OBSERVED, Sym, SymMap
+from leo_learner.training_loop import play
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

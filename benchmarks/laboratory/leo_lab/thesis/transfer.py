@@ -22,12 +22,13 @@ from leo_lab.thesis import walking
 from leo_lab.thesis.ahead import mse_ahead
 from leo_lab.thesis.bags import Bags
 from leo_learner.algorithm5 import Algorithm5, DONE, Settings
-from leo_learner.collect import collect, play
+from leo_learner.collect import collect
 from leo_learner.configs import RECOMMENDED_WALKING
 from leo_learner.env import ModelEnv
 from leo_learner.learning import POLICY
 from leo_learner.policy import Policy
 from leo_learner.rollouts import Left, Rollouts, WatchedEnv
+from leo_learner.training_loop import play
 from leo_learner.walk import Recorded
 from leo_sim.model import Model
 from leo_sim.truth.drawing import draw

@@ -14,14 +14,13 @@ from tensorboard.backend.event_processing.event_file_loader import EventFileLoad
 
 from leo_learner import sarsa
 from leo_learner.checkpoint import PREFIX
-from leo_learner.collect import play
 from leo_learner.configs import RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.ddpg import Config, Training
 from leo_learner.env import model_env, training_env
 from leo_learner.learning import learn, Outcome
 from leo_learner.policy import Policy
 from leo_learner.sym import driven
-from leo_learner.training_loop import TrainingLoop
+from leo_learner.training_loop import play, TrainingLoop
 from leo_learner.walk import Recorded, Walk
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.robot_file import TerminationFile

@@ -126,8 +126,9 @@ def _played_by(options: Any, ros_args: list[str]) -> tuple[dict[str, Any], Calla
 
 
 def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.collect import collect, play
+    from leo_learner.collect import collect
     from leo_learner.policy import Policy, shipped
+    from leo_learner.training_loop import play
     from leo_learner.walk import Recorded, Walk, walks
     from leo_sim.model.model_file import load_model
 
