@@ -61,7 +61,6 @@ NEED_ROS = (
     'leo_learner.nodes',
     'leo_learner.robot_env',
     'leo_learner.running_robot',
-    'leo_learner.running_robot',
 )
 """What cannot be imported without ROS; everything else can."""
 MAX_FUNCTION_LINES = 60

@@ -17,8 +17,6 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
 
-ACTIONS = ('full', 'sym')
-"""What a policy drives: every actuator, or the three joints of Sym."""
 GAIN = 5.0 * 0.8 * 14 / 3.3
 """Of the P controllers: 5 N m/rad times 3.394 V/(N m) [V/rad]."""
 KNEE, ANKLE = 0.0, 0.064926
