@@ -298,6 +298,28 @@ def test_straight_effects_are_those_in_proportion_to_their_size(model):
     assert not {'coulomb_friction', 'command_delay', 'ground_friction', 'armature'} & straight
 
 
+def test_other_grounds_take_part_whatever_their_scans_promise(model, monkeypatch):
+    gains = {
+        'viscous_friction:left_knee': 50.0,
+        'link_mass:torso': 1.0,
+        'ground_slope:ground': -9.0,
+    }
+    scans = [SimpleNamespace(candidate=candidate(model, c), gain=g) for c, g in gains.items()]
+    late, played = iter([False, True]), []
+    problem = SimpleNamespace(
+        late=lambda: next(late), numerics=ON_GROUND.numerics, train=np.ones(3, bool)
+    )
+    posed = SimpleNamespace(problem=problem, take=lambda some: None)
+
+    def note(posed, null, scans, progress):
+        played.extend(s.candidate.label for s in scans)
+        return (), 0.0
+
+    monkeypatch.setattr(contact, '_played', note)
+    contact.successive_halving(posed, posed, scans, 15.0, print)
+    assert played == [labels[0], labels[2]]
+
+
 def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch):
     """One is ahead, one far behind but gaining, one far behind and standing still."""
     windows = np.random.default_rng(0).normal(size=(12, 360))

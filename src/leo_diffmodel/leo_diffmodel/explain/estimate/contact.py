@@ -77,13 +77,15 @@ def successive_halving(
 
     A fit is expensive here. Each candidate has its own contacts from the first step on; those of
     the model without it favour small effects. Those ahead after a step in some windows go on;
-    the last are fitted in all. None where the time is over.
+    the last are fitted in all. Another ground makes other contacts, of which a scan on those that
+    are there knows nothing: such candidates all take part. None where the time is over.
     """
     if posed.problem.late() or not scans:
         return null, []
     numerics, train = posed.problem.numerics, np.flatnonzero(posed.problem.train)
     least = numerics.ground_worth * limit
     worth = [s for s in scans[: numerics.contenders] if s.gain > least] or scans[:1]
+    worth += [s for s in scans if s.candidate.effect.hook == 'ground' and s not in worth]
     count = min(numerics.ground_windows, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
