@@ -299,12 +299,11 @@ def test_straight_effects_are_those_in_proportion_to_their_size(model):
 
 
 def test_other_grounds_take_part_whatever_their_scans_promise(model, monkeypatch):
-    gains = {
-        'viscous_friction:left_knee': 50.0,
-        'link_mass:torso': 1.0,
-        'ground_slope:ground': -9.0,
-    }
-    scans = [SimpleNamespace(candidate=candidate(model, c), gain=g) for c, g in gains.items()]
+    labels = 'viscous_friction:left_knee', 'link_mass:torso', 'ground_slope:ground'
+    scans = [
+        SimpleNamespace(candidate=candidate(model, label), gain=gain)
+        for label, gain in zip(labels, (50.0, 1.0, -9.0), strict=True)
+    ]
     late, played = iter([False, True]), []
     problem = SimpleNamespace(
         late=lambda: next(late), numerics=ON_GROUND.numerics, train=np.ones(3, bool)
