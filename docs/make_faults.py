@@ -51,7 +51,9 @@ was, over time.
 `leo check` names them with size and interval, `leo explain` begins with them: a fault whose
 interval excludes every harmless size is the answer, with the line of the topic map that mends it.
 `leo explain --mend` undoes such faults in memory and goes on; `leo bag fix BAG -o NEW` writes the
-mended bag. A fault that a good log may have as well is a warning.
+mended bag. A fault that a good log may have as well is a warning, and so is a scale of less than
+two that another log of the same joint has not: where feet rattle, sampled speeds are not the mean
+ones.
 
 How they are found: sensors first, one by one. Then angle and speed of each joint, without any
 model: one smooth motion must agree with both. Where the two contradict each other by a factor or

@@ -95,7 +95,8 @@ class Limits:
     recordings whose inputs are right 0.72 or more, of those moved by 0.1 and 0.18 s 0.43 to 0.58
     where the motor shows at all."""
     about_one: tuple[float, float] = (0.5, 2.0)
-    """A factor of gravity or motor that no fault of the log has changed."""
+    """A factor of gravity or motor that no fault of the log has changed, and one of a speed that
+    can be motion between the samples."""
     alike: float = 0.3
     """Natural logarithm: as far apart the factors of weight and motor may be that stretched time
     changes alike."""
