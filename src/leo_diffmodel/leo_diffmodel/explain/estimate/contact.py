@@ -19,7 +19,7 @@ from leo_diffmodel.explain.estimate.estimator import (
 )
 from leo_diffmodel.explain.estimate.fit import fit, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
-from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight
 from leo_diffmodel.explain.estimate.imitation import imitations
 from leo_diffmodel.explain.estimate.scan import Scan, threshold
 from leo_diffmodel.explain.estimate.standing import (
@@ -33,6 +33,7 @@ from leo_diffmodel.explain.estimate.standing import (
 )
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
+from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 Field = Sequence[tuple[Scan, Stand]]
@@ -77,15 +78,15 @@ def successive_halving(
 
     A fit is expensive here. Each candidate has its own contacts from the first step on; those of
     the model without it favour small effects. Those ahead after a step in some windows go on;
-    the last are fitted in all. Another ground makes other contacts, of which a scan on those that
-    are there knows nothing: such candidates all take part. None where the time is over.
+    the last are fitted in all. None where the time is over.
     """
     if posed.problem.late() or not scans:
         return null, []
     numerics, train = posed.problem.numerics, np.flatnonzero(posed.problem.train)
     least = numerics.ground_worth * limit
-    worth = [s for s in scans[: numerics.contenders] if s.gain > least] or scans[:1]
-    worth += [s for s in scans if s.candidate.effect.hook == 'ground' and s not in worth]
+    worth = [s for s in scans[: numerics.contenders] if s.gain > least] or [scans[0]]
+    robot = posed.problem.base.robot
+    worth += [s for s in scans if _moves_ground(s.candidate, robot) and s not in worth]
     count = min(numerics.ground_windows, len(train))
     some = train[np.linspace(0, len(train) - 1, count).astype(int)]
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
@@ -101,6 +102,15 @@ def successive_halving(
         last += _imitating(min(last, key=_loss), scans)
     null = _from_others(null, last)
     return null, [at._replace(fit=_from_others(at.fit, last)) for at in last]
+
+
+def _moves_ground(candidate: Candidate, robot: Robot) -> bool:
+    """Whether it moves the ground against the robot: another ground, or another zero of its base.
+
+    That makes other contacts, of which a scan on those that are there knows nothing.
+    """
+    sensed = candidate.effect.hook == 'sensor' and is_straight(candidate)
+    return candidate.effect.hook == 'ground' or (sensed and candidate.where in robot.base_joints)
 
 
 def _played(
