@@ -22,7 +22,7 @@ from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.problem.pose import finer, pose, Posed, untestable
+from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
 from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
@@ -141,8 +141,8 @@ def _explained(
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
     found = search(everything, model, posed, extra, heard, until, facts.alike)
-    fine = finer(posed, model)
-    if fine is not None and found.better_with(fine.problem.base) > found.threshold:
+    fine = _finer(found, posed, model)
+    if fine is not None:
         found = search(everything, model, fine, extra, heard, until, facts.alike)
     findings = collect(
         everything, model, found, facts, step, own_constants(model, hold_out), heard
@@ -150,6 +150,21 @@ def _explained(
     answer = _answer(findings, [*cut.notes, *_step_note(model, found.problem.base)])
     blind = [not_shown(c, 'no speed was measured') for c in unseen(model, everything, extra)]
     return replace(answer, used=tuple(everything), not_testable=answer.not_testable + blind)
+
+
+def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:
+    """The problem with a finer step, to search again; None where that hardly fits any better.
+
+    A gain counts above what noise alone can give an effect. A step shorter than the robot's own
+    must be better than this one.
+    """
+    fine, finest = found.posed, posed.problem.numerics.finest_step * model.integration_step
+    finer = found.finer(finest)
+    if finer is not fine and found.better_with(finer.problem.base) > found.threshold:
+        return finer
+    if fine.problem.base.integration_step == posed.problem.base.integration_step:
+        return None
+    return fine if -found.better_with(posed.problem.base) > found.threshold else None
 
 
 def _step_note(model: Model, computed: Model) -> list[str]:

@@ -76,6 +76,11 @@ class Fit:
     ended: bool = True
     by_start: Array | None = None
 
+    @property
+    def point(self) -> tuple[Hypothesis, Array, Array]:
+        """What was free, its values (P,) and the start states (W, 2J)."""
+        return self.hypothesis, self.theta, self.start
+
     def lost(self, chosen: Array) -> float:
         """Loss of the chosen windows (W,) [nats]."""
         return float(self.loss[chosen].sum())

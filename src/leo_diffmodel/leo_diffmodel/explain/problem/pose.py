@@ -21,6 +21,8 @@ from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
 
 Array = np.ndarray
+Point = tuple[Hypothesis, Array, Array]
+"""A hypothesis, its values (P,) and the start states of all windows (W, 2J)."""
 
 
 @dataclass(frozen=True)
@@ -124,30 +126,37 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
     `share`, by less than `finer_nats`, at most to the robot's own. Sensitivities need less: what a
     step is off by is nearly the same with and without a small change.
     """
-    return _halved(problem, problem.numerics.longest_step, problem.base.integration_step, share)
-
-
-def finer(posed: Posed, model: Model) -> Posed | None:
-    """With a step that is fine enough where the robot's own is not; None where it is."""
-    own, problem = model.integration_step, posed.problem
-    if model.robot.contacts or problem.base.integration_step > own:
-        return None
-    fine = _halved(problem, own, problem.numerics.finest_step * own)
-    if fine.base.integration_step == own:
-        return None
-    longer = posed.longer and replace(posed.longer, base=fine.base, rough_step=fine.rough_step)
-    return replace(posed, problem=fine, longer=longer)
-
-
-def _halved(problem: Problem, longest: float, least: float, share: float = 1.0) -> Problem:
-    """The problem with the longest step, from `longest` to `least` s, that is fine enough."""
-    numerics = problem.numerics
-    if longest <= least or not problem.windows.count:
+    longest, own = problem.numerics.longest_step, problem.base.integration_step
+    if longest <= own or not problem.windows.count:
         return problem
+    given = Hypothesis(), np.zeros(0), problem.first
+    return _with_steps(problem, *_halved(problem, given, longest, own, share))
+
+
+def refined(posed: Posed, at: Point, least: float) -> Posed:
+    """With a step that is fine enough for a hypothesis at some values, of `least` s at least.
+
+    The model as given may be smooth where this one has a lag shorter than the step.
+    """
+    problem, longest = posed.problem, posed.problem.base.integration_step
+    if problem.base.robot.contacts or longest <= least:
+        return posed
+    step, rough = _halved(replace(problem, rough_step=None), at, longest, least)
+    if step == longest:
+        return posed
+    longer = posed.longer and _with_steps(posed.longer, step, rough)
+    return replace(posed, problem=_with_steps(problem, step, rough), longer=longer)
+
+
+def _halved(
+    problem: Problem, at: Point, longest: float, least: float, share: float = 1.0
+) -> tuple[float, float]:
+    """The longest step from `longest` to `least` s that is fine enough, and for sensitivities."""
+    numerics = problem.numerics
     steps = [longest]
-    tried = [_stepped(problem, steps[0])]
+    tried = [_stepped(problem, at, longest)]
     while 0.5 * steps[-1] >= least:
-        after = _stepped(problem, 0.5 * steps[-1])
+        after = _stepped(problem, at, 0.5 * steps[-1])
         difference = replace(tried[-1], residual=tried[-1].residual - after.residual)
         moved = eliminate(difference)[0]
         if 0.5 * float((moved**2).sum()) < share * numerics.finer_nats:
@@ -155,20 +164,34 @@ def _halved(problem: Problem, longest: float, least: float, share: float = 1.0) 
         tried.append(after)
         steps.append(0.5 * steps[-1])
     alike = [_apart(linear, tried[-1]) < numerics.rough for linear in tried]
-    rough_step = steps[alike.index(True)]
-    base = problem.base.changed(integration_step=steps[-1])
-    return replace(problem, base=base, rough_step=rough_step)
+    return steps[-1], steps[alike.index(True)]
 
 
-def _stepped(problem: Problem, step: float) -> Linear:
+def _with_steps(problem: Problem, step: float, rough: float) -> Problem:
+    return replace(problem, base=problem.base.changed(integration_step=step), rough_step=rough)
+
+
+def _stepped(problem: Problem, at: Point, step: float) -> Linear:
     stepped = replace(problem, base=problem.base.changed(integration_step=step))
-    return stepped.linearised(Hypothesis(), np.zeros(0), problem.windows.measured[:, 0])
+    return stepped.linearised(*at)
 
 
 def _apart(rough: Linear, fine: Linear) -> float:
-    """By how much the sensitivity of most windows to their start differs, as a share of it."""
-    change = np.linalg.norm(rough.by_start - fine.by_start, axis=(1, 2))
-    size = np.linalg.norm(fine.by_start, axis=(1, 2))
+    """By how much sensitivities in most windows differ, as a share of them: the largest share.
+
+    Those to the start of a window are one, and those to each parameter.
+    """
+    shares = [_share(rough.by_start, fine.by_start)]
+    shares += [
+        _share(rough.by_theta[..., i : i + 1], fine.by_theta[..., i : i + 1])
+        for i in range(fine.by_theta.shape[-1])
+    ]
+    return max(shares)
+
+
+def _share(rough: Array, fine: Array) -> float:
+    change = np.linalg.norm(rough - fine, axis=(1, 2))
+    size = np.linalg.norm(fine, axis=(1, 2))
     return float(np.median(change / np.maximum(size, 1e-12)))
 
 

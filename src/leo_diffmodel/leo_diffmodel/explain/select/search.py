@@ -19,7 +19,7 @@ from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.problem.pose import Posed, refined
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select import stable
@@ -78,6 +78,10 @@ class Search:
         again = fit(other, fitted.hypothesis, fitted.theta, fitted.start)
         return fitted.lost(problem.train) - again.lost(problem.train)
 
+    def finer(self, least: float) -> Posed:
+        """With a step that is fine enough for the final hypothesis, of `least` s at least."""
+        return refined(self.posed, self.final.point, least)
+
     def known(self, names: Names) -> Scored | None:
         """A hypothesis by its effects, if it was fitted."""
         return next((s for s in self.sets if s.names == names), None)
@@ -128,10 +132,10 @@ def search(
     best = best if late else stable.narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
     scans = found.extensions[frozenset()].scans
-    at = _finished(fits, best, scans, until)
+    at = _finished(fits, best, scans, until, model.integration_step)
     if late and not (at.fit.certificate and at.fit.certificate.converged):
         best = best_ended(found)
-        at = _finished(fits, best, scans, until)
+        at = _finished(fits, best, scans, until, model.integration_step)
     final = _largest_first(fits, at)
     progress('the last fit', STEPS.end // 2)
     return Search(
@@ -148,9 +152,12 @@ def search(
     )
 
 
-def _finished(fits: Estimator, best: Scored, scans: Sequence[Scan], until: float) -> Estimate:
-    at = best.at._replace(posed=best.at.posed.before(until))
-    return fits.finished(at, _starts(best.fit, scans))
+def _finished(
+    fits: Estimator, best: Scored, scans: Sequence[Scan], until: float, step: float
+) -> Estimate:
+    """The last fit, with the integration step that it needs, of `step` s at least."""
+    posed = refined(best.at.posed.before(until), best.fit.point, step)
+    return fits.finished(best.at._replace(posed=posed), _starts(best.fit, scans))
 
 
 def _starts(fitted: Fit, scans: Sequence[Scan]) -> list[Array]:

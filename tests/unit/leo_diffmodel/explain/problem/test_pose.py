@@ -13,7 +13,7 @@ from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import degrees
-from leo_diffmodel.explain.problem.pose import pose
+from leo_diffmodel.explain.problem.pose import pose, refined
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import EFFECTS, place
 from leo_sim.model import Model
@@ -48,6 +48,24 @@ def test_what_is_predicted_stays_fine_and_its_slope_is_nearly_the_same(problem):
     assert np.array_equal(rough.residual, exact.residual)
     for a, b in ((rough.by_theta, exact.by_theta), (rough.by_start, exact.by_start)):
         assert 0 < np.linalg.norm(a - b) < 0.05 * np.linalg.norm(b)
+
+
+def test_a_step_that_is_fine_enough_without_a_lag_is_halved_for_a_fit_with_one():
+    model, tau = Model(POSITION, integration_step=1e-3), 4.1e-3
+    dead = place(POSITION, 'voltage_deadband', 'pivot', v=2.27)
+    lag = place(POSITION, 'actuator_lag', 'pivot', tau=tau)
+    data = record(POSITION, dead, lag, seconds=8, noise=(6e-4, 0.06), integration_step=1e-4)
+    posed, pool = pose([data], (), model), candidates(model)
+    assert refined(posed, fit(posed.problem, Hypothesis()).point, 1e-3) is posed
+    both = [next(c for c in pool if c.effect.name == e.effect.name) for e in (dead, lag)]
+    both = Hypothesis(tuple(limited(c, model, SETTINGS.grids) for c in both))
+    rough = fit(posed.problem, both, np.array([2.2, 3e-3]))
+    finer = refined(posed, rough.point, 1e-3).problem
+    assert finer.base.integration_step == 0.5 * posed.problem.base.integration_step
+    assert posed.problem.rough_step > finer.rough_step
+    fine = fit(finer, both, rough.theta, rough.start, thorough=True)
+    assert fine.loss.sum() < rough.loss.sum() - 10.0
+    assert fine.theta[1] == pytest.approx(tau, abs=4.0 * fine.standard_errors[1])
 
 
 def test_what_start_states_do_is_found_again_at_the_end_and_nearby_will_do(problem):
