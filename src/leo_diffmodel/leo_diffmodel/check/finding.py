@@ -10,7 +10,7 @@ from itertools import groupby
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.faults.base import Found
-from leo_diffmodel.outside.outside import LEFT_OUT, moved_from_outside, Stretch
+from leo_diffmodel.outside.outside import moved_from_outside, Stretch
 from leo_sim.model import Model
 
 OK, WARNING, ERROR = 'ok', 'warning', 'error'
@@ -81,8 +81,8 @@ def forces(recording: Recording, model: Model) -> list[Finding]:
     """One finding for each joint and kind of force from outside."""
     if model.robot.contacts and not recording.held:
         return []
-    found = [s for s in moved_from_outside([recording], model) if s.kind in LEFT_OUT]
-    groups = groupby(sorted(found, key=_kind), _kind)
+    found = sorted(moved_from_outside([recording], model), key=_kind)
+    groups = groupby(found, _kind)
     out = [_of_force(kind, list(stretches)) for (kind, _), stretches in groups]
     return out or [Finding('push', OK, 'no hand push, no collision')]
 

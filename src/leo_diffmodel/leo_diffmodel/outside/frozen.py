@@ -33,11 +33,6 @@ class Frozen:
     end: float
     at_end: bool
 
-    @property
-    def how(self) -> str:
-        """What the sensor does, in words."""
-        return 'stays at its largest value' if self.at_end else 'stands still'
-
 
 def frozen(recording: Recording) -> list[Frozen]:
     """Every stretch in which a sensor keeps one value and the other goes on."""

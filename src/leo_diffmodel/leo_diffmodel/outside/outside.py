@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What in a recording is not the robot: shoves, hands, stops, gaps, sensors at their end."""
+"""What in a recording is not the robot: shoves, hands, stops, frozen sensors, gaps."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
 Array = np.ndarray
+Span = tuple[float, float]
 FORCES = ('push', 'hand', 'blocked')
-LEFT_OUT = (*FORCES, 'held')
-"""Kinds of stretches that nothing is learned from; of these, only forces move the robot."""
+"""The kinds of stretches in which the robot is moved, or stopped."""
 HELD = 'all joints: stand before the first input where the model would move; held by a hand?'
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of a recording that is not the robot.
+    """A stretch of a recording in which somebody else moves or holds the robot.
 
     Attributes:
         source: number of the recording in the list.
         begin: since the recording's first state [s].
         end: the same [s].
         why: a sentence without a full stop, beginning with the joint.
-        kind: push (short), hand (lasting), blocked, held, gap or clipped.
+        kind: push (short), hand (lasting), blocked or held.
     """
 
     source: int
@@ -47,13 +47,13 @@ class Stretch:
 
 
 def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[Stretch]:
-    """Everything in the recordings that is not the robot, in order of recording and time.
+    """Where somebody else moves or holds the robot, in order of recording and time.
 
     The torque that the model lacks is explained, joint by joint and bag by bag, by whatever
     ordinary effects can give it (`ordinary`). What stands far out of the rest for a moment is a
     push; where a large part is left over nearly always, a hand did the work. Of a robot that
-    stands on the ground only gaps, frozen sensors and standing before the first input are looked
-    for, unless its base is held.
+    stands on the ground only standing before the first input is looked for, unless its base is
+    held.
 
     The model may lack friction, have a payload twice as large, a gain 20 % off.
     """
@@ -87,23 +87,33 @@ def without(recordings: Sequence[Recording], stretches: Sequence[Stretch]) -> li
     """
     out = []
     for source, recording in enumerate(recordings):
-        spans = cuts(source, stretches)
+        spans = _cuts(_spans(source, stretches))
         pieces = kept(recording, spans, OUTSIDE.least_piece) if spans else recording
         out += [] if pieces is None else [pieces]
     return out
 
 
-def cuts(source: int, stretches: Sequence[Stretch]) -> list[tuple[float, float]]:
-    """Begin and end [s] of what is to be cut out of one recording, in order and apart."""
-    spans = [(a - OUTSIDE.margin, b + OUTSIDE.margin) for a, b in _spans(source, stretches)]
-    return list(merged(spans, OUTSIDE.least_piece))
+def not_the_robot(recording: Recording, model: Model) -> list[Span]:
+    """Begin and end [s] of all that is to be cut out of a recording: frozen sensors and gaps, too.
+
+    They are with their margins, in order and apart.
+    """
+    stretches = moved_from_outside([recording], model)
+    spans = [*_spans(0, stretches), *((f.begin, f.end) for f in frozen(recording))]
+    return _cuts([*spans, *_gaps(recording)])
 
 
-def _spans(source: int, stretches: Sequence[Stretch]) -> list[tuple[float, float]]:
+def _cuts(spans: Iterable[Span]) -> list[Span]:
+    """Stretches of time of one recording with their margins, in order and apart."""
+    wide = [(begin - OUTSIDE.margin, end + OUTSIDE.margin) for begin, end in spans]
+    return list(merged(wide, OUTSIDE.least_piece))
+
+
+def _spans(source: int, stretches: Sequence[Stretch]) -> list[Span]:
     return [(s.begin, s.end) for s in stretches if s.source == source]
 
 
-def _within(t: Array, spans: Iterable[tuple[float, float]]) -> Array:
+def _within(t: Array, spans: Iterable[Span]) -> Array:
     inside = np.zeros(len(t), dtype=bool)
     for begin, end in spans:
         inside |= (t >= begin) & (t <= end)
@@ -112,20 +122,11 @@ def _within(t: Array, spans: Iterable[tuple[float, float]]) -> Array:
 
 def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
     true = with_true_rates(recording)
-    clipped = [
-        (f.begin, f.end, f'{f.joint}: its {f.sensor} {f.how} while the joint moves')
-        for f in frozen(recording)
-    ]
-    found = [
-        *_gaps(recording),
-        *(Stretch(0, begin, end, why, 'clipped') for begin, end, why in clipped),
-        *(Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)),
-        *_forces(true, model),
-    ]
-    return [replace(s, source=source) for s in found]
+    before = [Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)]
+    return [replace(s, source=source) for s in (*before, *_forces(true, model))]
 
 
-def _gaps(recording: Recording) -> list[Stretch]:
+def _gaps(recording: Recording) -> list[Span]:
     """Between episodes that a gap parts, and within episodes where samples are missing."""
     limit = max(OUTSIDE.gap_periods * period(recording), OUTSIDE.gap_seconds)
     parted = any('gaps; split there' in w for w in recording.warnings)
@@ -135,11 +136,7 @@ def _gaps(recording: Recording) -> list[Stretch]:
         for e in recording.episodes
         for k in np.flatnonzero(np.diff(e.t) > limit)
     ]
-    return [
-        Stretch(0, a, b, 'joint states are missing', 'gap')
-        for a, b in (*edges, *inner)
-        if b - a > limit
-    ]
+    return [(a, b) for a, b in (*edges, *inner) if b - a > limit]
 
 
 def _forces(recording: Recording, model: Model) -> list[Stretch]:

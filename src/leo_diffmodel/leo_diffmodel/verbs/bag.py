@@ -178,12 +178,12 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
 
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.compare.known import with_known
-    from leo_diffmodel.outside.outside import cuts, moved_from_outside
+    from leo_diffmodel.outside.outside import not_the_robot
     from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)
     recording = read_bag(options.bag, model.robot, options.topic_map)
-    return cuts(0, moved_from_outside([recording], with_known(model, [recording])))
+    return not_the_robot(recording, with_known(model, [recording]))
 
 
 def _fix(argv: list[str]) -> int:

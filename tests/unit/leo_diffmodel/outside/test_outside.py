@@ -16,7 +16,8 @@ from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.check.finding import ERROR, forces
 from leo_diffmodel.compare.sizes import gravity_scale
-from leo_diffmodel.outside.outside import moved_from_outside, share_outside, without
+from leo_diffmodel.outside.frozen import frozen
+from leo_diffmodel.outside.outside import moved_from_outside, not_the_robot, share_outside, without
 from leo_diffmodel.verbs.bag import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot, Robot
@@ -123,7 +124,7 @@ FALSE_RATES = {
 def test_a_false_rate_changes_nothing_of_what_is_found(recording, what):
     robot = PENDULUM if recording.input == 'voltage' else TORQUE
     false = spoilt(recording, dq=FALSE_RATES[what](recording.episodes[0].dq))
-    kinds = [[k for k, *_ in found(r, robot) if k != 'clipped'] for r in (recording, false)]
+    kinds = [[k for k, *_ in found(r, robot)] for r in (recording, false)]
     assert kinds[0] == kinds[1]
 
 
@@ -154,12 +155,15 @@ def test_a_weak_motor_that_its_weight_stops_is_not_blocked():
     assert found(stopped, TORQUE) == []
 
 
-def test_a_speed_at_its_largest_value_is_clipped():
+def test_a_speed_at_its_largest_value_is_cut_out():
     clean = record(PENDULUM, seconds=SECONDS)
     dq = clean.episodes[0].dq
     most = float(np.quantile(np.abs(dq), 0.8))
-    kinds = {k for k, *_ in found(spoilt(clean, dq=np.clip(dq, -most, most)), PENDULUM)}
-    assert 'clipped' in kinds
+    clipped = spoilt(clean, dq=np.clip(dq, -most, most))
+    assert not_the_robot(clean, Model(PENDULUM)) == []
+    spans = [(f.begin, f.end) for f in frozen(clipped)]
+    cut = not_the_robot(clipped, Model(PENDULUM))
+    assert spans and all(any(a < begin and end < b for a, b in cut) for begin, end in spans)
 
 
 def test_missing_samples_are_a_gap_and_no_force():
@@ -167,9 +171,8 @@ def test_missing_samples_are_a_gap_and_no_force():
     some = np.r_[0:500, 508:2000]
     arrays = {n: getattr(e, n)[some] for n in ('t', 'q', 'dq', 'inputs', 'enabled')}
     gappy = replace(record(PENDULUM, seconds=SECONDS), episodes=(Episode(**arrays),))
-    stretches = moved_from_outside([gappy], Model(PENDULUM))
-    assert [(s.kind, s.begin, s.end) for s in stretches] == [('gap', 4.99, 5.08)]
-    assert share_outside([gappy], stretches) == 0.0
+    assert moved_from_outside([gappy], Model(PENDULUM)) == []
+    assert not_the_robot(gappy, Model(PENDULUM)) == [pytest.approx((4.89, 5.18))]
 
 
 def test_without_splits_there_and_drops_short_pieces():
@@ -229,7 +232,9 @@ def test_leo_bag_cut_leaves_out_a_shove(tmp_path, capsys):
     assert f'next: leo bag info {new}' in capsys.readouterr().out
     episodes = read_bag(new, PENDULUM).episodes
     assert len(episodes) == 2
-    assert moved_from_outside([read_bag(new, PENDULUM)], Model(PENDULUM))[0].kind == 'gap'
+    (gap,) = pairwise(episodes)
+    edges = gap[0].t[-1] - 0.1, gap[1].t[0] + 0.1
+    assert not_the_robot(read_bag(new, PENDULUM), Model(PENDULUM))[0] == pytest.approx(edges)
     with pytest.raises(UserError, match='--model'):
         main(['cut', str(whole), '-o', str(tmp_path / 'x'), '--without-outside'])
 

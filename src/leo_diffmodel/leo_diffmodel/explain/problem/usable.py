@@ -15,13 +15,7 @@ from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import find_faults
 from leo_diffmodel.faults.mending import all_mended, pooled
-from leo_diffmodel.outside.outside import (
-    LEFT_OUT,
-    moved_from_outside,
-    share_outside,
-    Stretch,
-    without,
-)
+from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Stretch, without
 from leo_sim.model import Model
 
 
@@ -120,7 +114,7 @@ class Cut:
         if as_given:
             return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]
-        found = [s for s in moved_from_outside(everything, model) if s.kind in LEFT_OUT]
+        found = moved_from_outside(everything, model)
         mine = [s for s in found if s.source < len(recordings)]
         later = [replace(s, source=s.source - len(recordings)) for s in found if s not in mine]
         kept = without(recordings, mine) if mine else recordings

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.outside.outside import LEFT_OUT, moved_from_outside, share_outside, Stretch
+from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Stretch
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import numbered, percent
 from leo_sim.model import Model
@@ -14,7 +14,7 @@ from leo_sim.model import Model
 
 def section(recordings: Sequence[Recording], model: Model) -> Section:
     """Every stretch of the recordings with its bag, times and reason, by the model as given."""
-    found = [s for s in moved_from_outside(recordings, model) if s.kind in LEFT_OUT]
+    found = moved_from_outside(recordings, model)
     numbers = numbered(recordings)
     values = {
         'share': percent(share_outside(recordings, found)),
