@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 import time
 
@@ -65,16 +66,12 @@ def compare(
     recordings = at_one_rate(recordings)
     step = errors.step_seconds(recordings, step)
     progress('noise')
-    try:
+    with enough(recordings):
         windows = windows_up_to(COMPARE.horizon_seconds, thin(recordings), model, step)
         one = max(step, float(np.median(windows.dt)))  # a sample, where they are thinned
         ahead = errors.horizon_windows(recordings, model, one)
         model = fast_enough(model, ahead)
         sigma = noise.estimate(model, noise.short_windows(recordings))
-    except np.linalg.LinAlgError as error:
-        raise UserError(beyond(recordings)) from error
-    except ValueError as error:
-        raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
     progress('predictions')
     prediction = errors.predict_windows(stepped(model, windows, sigma), windows, sigma)
     near = errors.predict_windows(model, ahead, sigma)
@@ -96,13 +93,23 @@ def compare(
     return Comparison(data, missing, places, prediction)
 
 
-def beyond(recordings: Sequence[Recording]) -> str:
-    """What to say where the model cannot follow what a recording holds."""
-    worst = max(recordings, key=_fastest)
-    return (
-        f'{worst.path}: the model cannot follow rates up to {_fastest(worst):.3g} rad/s; '
-        'check units and scale in the topic map'
-    )
+@contextmanager
+def enough(recordings: Sequence[Recording], wanted: str = 'at least 2 s') -> Iterator[None]:
+    """Say of recordings that give no windows or no noise what to record instead.
+
+    Raises:
+        UserError: they are too short, or hold what the model cannot follow.
+    """
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        worst = max(recordings, key=_fastest)
+        raise UserError(
+            f'{worst.path}: the model cannot follow rates up to {_fastest(worst):.3g} rad/s; '
+            'check units and scale in the topic map'
+        ) from error
+    except ValueError as error:
+        raise UserError(f'{recordings[0].path}: {error}; record {wanted}') from error
 
 
 def _fastest(recording: Recording) -> float:

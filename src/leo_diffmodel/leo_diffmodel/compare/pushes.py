@@ -117,9 +117,6 @@ def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> 
     return windows.measured[:, 0] + step[:, :states]
 
 
-SCHEMES = ('search', 'training')
-
-
 def fast_enough(model: Model, windows: Windows) -> Model:
     """The model with the coarsest of its schemes that is as good on short windows of the data.
 

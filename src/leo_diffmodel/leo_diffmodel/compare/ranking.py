@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
-from leo_diffmodel.compare.comparison import beyond, windows_up_to
+from leo_diffmodel.compare.comparison import enough, windows_up_to
 from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.compare.pushes import stepped
 from leo_diffmodel.compare.settings import COMPARE
@@ -122,19 +122,14 @@ def half_seconds(
     Raises:
         UserError: too short for a single window, or rates that no model can follow.
     """
-    needy = max(models.values(), key=errors.has_memory)
-    try:
+    needy, found = max(models.values(), key=errors.has_memory), []
+    with enough(recordings):
         shortest = errors.step_seconds(recordings, step)
         windows = windows_up_to(COMPARE.budget_seconds, thin(recordings), needy, shortest)
-        found = []
         for name, model in models.items():
             progress(f'noise with {name}')
             found.append(noise.estimate(model, noise.short_windows(recordings)))
-        return windows, np.min(found, axis=0)
-    except np.linalg.LinAlgError as error:
-        raise UserError(beyond(recordings)) from error
-    except ValueError as error:
-        raise UserError(f'{recordings[0].path}: {error}; record at least 2 s') from error
+    return windows, np.min(found, axis=0)
 
 
 def _held(windows: Windows, blocks: Blocks, recordings: Sequence[Recording]) -> Windows:

@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
-from leo_diffmodel.compare.comparison import beyond
+from leo_diffmodel.compare.comparison import enough
 from leo_diffmodel.compare.headline import Headline, headline
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import fast_enough, predict
@@ -20,7 +20,6 @@ from leo_diffmodel.explain.findings.held_out import held_out
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_msgs_py.errors import UserError
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -83,14 +82,10 @@ class Scene:
         known = with_known(model, everything)
         step = errors.step_seconds(everything, step)
         blocks = make_blocks(everything[: len(recordings)], everything[len(recordings) :])
-        try:
+        with enough(everything, '20 s or more'):
             known = fast_enough(known, cut(everything, step))
             sigma = noise.estimate(known, noise.short_windows(everything))
             held, train = _held(everything, known, blocks), _train(everything, known, blocks)
-        except np.linalg.LinAlgError as error:
-            raise UserError(beyond(everything)) from error
-        except ValueError as error:
-            raise UserError(f'{everything[0].path}: {error}; record 20 s or more') from error
         found = {c.label: limited(c, known, SETTINGS.grids) for c in candidates(known, extra)}
         timeline, data = Timeline.of(everything), tuple(everything)
         return cls(model, known, data, sigma, blocks, held, train, step, found, timeline)
