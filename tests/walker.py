@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.next_run.menu import MotionRun, performed
+from leo_diffmodel.next_run.menu import MotionRun
+from leo_diffmodel.next_run.simulate import performed
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import Placed
 from leo_sim.model import Model

@@ -88,7 +88,7 @@ def dry_run(
     period = robot.control_period
     return DryRun(
         _travels(robot, episode),
-        tuple(said for _, said in sorted(_hits(model, episode, held))) if finite else (),
+        _hits(model, episode, held) if finite else (),
         period * (whole.count - run.count),
         period * run.count,
         finite,
@@ -110,9 +110,10 @@ def _travels(robot: Robot, episode: Episode) -> tuple[Travel, ...]:
     return tuple(out)
 
 
-def _hits(model: Model, episode: Episode, held: bool) -> list[tuple[float, str]]:
-    """When, and a sentence."""
-    return [*_stops(model.robot, episode), *_ground(model, episode, held)]
+def _hits(model: Model, episode: Episode, held: bool) -> tuple[str, ...]:
+    """What it runs into, first things first."""
+    found = [*_stops(model.robot, episode), *_ground(model, episode, held)]
+    return tuple(said for _, said in sorted(found))
 
 
 def _stops(robot: Robot, episode: Episode) -> list[tuple[float, str]]:

@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.next_run.reach import Reach
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
-from leo_sim.model import Model
-from leo_sim.task.motions import check_motion, MOTIONS, Routine
+from leo_sim.task.motions import check_motion, MOTIONS
 
 Array = np.ndarray
 Shape = Callable[[Array, np.random.Generator], Array]
@@ -207,48 +205,3 @@ def _can(robot: Robot, motion: str) -> bool:
     except UserError:
         return False
     return True
-
-
-def performed(run: MotionRun, model: Model, period: float) -> tuple[Episode, ...]:
-    """The motion as a model performs it, without noise, states every `period` s."""
-    robot, rng = model.robot, np.random.default_rng(run.seed)
-    repeat = max(1, round(robot.control_period / period))
-    dt = robot.control_period / repeat
-    routine, track = Routine(robot, run.motion, run.seed), _Track(dt)
-    state = model.start(routine.start, rng)
-    for _ in range(round(min(run.seconds, NEXT.tried_seconds) / robot.control_period)):
-        volts = routine.volts(*model.sense(state))
-        if volts is None:
-            track.cut()
-            state = model.start(routine.start, rng, track.seconds)
-            continue
-        for _ in range(repeat):
-            track.add(*model.sense(state), volts)
-            state = model.step(state, volts, dt)
-    track.cut()
-    return tuple(track.episodes)
-
-
-class _Track:
-    def __init__(self, dt: float) -> None:
-        self.episodes: list[Episode] = []
-        self._rows: list[tuple[Array, ...]] = []
-        self._dt, self._count = dt, 0
-
-    @property
-    def seconds(self) -> float:
-        """Since the run began, at the last cut."""
-        return self._dt * self._count
-
-    def add(self, *row: Array) -> None:
-        """Angles, rates and inputs held from then on."""
-        self._rows.append(row)
-
-    def cut(self) -> None:
-        """The robot is put up again, or done."""
-        if len(self._rows) > 1:
-            q, dq, inputs = (np.array(column) for column in zip(*self._rows, strict=True))
-            t = self._dt * (self._count + np.arange(len(q), dtype=np.float64))
-            self.episodes.append(Episode(t, q, dq, inputs, np.ones(inputs.shape, dtype=bool)))
-        self._count += len(self._rows) + 1
-        self._rows = []

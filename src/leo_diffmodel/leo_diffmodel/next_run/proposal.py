@@ -17,11 +17,10 @@ from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut, sample_period
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.next_run.menu import menu, MotionRun, walker_menu
-from leo_diffmodel.next_run.possible import of_answers, of_explanation
 from leo_diffmodel.next_run.questions import fit_all, Fitted, questions
 from leo_diffmodel.next_run.reach import Seen, seen
 from leo_diffmodel.next_run.run_file import Run
-from leo_diffmodel.next_run.safety import tamed
+from leo_diffmodel.next_run.safety import of_answers, of_explanation, tamed
 from leo_diffmodel.next_run.separate import is_shown, separable, shown
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import simulate

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.next_run.menu import MotionRun, performed
+from leo_diffmodel.next_run.menu import MotionRun
 from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.settings import NEXT
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 from leo_sim.model.state import State
-from leo_sim.task.motions import MOTIONS
+from leo_sim.task.motions import MOTIONS, Routine
 
 Array = np.ndarray
 
@@ -54,8 +56,7 @@ def from_states(
 ) -> list[Recording]:
     """Runs of one length as the model predicts them from states, one a run, all `held` or none."""
     robot = model.robot
-    repeat = max(1, round(robot.control_period / period))
-    dt = robot.control_period / repeat
+    repeat, dt = _steps(robot, period)
     inputs = np.stack([np.repeat(r.inputs, repeat, axis=0) for r in runs])
     on = np.stack([np.repeat(r.enabled, repeat) for r in runs])
     enabled = np.broadcast_to(on[..., None], inputs.shape)
@@ -66,6 +67,56 @@ def from_states(
         _recording(run, model, (Episode(t, q[i, :-1], dq[i, :-1], inputs[i], enabled[i]),))
         for i, run in enumerate(runs)
     ]
+
+
+def _steps(robot: Robot, period: float) -> tuple[int, float]:
+    """In how many steps a control period is simulated, and how long one is [s]."""
+    repeat = max(1, round(robot.control_period / period))
+    return repeat, robot.control_period / repeat
+
+
+def performed(run: MotionRun, model: Model, period: float) -> tuple[Episode, ...]:
+    """The motion as a model performs it, without noise, states every `period` s."""
+    robot, rng = model.robot, np.random.default_rng(run.seed)
+    repeat, dt = _steps(robot, period)
+    routine, track = Routine(robot, run.motion, run.seed), _Track(dt)
+    state = model.start(routine.start, rng)
+    for _ in range(round(min(run.seconds, NEXT.tried_seconds) / robot.control_period)):
+        volts = routine.volts(*model.sense(state))
+        if volts is None:
+            track.cut()
+            state = model.start(routine.start, rng, track.seconds)
+            continue
+        for _ in range(repeat):
+            track.add(*model.sense(state), volts)
+            state = model.step(state, volts, dt)
+    track.cut()
+    return tuple(track.episodes)
+
+
+class _Track:
+    def __init__(self, dt: float) -> None:
+        self.episodes: list[Episode] = []
+        self._rows: list[tuple[Array, ...]] = []
+        self._dt, self._count = dt, 0
+
+    @property
+    def seconds(self) -> float:
+        """Since the run began, at the last cut."""
+        return self._dt * self._count
+
+    def add(self, *row: Array) -> None:
+        """Angles, rates and inputs held from then on."""
+        self._rows.append(row)
+
+    def cut(self) -> None:
+        """The robot is put up again, or done."""
+        if len(self._rows) > 1:
+            q, dq, inputs = (np.array(column) for column in zip(*self._rows, strict=True))
+            t = self._dt * (self._count + np.arange(len(q), dtype=np.float64))
+            self.episodes.append(Episode(t, q, dq, inputs, np.ones(inputs.shape, dtype=bool)))
+        self._count += len(self._rows) + 1
+        self._rows = []
 
 
 def _recording(run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]) -> Recording:

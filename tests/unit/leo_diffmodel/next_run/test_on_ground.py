@@ -6,13 +6,13 @@ import pytest
 
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.next_run.menu import MotionRun, performed, walker_menu
+from leo_diffmodel.next_run.menu import MotionRun, walker_menu
 from leo_diffmodel.next_run.proposal import Proposal
 from leo_diffmodel.next_run.reach import Reach, Seen
 from leo_diffmodel.next_run.run_file import read_run, write_run
 from leo_diffmodel.next_run.safety import tamed
 from leo_diffmodel.next_run.separate import separable
-from leo_diffmodel.next_run.simulate import simulate
+from leo_diffmodel.next_run.simulate import performed, simulate
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place

@@ -10,10 +10,9 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.next_run.menu import menu, walker_menu
-from leo_diffmodel.next_run.possible import of_answers, values
 from leo_diffmodel.next_run.reach import Reach, Seen, seen
 from leo_diffmodel.next_run.run_file import Run
-from leo_diffmodel.next_run.safety import room, tamed
+from leo_diffmodel.next_run.safety import of_answers, room, tamed, values
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import simulate
 from leo_sim.description.robot import load_robot, Robot
