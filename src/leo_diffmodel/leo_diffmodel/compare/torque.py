@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -20,6 +20,8 @@ from leo_diffmodel.compare.windows import cut, per_window, sample_period, spread
 from leo_sim.model import Model
 
 Array = np.ndarray
+MOST_DRAWN = 1500
+"""Windows whose torque a page shows."""
 NO_ARRAYS = ('windows', 'untrusted')
 """Attributes of `MissingTorque` that have no row for each window."""
 
@@ -156,6 +158,20 @@ def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> Miss
     joints = windows.q.shape[-1]
     replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
     return estimate(model, replayed, sigma)
+
+
+def lacking_and_supposed(
+    recordings: Sequence[Recording], model: Model, others: Mapping[str, Model], sigma: Array
+) -> tuple[MissingTorque, dict[str, Array]]:
+    """What a model lacks, in windows as many as a page can draw, each with a past.
+
+    Returns:
+        the estimate, and what it would be by each other model [N m], shape (W, J).
+    """
+    windows = cut(recordings, window_seconds(recordings), history=COMPARE.history)
+    found = trusted(estimate(model, spread_out(windows, MOST_DRAWN), sigma), model)
+    parts = {name: supposed(model, m, found.windows, sigma) for name, m in others.items()}
+    return found, {name: part.torque for name, part in parts.items()}
 
 
 def in_parts(

@@ -8,9 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.noise import HISTORY
-from leo_diffmodel.compare.torque import estimate, supposed, trusted, window_seconds
-from leo_diffmodel.compare.windows import cut, spread_out
+from leo_diffmodel.compare.torque import lacking_and_supposed
 from leo_diffmodel.datasheet.measure import Measured
 from leo_diffmodel.datasheet.words import errors_in_words, figures, friction, values_of
 from leo_diffmodel.report.page import render, Section
@@ -18,8 +16,6 @@ from leo_diffmodel.report.sections import missing, origin
 from leo_diffmodel.report.text import nats, source
 from leo_msgs_py.whole_file import write_whole
 
-MOST_WINDOWS = 1500
-"""That torques are estimated in."""
 USUAL = 'Coulomb, viscous'
 """The law that most simulators have, drawn beside the chosen one."""
 
@@ -61,14 +57,8 @@ def _tables(data: Mapping[str, Any]) -> Section:
 
 def _torque(found: Measured, recordings: Sequence[Recording]) -> Section:
     """The torque that the motor without friction lacks, and what the laws make of it."""
-    windows = cut(recordings, window_seconds(recordings), history=HISTORY)
-    sigma, rungs = found.posed.problem.sigma, found.ladder.rungs
-    bare = found.held.model(found.ladder.without)
-    measured = trusted(estimate(bare, spread_out(windows, MOST_WINDOWS), sigma), bare)
-    good = [found.ladder.chosen[0].name, *(r.name for r in found.ladder.rivals)]
-    curves = {
-        rung.name: supposed(bare, found.held.model(s.fit), measured.windows, sigma).torque
-        for rung, s in rungs
-        if rung.name in (*good, USUAL)
-    }
+    bare, sigma = found.held.model(found.ladder.without), found.posed.problem.sigma
+    drawn = {found.ladder.chosen[0].name, *(r.name for r in found.ladder.rivals), USUAL}
+    laws = {r.name: found.held.model(s.fit) for r, s in found.ladder.rungs if r.name in drawn}
+    measured, curves = lacking_and_supposed(recordings, bare, laws, sigma)
     return missing.section(measured, found.model.robot, curves)

@@ -12,11 +12,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.errors import horizon_table, horizon_windows, Prediction
 from leo_diffmodel.compare.headline import Headline
-from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.compare.torque import estimate, MissingTorque, supposed, trusted, window_seconds
+from leo_diffmodel.compare.torque import lacking_and_supposed, MissingTorque
 from leo_diffmodel.compare.where import where as places_of
-from leo_diffmodel.compare.windows import cut, spread_out
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.select.search import Search
@@ -45,7 +43,6 @@ from leo_sim.model import Model
 
 OUTSIDE = re.compile(r'moved from outside', re.IGNORECASE)
 MOST_WINDOWS = 100
-MOST_TORQUE_WINDOWS = 1500
 MOST_CURVES = 4
 Array = np.ndarray
 
@@ -147,14 +144,8 @@ def trace(
     own = final.hypothesis.model(base, final.theta).by_recording  # no other fit has the held-out
     base = base.changed(by_recording=own)
     model = found.null.hypothesis.model(base, found.null.theta)
-    windows = cut(recordings, window_seconds(recordings), history=HISTORY)
-    windows = spread_out(windows, MOST_TORQUE_WINDOWS)
-    measured = trusted(estimate(model, windows, sigma), model)
-    curves = {}
-    for name, fitted in _leading(found):
-        true = fitted.hypothesis.model(base, fitted.theta)
-        curves[name] = supposed(model, true, measured.windows, sigma).torque
-    return model, measured, curves
+    true = {name: fit.hypothesis.model(base, fit.theta) for name, fit in _leading(found)}
+    return model, *lacking_and_supposed(recordings, model, true, sigma)
 
 
 def _leading(found: Search) -> list[tuple[str, Fit]]:
