@@ -21,18 +21,16 @@ from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.sections import (
     budget,
+    decided,
     edited,
-    gates,
     health,
     horizon,
     hypotheses,
+    left_out,
     missing,
     moving,
     origin,
-    outside,
-    stability,
     unknown,
-    untested,
     verdict,
     where,
 )
@@ -65,11 +63,11 @@ def write_explanation(
     if cut := OUTSIDE.search(explanation.sentence):
         search = explanation.search
         given = search.problem.base if search else explanation.model
-        sections.append(outside.section(recordings, given))
+        sections.append(left_out.stretches(recordings, given))
     if explanation.search is not None or not cut:
-        sections.append(untested.section(explanation.not_testable))
+        sections.append(left_out.effects(explanation.not_testable))
     if explanation.settings:
-        sections.append(gates.section(explanation.settings, explanation.search))
+        sections.append(decided.gates(explanation.settings, explanation.search))
     sections.append(origin.section(explanation.provenance, recordings, explanation.seconds))
     title = f'{explanation.model.robot.name}: what the model lacks'
     write_whole(path, render(title, source(recordings), sections, watch))
@@ -96,7 +94,7 @@ def _evidence(explanation: Explanation) -> list[Section]:
             Headline(errors['statistic'], errors['ladder'][0]['seconds']).short,
             found.problem.gates,
         ),
-        stability.section(explanation.stability, explanation.effects, explanation.settings),
+        decided.stability(explanation.stability, explanation.effects, explanation.settings),
         horizon.held_out(errors, bool(explanation.effects), training),
         health.section(found, errors),
     ]

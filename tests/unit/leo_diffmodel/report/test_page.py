@@ -19,7 +19,7 @@ from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report.compared import write_comparison
 from leo_diffmodel.report.explained import write_explanation
-from leo_diffmodel.report.sections import budget, horizon, hypotheses, stability, untested
+from leo_diffmodel.report.sections import budget, decided, horizon, hypotheses, left_out
 from leo_diffmodel.report.sections import missing as missing_section
 from leo_diffmodel.report.sections import verdict as verdict_section
 from leo_diffmodel.report.sections import where as where_section
@@ -150,7 +150,7 @@ def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, t
 
 def test_an_answer_is_a_bar_beside_the_other_sets():
     rows = [{'effects': [f'armature:{n}'] if n else [], 'share': 0.1} for n in range(10)]
-    values = stability.section(rows, [], SETTINGS.gates.to_json()).values
+    values = decided.stability(rows, [], SETTINGS.gates.to_json()).values
     assert [s['mine'] for s in values['sets']] == [True] + 6 * [False]
     assert values['sets'][0]['name'] == 'nothing is missing'
     assert values['sets'][-1] == {
@@ -343,7 +343,7 @@ def test_what_could_not_be_tested_is_told_once_for_each_reason():
             ('c', 'x', 'too slow'),
         )
     ]
-    first, second = untested.section(rows).values['rows']
+    first, second = left_out.effects(rows).values['rows']
     assert first == {
         'why': 'no swing',
         'effects': [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}],

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What was left out because something else than the robot moved it."""
+"""What was left out: stretches that something else moved, effects that these data cannot test."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Stretch
@@ -12,7 +13,7 @@ from leo_diffmodel.report.text import numbered, percent
 from leo_sim.model import Model
 
 
-def section(recordings: Sequence[Recording], model: Model) -> Section:
+def stretches(recordings: Sequence[Recording], model: Model) -> Section:
     """Every stretch of the recordings with its bag, times and reason, by the model as given."""
     found = moved_from_outside(recordings, model)
     numbers = numbered(recordings)
@@ -27,3 +28,15 @@ def section(recordings: Sequence[Recording], model: Model) -> Section:
 def _row(stretch: Stretch, bag: str) -> dict[str, str]:
     time = f'{max(0.0, stretch.begin):.1f} … {stretch.end:.1f}\u00a0s'
     return {'bag': bag, 'time': time, 'kind': stretch.kind, 'why': stretch.why}
+
+
+def effects(not_testable: Sequence[Mapping[str, Any]]) -> Section:
+    """Rows {name, where, why} of explain.json, one for each reason with its effects and places."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for row in not_testable:
+        found.setdefault(row['why'], {}).setdefault(row['name'], []).append(row['where'])
+    rows = [
+        {'why': why, 'effects': [{'name': n, 'where': w} for n, w in places.items()]}
+        for why, places in found.items()
+    ]
+    return Section('untested.html', {'rows': rows})
