@@ -11,6 +11,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 
 from .episode import Episode, Recording
+from .states import in_our_units
 from .topic_map import JointMap, TopicMap
 from .types import at_rows, Floats
 from .zoh import average
@@ -76,19 +77,10 @@ def _held_later(stamps: np.ndarray, values: Floats, seconds: float) -> Floats:
 def _in_our_units(
     e: Episode, joints: Sequence[JointMap], motors: Sequence[JointMap], kind: str, scale: float
 ) -> Episode:
-    def of(maps: Sequence[JointMap], name: str) -> Floats:
-        return np.array([float(getattr(m, name)) for m in maps])
-
-    sign, zero = of(joints, 'sign'), of(joints, 'speed_zero')
-    goal_zero = of(motors, 'offset') if kind == 'position' else 0.0
+    q, dq, effort = in_our_units((e.q, e.dq, e.effort), joints)
+    zero = np.array([m.offset for m in motors]) if kind == 'position' else 0.0
     factors = np.array([(m.input_sign or m.sign) * m.input_scale * scale for m in motors])
-    return replace(
-        e,
-        q=sign * of(joints, 'scale') * e.q + of(joints, 'offset'),
-        dq=sign * of(joints, 'speed_scale') * (e.dq - zero),
-        inputs=e.inputs * factors + goal_zero,
-        effort=None if e.effort is None else sign * e.effort,
-    )
+    return replace(e, q=q, dq=np.asarray(dq), effort=effort, inputs=e.inputs * factors + zero)
 
 
 def _on_time(

@@ -66,7 +66,7 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     (log, published, stamp, columns), notes = found
     if columns[0] is None:
         raise UserError(f'the messages on {topic.name} have no positions')
-    q, dq, effort = _ours(columns, [topic_map.joint(name) for name in joints])
+    q, dq, effort = in_our_units(columns, [topic_map.joint(name) for name in joints])
     stamped = bool(stamp.any())
     states = StateLog(log, published, stamp if stamped else log, q, dq, effort, 0, stamped, notes)
     return _clean(states, topic.name)
@@ -96,6 +96,22 @@ def median_step(stamps: Stamps) -> float:
     return float(np.median(forward)) * 1e-9 if forward.size else 0.0
 
 
+def in_our_units(
+    columns: Sequence[Floats | None], maps: Sequence[JointMap]
+) -> tuple[Floats, Floats | None, Floats | None]:
+    """Return angles, speeds and efforts in our units, signs and zeros."""
+    q, dq, effort = columns
+    sign, scale, offset, fast, zero = (
+        np.array([float(getattr(m, name)) for m in maps])
+        for name in ('sign', 'scale', 'offset', 'speed_scale', 'speed_zero')
+    )
+    return (
+        sign * scale * np.asarray(q) + offset,
+        None if dq is None else sign * fast * (dq - zero),
+        None if effort is None else sign * effort,
+    )
+
+
 def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterator[Row]:
     """Yield the messages, those that have none of the joints without fields."""
     wanted = [topic_map.joint(name).name for name in joints]
@@ -123,22 +139,6 @@ def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) 
     whole = np.full(width, np.nan)
     whole[list(ours)] = field[order]
     return whole
-
-
-def _ours(
-    columns: Sequence[Floats | None], maps: Sequence[JointMap]
-) -> tuple[Floats, Floats | None, Floats | None]:
-    """Return angles, speeds and efforts in our units, signs and zeros."""
-    q, dq, effort = columns
-    sign, scale, offset, fast, zero = (
-        np.array([float(getattr(m, name)) for m in maps])
-        for name in ('sign', 'scale', 'offset', 'speed_scale', 'speed_zero')
-    )
-    return (
-        sign * scale * np.asarray(q) + offset,
-        None if dq is None else sign * fast * (dq - zero),
-        None if effort is None else sign * effort,
-    )
 
 
 def _other_joints(

@@ -58,10 +58,10 @@ def mapped(recording: Recording, faults: Sequence[Found]) -> Recording:
 def without(recording: Recording, found: Sequence[Found]) -> Recording | None:
     """The recording without the stretches of faults; None where nothing is left."""
     around = LIMITS.around
-    spans = sorted((a - around, b + around) for f in found for a, b in f.where)
+    spans = [(a - around, b + around) for f in found for a, b in f.where]
     if not spans:
         return recording
-    return kept(recording, [*merged(spans, around)], LIMITS.shortest_piece)
+    return kept(recording, merged(spans, around), LIMITS.shortest_piece)
 
 
 def runs_of(recording: Recording) -> list[Run]:
