@@ -3,29 +3,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from bokeh.models import HoverTool, PrintfTickFormatter
 from bokeh.plotting import figure
 
 from leo_diffmodel.picture import palette
-from leo_diffmodel.picture.palette import Stroke
 
 FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif'
 HEIGHT, LOW = 290, 230
 """Of a plot, and of a low one [px]."""
 TOOLS = 'pan,box_zoom,wheel_zoom,reset'
-
-
-@dataclass(frozen=True)
-class Line:
-    """One curve over a shared abscissa: its name, values, stroke and width [px]."""
-
-    name: str
-    values: Any
-    stroke: Stroke
-    width: float = 2.5
 
 
 def canvas(x_label: str, y_label: str, **options: Any) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.report.canvas import canvas, hover, Line, plain_numbers, ticks
+from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
 from leo_diffmodel.report.page import Section
 
 NOTE = (
@@ -26,6 +26,7 @@ MOST_FIGURES = 6
 THIN, WIDE = 1.5, 2.5
 Row = Mapping[str, Any]
 Series = Mapping[str, tuple[list[list[float]], Stroke]]
+"""By name the errors of each state at each horizon, and how they are drawn."""
 BEFORE, AFTER = Stroke(palette.BEFORE), palette.REPAIRED
 DOTTED = 'dotted'
 TRAINING = {'before': Stroke(palette.BEFORE, DOTTED), 'after': Stroke(palette.AFTER, DOTTED)}
@@ -88,12 +89,9 @@ def _section(
     for i, state in enumerate(states):
         if len(states) > MOST_FIGURES and state['name'].endswith(' rate'):
             continue
-        lines = [
-            Line(n, [row[i] for row in v], stroke, THIN if stroke.dash == DOTTED else WIDE)
-            for n, (v, stroke) in series.items()
-        ]
+        curves = {n: ([row[i] for row in v], stroke) for n, (v, stroke) in series.items()}
         axis = f'rms error of {state["name"]} [{state["unit"]}]'
-        figures.append(_figure(seconds, lines, [row[i] for row in floor], axis))
+        figures.append(_figure(seconds, curves, [row[i] for row in floor], axis))
     values = {
         'legend': [
             *((n, stroke) for n, (_, stroke) in series.items()),
@@ -107,21 +105,25 @@ def _section(
 
 
 def _figure(
-    seconds: Sequence[float], lines: Sequence[Line], floor: Sequence[float], axis: str
+    seconds: Sequence[float],
+    curves: Mapping[str, tuple[list[float], Stroke]],
+    floor: Sequence[float],
+    axis: str,
 ) -> Any:
     """Error of each model against horizon [s], both logarithmic, with the noise floor shaded."""
     plot = canvas('prediction horizon [s]', axis, x_axis_type='log', y_axis_type='log')
-    values = np.concatenate([floor, *(line.values for line in lines)])
+    values = np.concatenate([floor, *(errors for errors, _ in curves.values())])
     bottom, top = 0.6 * np.nanmin(values), 1.6 * np.nanmax(values)
     plot.y_range = Range1d(bottom, top)
     plot.varea(seconds, bottom, floor, color=palette.NOISE_FILL)
     plot.line(seconds, floor, color=palette.NOISE, line_width=1.5, line_dash='dashed')
-    for line in lines:
-        source = ColumnDataSource({'x': seconds, 'y': line.values, 'floor': floor})
-        look = {'color': line.stroke.colour, 'source': source}
-        plot.line('x', 'y', line_width=line.width, line_dash=line.stroke.dash, **look)
-        dots = plot.scatter('x', 'y', size=2 * line.width + 2, **look)
-        hover(plot, dots, [(line.name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
+    for name, (errors, stroke) in curves.items():
+        source = ColumnDataSource({'x': seconds, 'y': errors, 'floor': floor})
+        look = {'color': stroke.colour, 'source': source}
+        width = THIN if stroke.dash == DOTTED else WIDE
+        plot.line('x', 'y', line_width=width, line_dash=stroke.dash, **look)
+        dots = plot.scatter('x', 'y', size=2 * width + 2, **look)
+        hover(plot, dots, [(name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
     plain_numbers(plot.axis)
     plot.xaxis.ticker = ticks(min(seconds), max(seconds))
     plot.yaxis.ticker = ticks(bottom, top)
