@@ -37,7 +37,7 @@ from leo_lab.blind.excitation import excitation
 from leo_lab.blind.judge import judge
 from leo_lab.blind.record import record
 from leo_lab.blind.scenes import Given
-from leo_lab.blind.table import rate
+from leo_lab.blind.table import wilson
 from leo_lab.blind.truth import hide, reveal
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
@@ -146,7 +146,7 @@ def collect(options: argparse.Namespace, results: Path) -> list[dict]:
 
 
 def show(rows: Sequence[dict]) -> None:
-    """Naming rates with their bounds, and each case."""
+    """Naming rates with their intervals, and each case."""
     console = Console()
     table = Table('seed', 'robot', 'open', 'run', 'nats', *KINDS)
     for row in rows:
@@ -160,10 +160,11 @@ def show(rows: Sequence[dict]) -> None:
         )
     console.print(table)
     for kind in KINDS:
-        r = rate(sum(_named(row, kind) for row in rows), len(rows))
+        hits = sum(_named(row, kind) for row in rows)
+        low, high = wilson(hits, len(rows))
         console.print(
-            f'{kind}: named in {r["hits"]} of {len(rows)} ({100 * r["rate"]:.0f} %, 95 % bounds '
-            f'{100 * r["at_least"]:.0f} … {100 * r["at_most"]:.0f} %)',
+            f'{kind}: named in {hits} of {len(rows)} ({100 * hits / len(rows):.0f} %; 95 %: '
+            f'{100 * low:.0f} to {100 * high:.0f} %)',
             highlight=False,
         )
 
