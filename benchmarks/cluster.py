@@ -28,6 +28,8 @@ import time
 
 import psutil
 
+from leo_lab.result_lines import read_results
+
 BIN = Path(sys.executable).parent
 WORKERS, FIRST_SEED = 3, 3001
 ALONE = {'OPENBLAS_NUM_THREADS': '1', 'LOKY_MAX_CPU_COUNT': '1'}
@@ -71,7 +73,7 @@ def blind(cases: int, folder: Path, *words: object) -> tuple[list[dict], float]:
         [*map(str, command)], check=True, capture_output=True, env={**os.environ, **ALONE}
     )
     took = time.monotonic() - began
-    lines = [json.loads(x) for x in (folder / 'results.jsonl').read_text().splitlines()]
+    lines = read_results(folder / 'results.jsonl')
     return sorted(lines, key=lambda x: (x['kind'], x['seed'])), took
 
 

@@ -12,7 +12,6 @@ noise. Seeds that the file of lines has are not run again.
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 import time
 
@@ -23,6 +22,7 @@ from leo_diffmodel.datasheet.measure import measure
 from leo_diffmodel.datasheet.motion import motion
 from leo_diffmodel.datasheet.settings import RUNGS
 from leo_diffmodel.datasheet.sheet import sheet
+from leo_lab.result_lines import append_result, read_results
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
@@ -126,13 +126,11 @@ def main() -> None:
     parser.add_argument('--seeds', nargs=2, type=int, default=[1, 21], metavar=('FIRST', 'END'))
     parser.add_argument('--lines', type=Path, default=Path('data_sheets.jsonl'))
     options = parser.parse_args()
-    text = options.lines.read_text() if options.lines.exists() else ''
-    done = {row['seed']: row for row in map(json.loads, text.splitlines())}
+    done = {row['seed']: row for row in read_results(options.lines)}
     wanted = range(*options.seeds)
     for seed in (s for s in wanted if s not in done):
         done[seed] = line(seed)
-        with options.lines.open('a') as file:
-            file.write(json.dumps(done[seed]) + '\n')
+        append_result(options.lines, done[seed])
         print(seed, done[seed]['law'], '->', done[seed]['found'], done[seed]['inside'], flush=True)
     rows = [done[seed] for seed in wanted]
     inside = [ok for row in rows for ok in row['inside'].values()]

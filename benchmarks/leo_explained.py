@@ -30,6 +30,7 @@ from leo_diffmodel.explain.explanation import explain
 from leo_lab.blind.case import Case, draw_case
 from leo_lab.blind.record import record
 from leo_lab.blind.scenes import Moving, Step
+from leo_lab.result_lines import append_result, read_results
 from leo_learner.policy import Policy
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
@@ -137,15 +138,12 @@ def main() -> None:
     parser.add_argument('--cases', type=int, default=20)
     parser.add_argument('-o', dest='output', type=Path, default=Path('out/leo_explained.jsonl'))
     arguments = parser.parse_args()
-    arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    lines = arguments.output.read_text().splitlines() if arguments.output.exists() else []
-    rows = {r['seed']: r for r in map(json.loads, lines)}
+    rows = {r['seed']: r for r in read_results(arguments.output)}
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.cases)
     for seed in seeds:
         if seed not in rows:
             rows[seed] = run_case(seed)
-            with arguments.output.open('a') as file:
-                file.write(json.dumps(rows[seed]) + '\n')
+            append_result(arguments.output, rows[seed])
         print(json.dumps(rows[seed]), flush=True)
     show([rows[s] for s in seeds])
 

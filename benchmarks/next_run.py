@@ -19,7 +19,6 @@ import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 import itertools
-import json
 from pathlib import Path
 import tempfile
 
@@ -36,9 +35,11 @@ from leo_lab.blind.case import Case, draw_case, ROBOTS
 from leo_lab.blind.excitation import excitation
 from leo_lab.blind.judge import judge
 from leo_lab.blind.record import record
+from leo_lab.blind.run_cases import read_lines
 from leo_lab.blind.scenes import Given
-from leo_lab.blind.table import rate
+from leo_lab.blind.table import wilson
 from leo_lab.blind.truth import hide, reveal
+from leo_lab.result_lines import append_result, read_results
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
@@ -122,31 +123,29 @@ def seeds(
 
 def likely(results: Path) -> list[int]:
     """Seeds of single effects that `leo blind` found ambiguous."""
-    rows = [json.loads(line) for line in results.read_text().splitlines()]
-    return [r['seed'] for r in rows if r['kind'] == 'effect' and r['verdict'] == 'ambiguous']
+    rows = (r for r in read_lines(results) if r['kind'] == 'effect')
+    return [r['seed'] for r in rows if r['verdict'] == 'ambiguous']
 
 
 def collect(options: argparse.Namespace, results: Path) -> list[dict]:
     """Run seeds until enough of them are ambiguous; returns those, in order."""
-    lines = results.read_text().splitlines() if results.exists() else []
-    rows = [json.loads(line) for line in lines]
+    rows = read_results(results)
     given = likely(options.blind) if options.blind else []
     known = {r['seed']: r for r in rows if r['seed'] >= options.first_seed or r['seed'] in given}
     todo = seeds(given, options.first_seed, options.robots, known.copy())
-    with results.open('a') as file, Progress() as bar, Parallel(n_jobs=options.jobs) as pool:
+    with Progress() as bar, Parallel(n_jobs=options.jobs) as pool:
         task = bar.add_task('ambiguous cases', total=options.cases)
         while (count := sum(map(is_open, known.values()))) < options.cases:
             bar.update(task, completed=count, description=f'ambiguous cases of {len(known)}')
             for row in pool(delayed(run_seed)(next(todo)) for _ in range(options.jobs)):
                 known[row['seed']] = row
-                file.write(json.dumps(row) + '\n')
-                file.flush()
+                append_result(results, row)
     found = [known[s] for s in sorted(known) if is_open(known[s])]
     return found[: options.cases]
 
 
 def show(rows: Sequence[dict]) -> None:
-    """Naming rates with their bounds, and each case."""
+    """Naming rates with their intervals, and each case."""
     console = Console()
     table = Table('seed', 'robot', 'open', 'run', 'nats', *KINDS)
     for row in rows:
@@ -160,10 +159,11 @@ def show(rows: Sequence[dict]) -> None:
         )
     console.print(table)
     for kind in KINDS:
-        r = rate(sum(_named(row, kind) for row in rows), len(rows))
+        hits = sum(_named(row, kind) for row in rows)
+        low, high = wilson(hits, len(rows))
         console.print(
-            f'{kind}: named in {r["hits"]} of {len(rows)} ({100 * r["rate"]:.0f} %, 95 % bounds '
-            f'{100 * r["at_least"]:.0f} … {100 * r["at_most"]:.0f} %)',
+            f'{kind}: named in {hits} of {len(rows)} ({100 * hits / len(rows):.0f} %; 95 %: '
+            f'{100 * low:.0f} to {100 * high:.0f} %)',
             highlight=False,
         )
 
@@ -184,7 +184,8 @@ def main() -> None:
     parser.add_argument('--jobs', type=int, default=2, help='processes')
     parser.add_argument('-o', dest='output', type=Path, default=Path('out/next'))
     options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    if options.blind and not options.blind.exists():
+        parser.error(f'there is no file {options.blind}')
     show(collect(options, options.output / 'next_run.jsonl'))
 
 

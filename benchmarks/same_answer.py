@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-import json
 from pathlib import Path
 import tempfile
 from typing import Any
@@ -30,6 +29,7 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_lab.blind.case import draw_case
 from leo_lab.blind.record import record
+from leo_lab.result_lines import append_result, read_results
 from leo_sim.model import Model
 
 
@@ -87,16 +87,13 @@ WAYS = ('bags turned', 'candidates turned', 'every second')
 
 def rows(seeds: Sequence[int], results: Path, jobs: int) -> Iterator[dict]:
     """One row a seed, those in the results first; new ones are written as they come."""
-    lines = results.read_text().splitlines() if results.exists() else []
-    done = {row['seed']: row for row in map(json.loads, lines)}
+    done = {row['seed']: row for row in read_results(results)}
     yield from (done[s] for s in seeds if s in done)
     todo = [s for s in seeds if s not in done]
-    results.parent.mkdir(parents=True, exist_ok=True)
     found = Parallel(n_jobs=jobs, return_as='generator_unordered')(map(delayed(answers), todo))
-    with results.open('a') as file:
-        for row in track(found, total=len(todo), description='cases'):
-            print(json.dumps(row), file=file, flush=True)
-            yield row
+    for row in track(found, total=len(todo), description='cases'):
+        append_result(results, row)
+        yield row
 
 
 def main() -> None:

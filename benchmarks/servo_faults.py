@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-import json
 import os
 from pathlib import Path
 import random
@@ -36,6 +35,7 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from leo_lab.result_lines import append_result, read_results
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, join, spin_once, spin_until
 from leo_msgs_py.values import command_message
@@ -318,7 +318,7 @@ KINDS: dict[str, Callable[[Bench], float]] = {
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('kinds', nargs='*', help=', '.join(KINDS))
+    parser.add_argument('kinds', nargs='*', help=', '.join(KINDS).replace('%', '%%'))
     parser.add_argument('-n', type=int, default=20)
     parser.add_argument('--results', type=Path, help='file of cases, gone on with')
     parser.add_argument('--goals', action='store_true', help='an arm that follows goals')
@@ -340,23 +340,15 @@ def report(bench: Bench, kinds: list[str], count: int, results: Path | None) -> 
         '  of the slowest: bus waited, e-stop sent, carried out, node waited [ms]',
         flush=True,
     )
-    done = kept(results)
+    done = read_results(results) if results else []
     for kind in kinds:
         cases = [case for case in done if case['kind'] == kind]
         while len(cases) < count:
             cases.append(measured(bench, kind))
-            if results is not None:
-                with results.open('a') as file:
-                    file.write(json.dumps(cases[-1]) + '\n')
+            if results:
+                append_result(results, cases[-1])
         print_row(bench, kind, cases)
         print(f'tracebacks: {sum(case["traceback"] for case in cases)}')
-
-
-def kept(results: Path | None) -> list[dict[str, Any]]:
-    """The cases that a file holds."""
-    if results is None or not results.exists():
-        return []
-    return [json.loads(line) for line in results.read_text().splitlines()]
 
 
 def measured(bench: Bench, kind: str) -> dict[str, Any]:

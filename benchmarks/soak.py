@@ -11,7 +11,6 @@ it does the minutes that are left, into a further bag.
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 import re
 import time
@@ -23,6 +22,7 @@ import numpy as np
 from rclpy.node import Node
 
 from leo_diffmodel.bags.recorder import header_stamp
+from leo_lab.result_lines import append_result, read_results
 from leo_msgs_py import topics
 from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_msgs_py.node import join, running, spin_until
@@ -57,7 +57,7 @@ def main() -> int:
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     lines = options.output / 'minutes.jsonl'
-    done = len(lines.read_text().splitlines()) if lines.exists() else 0
+    done = len(read_results(lines))
     if done < options.minutes:
         with emulated(watchdog=2.0) as leo:
             part = options.output.resolve() / f'from_{done}'
@@ -76,9 +76,8 @@ def soaked(leo: Emulated, bag: Path, minutes: int, lines: Path) -> None:
         spin_until(lambda: not running(), 60.0)
         if not running() or not all(map(leo.runs, PROCESSES)):
             break
-        with lines.open('a') as file:
-            row = {name: round(leo.memory(name), 2) for name in PROCESSES}
-            file.write(json.dumps({'at': round(time.time(), 1), **row}) + '\n')
+        row = {name: round(leo.memory(name), 2) for name in PROCESSES}
+        append_result(lines, {'at': round(time.time(), 1), **row})
     status = leo.stop('robot')
     bag.with_suffix('.txt').write_text(leo.said('robot'))
     leo.stop('recorder')
@@ -114,9 +113,7 @@ def report(folder: Path) -> int:
             f'{gaps.max():.1f} ms; |period - 10 ms| median '
             f'{jitter[0]:.3f}, p99 {jitter[1]:.3f}, p99.9 {jitter[2]:.3f} ms'
         )
-    print_memory(
-        [json.loads(line) for line in (folder / 'minutes.jsonl').read_text().splitlines()]
-    )
+    print_memory(read_results(folder / 'minutes.jsonl'))
     return int(missing > 0)
 
 

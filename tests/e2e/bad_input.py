@@ -14,7 +14,6 @@ from leo_sim.description.robot import load_robot
 from leo_sim.description.robots import LEO
 from leo_sim.model import Model
 from leo_sim.model.model_file import save_model
-from leo_sim.truth.sealing import seal
 
 FRICTION = {
     'name': 'viscous_friction',
@@ -41,9 +40,6 @@ def fill(folder: Path) -> Path:
     _models(folder)
     _logs(folder)
     _runs(folder)
-    seal(folder / 'truth.sealed', 'robot: pendulum\neffects: []\n')
-    damaged = (folder / 'truth.sealed').read_text().splitlines()
-    (folder / 'damaged.sealed').write_text('\n'.join([damaged[0], '0' * 64, *damaged[2:]]))
     (folder / 'notes.txt').write_text('nothing of use\n')
     (folder / 'list.json').write_text('[]')
     effects = {
@@ -111,10 +107,6 @@ def _models(folder: Path) -> None:
     unit = {'b': {'value': 1e-5, 'unit': 'N m'}}
     bad = {
         'unit': {'effects': [{**FRICTION, 'parameters': unit}]},
-        'effect': {'effects': [{**FRICTION, 'name': 'viscos_friction'}]},
-        'place': {'effects': [{**FRICTION, 'where': 'knee'}]},
-        'robot': {'robot': 'pendulun'},
-        'constant': {'constants': {'gravity': {'value': 9.8, 'unit': 'm/s'}}},
         'range': {'constants': {'gravity': {'value': 9.8, 'unit': 'm/s2', 'uncertain': [9, 8]}}},
         'law': {'effects': [{'name': 'broken_law.py', 'where': 'pivot'}]},
     }

@@ -137,15 +137,11 @@ def test_nobody_there_says_where_it_looked(domain, monkeypatch, leo):
 @pytest.mark.parametrize(
     ('words', 'said'),
     [
-        ('run leo_sim robot --ros-args -p robot:=pendulun', 'pendulum'),
         ('run leo_sim robot --ros-args -p driver:=replay -p bag:=nowhere', 'no bag at nowhere'),
         ('run leo_sim robot --ros-args -p seed:=x', "parameter 'seed'"),
         ('run leo_sim robot --ros-args -p seed=1', '-p seed=1'),
         ('run leo_diffmodel diffmodel --ros-args -p model:=pendulun', 'pendulum'),
         ('run leo_learner learner --ros-args -p tests:=0', 'tests'),
-        ('bag play none', 'no bag at none'),
-        ('bag info none', 'no bag at none'),
-        ('bag play x --rate 0', '--rate 0 is not a speed'),
         ('bag record -o .', '. exists already'),
     ],
 )

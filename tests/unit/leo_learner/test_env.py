@@ -182,6 +182,11 @@ def test_returns_repeat_and_collecting_counts(model):
         (['--resume', 'nowhere'], 'holds no run'),
         (['--steps', '0', '-o', 'x'], '--steps'),
         (['--what', '-o', 'x'], '--what'),
+        (['-o', 'x', '--agent', 'sarsa', '--actions', 'full'], '--actions sym only'),
+        (['-o', 'x', '--agent', 'sarsa', '--config', 'recommended'], '--config thesis'),
+        (['-o', 'x', '--agent', 'sarsa', '--start', 'run'], '--start takes networks'),
+        (['-o', 'x', '--agent', 'sarsa', '--robot', 'pendulum'], "'pendulum' is no LEO"),
+        (['-o', 'x', '--actions', 'sym', '--robot', 'pendulum'], "'pendulum' is no LEO"),
     ],
 )
 def test_learn_says_what_is_wrong(argv, words, tmp_path, monkeypatch):

@@ -211,21 +211,3 @@ def test_learn_and_play(tmp_path, capsys):
     assert played['walks'][0]['fell'] and played['walks'][0]['energy'] > 0
     assert play_verb.main([told['policy'], '--model', 'leo_ode']) == 0
     assert 'footsteps' in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    'argv, words',
-    [
-        (['--agent', 'sarsa', '--actions', 'full'], '--actions sym only'),
-        (['--agent', 'sarsa', '--config', 'recommended'], '--config thesis'),
-        (['--agent', 'sarsa', '--start', 'run'], '--start takes networks'),
-        (['--agent', 'sarsa', '--robot', 'pendulum'], "'pendulum' is no LEO"),
-        (['--actions', 'sym', '--robot', 'pendulum'], "'pendulum' is no LEO"),
-    ],
-)
-def test_learn_says_what_is_wrong(argv, words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match=words) as error:
-        learn_verb.main([*argv, '-o', 'x'])
-    assert '\n' not in str(error.value)
-    assert not list(tmp_path.iterdir())

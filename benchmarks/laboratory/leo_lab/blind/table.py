@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rates with their confidence bounds, and what was taken for what."""
+"""Rates with their 95 % intervals, and what was taken for what."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import beta
 
 SHARES = {
     'none': ('right',),
@@ -22,27 +21,15 @@ SHARES = {
     'sound': ('right', 'mended'),
 }
 """What is counted of each kind of case; None does not count."""
-TWO_SIDED = ('small', 'pushed', 'fault', 'sound')
-"""Kinds whose rates have Wilson intervals."""
 Z95 = 1.959964
 
 
-def upper_bound(hits: int, count: int) -> float:
-    """Clopper-Pearson 95 % one-sided upper bound of a rate."""
-    return 1.0 if hits == count else float(beta.ppf(0.95, hits + 1, count - hits))
-
-
-def lower_bound(hits: int, count: int) -> float:
-    """Clopper-Pearson 95 % one-sided lower bound of a rate."""
-    return 0.0 if hits == 0 else float(beta.ppf(0.05, hits, count - hits + 1))
-
-
 def summary(kind: str, rows: Sequence[dict]) -> dict:
-    """Rates over the cases of one kind, with one-sided 95 % bounds."""
+    """Rates over the cases of one kind, with 95 % intervals."""
     seconds = [r['seconds'] for r in rows]
     return {
         'cases': len(rows),
-        **{share: _share(kind, [r[share] for r in rows]) for share in SHARES[kind]},
+        **{share: _rate([r[share] for r in rows]) for share in SHARES[kind]},
         'ambiguous': sum(r['verdict'] == 'ambiguous' for r in rows) / len(rows),
         **_parameters(rows),
         'seconds_median': float(np.median(seconds)),
@@ -60,24 +47,12 @@ def wilson(hits: int, count: int) -> tuple[float, float]:
     return max(0.0, float(middle - half)), min(1.0, float(middle + half))
 
 
-def _share(kind: str, values: Sequence[float | None]) -> dict:
-    """The rate of those that are true, or more than 0."""
+def _rate(values: Sequence[float | None]) -> dict:
+    """How many are true, or more than 0, of those that count; their share and its interval."""
     counted = [bool(v) for v in values if v is not None]
-    if kind not in TWO_SIDED:
-        return rate(sum(counted), len(counted))
-    low, high = wilson(sum(counted), len(counted))
-    share = sum(counted) / len(counted) if counted else None
-    return {'hits': sum(counted), 'n': len(counted), 'rate': share, 'wilson95': [low, high]}
-
-
-def rate(hits: int, count: int) -> dict:
-    """How many, which share, and between what it is at 95 % confidence (each side alone)."""
-    return {
-        'hits': hits,
-        'rate': hits / count,
-        'at_least': lower_bound(hits, count),
-        'at_most': upper_bound(hits, count),
-    }
+    hits, n = sum(counted), len(counted)
+    share = hits / n if n else None
+    return {'hits': hits, 'n': n, 'rate': share, 'wilson95': [*wilson(hits, n)]}
 
 
 def _parameters(rows: Sequence[dict]) -> dict:
@@ -88,7 +63,7 @@ def _parameters(rows: Sequence[dict]) -> dict:
         return {}
     return {
         'parameter_error_median': float(np.median([e['error'] for e in errors])),
-        'intervals': rate(sum(inside), len(inside)),
+        'intervals': _rate(inside),
     }
 
 

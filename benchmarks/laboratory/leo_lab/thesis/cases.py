@@ -17,11 +17,21 @@ from leo_lab.workers import ONE, Workers
 
 C = TypeVar('C')
 """A case: a frozen dataclass whose fields begin its line in the results file."""
+K = TypeVar('K')
 
 
 def found(case: C, rows: Sequence[Row]) -> Row | None:
     """The line of a case among others."""
     return next((row for row in rows if vars(case).items() <= row.items()), None)
+
+
+def grouped(cases: Sequence[C], rows: Sequence[Row], key: Callable[[C], K]) -> dict[K, list[Row]]:
+    """The lines of the cases, those with the same key together."""
+    groups: dict[K, list[Row]] = {}
+    for case in cases:
+        if row := found(case, rows):
+            groups.setdefault(key(case), []).append(row)
+    return groups
 
 
 def missing(cases: Sequence[C], path: Path) -> list[C]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import numpy as np
 
 from leo_lab.result_lines import Row
-from leo_lab.thesis.cases import found
+from leo_lab.thesis.cases import grouped
 from leo_lab.thesis.markdown import markdown
 from leo_lab.thesis.png_figures import DPI, HEIGHT, WIDTH
 from leo_lab.thesis.summary import mean_and_half
@@ -44,14 +44,14 @@ DRAWS = 10_000
 
 def table(cases: Sequence[Case], rows: Sequence[Row]) -> str:
     """One line per gap and repair; mean and 95 % interval over the seeds."""
-    return markdown(HEADS, [_cells(lines) for lines in grouped(cases, rows).values()])
+    return markdown(HEADS, [_cells(lines) for lines in grouped(cases, rows, group).values()])
 
 
 def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
     """Distance on the real robot by round, and the path of the centre of mass there."""
     drawing = Figure(figsize=(WIDTH, 1.9 * HEIGHT), layout='constrained')
     upper, lower = drawing.subplots(2, 1)
-    groups = grouped(cases, rows)
+    groups = grouped(cases, rows, group)
     for name, lines in groups.items():
         _rounds(upper, ' '.join(name), lines)
     _trained_there(upper, [line for lines in groups.values() for line in lines])
@@ -80,14 +80,9 @@ def _trained_there(axes: Any, lines: Sequence[Row]) -> None:
         axes.axhline(mean, color='0.5', linestyle='--', label='trained on the real robot')
 
 
-def grouped(cases: Sequence[Case], rows: Sequence[Row]) -> dict[tuple[str, str], list[Row]]:
-    """The lines of the cases, those that differ by seed alone together."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for case in cases:
-        row = found(case, rows)
-        if row is not None:
-            groups.setdefault((case.gap, case.repair), []).append(row)
-    return groups
+def group(case: Case) -> tuple[str, str]:
+    """What a case shares with those that differ by seed alone."""
+    return case.gap, case.repair
 
 
 def share(lines: Sequence[Row]) -> tuple[float, float, float]:

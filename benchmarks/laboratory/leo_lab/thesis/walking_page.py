@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from leo_lab.result_lines import Row
-from leo_lab.thesis.cases import found
+from leo_lab.thesis.cases import grouped
 from leo_lab.thesis.markdown import markdown
 from leo_lab.thesis.png_figures import learning_curves
 from leo_lab.thesis.summary import FAR, Summary, summary
@@ -44,30 +44,19 @@ THESIS: Mapping[Group, tuple[float, float]] = {
 
 def figure(title: str, cases: Sequence[Case], rows: Sequence[Row], path: Path) -> None:
     """Learning curves of the groups."""
-    named = {' '.join(_named(key)): lines for key, lines in grouped(cases, rows).items()}
-    learning_curves(named, title, path)
+    groups = grouped(cases, rows, group)
+    learning_curves({' '.join(_named(key)): lines for key, lines in groups.items()}, title, path)
 
 
 def table(cases: Sequence[Case], rows: Sequence[Row]) -> str:
     """One line per group of cases that differ by seed alone."""
-    return markdown(
-        HEADS, [cells(key, summary(lines), lines) for key, lines in grouped(cases, rows).items()]
-    )
+    groups = grouped(cases, rows, group)
+    return markdown(HEADS, [cells(key, summary(lines), lines) for key, lines in groups.items()])
 
 
 def group(case: Case) -> Group:
     """What a case shares with those that differ by seed alone."""
     return case.robot, case.truth, case.agent, case.actions, case.config
-
-
-def grouped(cases: Sequence[Case], rows: Sequence[Row]) -> dict[Group, list[Row]]:
-    """The lines of the cases, those that differ by seed alone together."""
-    groups: dict[Group, list[Row]] = {}
-    for case in cases:
-        row = found(case, rows)
-        if row is not None:
-            groups.setdefault(group(case), []).append(row)
-    return groups
 
 
 def cells(key: Group, told: Summary, rows: Sequence[Row]) -> list[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `leo blind` prints: rates with their bounds, and what was taken for what."""
+"""What `leo blind` prints: rates with their intervals, and what was taken for what."""
 
 from __future__ import annotations
 
@@ -114,14 +114,9 @@ def _print_rates(console: Console, title: str, rates: dict) -> None:
 
 
 def _rate(rate: dict) -> str:
-    if 'wilson95' in rate:
-        low, high = (100 * bound for bound in rate['wilson95'])
-        share = '-' if rate['rate'] is None else f'{100 * rate["rate"]:.1f} %'
-        return f'{rate["hits"]} of n = {rate["n"]}, {share} (95 %: {low:.1f} to {high:.1f} %)'
-    return (
-        f'{rate["hits"]} = {100 * rate["rate"]:.1f} % (at 95 % confidence '
-        f'{100 * rate["at_least"]:.1f} % or more, {100 * rate["at_most"]:.1f} % or less)'
-    )
+    low, high = (100 * bound for bound in rate['wilson95'])
+    share = '-' if rate['rate'] is None else f'{100 * rate["rate"]:.1f} %'
+    return f'{rate["hits"]} of n = {rate["n"]}, {share} (95 %: {low:.1f} to {high:.1f} %)'
 
 
 def _print_tables(console: Console, rows: list[dict]) -> None:

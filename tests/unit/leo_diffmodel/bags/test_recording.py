@@ -346,16 +346,6 @@ def test_unusable_bags_are_refused_in_one_line(tmp_path, log, message):
     assert '\n' not in str(refusal.value)
 
 
-def test_no_bag_no_mcap_and_no_mcap_file(tmp_path):
-    with pytest.raises(UserError, match='no bag at'):
-        read_bag(tmp_path / 'none', PENDULUM)
-    with pytest.raises(UserError, match=r'no \.mcap file'):
-        read_bag(tmp_path, PENDULUM)
-    (tmp_path / 'x.mcap').write_text('this is a text file, not a bag')
-    with pytest.raises(UserError, match='not an MCAP file'):
-        read_bag(tmp_path / 'x.mcap', PENDULUM)
-
-
 @pytest.mark.parametrize(
     ('text', 'message'),
     [

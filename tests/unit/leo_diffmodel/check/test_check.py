@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from tests.hand import spoilt
 from tests.simulate import DT, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.episode import merged
@@ -30,12 +31,6 @@ from leo_sim.model import Model
 POSE = sys.modules[pose.__module__]
 SECONDS = 12.0
 SPOILT = {'error', 'warning'}
-
-
-def spoil(recording: Recording, **changes: np.ndarray) -> Recording:
-    """The recording with other arrays in its only episode."""
-    (episode,) = recording.episodes
-    return replace(recording, episodes=(replace(episode, **changes),))
 
 
 def only(recording: Recording) -> Episode:
@@ -72,13 +67,13 @@ def test_an_effect_is_not_taken_for_a_defect(name):
 
 def test_a_rescaled_speed_is_found():
     clean = record(PENDULUM, seconds=SECONDS)
-    found = complaints(spoil(clean, dq=only(clean).dq / 1.1))['speed_scale']
+    found = complaints(spoilt(clean, dq=only(clean).dq / 1.1))['speed_scale']
     assert '0.909' in found.what and 'speed_scale: 1.' in found.todo
 
 
 def test_a_late_speed_is_found():
     clean = record(PENDULUM, seconds=SECONDS)
-    found = complaints(spoil(clean, dq=np.roll(only(clean).dq, 2, axis=0)))
+    found = complaints(spoilt(clean, dq=np.roll(only(clean).dq, 2, axis=0)))
     assert ' 20.' in found['speed_late'].what and 'late' in found['speed_late'].what
 
 
@@ -101,7 +96,7 @@ def test_a_stuck_sensor_is_found_where_it_is(sensor, word):
     moving = np.abs(only(clean).dq[:, 0]) > 1
     first = next(k for k in range(300, 1100) if moving[k : k + 25].all())
     values[first : first + 25] = values[first]
-    found = complaints(spoil(clean, **{sensor: values}))['frozen']
+    found = complaints(spoilt(clean, **{sensor: values}))['frozen']
     (where,) = found.where
     assert f'the {word} of pivot' in found.what
     assert where == pytest.approx((DT * first, DT * (first + 24)), abs=3 * DT)

@@ -185,11 +185,6 @@ def test_the_numbers_have_units_and_are_those_that_are_shown(state):
     assert all(r['unit'] for r in rows)
 
 
-def test_too_little_data_is_one_line():
-    with pytest.raises(UserError, match='record 20 s'):
-        Scene.of([record(TORQUE, seconds=0.3)], Model('torque_pendulum'))
-
-
 def test_a_bag_held_out_whole_is_what_the_error_is_given_on(data):
     other = record(TORQUE, seconds=6, seed=5)
     scene = Scene.of([data], Model('torque_pendulum'), [other])

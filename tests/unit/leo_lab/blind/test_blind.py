@@ -5,7 +5,6 @@ import json
 
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_lab.blind import outside, run_cases
@@ -15,7 +14,7 @@ from leo_lab.blind.judge import judge
 from leo_lab.blind.open_loop import OpenLoop
 from leo_lab.blind.parameters import parameter_errors
 from leo_lab.blind.record import record
-from leo_lab.blind.table import confusion, lower_bound, summary, upper_bound
+from leo_lab.blind.table import confusion, summary
 from leo_lab.blind.truth import hide, reveal
 from leo_lab.verbs.blind import main
 from leo_lab.verbs.blind_told import TITLES, WORDS
@@ -331,12 +330,6 @@ def test_a_ripple_may_be_found_with_the_other_sign():
     errors = parameter_errors(hidden, {'parameters': found})
     assert [e['error'] for e in errors] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     assert [e['inside'] for e in errors] == [True, None, True]
-
-
-def test_bounds_are_those_of_clopper_and_pearson():
-    assert binom.cdf(2, 300, upper_bound(2, 300)) == pytest.approx(0.05)
-    assert binom.sf(284, 300, lower_bound(285, 300)) == pytest.approx(0.05)
-    assert (upper_bound(5, 5), lower_bound(0, 5)) == (1.0, 0.0)
 
 
 def test_the_table_counts_what_was_taken_for_what():

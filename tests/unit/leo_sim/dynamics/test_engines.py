@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.arm import URDF
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -28,43 +29,16 @@ PLACES = [
     for robot, effect in product(ROBOTS, EFFECTS)
     if EFFECTS[effect].applies(ROBOTS[robot])
 ]
-
-ARM = """
-<robot name="arm">
-  <link name="base"/>
-  <joint name="yaw" type="revolute">
-    <parent link="base"/><child link="upper"/>
-    <origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.4 0.5"/><axis xyz="0.2 -0.4 1"/>
-  </joint>
-  <link name="upper"><inertial>
-    <origin xyz="0.02 -0.05 0.11" rpy="0.3 -0.2 0.5"/><mass value="0.7"/>
-    <inertia ixx="0.004" iyy="0.005" izz="0.003" ixy="0.0003" ixz="-0.0002" iyz="0.0001"/>
-  </inertial></link>
-  <joint name="bracket" type="fixed">
+BRACKET = """<joint name="bracket" type="fixed">
     <parent link="upper"/><child link="plate"/><origin xyz="0.05 0.02 0.2" rpy="0 0.7 0"/>
   </joint>
   <link name="plate"><inertial>
     <origin xyz="0 0.03 0.01"/><mass value="0.2"/>
     <inertia ixx="0.001" iyy="0.001" izz="0.0015" ixy="0" ixz="0" iyz="0"/>
   </inertial></link>
-  <joint name="slide" type="prismatic">
-    <parent link="plate"/><child link="rail"/>
-    <origin xyz="-0.1 0 0.1" rpy="0 0 1"/><axis xyz="0 0.6 0.8"/>
-  </joint>
-  <link name="rail"><inertial>
-    <origin xyz="0.01 0.02 -0.03"/><mass value="0.4"/>
-    <inertia ixx="0.002" iyy="0.0015" izz="0.001" ixy="0" ixz="0.0001" iyz="0"/>
-  </inertial></link>
-  <joint name="wrist" type="continuous">
-    <parent link="rail"/><child link="hand"/>
-    <origin xyz="0 0.1 0.1" rpy="1 0.2 -0.3"/><axis xyz="1 0 0"/>
-  </joint>
-  <link name="hand"><inertial>
-    <origin xyz="0.03 0.04 0.05"/><mass value="0.3"/>
-    <inertia ixx="0.001" iyy="0.0012" izz="0.0008" ixy="0" ixz="0" iyz="0"/>
-  </inertial></link>
-</robot>
-"""
+</robot>"""
+ARM = URDF.replace('"upper"/><child link="rail"', '"plate"/><child link="rail"')
+ARM = ARM.replace('</robot>', BRACKET)
 
 
 def arm(forces=False):

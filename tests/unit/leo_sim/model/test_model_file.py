@@ -221,11 +221,6 @@ def test_a_file_that_is_no_model(tmp_path, text):
     assert '\n' not in str(error.value)
 
 
-def test_no_such_model():
-    with pytest.raises(UserError, match='no model file'):
-        load_model('/nowhere/model.yaml')
-
-
 def test_back_emf_needs_a_voltage():
     robot = load_robot('torque_pendulum')
     assert not EFFECTS['back_emf_scale'].applies(robot)

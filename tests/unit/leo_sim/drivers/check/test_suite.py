@@ -46,15 +46,19 @@ def test_the_simulated_driver_passes_everything_that_can_be_tried():
     assert verdicts['signs and units'] == verdicts['limits'] == PASSED
 
 
+class Watched(SimulatedDriver):
+    """Keeps what it was told to write."""
+
+    written = ()
+
+    def write(self, values):
+        self.written = (*self.written, *values)
+        return super().write(values)
+
+
 def test_nothing_moves_unless_it_is_allowed():
-    written = []
-
-    class Watched(SimulatedDriver):
-        def write(self, values):
-            written.extend(values)
-            return super().write(values)
-
-    assert failures(simulated(Watched)) == {} and not any(written)
+    driver = simulated(Watched)
+    assert failures(driver) == {} and driver.written and not any(driver.written)
 
 
 def changed(**fields):
@@ -70,20 +74,11 @@ def changed(**fields):
 
 @pytest.mark.parametrize('name', ['xl330_pendulum', 'so101'])
 def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_move(name):
-    written, robot = [], load_robot(name)
-
-    class Watched(SimulatedDriver):
-        def write(self, values):
-            written.extend(values)
-            return super().write(values)
-
-    def made():
-        return Watched(DriverOptions(robot, engine='rigid'))
-
-    assert failures(made(), robot) == {} and np.isnan(written).all()
-    written.clear()
-    assert failures(made(), robot, Moving(range=0.2, share=0.5)) == {}
-    goals = np.reshape(written, (-1, len(robot.actuators)))
+    robot = load_robot(name)
+    still, moved = (Watched(DriverOptions(robot, engine='rigid')) for _ in range(2))
+    assert failures(still, robot) == {} and np.isnan(still.written).all()
+    assert failures(moved, robot, Moving(range=0.2, share=0.5)) == {}
+    goals = np.reshape(moved.written, (-1, len(robot.actuators)))
     assert np.nanmax(np.ptp(goals[np.isfinite(goals).all(axis=1)], axis=0)) <= 0.21
 
 
@@ -99,7 +94,9 @@ class GoalsInDegrees(SimulatedDriver):
         return super().write(np.rad2deg(values))
 
 
-class Unbounded(SimulatedDriver):
+class Uncut(SimulatedDriver):
+    """Says that everything was applied."""
+
     def write(self, values):
         return replace(super().write(values), values=np.array(values))
 
@@ -109,20 +106,13 @@ class Unbounded(SimulatedDriver):
     [
         (NeverLetsGo, 'writing', 'a goal of NaN frees'),
         (GoalsInDegrees, 'signs and units', 'rad, not deg'),
-        (Unbounded, 'limits', 'goals to info.goals'),
+        (Uncut, 'limits', 'goals to info.goals'),
     ],
 )
 def test_each_way_to_be_wrong_with_goals(kind, check, said):
     robot = load_robot('xl330_pendulum')
     found = failures(kind(DriverOptions(robot, engine='rigid')), robot, FULL)
     assert said in found.get(check, ''), found
-
-
-class Uncut(SimulatedDriver):
-    """Says that everything was applied."""
-
-    def write(self, values):
-        return replace(super().write(values), values=np.array(values))
 
 
 class Offset(SimulatedDriver):
