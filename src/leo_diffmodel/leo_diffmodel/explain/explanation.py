@@ -131,16 +131,15 @@ def _explained(
     until: float,
 ) -> Explanation:
     """The answer by what a log that is right, and what moved by itself, says of the robot."""
-    if cut.share > settings.gates.outside:
-        sentence, record = cut.answer
-        return Explanation('unknown', sentence, model, next_run=record)
     recordings, hold_out = cut.thinned
     posed = _posed(recordings, hold_out, model, settings)
     if isinstance(posed, str):
-        return _untestable(model, posed, extra)
+        return _moved(cut, model) if cut.mostly else _untestable(model, posed, extra)
     step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
     facts = Facts.of(model.robot, recordings)
     found = search(everything, model, posed, extra, heard, until, facts.alike)
+    if cut.mostly and not found.leaves_noise:
+        return _moved(cut, model)
     fine = _finer(found, posed, model)
     if fine is not None:
         found = search(everything, model, fine, extra, heard, until, facts.alike)
@@ -189,6 +188,11 @@ def _posed(
     except ValueError as error:
         return f'{error}: record 20 s or more with a changing input'
     return untestable(posed.problem) or posed
+
+
+def _moved(cut: Cut, model: Model) -> Explanation:
+    sentence, record = cut.answer
+    return Explanation('unknown', sentence, model, next_run=record)
 
 
 def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanation:

@@ -14,7 +14,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.contact import Contact
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit, unexplained
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
@@ -70,6 +70,12 @@ class Search:
     def problem(self) -> Problem:
         """The short windows, in units of the measurement noise."""
         return self.posed.problem
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Whether the final hypothesis leaves no more than noise in nearly all windows."""
+        gates = self.problem.gates
+        return unexplained(self.final, gates.nearly_all) <= gates.unexplained
 
     def better_with(self, base: Model) -> float:
         """What the final hypothesis fits better with another base model [nats]."""

@@ -83,7 +83,9 @@ class Gates:
     """Of a value, by which two recordings that exclude each other must differ for the answer not
     to be sure. Set on nothing: what a person would call another robot."""
     outside: float = 0.5
-    """Share of the moving time moved from outside from which on no effect is named."""
+    """Share of the moving time that looks moved from outside, from which on no effect is named,"""
+    nearly_all: float = 0.9
+    """unless known effects leave no more than noise in this share of the windows."""
     fewest_windows: int = 12
     """Of data that can be tested; on the ground, those kept where none can be trusted."""
     least_motion: float = 8.0
