@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from tests.hand import led, SECONDS, shove
-from tests.simulate import PENDULUM, record, TORQUE
+from tests.simulate import PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.usable import Cut
@@ -41,6 +41,18 @@ def test_nothing_is_cut_from_a_robot_that_moved_itself():
     data = [record(TORQUE, friction, seconds=SECONDS)]
     cut = Cut.of(data, [], SETTINGS, Model(TORQUE))
     assert cut.recordings is data and cut.notes == [] and cut.share == 0.0
+
+
+def test_what_a_known_effect_explains_down_to_the_noise_was_no_hand():
+    """After many turns an angle that is 2 % off says nothing of where the weight pulls."""
+    inputs = 2.0 * steps(TORQUE, SECONDS, 1)
+    scaled = place(TORQUE, 'encoder_scale', 'pivot', k=0.98)
+    data = [record(TORQUE, scaled, seconds=SECONDS, inputs=inputs)]
+    cut = Cut.of(data, [], SETTINGS, Model(TORQUE))
+    assert cut.mostly and cut.recordings is data and cut.notes == []
+    answer = explain(data, Model(TORQUE))
+    assert [e['name'] for e in answer.effects] == ['encoder_scale']
+    assert answer.effects[0]['parameters']['k']['value'] == pytest.approx(0.98, abs=1e-3)
 
 
 @pytest.mark.parametrize('held', [False, True], ids=['motor off', 'motor against it'])
