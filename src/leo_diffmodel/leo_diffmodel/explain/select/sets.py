@@ -67,6 +67,11 @@ class Sets:
         return (*begun, *(f'more with {_label(names)}' for names in self.front))
 
     @property
+    def scanned(self) -> dict[Candidate, Array]:
+        """Values of each effect that explained most on top of the model as given, alone."""
+        return {s.candidate: s.own for s in self.extensions[frozenset()].scans}
+
+    @property
     def threshold(self) -> float:
         """Gain that noise alone can give [nats]."""
         limits = [e.threshold for e in self.extensions.values()]
@@ -233,7 +238,7 @@ def _front(sets: Sets) -> list[Names]:
 
     Others that predict the same as the best are no other beginning, and where the best leaves no
     more than noise can give, no set of one more effect is better. Where all are extended, the best
-    set with a value of its own at each joint may be one.
+    set with a value of its own at each joint, or with a wider law, may be one.
     """
     if frozenset() not in sets.extensions:
         return [frozenset()]
@@ -247,8 +252,8 @@ def _front(sets: Sets) -> list[Names]:
     first = [] if _same_begun(sets, best) else [best.names]
     small = [n for n in (*first, *near, *parts) if len(n) < sets.settings.gates.most_effects]
     front = [n for n in small if n not in sets.extensions]
-    apart = [] if front else [c for c in held if _split(sets, best, c)]
-    return _front(sets) if apart else front
+    new = [] if front else [c for c in held if _split(sets, best, c) or _widened(sets, best, c)]
+    return _front(sets) if new else front
 
 
 def _others(sets: Sets, best: Scored) -> list[Scored]:
@@ -294,3 +299,25 @@ def _split(sets: Sets, best: Scored, candidate: Candidate) -> bool:
     theta = np.concatenate([kept[:split], *[values] * len(own), kept[split:]])
     sets.add([sets.estimator.refitted(best.at, wider, theta)])
     return True
+
+
+def _widened(sets: Sets, best: Scored, candidate: Candidate) -> bool:
+    """Wider laws in an effect's place, from its values; False where nothing is new.
+
+    What else such a law has begins as a scan found it. The fit of a law with three parameters that
+    begins far away may come to rest behind that of the law with one that is part of it.
+    """
+    full, theta = best.fit.hypothesis, best.fit.theta
+    index, own = full.candidates.index(candidate), sets.scanned
+    tried = [best.names - {candidate} | {c} for c in own if widens(c, candidate)]
+    new = {n for n in tried if (n, best.names) not in sets.carried and not sets.late}
+    sets.carried |= {(n, best.names) for n in new}
+    rest = full.without(index)
+    kept, split = rest.carried(full, theta), rest.first_constant
+    narrow = full.values(theta, index)
+    for (wide,) in (names - best.names for names in new):
+        values = [narrow.get(p.name, v) for p, v in zip(wide.parameters, own[wide], strict=True)]
+        wider = replace(rest, candidates=(*rest.candidates, wide))
+        begin = np.concatenate([kept[:split], values, kept[split:]])
+        sets.add([sets.estimator.refitted(best.at, wider, begin)])
+    return bool(new)

@@ -9,6 +9,7 @@ import pytest
 from tests.searched import among, FIRST, searched
 from tests.simulate import PENDULUM, record, rounded, TORQUE
 
+from leo_diffmodel.explain.estimate import smooth
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion
 from leo_diffmodel.explain.estimate.imitation import imitations
@@ -81,6 +82,18 @@ def test_a_ripple_is_tried_at_several_numbers_of_periods():
     periods = [scan.own[1], *(values[1] for values in scan.others)]
     assert len(set(periods)) == len(periods) > SETTINGS.numerics.wholes > 1
     assert not scanner.scan(candidate(model, 'coulomb_friction')).others
+
+
+def test_a_wider_law_is_fitted_from_the_narrower_one_too(monkeypatch):
+    """A law with three parameters may come to rest behind the one that is part of it."""
+    monkeypatch.setattr(smooth, '_followed', lambda problem, rival, fitted: fitted)
+    model = Model(TORQUE)
+    among(monkeypatch, model, 'coulomb_friction', 'stribeck_friction')
+    law = place(TORQUE, 'stribeck_friction', 'pivot', c=0.2, c_static=0.35, v_s=1.0)
+    found = searched([record(TORQUE, law, seconds=8)], model)
+    assert names(found) == {'stribeck_friction'}
+    off = found.final.theta[:3] - (0.2, 0.35, 1.0)
+    assert (np.abs(off) < 5 * found.final.standard_errors[:3]).all()
 
 
 def test_the_largest_effect_comes_first():
