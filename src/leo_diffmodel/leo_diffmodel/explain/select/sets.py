@@ -308,14 +308,14 @@ def _widened(sets: Sets, best: Scored, candidate: Candidate) -> bool:
     begins far away may come to rest behind that of the law with one that is part of it.
     """
     full, theta = best.fit.hypothesis, best.fit.theta
-    index, own = full.candidates.index(candidate), sets.scanned
-    tried = [best.names - {candidate} | {c} for c in own if widens(c, candidate)]
-    new = {n for n in tried if (n, best.names) not in sets.carried and not sets.late}
-    sets.carried |= {(n, best.names) for n in new}
+    index, own, others = full.candidates.index(candidate), sets.scanned, best.names - {candidate}
+    laws = [c for c in own if widens(c, candidate) and compatible(others, c)]
+    new = [c for c in laws if (others | {c}, best.names) not in sets.carried and not sets.late]
+    sets.carried |= {(others | {c}, best.names) for c in new}
     rest = full.without(index)
     kept, split = rest.carried(full, theta), rest.first_constant
     narrow = full.values(theta, index)
-    for (wide,) in (names - best.names for names in new):
+    for wide in new:
         values = [narrow.get(p.name, v) for p, v in zip(wide.parameters, own[wide], strict=True)]
         wider = replace(rest, candidates=(*rest.candidates, wide))
         begin = np.concatenate([kept[:split], values, kept[split:]])
