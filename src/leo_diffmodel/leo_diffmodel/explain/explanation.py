@@ -22,7 +22,7 @@ from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
+from leo_diffmodel.explain.problem.pose import pose, Posed, refined, untestable
 from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
@@ -154,16 +154,16 @@ def _explained(
 def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:
     """The problem with a finer step, to search again; None where that hardly fits any better.
 
-    A gain counts above what noise alone can give an effect. A step shorter than the robot's own
-    must be better than this one.
+    The step is that of the last fit, or shorter than the robot's own where this is too long for
+    the model as given. A gain counts above what noise alone can give an effect.
     """
-    fine, finest = found.posed, posed.problem.numerics.finest_step * model.integration_step
-    finer = found.finer(finest)
-    if finer is not fine and found.better_with(finer.problem.base) > found.threshold:
-        return finer
-    if fine.problem.base.integration_step == posed.problem.base.integration_step:
+    fine, own, used = found.posed, model.integration_step, posed.problem.base
+    if used.integration_step <= own:
+        fine = refined(posed, found.null.point, posed.problem.numerics.finest_step * own)
+    if fine.problem.base.integration_step == used.integration_step:
         return None
-    return fine if -found.better_with(posed.problem.base) > found.threshold else None
+    gained = found.better_with(fine.problem.base) - found.better_with(used)
+    return fine if gained > found.threshold else None
 
 
 def _step_note(model: Model, computed: Model) -> list[str]:

@@ -84,10 +84,6 @@ class Search:
         again = fit(other, fitted.hypothesis, fitted.theta, fitted.start)
         return fitted.lost(problem.train) - again.lost(problem.train)
 
-    def finer(self, least: float) -> Posed:
-        """With a step that is fine enough for the final hypothesis, of `least` s at least."""
-        return refined(self.posed, self.final.point, least)
-
     def known(self, names: Names) -> Scored | None:
         """A hypothesis by its effects, if it was fitted."""
         return next((s for s in self.sets if s.names == names), None)
