@@ -109,6 +109,8 @@ def explain(
     else:
         # a user's own law may do what a hand does
         cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
+        if cut.mostly:
+            cut = replace(cut, recordings=log.recordings, hold_out=log.hold_out)
         until = began + settings.numerics.fitted * within
         answer = _explained(cut, model, settings, extra, Reporter.of(progress), step, until)
     return replace(
@@ -130,7 +132,10 @@ def _explained(
     step: float | None,
     until: float,
 ) -> Explanation:
-    """The answer by what a log that is right, and what moved by itself, says of the robot."""
+    """The answer by what a log that is right, and what moved by itself, says of the robot.
+
+    A log that looks moved from outside mostly is whole: known effects may do what a hand does.
+    """
     recordings, hold_out = cut.thinned
     posed = _posed(recordings, hold_out, model, settings)
     if isinstance(posed, str):
@@ -146,7 +151,8 @@ def _explained(
     findings = collect(
         everything, model, found, facts, step, own_constants(model, hold_out), heard
     )
-    answer = _answer(findings, [*cut.notes, *_step_note(model, found.problem.base)])
+    left_out = [] if cut.mostly else cut.notes
+    answer = _answer(findings, [*left_out, *_step_note(model, found.problem.base)])
     blind = [not_shown(c, 'no speed was measured') for c in unseen(model, everything, extra)]
     return replace(answer, used=tuple(everything), not_testable=answer.not_testable + blind)
 

@@ -88,7 +88,7 @@ class Cut:
     """Recordings without the stretches in which something else moved the robot.
 
     Attributes:
-        recordings: what to learn from; all of it where most would be left out.
+        recordings: what to learn from.
         hold_out: what no fit may see.
         settings: how many stretches are listed, and what share of them is most.
         stretches: what was left out, in the numbering of all recordings as given.
@@ -115,14 +115,11 @@ class Cut:
             return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]
         found = moved_from_outside(everything, model)
-        share = share_outside(everything, found)
-        if share > settings.gates.outside:
-            return cls(recordings, hold_out, settings, tuple(found), share)
         mine = [s for s in found if s.source < len(recordings)]
         later = [replace(s, source=s.source - len(recordings)) for s in found if s not in mine]
         kept = without(recordings, mine) if mine else recordings
         held = without(hold_out, later) if later else hold_out
-        return cls(kept, held, settings, tuple(found), share)
+        return cls(kept, held, settings, tuple(found), share_outside(everything, found))
 
     @property
     def mostly(self) -> bool:
@@ -138,7 +135,7 @@ class Cut:
     @property
     def notes(self) -> list[str]:
         """What was left out, in words; empty where nothing was."""
-        if self.mostly or not self.stretches:
+        if not self.stretches:
             return []
         return [f'left out as moved or held from outside, --keep uses it: {self._listed}']
 
