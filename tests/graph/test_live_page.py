@@ -80,7 +80,7 @@ def live(robot, domain, tmp_path):
         running = Live(heard, RecordingSwitch(tmp_path / 'out'), renewing)
         finder = SimpleNamespace(busy=False, news=News())
         documents, run = [Document(), Document()], run_of(tmp_path)
-        tabs = [LiveTab(d, state, finder, ['leo', 'add'], running, run) for d in documents]
+        tabs = [LiveTab(d, state, finder, ['leo', 'add'], run, running) for d in documents]
         yield SimpleNamespace(
             robot=robot, live=running, state=state, tabs=tabs, documents=documents
         )

@@ -9,7 +9,6 @@ import json
 import math
 import os
 from pathlib import Path
-import shlex
 import sys
 import time
 from typing import TYPE_CHECKING
@@ -183,20 +182,24 @@ def fresh_folder(path: str | None) -> Path | None:
     return folder
 
 
-def same_bags(verb: str, arguments: argparse.Namespace) -> str:
-    """Another verb on the bags, model, effects and topic map of a command line, to type it."""
-    typed = [verb, *arguments.bags, '--model', arguments.model]
+def model_words(arguments: argparse.Namespace) -> list[str]:
+    """The model, topic map and effects of a command line, to type them again."""
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
+    return ['--model', arguments.model, *mapped, *words(arguments.effect)]
+
+
+def same_bags(verb: str, arguments: argparse.Namespace, *more: object) -> str:
+    """Another verb on the bags and model of a command line, to type it with more options."""
     named = {'--from': arguments.begin, '--to': arguments.end}
     part = [w for option, at in named.items() if at is not None for w in (option, f'{at:g}')]
-    return leo(*typed, *mapped, *words(arguments.effect), *part)
+    return leo(verb, *arguments.bags, *model_words(arguments), *part, *more)
 
 
 def watch(arguments: argparse.Namespace) -> str:
     """`leo watch` on the bags, held-out ones too, and the model of a command line, to type it."""
-    held, step = arguments.hold_out, arguments.step
-    rest = [*(['--hold-out', *held] if held else []), *(['--step', f'{step:g}'] if step else [])]
-    return ' '.join([same_bags('watch', arguments), *map(shlex.quote, rest)])
+    held = ['--hold-out', *arguments.hold_out] if arguments.hold_out else []
+    step = ['--step', f'{arguments.step:g}'] if arguments.step else []
+    return same_bags('watch', arguments, *held, *step)
 
 
 def point_on_watch(arguments: argparse.Namespace) -> None:
@@ -210,12 +213,12 @@ def next_command(
     """`leo next` for what an answer leaves open, to type it; None where nothing can be driven."""
     driven = is_driven(answer.model)
     if any(f['sure'] for f in answer.log_faults) and answer.search is None:
-        return f'{same_bags("explain", arguments)} --mend'
+        return same_bags('explain', arguments, '--mend')
     cut_short = answer.search is not None and not answer.search.complete
     if answer.verdict not in NEGATIVE or not answer.next_run or not driven or cut_short:
         return None
-    given = ['--explain', str(folder)] if folder and answer.search is not None else []
-    return shlex.join([*shlex.split(same_bags('next', arguments)), *given])
+    given = ['--explain', folder] if folder and answer.search is not None else []
+    return same_bags('next', arguments, *given)
 
 
 def write_json(folder: Path, name: str, data: dict) -> Path:

@@ -56,7 +56,7 @@ def main(argv: list[str]) -> int:
     _print(result.data)
     if folder:
         print(f'wrote {folder}/compare.json and report.html')
-    print(f'next: {common.same_bags("explain", arguments)} -o out/explain')
+    print(f'next: {common.same_bags("explain", arguments, "-o", "out/explain")}')
     common.point_on_watch(arguments)
     return 0
 
@@ -221,7 +221,7 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
     if folder:
         print(f'wrote {folder}/ranking.json')
     arguments.model = data['models'][0]['model']
-    print(f'next: {common.same_bags("explain", arguments)} -o out/explain')
+    print(f'next: {common.same_bags("explain", arguments, "-o", "out/explain")}')
     return 0
 
 

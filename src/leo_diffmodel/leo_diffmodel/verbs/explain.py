@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 import json
 from pathlib import Path
-import shlex
 import sys
 
 from rich.text import Text
@@ -241,8 +240,7 @@ def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explan
     elif result.next_command:
         print(f'next: {result.next_command}')
     elif untested and common.is_driven(result.model):
-        given = shlex.join(['--explain', str(folder)])
-        print(f'next: {common.same_bags("next", arguments)} {given}')
+        print(f'next: {common.same_bags("next", arguments, "--explain", folder)}')
     if result.search is not None:
         common.point_on_watch(arguments)
 

@@ -16,8 +16,11 @@ from leo_sim.effects.consent import words
 
 if TYPE_CHECKING:
     from leo_diffmodel.nodes.live_robot import LiveRobot
+    from leo_diffmodel.watch.errand import Finder
     from leo_diffmodel.watch.live.renewing import Source
+    from leo_diffmodel.watch.page.server import OpenTab, WatchServer
     from leo_diffmodel.watch.scene import Scene
+    from leo_diffmodel.watch.state import State
 
 LIVE_ABOUT = 'leo watch --live: the page of a running robot.'
 LIVE_EXAMPLES = (
@@ -36,9 +39,7 @@ HINT = 'start one, as in: leo run leo_sim robot --ros-args -p robot:=pendulum'
 def main(argv: list[str]) -> int:
     """Run `leo watch` until it is interrupted."""
     from leo_diffmodel.watch.errand import Finder
-    from leo_diffmodel.watch.next_run import NextRun
     from leo_diffmodel.watch.page.document import Tab
-    from leo_diffmodel.watch.page.server import HEAR_MS, WatchServer
     from leo_diffmodel.watch.scene import Scene
     from leo_diffmodel.watch.state import State
 
@@ -53,16 +54,21 @@ def main(argv: list[str]) -> int:
         scene = Scene.of(recordings, model, held, own, arguments.step)
         state = State(scene, folder)
     finder = Finder(watch_common.asked, argv)
+    return _server(arguments, state, finder, Tab).run_until_interrupted()
+
+
+def _server(
+    arguments: argparse.Namespace, state: State, finder: Finder, tab: OpenTab
+) -> WatchServer:
+    """The page of a state, and say where it is."""
+    from leo_diffmodel.watch.next_run import NextRun
+    from leo_diffmodel.watch.page.server import WatchServer
+
     command = ['leo', 'add', arguments.model, *words(arguments.effect)]
     next_run = NextRun(state, finder, watch_common.proposed)
-    tab = partial(Tab, next_run=next_run)
-    server = WatchServer(state, finder, command, arguments.port, tab)
-    server.every(HEAR_MS, next_run.look)
+    server = WatchServer(state, finder, command, next_run, arguments.port, tab)
     watch_common.say(arguments, server.url, server.port)
-    try:
-        server.run_until_interrupted()
-    finally:
-        next_run.stop()
+    return server
 
 
 def _live(argv: list[str]) -> int:
@@ -91,9 +97,7 @@ def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scen
     from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
     from leo_diffmodel.watch.live.live import Live, LiveFinder
     from leo_diffmodel.watch.live.renewing import Renewing
-    from leo_diffmodel.watch.next_run import NextRun
     from leo_diffmodel.watch.page.live import LiveTab
-    from leo_diffmodel.watch.page.server import HEAR_MS, WatchServer
     from leo_diffmodel.watch.state import State
 
     folder = common.fresh_folder(arguments.output)
@@ -101,19 +105,15 @@ def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scen
     renewing = Renewing(source, state, robot.tape.contents, lambda: robot.weights)
     recording = RecordingSwitch(folder, arguments.ros_args)
     live = Live(robot, recording, renewing, Sending(arguments.ros_args))
-    finder = LiveFinder(robot.tape, watch_common.asked, _explain_words(arguments), folder)
-    command = ['leo', 'add', arguments.model, *words(arguments.effect)]
-    next_run = NextRun(state, finder, watch_common.proposed)
-    tab = partial(LiveTab, live=live, next_run=next_run)
-    server = WatchServer(state, finder, command, arguments.port, tab)
+    step = ['--step', str(arguments.step)] if arguments.step else []
+    typed = [*common.model_words(arguments), *step]
+    finder = LiveFinder(robot.tape, watch_common.asked, typed, folder)
+    server = _server(arguments, state, finder, partial(LiveTab, live=live))
     server.every(LOOK_MS, partial(_look, live, server))
-    server.every(HEAR_MS, next_run.look)
-    watch_common.say(arguments, server.url, server.port)
     try:
         server.run()
     finally:
         live.sending.wait()
-        next_run.stop()
         renewing.end()
         live.recording.wait()
 
@@ -164,13 +164,6 @@ def _ended() -> bool:
     from leo_msgs_py.node import running
 
     return not running()
-
-
-def _explain_words(arguments: argparse.Namespace) -> list[str]:
-    """What `leo watch` takes with a bag to explain it alike."""
-    mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []
-    step = ['--step', str(arguments.step)] if arguments.step else []
-    return ['--model', arguments.model, *mapped, *step, *words(arguments.effect)]
 
 
 def _live_parser() -> Parser:

@@ -36,7 +36,7 @@ class Tab:
         state: State,
         finder: Finder,
         command: list[str],
-        next_run: NextRun | None = None,
+        next_run: NextRun,
     ) -> None:
         self._document, self._state = document, state
         self._waiting = self._following = False
@@ -45,14 +45,12 @@ class Tab:
         for tapped in (self._over_time, where):
             tapped.follow_taps()  # before it is on the document, which asks only then
         horizon, self._catalogue = HorizonView(state), CatalogueView(state)
-        actions = ActionsView(state, finder, command)
+        actions, run = ActionsView(state, finder, command), NextRunView(next_run)
         self._curves: list[Part] = [horizon, self._robot, self._over_time]
-        self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions]
+        self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions, run]
         upper = wrapped((self._robot.root, PLOT), (horizon.root, PLOT), spacing=12)
-        below = self._over_time.root, where.root, missing.root
+        below = self._over_time.root, where.root, missing.root, run.root
         self._main: Any = column(upper, *below, spacing=12, **WIDE)
-        if next_run is not None:
-            self._put_below(NextRunView(next_run))
         beside = {'flex': f'0 1 {SIDE}px'}
         side = column(actions.root, self._catalogue.root, spacing=12, styles=beside, **WIDE)
         page = wrapped((self._main, MAIN), (side, SIDE), spacing=12)
@@ -63,11 +61,6 @@ class Tab:
         document.add_periodic_callback(self._tick, FRAME_MS)
         document.on_session_destroyed(lambda _: state.listeners.remove(self._changed))
         document.on_event(DocumentReady, lambda _: self._drawn())
-
-    def _put_below(self, part: Part) -> None:
-        """Put one more part below the others."""
-        self._parts.append(part)
-        self._main.children = [*self._main.children, part.root]
 
     def _drawn(self) -> None:
         """What can wait until the page is drawn: the rest of the catalogue, what follows."""

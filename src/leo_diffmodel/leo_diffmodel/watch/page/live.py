@@ -219,16 +219,14 @@ class LiveTab(Tab):
         state: State,
         finder: Finder,
         command: list[str],
+        next_run: NextRun,
         live: Live,
-        next_run: NextRun | None = None,
     ) -> None:
         super().__init__(document, state, finder, command, next_run)
-        self._live = LiveView(state, live)
+        self._live, send = LiveView(state, live), SendView(next_run, live)
         page: Any = document.roots[0]
-        self._parts.append(self._live)
+        self._parts += [self._live, send]
         page.children = [page.children[0], self._live.root, *page.children[1:]]
+        self._main.children = [*self._main.children, send.root]
         document.add_periodic_callback(self._live.tick, LOOK_MS)
-        if next_run is not None:
-            send = SendView(next_run, live)
-            self._put_below(send)
-            document.add_periodic_callback(send.refresh, LOOK_MS)
+        document.add_periodic_callback(send.refresh, LOOK_MS)

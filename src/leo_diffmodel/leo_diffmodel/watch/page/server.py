@@ -16,12 +16,13 @@ from bokeh.server.server import Server
 from tornado.ioloop import PeriodicCallback
 
 from leo_diffmodel.watch.errand import Finder
+from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.document import Tab
 from leo_diffmodel.watch.page.files import routes
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
-OpenTab = Callable[[Document, State, Finder, list[str]], object]
+OpenTab = Callable[[Document, State, Finder, list[str], NextRun], object]
 HERE = '127.0.0.1'
 TOKEN_BYTES = 16
 HEAR_MS = 200
@@ -39,6 +40,7 @@ class WatchServer:
         state: what is shown.
         finder: the search behind 'find it for me'.
         command: `leo add MODEL` as it would be typed.
+        next_run: what to record next.
         port: to listen on; 0 takes a free one.
         tab: puts the page of the state on a document.
 
@@ -47,13 +49,19 @@ class WatchServer:
     """
 
     def __init__(
-        self, state: State, finder: Finder, command: list[str], port: int = 0, tab: OpenTab = Tab
+        self,
+        state: State,
+        finder: Finder,
+        command: list[str],
+        next_run: NextRun,
+        port: int,
+        tab: OpenTab = Tab,
     ) -> None:
-        self._state, self._finder = state, finder
+        self._state, self._finder, self._next_run = state, finder, next_run
         self.token = secrets.token_urlsafe(TOKEN_BYTES)
 
         def opened(document: Any) -> None:
-            tab(document, state, finder, command)
+            tab(document, state, finder, command, next_run)
 
         where = {'address': HERE, 'port': port, 'prefix': self.token}
         pauses = {'keep_alive_milliseconds': 10000, 'check_unused_sessions_milliseconds': 5000}
@@ -102,8 +110,8 @@ class WatchServer:
         try:
             self._server.io_loop.start()
         finally:
-            self._finder.stop()
-            self._state.drawing.stop()
+            for errand in (self._finder, self._next_run, self._state.drawing):
+                errand.stop()
             self._server.stop()
 
     def _follow(self) -> None:
@@ -118,7 +126,8 @@ class WatchServer:
             self._server.io_loop.call_later(SHORT_PAUSE, self._go_on)
 
     def _heard(self) -> None:
-        """Pass on what the search says to all tabs."""
+        """Pass on what the search says to all tabs, and the run to record next."""
+        self._next_run.look()
         if not self._finder.hear():
             return
         if self._finder.news.answer is not None:
