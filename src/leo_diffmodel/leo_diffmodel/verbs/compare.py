@@ -43,8 +43,7 @@ def main(argv: list[str]) -> int:
         return compare_several(arguments, folder)
     [arguments.model] = arguments.model
     model = common.load(arguments)
-    recordings = common.read_bags(arguments.bags, model, arguments.topic_map)
-    recordings = common.span(arguments, recordings)
+    recordings, _ = common.read_all(arguments, model)
     with common.progress('comparing', STAGES + 1) as heard:
         result = compare(recordings, model, arguments.step, heard)
         if folder:
@@ -208,8 +207,7 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
     if twice := [name for name in names if names.count(name) > 1]:
         raise UserError(f'--model {twice[0]} is there twice')
     models = {name: load_model(name) for name in names}
-    recordings = common.read_bags(arguments.bags, models[names[0]], arguments.topic_map)
-    recordings = common.span(arguments, recordings)
+    recordings, _ = common.read_all(arguments, models[names[0]])
     with common.progress('comparing', RANKING_STAGES * len(models)) as heard:
         data = rank(recordings, models, arguments.step, heard)
     if folder:

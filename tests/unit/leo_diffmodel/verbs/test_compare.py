@@ -117,3 +117,10 @@ def test_several_models_are_ranked_and_the_best_goes_on(rubbing, tmp_path, capsy
 def test_the_same_model_twice_is_refused(rubbing):
     with pytest.raises(UserError, match='--model pendulum is there twice'):
         main([str(rubbing), '--model', 'pendulum', '--model', 'pendulum'])
+
+
+@pytest.mark.parametrize('models', [['pendulum'], ['pendulum', 'servo_pendulum']])
+def test_the_same_bag_twice_is_refused(rubbing, models):
+    named = [word for model in models for word in ('--model', model)]
+    with pytest.raises(UserError, match='is the same bag as'):
+        main([str(rubbing), str(rubbing), *named])
