@@ -23,7 +23,6 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.effects.consent import add_effect_argument, words
 from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
 
 if TYPE_CHECKING:
     from leo_diffmodel.explain.explanation import Explanation
@@ -148,11 +147,6 @@ def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list
     """The part of each recording that the command line asks for; all of it by default."""
     begin, end = arguments.begin, arguments.end
     return [r if begin is end is None else between(r, begin, end) for r in recordings]
-
-
-def load(arguments: argparse.Namespace) -> Model:
-    """The model the command line names."""
-    return load_model(arguments.model)
 
 
 def is_driven(model: Model) -> bool:

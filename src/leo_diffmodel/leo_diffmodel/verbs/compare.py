@@ -42,7 +42,7 @@ def main(argv: list[str]) -> int:
     if len(arguments.model) > 1:
         return compare_several(arguments, folder)
     [arguments.model] = arguments.model
-    model = common.load(arguments)
+    model = load_model(arguments.model)
     recordings, _ = common.read_all(arguments, model)
     with common.progress('comparing', STAGES + 1) as heard:
         result = compare(recordings, model, arguments.step, heard)

@@ -20,6 +20,7 @@ from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_sim.effects.consent import add_effect_argument
 from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
 
 EXAMPLES = """\
   leo datasheet --model xl330_pendulum -o unit1       (drives the running robot for 73 s)
@@ -37,7 +38,7 @@ def main(argv: list[str]) -> int:
         return _beside(options)
     if options.model is None:
         raise UserError('leo datasheet: --model names the robot, a folder or a model file')
-    model = common.load(options)
+    model = load_model(options.model)
     joint = _joint(options.joint, model)
     if options.motion:
         return _motion(options, model, joint)
