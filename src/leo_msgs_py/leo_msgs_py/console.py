@@ -24,6 +24,7 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 from rich.segment import Segment
+from rich.table import Column
 from rich.table import Table as RichTable
 from rich.text import Text
 
@@ -66,14 +67,14 @@ class Terminal(Console):
 class Table(RichTable):
     """A table that folds names and numbers where it is too wide for the terminal, never cuts."""
 
-    def __init__(self, *headers: str, **options: Any) -> None:
-        super().__init__(**options)
-        for header in headers:
-            self.add_column(header)
-
     def add_column(self, *header: Any, **options: Any) -> None:
         """Add a column; see rich."""
         super().add_column(*header, **{'overflow': 'fold', **options})
+
+
+def figures(*headers: str, **options: Any) -> list[Column]:
+    """Columns of numbers, to the right, for a `Table`; `options` go to rich."""
+    return [Column(header, justify='right', overflow='fold', **options) for header in headers]
 
 
 @dataclass

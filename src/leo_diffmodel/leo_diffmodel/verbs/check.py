@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.table import Column
 from rich.text import Text
 
 from leo_diffmodel.bags.episode import distinct
 from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import figures, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
@@ -38,7 +39,6 @@ COLOURS = {'ok': 'green', 'warning': 'yellow', 'error': 'red'}
 PAIRS_SHOWN = 8
 ROWS_SHOWN = 40
 JOINTS_SHOWN = 3
-WORDS = ('joint', 'effect', 'unit', 'most like', 'hardest to name')
 TOGETHER = {
     'rate': 'the speed is the derivative of the angle',
     'noise': 'little noise against what they move',
@@ -149,8 +149,8 @@ def _lines(result: Check) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _excitation_table(result: Check) -> Table:
-    table = Table(title='what each joint was put through')
-    _columns(table, 'joint', 'angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off')
+    measured = figures('angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off')
+    table = Table('joint', *measured, title='what each joint was put through')
     for row in result.excitation:
         table.add_row(
             row.joint,
@@ -163,23 +163,18 @@ def _excitation_table(result: Check) -> Table:
     return table
 
 
-def _columns(table: Table, *names: str) -> None:
-    for name in names:
-        table.add_column(name, justify='left' if name in WORDS else 'right')
-
-
-def _titled(result: Check, caption: str) -> Table:
+def _titled(result: Check, caption: str, *columns: Column | str) -> Table:
     title = f'what these {result.seconds:.0f} s can say about each effect'
-    return Table(title=f'{title} (sizes are changes from the model)', caption=caption)
+    return Table(*columns, title=f'{title} (sizes are changes from the model)', caption=caption)
 
 
 def _effects_table(result: Check) -> Table:
-    table = _titled(
-        result,
+    caption = (
         'found, named: smallest size that is, in 19 runs of 20; seconds: data like these '
-        'that it takes to name the effect at the size in the column before',
+        'that it takes to name the effect at the size in the column before'
     )
-    _columns(table, 'effect', 'found from', 'named from', 'unit', 'size', 'seconds', 'most like')
+    found, typical = figures('found from', 'named from'), figures('size', 'seconds')
+    table = _titled(result, caption, 'effect', *found, 'unit', *typical, 'most like')
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
         table.add_row(
             row.label,
@@ -195,12 +190,12 @@ def _effects_table(result: Check) -> Table:
 
 def _by_name(result: Check) -> Table:
     """One row for each effect, over its places."""
-    table = _titled(
-        result,
+    caption = (
         'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
-        'of its places (- none); --json lists all',
+        'of its places (- none); --json lists all'
     )
-    _columns(table, 'effect', 'places', 'found from', 'named from', 'unit', 'hardest to name')
+    found = figures('places', 'found from', 'named from')
+    table = _titled(result, caption, 'effect', *found, 'unit', 'hardest to name')
     names = dict.fromkeys(row.name for row in result.reaches)
     for rows in ([r for r in result.reaches if r.name == name] for name in names):
         worst = max(rows, key=lambda r: r.seconds_to_name or 1e9)

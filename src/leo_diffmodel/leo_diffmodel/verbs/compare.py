@@ -17,7 +17,7 @@ from leo_diffmodel.compare.ranking import STAGES as RANKING_STAGES
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import figures, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
@@ -33,6 +33,7 @@ SHOWN = 10
 WINDOWS = 3
 MOST_COLUMNS, HORIZONS = 8, 3
 BARS = '▁▂▃▄▅▆▇█'
+AHEAD = 'rms error ahead of the measured start / noise floor'
 
 
 def main(argv: list[str]) -> int:
@@ -106,10 +107,8 @@ def _print(data: dict) -> None:
 
 
 def _horizons(data: dict) -> Table:
-    table = Table(title='rms error ahead of the measured start / noise floor')
-    table.add_column('ahead [s]', justify='right', no_wrap=True)
-    for state in data['states']:
-        table.add_column(f'{state["name"]} [{state["unit"]}]', justify='right')
+    states = figures(*(f'{state["name"]} [{state["unit"]}]' for state in data['states']))
+    table = Table(*figures('ahead [s]', no_wrap=True), *states, title=AHEAD)
     for row, floor in zip(data['horizon'], data['noise_floor']['horizon'], strict=True):
         cells = [f'{e:.2g} / {f:.2g}' for e, f in zip(row['rmse'], floor['rmse'], strict=True)]
         table.add_row(f'{row["seconds"]:.3g}', *cells)
@@ -120,9 +119,7 @@ def _states(data: dict) -> Table:
     """Errors ahead of many states: a line each, and some of the horizons."""
     rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
     rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
-    table = Table('state', title='rms error ahead of the measured start / noise floor')
-    for row, _ in rows:
-        table.add_column(f'{row["seconds"]:.3g} s', justify='right')
+    table = Table('state', *figures(*(f'{row["seconds"]:.3g} s' for row, _ in rows)), title=AHEAD)
     for i, state in enumerate(data['states']):
         cells = [f'{row["rmse"][i]:.2g} / {floor["rmse"][i]:.2g}' for row, floor in rows]
         table.add_row(f'{state["name"]} [{state["unit"]}]', *cells)
@@ -130,10 +127,9 @@ def _states(data: dict) -> Table:
 
 
 def _joints(rows: list[dict]) -> Table:
-    table = Table('joint', title='torque the model lacks, rms beyond noise')
     unit = _unit(rows)
-    for column in ('share', unit, 'as V', 'of stall', f'noise [{unit}]'):
-        table.add_column(column, justify='right')
+    heads = figures('share', unit, 'as V', 'of stall', f'noise [{unit}]')
+    table = Table('joint', *heads, title='torque the model lacks, rms beyond noise')
     for row in sorted(rows, key=lambda r: -r['share']):
         stall = _or_dash(row['stall_percent'], ' %')
         sizes = f'{row["torque_nm"]:.2g}', _or_dash(row['volts']), stall
@@ -148,9 +144,8 @@ def _unit(rows: list[dict]) -> str:
 def _places(rows: list[dict], worst: list[dict]) -> Table:
     """One line for each joint and variable: how the torque goes with it, and where it is worst."""
     columns = 'joint', 'variable', 'low to high', 'worst at'
-    table = Table(*columns, title='where it fails, worst first')
-    for column in ('of error', 'of time', _unit(worst)):
-        table.add_column(column, justify='right')
+    sizes = figures('of error', 'of time', _unit(worst))
+    table = Table(*columns, *sizes, title='where it fails, worst first')
     for row in worst[:SHOWN]:
         shares = percent(row['share']), percent(row['data_share'])
         torque = f'{row["torque_nm"]:.2g}'
@@ -239,13 +234,12 @@ def ranking_table(data: dict) -> Table:
     """A line for each model; the sizes are taken together over the states of one unit."""
     units = [state['unit'] for state in data['states']]
     title = f'rms error {data["seconds"]:.2g} s ahead / noise floor, best first'
-    table = Table('model', title=title)
-    for unit in ('%', *dict.fromkeys(units)):
-        table.add_column(f'[{unit}]', justify='right', no_wrap=True)
+    sizes = figures('[%]', *(f'[{unit}]' for unit in dict.fromkeys(units)), no_wrap=True)
+    table = Table('model', *sizes, title=title)
     table.add_column('', no_wrap=True)
     for row in data['models']:
-        sizes = (_sizes(row, np.array(units) == unit) for unit in dict.fromkeys(units))
-        cells = [f'{error:.2g} / {floor:.2g}' for error, floor in sizes]
+        pairs = (_sizes(row, np.array(units) == unit) for unit in dict.fromkeys(units))
+        cells = [f'{error:.2g} / {floor:.2g}' for error, floor in pairs]
         place = 'best' if row is data['models'][0] else 'alike' if _alike(row) else 'worse'
         table.add_row(row['model'], f'{100 * row["share"] ** 0.5:.2g}', *cells, place)
     return table

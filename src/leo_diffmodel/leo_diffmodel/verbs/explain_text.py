@@ -69,9 +69,7 @@ def unique_names(paths: Sequence[Path]) -> list[str]:
 
 def show_each(bags: Sequence[str], answers: Sequence[Explanation]) -> None:
     """Print the verdict on each bag, and the effects with their values."""
-    table = Table(title='each bag by itself')
-    for column in ('bag', 'verdict', 'effects'):
-        table.add_column(column)
+    table = Table('bag', 'verdict', 'effects', title='each bag by itself')
     for bag, answer in zip(bags, answers, strict=True):
         table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
     Terminal().print(table)

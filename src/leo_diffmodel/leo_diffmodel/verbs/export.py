@@ -10,7 +10,7 @@ import shlex
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import figures, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -157,10 +157,8 @@ def _print_check(check: dict[str, Any], format_name: str) -> None:
     errors = check['errors']
     kind = 'median' if check['statistic'] == 'median' else 'rms'
     title = f'{kind} error {check["seconds"]:.2g} s ahead of the measured start'
-    table = Table('state', title=title)
-    for name, said in COLUMNS.items():
-        if name in errors:
-            table.add_column(said.format(format_name), justify='right')
+    heads = [said.format(format_name) for name, said in COLUMNS.items() if name in errors]
+    table = Table('state', *figures(*heads), title=title)
     for i, state in enumerate(check['states']):
         found = [errors[name][i] for name in COLUMNS if name in errors]
         cells = [ENDLESS if error is None else f'{error:.4g}' for error in found]

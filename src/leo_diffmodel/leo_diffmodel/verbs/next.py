@@ -15,7 +15,7 @@ from rich.text import Text
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.common import NEGATIVE
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import figures, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect
@@ -161,11 +161,10 @@ def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
 def _table(found: Proposal) -> Table:
     counted = found.aim == 'show' and len(found.points) > PAIRS_SHOWN
     kind = 'nats apart' if found.aim == 'separate' else 'nats of evidence'
-    table = Table('run', title='menu, best first' + (not counted) * f'; predicted {kind}')
-    figures = ('least', *found.points[:PAIRS_SHOWN])
-    for title in (f'would show, of {len(found.points)}',) if counted else figures:
-        table.add_column(title, justify='right')
-    table.add_column('what it does')
+    points = ('least', *found.points[:PAIRS_SHOWN])
+    heads = (f'would show, of {len(found.points)}',) if counted else points
+    title = 'menu, best first' + (not counted) * f'; predicted {kind}'
+    table = Table('run', *figures(*heads), 'what it does', title=title)
     for option in found.options[:OPTIONS_SHOWN]:
         nats = min(option.nats), *option.nats[:PAIRS_SHOWN]
         cells = [_count_shown(option)] if counted else [number(n) for n in nats]

@@ -14,7 +14,7 @@ from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain import show
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import figures, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -87,10 +87,10 @@ def _print(result: Explanation, rows: list[dict], folder: Path, target: Path) ->
         cells = [['model', *names], *([row['model'], *_pairs(row)] for row in rows)]
         if len(names) > MOST_ACROSS:
             cells = [list(column) for column in zip(*cells, strict=True)]
-        table = Table(title=f'held-out error {rows[0]["seconds"]:.2g} s ahead, rms / median')
-        for column, name in enumerate(cells[0]):
-            table.add_column(name, justify='right' if column else 'left')
-        for line in cells[1:]:
+        (first, *others), *lines = cells
+        title = f'held-out error {rows[0]["seconds"]:.2g} s ahead, rms / median'
+        table = Table(first, *figures(*others), title=title)
+        for line in lines:
             table.add_row(*line)
         Terminal().print(table)
     print(f'wrote {target}, {folder}/explain.json and {folder}/report.html')
