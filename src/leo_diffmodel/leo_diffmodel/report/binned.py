@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
-from bokeh.models import ColumnDataSource, Range1d, Span, Whisker
+from bokeh.models import ColumnDataSource, Range1d, Span
 import numpy as np
 
 from leo_diffmodel.compare.conditions import folded
@@ -17,7 +17,7 @@ from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.compare.torque import MissingTorque
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.report.canvas import canvas
+from leo_diffmodel.report.canvas import canvas, points
 from leo_diffmodel.report.text import prefix
 from leo_sim.description.robot import Robot
 
@@ -155,9 +155,4 @@ def torque_canvas(
     for i, stroke in enumerate(strokes):
         look = {'line_color': stroke.colour, 'line_dash': stroke.dash}
         plot.line('x', f'curve{i}', source=means, line_width=3, **look)
-    bar = Whisker(base='x', lower='low', upper='high', source=means, line_color=palette.INK)
-    bar.upper_head.size = bar.lower_head.size = 5
-    bar.upper_head.line_color = bar.lower_head.line_color = palette.INK
-    plot.add_layout(bar)
-    glyphs = plot.scatter('x', 'y', source=means, size=7, color=palette.INK, line_color='white')
-    return plot, glyphs
+    return plot, points(plot, means)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bokeh.models import HoverTool, PrintfTickFormatter
+from bokeh.models import ColumnDataSource, HoverTool, PrintfTickFormatter, Whisker
 from bokeh.plotting import figure
 
 from leo_diffmodel.picture import palette
@@ -43,6 +43,15 @@ def canvas(x_label: str, y_label: str, **options: Any) -> Any:
     plot.axis.axis_line_color = plot.axis.major_tick_line_color = palette.NOISE
     plot.axis.minor_tick_line_color = None
     return plot
+
+
+def points(plot: Any, source: ColumnDataSource) -> Any:
+    """Points `x`, `y` with whiskers from `low` to `high`; the glyphs of the points."""
+    bar = Whisker(base='x', lower='low', upper='high', source=source, line_color=palette.INK)
+    for head in (bar.upper_head, bar.lower_head):
+        head.update(size=5, line_color=palette.INK)
+    plot.add_layout(bar)
+    return plot.scatter('x', 'y', source=source, size=7, color=palette.INK, line_color='white')
 
 
 def hover(plot: Any, glyphs: Any, tips: list[tuple[str, str]]) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import ColumnDataSource, FixedTicker, Range1d
 import numpy as np
 
 from leo_diffmodel.picture import palette
@@ -24,6 +24,8 @@ BELOW_FLOOR = 0.6
 MOST_FIGURES = 6
 """Where there are more states, their rates are left to the JSON."""
 THIN, WIDE = 1.5, 2.5
+LOWEST = 1e-12
+"""From where on the floor is shaded."""
 Row = Mapping[str, Any]
 Series = Mapping[str, tuple[list[list[float]], Stroke]]
 """By name the errors of each state at each horizon, and how they are drawn."""
@@ -86,17 +88,18 @@ def _section(
 ) -> Section:
     """The figures; the floor is `sure` unless a few windows decide it, as on the ground."""
     seconds, figures = [r['seconds'] for r in rows], []
+    strokes = {name: stroke for name, (_, stroke) in series.items()}
+    errors = {'floor': floor} | {name: of_model for name, (of_model, _) in series.items()}
     for i, state in enumerate(states):
         if len(states) > MOST_FIGURES and state['name'].endswith(' rate'):
             continue
-        curves = {n: ([row[i] for row in v], stroke) for n, (v, stroke) in series.items()}
-        axis = f'rms error of {state["name"]} [{state["unit"]}]'
-        figures.append(_figure(seconds, curves, [row[i] for row in floor], axis))
+        curves = {name: [row[i] for row in table] for name, table in errors.items()}
+        plot = horizon_canvas(ColumnDataSource({'seconds': seconds, **curves}), strokes)
+        low, high = np.nanmin([*curves.values()]), np.nanmax([*curves.values()])
+        frame(plot, f'{state["name"]} [{state["unit"]}]', 0.6 * low, 1.6 * high)
+        figures.append(plot)
     values = {
-        'legend': [
-            *((n, stroke) for n, (_, stroke) in series.items()),
-            ('noise floor', palette.FLOOR),
-        ],
+        'legend': [*strokes.items(), ('noise floor', palette.FLOOR)],
         'note': NOTE.format(note),
         'floor_too_high': sure and _floor_too_high(series, floor),
         'left_out': len(states) - len(figures),
@@ -104,27 +107,28 @@ def _section(
     return Section('horizon.html', values, tuple(figures))
 
 
-def _figure(
-    seconds: Sequence[float],
-    curves: Mapping[str, tuple[list[float], Stroke]],
-    floor: Sequence[float],
-    axis: str,
-) -> Any:
-    """Error of each model against horizon [s], both logarithmic, with the noise floor shaded."""
-    plot = canvas('prediction horizon [s]', axis, x_axis_type='log', y_axis_type='log')
-    values = np.concatenate([floor, *(errors for errors, _ in curves.values())])
-    bottom, top = 0.6 * np.nanmin(values), 1.6 * np.nanmax(values)
-    plot.y_range = Range1d(bottom, top)
-    plot.varea(seconds, bottom, floor, color=palette.NOISE_FILL)
-    plot.line(seconds, floor, color=palette.NOISE, line_width=1.5, line_dash='dashed')
-    for name, (errors, stroke) in curves.items():
-        source = ColumnDataSource({'x': seconds, 'y': errors, 'floor': floor})
-        look = {'color': stroke.colour, 'source': source}
+def horizon_canvas(source: ColumnDataSource, strokes: Mapping[str, Stroke], **options: Any) -> Any:
+    """The columns of errors against `seconds`, both logarithmic, above the shaded `floor`."""
+    scales = {'x_axis_type': 'log', 'y_axis_type': 'log', 'y_range': Range1d(1e-3, 1.0)}
+    plot = canvas('prediction horizon [s]', '', **scales, **options)
+    floor = {'source': source, 'color': palette.NOISE, 'line_dash': palette.FLOOR.dash}
+    plot.varea('seconds', LOWEST, 'floor', source=source, color=palette.NOISE_FILL)
+    plot.line('seconds', 'floor', line_width=1.5, **floor)
+    for name, stroke in strokes.items():
         width = THIN if stroke.dash == DOTTED else WIDE
-        plot.line('x', 'y', line_width=width, line_dash=stroke.dash, **look)
-        dots = plot.scatter('x', 'y', size=2 * width + 2, **look)
-        hover(plot, dots, [(name, '@y{0.000e}'), ('floor', '@floor{0.000e}'), ('s', '@x')])
+        look = {'color': stroke.colour, 'source': source}
+        plot.line('seconds', name, line_width=width, line_dash=stroke.dash, **look)
+        dots = plot.scatter('seconds', name, size=2 * width + 2, **look)
+        tip = (name, f'@{{{name}}}{{0.000e}}')
+        hover(plot, dots, [tip, ('floor', '@floor{0.000e}'), ('s', '@seconds')])
     plain_numbers(plot.axis)
-    plot.xaxis.ticker = ticks(min(seconds), max(seconds))
-    plot.yaxis.ticker = ticks(bottom, top)
+    seconds = source.data['seconds']
+    plot.xaxis.ticker, plot.yaxis.ticker = ticks(min(seconds), max(seconds)), FixedTicker()
     return plot
+
+
+def frame(plot: Any, axis: str, bottom: float, top: float) -> None:
+    """Say whose error a plot shows, and show it from `bottom` to `top`."""
+    plot.yaxis.axis_label = f'rms error of {axis}'
+    plot.y_range.update(start=bottom, end=top)
+    plot.yaxis.ticker.ticks = ticks(bottom, top)

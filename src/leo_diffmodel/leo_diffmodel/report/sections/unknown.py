@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from bokeh.models import ColumnDataSource, Whisker
+from bokeh.models import ColumnDataSource
 import numpy as np
 
 from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.picture import palette
-from leo_diffmodel.report.canvas import canvas, hover
+from leo_diffmodel.report.canvas import canvas, hover, points
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import estimates, percent, prefix
 
@@ -50,9 +50,6 @@ def _figure(unknown: Unknown) -> Any:
     if unknown.fit:
         height = scale * np.array(curve['law'], dtype=float)
         plot.line(curve['x'], height, line_width=3, color=palette.AFTER)
-    bar = Whisker(base='x', lower='low', upper='high', source=source, line_color=palette.INK)
-    bar.upper_head.size = bar.lower_head.size = 5
-    plot.add_layout(bar)
-    dots = plot.scatter('x', 'y', source=source, size=7, color=palette.INK, line_color='white')
+    dots = points(plot, source)
     hover(plot, dots, [(f'{unknown.variable}', '@x{0.000}'), ('missing', f'@y{{0.000}} {unit}')])
     return plot

@@ -7,12 +7,13 @@ from typing import Any
 
 from bokeh.events import Tap
 from bokeh.layouts import column
-from bokeh.models import BoxAnnotation, ColumnDataSource, FixedTicker, Select, Span
+from bokeh.models import BoxAnnotation, ColumnDataSource, Select, Span
 from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.picture import palette
-from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
+from leo_diffmodel.report.canvas import canvas
+from leo_diffmodel.report.sections.horizon import frame, horizon_canvas
 from leo_diffmodel.watch import view
 from leo_diffmodel.watch.page.look import (
     CARD,
@@ -61,8 +62,8 @@ class HorizonView:
         self._state = state
         curves = view.against_horizon(state)
         self._source = ColumnDataSource(curves, name='error against horizon')
-        self._ticker = FixedTicker()
-        self.plot = self._plot()
+        look = {'height': HEIGHT, 'name': 'horizon plot'}
+        self.plot = horizon_canvas(self._source, dict(MODELS), **look)
         names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]
         options = [(str(i), name) for i, name in enumerate(names)]
         self._shown = Select(options=options, value='0', title='error of', width=160, name='shown')
@@ -76,32 +77,8 @@ class HorizonView:
     def refresh(self) -> None:
         """Draw the curves of now."""
         renew(self._source, view.against_horizon(self._state))
-        self._frame()
+        frame(self.plot, view.unit(self._state), *view.heights(self._source.data))
         self._shown.value = str(self._state.shown)
-
-    def _plot(self) -> Any:
-        options = {'x_axis_type': 'log', 'y_axis_type': 'log', 'y_range': (1e-3, 1.0)}
-        plot = canvas('prediction horizon [s]', '', height=HEIGHT, name='horizon plot', **options)
-        plot.varea('seconds', 1e-12, 'floor', source=self._source, color=palette.NOISE_FILL)
-        floor = {'source': self._source, 'color': palette.NOISE, 'line_dash': palette.FLOOR.dash}
-        plot.line('seconds', 'floor', line_width=1.5, **floor)
-        for name, stroke in MODELS:
-            look = {'source': self._source, 'color': stroke.colour}
-            plot.line('seconds', name, line_width=2.5, line_dash=stroke.dash, **look)
-            dots = plot.scatter('seconds', name, size=7, **look)
-            tip = (name, f'@{name}{{0.000e}}')
-            hover(plot, dots, [tip, ('floor', '@floor{0.000e}'), ('s', '@seconds')])
-        plain_numbers(plot.axis)
-        seconds = self._source.data['seconds']
-        plot.xaxis.ticker, plot.yaxis.ticker = ticks(min(seconds), max(seconds)), self._ticker
-        return plot
-
-    def _frame(self) -> None:
-        """The axes: all that is no smaller than a part of the floor."""
-        bottom, top = view.heights(self._source.data)
-        self.plot.y_range.update(start=bottom, end=top)
-        self._ticker.ticks = ticks(bottom, top)
-        self.plot.yaxis.axis_label = f'rms error of {view.unit(self._state)}'
 
 
 def words(state: State) -> Markup:
