@@ -31,6 +31,7 @@ from leo_lab.blind.run_cases import read_lines
 from leo_lab.blind.strength import fitted, usable
 from leo_lab.blind.suite import check_readable, robot_of
 from leo_lab.blind.table import confusion, hidden, SHARES, wilson
+from leo_lab.markdown import markdown
 from leo_lab.verbs.blind_told import TITLES, WORDS
 from leo_msgs_py.errors import UserError
 
@@ -86,9 +87,7 @@ def table(asked: str) -> str:
         return f'{error}\n'
     rows = _chosen(lines, given)
     head, cells = TABLES[given.table]
-    told = [head(rows) if callable(head) else head, *cells(rows)]
-    ruled = [told[0], ['---'] * len(told[0]), *told[1:]]
-    text = ''.join('| ' + ' | '.join(map(str, row)) + ' |\n' for row in ruled)
+    text = markdown(head(rows) if callable(head) else head, cells(rows)) + '\n'
     return text + ('\n' + _origin(given, rows) if given.table in ('rates', 'worlds') else '')
 
 

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 import re
 
 from benchmarks.referee.card import names, read_card, ROOT
 from benchmarks.referee.contenders import CONTENDERS
 
+from leo_lab.markdown import markdown
 from leo_lab.result_lines import read_results
 
 RESULTS, PAGE = ROOT / 'benchmarks/results/referee.jsonl', ROOT / 'docs/referee.md'
@@ -46,18 +47,16 @@ def _summary(cards: Sequence[str], of: dict[tuple[str, str], dict]) -> str:
     """One row a rig: what was named, its error, and that of the others as a multiple of it."""
     others = [c for c in CONTENDERS if c != 'leo']
     head = ('rig', 'named', f'{SHORT["leo"]} [rad, slides m]', *(SHORT[c] for c in others))
-    return _ruled(
-        head,
+    rows = (
         (
-            (
-                read_card(name).title,
-                _judged(of.get((name, 'leo'), {})),
-                _figure(of.get((name, 'leo'), {})),
-                *(_ratio(of.get((name, c), {})) for c in others),
-            )
-            for name in cards
-        ),
+            read_card(name).title,
+            _judged(of.get((name, 'leo'), {})),
+            _figure(of.get((name, 'leo'), {})),
+            *(_ratio(of.get((name, c), {})) for c in others),
+        )
+        for name in cards
     )
+    return f'{markdown(head, rows)}\n'
 
 
 def _card(name: str, of: dict[tuple[str, str], dict]) -> str:
@@ -76,7 +75,7 @@ def _card(name: str, of: dict[tuple[str, str], dict]) -> str:
     head = ('by', f'median {card.seconds:g} s ahead', "of leo's", 'CPU [s]', 'answer')
     return (
         f'### {card.title}\n\nFrom {card.source}. Measured: {card.measured}. Known: '
-        f'{card.known}.\n\n{_ruled(head, rows)}'
+        f'{card.known}.\n\n{markdown(head, rows)}\n'
     )
 
 
@@ -111,11 +110,6 @@ def _answer(line: dict) -> str:
     words = line.get('said', line.get('refused', '-')).split('; held-out error')[0]
     verdict = f'`{line["verdict"]}`: ' if line.get('verdict') else ''
     return (verdict + ' '.join(words.split())).replace('|', '\\|')
-
-
-def _ruled(head: Sequence[str], rows: Iterator[Sequence[str]] | Sequence) -> str:
-    told = [head, ['---'] * len(head), *rows]
-    return ''.join('| ' + ' | '.join(row) + ' |\n' for row in told)
 
 
 def _origin(lines: Sequence[dict]) -> str:

@@ -10,9 +10,9 @@ from typing import Any
 from matplotlib.figure import Figure
 import numpy as np
 
+from leo_lab.markdown import markdown
 from leo_lab.result_lines import Row
 from leo_lab.thesis.cases import grouped
-from leo_lab.thesis.markdown import markdown
 from leo_lab.thesis.png_figures import DPI, HEIGHT, WIDTH
 from leo_lab.thesis.summary import mean_and_half
 from leo_lab.thesis.transfer import Case

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from leo_lab.markdown import markdown
 from leo_lab.result_lines import Row
 from leo_lab.thesis.cases import grouped
-from leo_lab.thesis.markdown import markdown
 from leo_lab.thesis.png_figures import learning_curves
 from leo_lab.thesis.summary import FAR, Summary, summary
 from leo_lab.thesis.walking import Case
