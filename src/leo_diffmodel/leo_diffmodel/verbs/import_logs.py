@@ -8,13 +8,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-from rich.progress import track
-
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
 from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.info import bag_info, BagInfo
-from leo_msgs_py.console import Terminal
+from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -62,20 +60,14 @@ def main(argv: list[str]) -> int:
             'leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
             f'{leo("import", options.logs[0], "--guess")}'
         )
-    console = Terminal(stderr=True)
     column_map = load_map(options.map)
-    bags = [
-        import_logs(logs, options.map, bag, options.join)
-        for logs, bag in track(
-            _jobs(options.logs, Path(options.output), options.bag_per_log),
-            'importing',
-            console=console,
-            transient=True,
-            disable=not console.is_terminal,
-        )
-    ]
-    infos = [bag_info(bag) for bag in bags]
-    command = _next(bags, column_map)
+    jobs = _jobs(options.logs, Path(options.output), options.bag_per_log)
+    infos = []
+    with progress('importing', len(jobs)) as heard:
+        for logs, bag in jobs:
+            infos.append(bag_info(import_logs(logs, options.map, bag, options.join)))
+            heard(bag.name)
+    command = _next([info.path for info in infos], column_map)
     if options.json:
         print(json.dumps({'bags': [_summary(info) for info in infos], 'next': command}, indent=2))
     else:

@@ -142,20 +142,14 @@ def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
 
 
 def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:
-    console = Terminal()
-    console.print(
-        Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'), highlight=False
-    )
-    if found.aim == 'nothing':
-        console.print(nothing(answer))
-        return
-    console.print(asked(found))
+    console = Terminal(highlight=False)
+    console.print(Text.assemble((answer['verdict'], 'bold'), f': {answer["sentence"]}'))
+    about, *rest = in_words(found, answer, seconds)
+    console.print(about)
     if found.points:
         console.print(_table(found))
-    if found.hopeless:
-        console.print(hopeless(found))
-    if found.best is not None:
-        console.print(best(found, seconds), highlight=False)
+    for line in rest:
+        console.print(line)
 
 
 def _table(found: Proposal) -> Table:
@@ -167,7 +161,7 @@ def _table(found: Proposal) -> Table:
     table = Table('run', *figures(*heads), 'what it does', title=title)
     for option in found.options[:OPTIONS_SHOWN]:
         nats = min(option.nats), *option.nats[:PAIRS_SHOWN]
-        cells = [_count_shown(option)] if counted else [number(n) for n in nats]
+        cells = [_count_shown(option)] if counted else [_number(n) for n in nats]
         about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
         table.add_row(option.run.name, *cells, about)
     if len(found.options) > OPTIONS_SHOWN:
@@ -184,19 +178,15 @@ def _count_shown(option: Option) -> str:
 def in_words(found: Proposal, answer: dict[str, Any], seconds: float) -> list[str]:
     """All of it but the menu, a line each; `seconds` is the length of the runs."""
     if found.aim == 'nothing':
-        return [nothing(answer)]
-    lines = [asked(found)]
+        return [_nothing(answer)]
+    lines = [f'{ABOUT[found.aim]}: {_listed([*found.points, *found.hopeless])}']
     if found.hopeless:
-        lines.append(hopeless(found))
-    return [*lines, best(found, seconds)] if found.best else lines
+        lines.append(f'no run of the menu helps with: {_listed(found.hopeless)}')
+    return [*lines, _best(found, seconds)] if found.best else lines
 
 
-def nothing(answer: dict[str, Any]) -> str:
-    """Why no run is proposed.
-
-    Args:
-        answer: the contents of explain.json.
-    """
+def _nothing(answer: dict[str, Any]) -> str:
+    """Why no run is proposed, of the contents of explain.json."""
     if answer['verdict'] in NEGATIVE and not answer.get('unknown'):
         wanted = answer.get('next_run') or 'vary one at a time: speed, load, angle, supply'
         return f'No run of the menu settles what is open: {wanted}'
@@ -208,17 +198,7 @@ def nothing(answer: dict[str, Any]) -> str:
     return 'Nothing is open, and every effect was testable: no further run is needed.'
 
 
-def asked(found: Proposal) -> str:
-    """What a run is to settle."""
-    return f'{ABOUT[found.aim]}: {_listed([*found.points, *found.hopeless])}'
-
-
-def hopeless(found: Proposal) -> str:
-    """What no run settles."""
-    return f'no run of the menu helps with: {_listed(found.hopeless)}'
-
-
-def best(found: Proposal, seconds: float) -> str:
+def _best(found: Proposal, seconds: float) -> str:
     """What the best run says, and whether it is long enough."""
     from leo_diffmodel.check.amplitudes import needed
     from leo_diffmodel.explain.settings import SETTINGS
@@ -229,7 +209,7 @@ def best(found: Proposal, seconds: float) -> str:
         return f'"{option.run.name}" would show {count}: {option.run.about}'
     least = min(option.nats)
     a, b = found.points[option.nats.index(least)].split(' | ')
-    said = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {number(least)} nats'
+    said = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {_number(least)} nats'
     enough = needed(SETTINGS.gates.margin_nats)
     if least > enough:
         return said
@@ -237,7 +217,7 @@ def best(found: Proposal, seconds: float) -> str:
     return f'{said}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
 
 
-def number(nats: float) -> str:
+def _number(nats: float) -> str:
     """Evidence, as much as one can read of it."""
     return 'over 1000' if nats > 1000 else f'{nats:.1f}'
 
