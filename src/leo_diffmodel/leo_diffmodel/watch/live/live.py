@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 import shutil
@@ -54,29 +56,29 @@ class Live:
             self.sending.stop()
 
     def switch_recording(self) -> None:
-        """Recording on or off.
-
-        Raises:
-            UserError: there is nowhere to record to.
-        """
-        self.said = ''
-        if self.recording.on:
-            self.recording.stop()
-        else:
-            self.recording.start()
+        """Recording on or off."""
+        with self._saying():
+            if self.recording.on:
+                self.recording.stop()
+            else:
+                self.recording.start()
 
     def send(self) -> None:
-        """Send the run that was asked about.
+        """Send the run that was asked about, unless the robot is stopped or silent."""
+        with self._saying():
+            if self.robot.condition.e_stopped:
+                raise UserError(STOPPED)
+            if is_silent(self.robot.tape):
+                raise UserError(SILENT)
+            self.sending.yes()
 
-        Raises:
-            UserError: the robot is stopped or silent, or the question has expired.
-        """
+    @contextmanager
+    def _saying(self) -> Iterator[None]:
         self.said = ''
-        if self.robot.condition.e_stopped:
-            raise UserError(STOPPED)
-        if is_silent(self.robot.tape):
-            raise UserError(SILENT)
-        self.sending.yes()
+        try:
+            yield
+        except (UserError, OSError) as error:
+            self.said = str(error)
 
     def lines(self) -> tuple[bool, list[str]]:
         """Whether all is well, and what to say now: how the robot is, and more."""

@@ -39,7 +39,6 @@ from leo_diffmodel.watch.page.next_run import (
     UNITS,
 )
 from leo_diffmodel.watch.state import State
-from leo_msgs_py.errors import UserError
 
 BAD = '#8f3d00'
 ROOM = 106
@@ -85,10 +84,7 @@ class LiveView:
         self._words.text = self._said()
 
     def _recorded(self) -> None:
-        try:
-            self._live.switch_recording()
-        except (UserError, OSError) as error:
-            self._live.said = str(error)
+        self._live.switch_recording()
         self.tick()
 
     def _said(self) -> Markup:
@@ -138,10 +134,7 @@ class SendView:
         self.refresh()
 
     def _confirmed(self) -> None:
-        try:
-            self._live.send()
-        except (UserError, OSError) as error:
-            self._live.said = str(error)
+        self._live.send()
         self.refresh()
 
     def _refused(self) -> None:
