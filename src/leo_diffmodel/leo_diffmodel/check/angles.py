@@ -51,7 +51,7 @@ def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> list[
         'import it again with unit: deg, or with scale: rad for 1 %, in the column map; with '
         'unit: rad where that is right and the joint has no limits'
     )
-    return [Finding('angle_units', ERROR, what, (), todo)]
+    return [Finding('angle_units', ERROR, what, todo)]
 
 
 def _beyond(joint: Joint, low: float, high: float) -> str:
@@ -82,7 +82,7 @@ def positions_only(recording: Recording) -> list[Finding]:
         f'{100 * share:.0f} % of how fast it moves'
     )
     todo = 'log the speed that the servo itself measures; delays and filters of speeds show there'
-    return [Finding('positions_only', WARNING if share > CHECK.coarse else OK, what, (), todo)]
+    return [Finding('positions_only', WARNING if share > CHECK.coarse else OK, what, todo)]
 
 
 def _coarseness(recording: Recording, j: int) -> tuple[float, float, str]:

@@ -78,7 +78,7 @@ class Check:
         """The contents of check.json."""
         return {
             'good': self.is_good,
-            'findings': [f.to_json() for f in self.findings],
+            'findings': [asdict(f) for f in self.findings],
             'excitation': [asdict(e) for e in self.excitation],
             'effects': [asdict(r) for r in self.reaches],
             'pairs': [asdict(p) for p in self.pairs],
@@ -177,7 +177,7 @@ def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     recordings = [bag.recording for bag in bags]
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
-    short = Finding('short', ERROR, why, (), 'record 20 s or more with a changing input')
+    short = Finding('short', ERROR, why, 'record 20 s or more with a changing input')
     found = [
         replace(f, bag=str(r.path))
         for r in recordings

@@ -78,7 +78,7 @@ def _of_base(row: Excitation) -> Finding:
     """A base has no motor: it moves by what the others do, and not for long."""
     if row.moving < CHECK.least_of_base:
         what = f'{row.joint} moves in {100 * row.moving:.1f} % of the time only'
-        return Finding('still', WARNING, what, (), 'record the robot stepping or walking too')
+        return Finding('still', WARNING, what, 'record the robot stepping or walking too')
     return _moves(row)
 
 
@@ -115,13 +115,13 @@ def _judged(row: Excitation) -> Finding:
     if row.moving < CHECK.least_moving:
         what = f'{row.joint} moves in {100 * row.moving:.0f} % of the time only'
         todo = 'record 20 s with an input that swings it, such as steps of random size'
-        return Finding('still', WARNING, what, (), todo)
+        return Finding('still', WARNING, what, todo)
     if min(row.forward, 1 - row.forward) < CHECK.one_way:
         what = f'{row.joint} turns one way only: friction and a constant torque look alike'
-        return Finding('one_way', WARNING, what, (), 'let it turn both ways')
+        return Finding('one_way', WARNING, what, 'let it turn both ways')
     if row.input and row.levels < CHECK.fewest_levels and not row.free:
         what = f'the input of {row.joint} has {row.levels} levels: its motor law hardly shows'
-        return Finding('few_levels', WARNING, what, (), 'vary the size of the input')
+        return Finding('few_levels', WARNING, what, 'vary the size of the input')
     return _moves(row)
 
 
@@ -157,4 +157,4 @@ def _noise(joint: str, sigma: Array, share: float) -> Finding:
     if share <= CHECK.noisy:
         return Finding('noise', OK, what)
     todo = 'move further and faster, or record the encoder rather than a filtered estimate'
-    return Finding('noise', WARNING, what, (), todo)
+    return Finding('noise', WARNING, what, todo)

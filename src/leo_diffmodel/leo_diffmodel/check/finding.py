@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import groupby
 
 from leo_diffmodel.bags.recording import Recording
@@ -31,21 +31,17 @@ class Finding:
         severity: ok; warning, which limits what can be learned; or error, which makes what is
             learned wrong.
         what: a sentence.
-        where: stretches of the bag [s since its first state], empty for all of it.
         todo: what to do about it; empty where nothing is to be done.
+        where: stretches of the bag [s since its first state], empty for all of it.
         bag: path of the bag.
     """
 
     code: str
     severity: str
     what: str
-    where: tuple[tuple[float, float], ...] = ()
     todo: str = ''
+    where: tuple[tuple[float, float], ...] = ()
     bag: str = ''
-
-    def to_json(self) -> dict:
-        """Plain lists and strings."""
-        return asdict(self) | {'where': [list(w) for w in self.where]}
 
 
 def times(stretches: Sequence[tuple[float, float]]) -> str:
@@ -74,7 +70,7 @@ def _finding(f: Found) -> Finding:
     where = f': {times(f.where)}' if f.where else ''
     mend = f'put "{f.line}" into the topic map (--topic-map MAP.yaml)' if f.line else ''
     todo = mend if f.error and mend else f.fault.todo or mend
-    return Finding(f.fault.name, ERROR if f.error else WARNING, what + where, f.where, todo)
+    return Finding(f.fault.name, ERROR if f.error else WARNING, what + where, todo, f.where)
 
 
 def forces(recording: Recording, model: Model) -> list[Finding]:
@@ -94,4 +90,4 @@ def _kind(stretch: Stretch) -> tuple[str, str]:
 def _of_force(kind: str, found: list[Stretch]) -> Finding:
     where = tuple((s.begin, s.end) for s in found)
     severity = ERROR if kind == 'hand' else WARNING
-    return Finding(kind, severity, f'{found[0].why}: {times(where)}', where, TODO[kind])
+    return Finding(kind, severity, f'{found[0].why}: {times(where)}', TODO[kind], where)

@@ -42,7 +42,7 @@ def asked(recording: Recording) -> list[Finding]:
             f'inputs are what was asked for ({named[0]}{more}), not what was sent; nothing '
             'shows here that the two differ'
         )
-        out.append(Finding('asked', OK, what, (), TODO))
+        out.append(Finding('asked', OK, what, TODO))
     return out
 
 
@@ -58,7 +58,7 @@ def _unmet(recording: Recording, a: int, joint: str) -> Iterator[Finding]:
             f'{joint} stands at the end of its range while its goal goes on beyond, '
             f'{times(found)}: the goal was clipped on the way, or the joint blocked'
         )
-        yield Finding('asked', WARNING, what, found, TODO)
+        yield Finding('asked', WARNING, what, TODO, found)
 
 
 def _stretches(
@@ -120,10 +120,10 @@ def _acts_in(row: int | None, period: float) -> Finding:
     if row == EARLY:
         what = f'the goal of a row has acted when its positions are read, {period:.0f} ms early'
         todo = 'read the bag with a topic map that says hold: previous'
-        return Finding('frame', WARNING, what, (), todo)
+        return Finding('frame', WARNING, what, todo)
     if row == LATE:
         what = f'a goal acts a frame ({period:.0f} ms) after its row'
-        return Finding('frame', OK, what, (), 'nothing: explain tries command_delay')
+        return Finding('frame', OK, what, 'nothing: explain tries command_delay')
     what = (
         'positions are read before the goal of their row is sent, which acts up to a frame '
         f'({period:.0f} ms) after its stamp'

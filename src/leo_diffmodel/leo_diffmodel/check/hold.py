@@ -94,7 +94,7 @@ def _wrong_way(hold_now: str, nats: float) -> Finding:
         f'that fits better by {nats:.0f} nats'
     )
     todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
-    return Finding('hold', ERROR, what, (), todo)
+    return Finding('hold', ERROR, what, todo)
 
 
 def _right_way(hold_now: str, nats: float) -> Finding:
@@ -151,11 +151,7 @@ def _without(e: Array, a: Array) -> Array:
     """Residuals without what the columns explain, twice: the second time outliers weigh less."""
     weight = np.ones_like(e)
     for _ in range(2):
-        root = np.sqrt(weight)
-        left, size, right = np.linalg.svd(a * root[..., None], full_matrices=False)
-        good = size > 1e-7 * size[..., :1]
-        inverse = np.where(good, 1 / np.where(good, size, 1.0), 0.0)
-        seen = (np.swapaxes(left, -1, -2) @ (e * root)[..., None])[..., 0] * inverse
-        rest = e - (a @ (np.swapaxes(right, -1, -2) @ seen[..., None]))[..., 0]
+        root = np.sqrt(weight)[..., None]
+        rest = e - (a @ (np.linalg.pinv(a * root, 1e-7) @ (e[..., None] * root)))[..., 0]
         weight = huber_weight(rest, SETTINGS.numerics.huber)
     return rest

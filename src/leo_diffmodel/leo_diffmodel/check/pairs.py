@@ -72,10 +72,10 @@ def hidden(
     twins = [r.label for r in rows if r.detectable is not None and r.nameable is None]
     if blind:
         what = f'effects that would not show, however large: {", ".join(blind)}'
-        return Finding('untestable', WARNING, what, (), _instead(recordings, model))
+        return Finding('untestable', WARNING, what, _instead(recordings, model))
     if twins:
         what = f'effects that would show but could not be named: {", ".join(twins)}'
-        return Finding('twins', WARNING, what, (), 'leo next proposes a run that parts them')
+        return Finding('twins', WARNING, what, 'leo next proposes a run that parts them')
     what = f'{len(rows)} effects can be found and named in these {seconds:.0f} s (table)'
     return Finding('effects', OK, what)
 

@@ -52,10 +52,10 @@ def _rate(recording: Recording) -> Finding:
     )
     if typical > CHECK.slow_states * recording.command_period:
         todo = 'record every joint state that the robot publishes'
-        return Finding('rate', WARNING, f'{what}; states come more rarely than commands', (), todo)
+        return Finding('rate', WARNING, f'{what}; states come more rarely than commands', todo)
     if jitter > CHECK.jitter:
         todo = 'stamp states where they are measured; explain uses the stamps as they are'
-        return Finding('jitter', WARNING, what, (), todo)
+        return Finding('jitter', WARNING, what, todo)
     return Finding('rate', OK, what)
 
 
@@ -67,7 +67,7 @@ def _gaps(recording: Recording) -> list[Finding]:
     lost = sum(b - a for a, b in gaps)
     what = f'{len(gaps)} gaps, {lost:.2f} s in all: {times(gaps)}; no window crosses them'
     todo = 'recorder or network could not keep up: record on the robot, reliable, depth 1000'
-    return [Finding('gaps', WARNING, what, tuple(gaps), todo)]
+    return [Finding('gaps', WARNING, what, todo, tuple(gaps))]
 
 
 def length(recordings: Sequence[Recording]) -> Finding:
@@ -76,7 +76,7 @@ def length(recordings: Sequence[Recording]) -> Finding:
     seconds = sum(float(e.t[-1] - e.t[0]) for e in episodes)
     what = f'{seconds:.1f} s in {len(episodes)} {"episode" if len(episodes) == 1 else "episodes"}'
     if seconds < CHECK.short_seconds:
-        return Finding('length', WARNING, what, (), 'record 20 s or more')
+        return Finding('length', WARNING, what, 'record 20 s or more')
     return Finding('length', OK, what)
 
 
@@ -97,7 +97,7 @@ def even_stamps(recording: Recording) -> list[Finding]:
         'frame really was cannot be seen'
     )
     todo = 'log the time at which each observation was read, and import that column as time'
-    return [Finding('even_stamps', WARNING if rate < CHECK.paced else OK, what, (), todo)]
+    return [Finding('even_stamps', WARNING if rate < CHECK.paced else OK, what, todo)]
 
 
 def is_even(t: Array) -> bool:
@@ -130,4 +130,4 @@ def slow(recording: Recording) -> list[Finding]:
         'joint turns, delays and backlash happen in between'
     )
     todo = 'record at 100 Hz, 50 Hz at the least: the joints alone, no cameras in the loop'
-    return [Finding('slow', WARNING, what, (), todo)]
+    return [Finding('slow', WARNING, what, todo)]
