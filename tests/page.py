@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Read a report as a browser would: what it loads, and the text that is seen."""
+"""Read a report as a browser would: what it loads, and the text that is seen; a page to show."""
 
 from html.parser import HTMLParser
 from pathlib import Path
 import re
+from types import SimpleNamespace
+
+from leo_diffmodel.watch.errand import News
 
 LARGEST = 5_000_000
 
@@ -37,3 +40,10 @@ def read(path: Path) -> tuple[Links, str]:
     links = Links()
     links.feed(path.read_text(encoding='utf-8'))
     return links, re.sub(r'\s+', ' ', ''.join(links.text))
+
+
+def no_run(**known: object) -> SimpleNamespace:
+    """What to record next as the live page sees it, as long as nothing is but what is `known`."""
+    unasked = {'busy': False, 'news': News(), 'plan': None, 'hindrance': '', 'said': ''}
+    unwritten = {'file': None, 'words': [], 'recorded': []}
+    return SimpleNamespace(**{**unasked, **unwritten, **known})

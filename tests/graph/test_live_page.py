@@ -16,6 +16,7 @@ from bokeh.events import ButtonClick
 import numpy as np
 import pytest
 from rclpy.node import Node
+from tests.page import no_run
 from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import assembled, read_bag
@@ -95,16 +96,7 @@ def run_of(folder) -> SimpleNamespace:
     run = Run('steps', 'slow steps', np.full((LONG, 1), 0.5), np.ones(LONG, bool))
     plan = Plan((), robot, run)
     words = ['play', str(write_run(folder / 'run.csv', run, robot))]
-    return SimpleNamespace(
-        busy=False,
-        news=News(),
-        hindrance='',
-        plan=plan,
-        file=None,
-        said='',
-        words=words,
-        recorded=words,
-    )
+    return no_run(plan=plan, words=words, recorded=words)
 
 
 def scene_of(heard, found) -> bool:

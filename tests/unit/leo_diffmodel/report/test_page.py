@@ -19,7 +19,6 @@ from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.report.compared import write_comparison
 from leo_diffmodel.report.explained import write_explanation
-from leo_diffmodel.report.sections import budget, decided, horizon, hypotheses, left_out
 from leo_diffmodel.report.sections import missing as missing_section
 from leo_diffmodel.report.sections import verdict as verdict_section
 from leo_diffmodel.report.sections import where as where_section
@@ -77,17 +76,13 @@ def missing() -> MissingTorque:
 def explanation(verdict: str, model: Model, sentence: str = 'Sentence <1> & 2.') -> Explanation:
     """An answer without a search behind it."""
     return Explanation(
-        verdict=verdict,
-        sentence=sentence,
-        effects=[],
-        constants={},
-        hypotheses=[],
+        verdict,
+        sentence,
+        model,
         not_testable=NOT_TESTABLE,
         next_run='Let it swing with the motors free.',
-        errors={},
         seconds=0.1,
         provenance=PROVENANCE,
-        model=model,
     )
 
 
@@ -148,19 +143,6 @@ def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, t
     assert 'Every effect of the catalogue' not in text
 
 
-def test_an_answer_is_a_bar_beside_the_other_sets():
-    rows = [{'effects': [f'armature:{n}'] if n else [], 'share': 0.1} for n in range(10)]
-    values = decided.stability(rows, [], SETTINGS.gates.to_json()).values
-    assert [s['mine'] for s in values['sets']] == [True] + 6 * [False]
-    assert values['sets'][0]['name'] == 'nothing is missing'
-    assert values['sets'][-1] == {
-        'name': '4 other sets',
-        'share': '40 %',
-        'mine': False,
-        'width': pytest.approx(40.0),
-    }
-
-
 def test_what_came_from_outside_is_escaped(model, recording, tmp_path):
     path = tmp_path / 'report.html'
     hostile = '<script>alert(1)</script> coulomb_friction:pivot'
@@ -218,103 +200,6 @@ def test_a_page_that_fails_leaves_the_last_one(model, recording, tmp_path):
     assert path.read_text() == 'the last one'
 
 
-def test_budget_shares_add_up():
-    errors = {
-        'states': STATES,
-        'statistic': 'rmse',
-        'ladder': [
-            {'model': 'as given', 'rmse': [0.10, 1.0], 'seconds': 0.5},
-            {'model': '+ a:pivot', 'rmse': [0.05, 0.6], 'seconds': 0.5},
-            {'model': '+ b:pivot', 'rmse': [0.02, 0.3], 'seconds': 0.5},
-            {'model': 'noise floor', 'rmse': [0.01, 0.1], 'seconds': 0.5},
-        ],
-    }
-    parts = {p['name']: p['share'] for p in budget.explained(errors).values['parts']}
-    assert sum(parts.values()) == pytest.approx(1.0)
-    assert parts['a:pivot'] == pytest.approx(1 - (0.25 + 0.36) / 2)
-    assert parts['noise'] == pytest.approx(0.01)
-
-
-def test_medians_are_told_where_they_are_what_counts():
-    row = {'rmse': [5.0, 5.0], 'seconds': 0.3}
-    errors = {
-        'states': STATES,
-        'statistic': 'median',
-        'ladder': [
-            {'model': 'as given', 'median': [0.10, 0.0], **row},
-            {'model': '+ a:pivot', 'median': [0.05, 0.0], **row},
-            {'model': 'noise floor', 'median': [0.01, 0.1], **row},
-        ],
-    }
-    values = budget.explained(errors).values
-    assert values['word'] == 'median' and values['ladder'][0]['error'][0].startswith('0.1')
-    (line,) = verdict_section._figures(errors)
-    assert '0.3 s ahead the median held-out error is 50 % smaller' in line
-
-
-def test_every_state_has_its_floor():
-    errors = {
-        'states': STATES,
-        'statistic': 'rmse',
-        'horizon': [
-            {'seconds': s, 'before': [0.1, 1.0], 'after': [0.01, 0.1], 'noise_floor': [0.01, 0.1]}
-            for s in (0.03, 0.3)
-        ],
-    }
-    section = horizon.held_out(errors, repaired=True)
-    assert len(section.figures) == len(STATES)
-    assert [name for name, _ in section.values['legend']] == [
-        'as given',
-        'repaired',
-        'noise floor',
-    ]
-
-
-def hypothesis(name: str, train: float, held: float | None, near: tuple = ()) -> dict:
-    return {
-        'name': name,
-        'where': 'pivot',
-        'parameters': {'c': {'value': 0.1, 'unit': 'N m', 'ci95': [0.09, 0.11]}},
-        'gain_train': train,
-        'gain_held_out': held,
-        'error_before': 0.4,
-        'error_after': 0.1,
-        'inclusion_probability': 0.97,
-        'confusable_with': list(near),
-    }
-
-
-def test_every_hypothesis_has_a_status_in_words():
-    same = {'name': 'b', 'where': 'pivot', 'separable_nats': 0.1, 'same_thing': 'both brake'}
-    close = {'name': 'c', 'where': 'pivot', 'separable_nats': 2.0, 'same_thing': None}
-    named = hypothesis('a', 90.0, 30.0, (same, close))
-    others = [
-        hypothesis('b', 89.9, 30.0),
-        hypothesis('c', 88.0, 30.0),
-        hypothesis('d', 50.0, 10.0),
-        hypothesis('e', 40.0, -3.0),
-        hypothesis('f', 3.0, 1.0),
-        hypothesis('g', 11.0, None),
-        hypothesis('h', 99.0, None),
-    ]
-    section = hypotheses.section(
-        [named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead', SETTINGS.gates
-    )
-    assert [r['name'] for r in section.values['more']] == ['f', 'g', 'h']
-    rows = [*section.values['rows'], *section.values['more']]
-    status = {r['name']: (r['kind'], r['status']) for r in rows}
-    assert status['a'] == ('supported', 'supported, but not told apart from its rivals')
-    assert status['b'] == ('same', 'the same thing in this data: both brake')
-    assert status['c'] == ('rival', 'cannot be ruled out: 2.00 nats behind')
-    assert status['d'] == ('out', '60.0 nats behind')
-    assert status['e'] == ('out', 'does not hold on held-out data')
-    assert status['f'] == ('out', 'gains no more than noise would')
-    assert status['g'] == ('out', 'ruled out by the first scan')
-    assert status['h'] == ('out', 'fell behind before it was fitted to the end')
-    assert next(r for r in rows if r['name'] == 'h')['width'] == 0
-    assert [r['near'] for r in rows if r['kind'] == 'out'] == [[]] * 5
-
-
 def test_an_angle_of_many_turns_is_folded_into_one(model, missing):
     q = np.linspace(0, 300, len(missing.q))[:, None]
     turning = replace(missing, q=q)
@@ -331,24 +216,6 @@ def test_advice_already_in_the_sentence_is_not_repeated(model):
         explanation('untestable', model), sentence='Too still: swing it.', next_run='swing it'
     )
     assert verdict_section.answer(told).values['next_run'] is None
-
-
-def test_what_could_not_be_tested_is_told_once_for_each_reason():
-    rows = [
-        {'name': n, 'where': w, 'why': y}
-        for n, w, y in (
-            ('a', 'x', 'no swing'),
-            ('b', 'x', 'no swing'),
-            ('a', 'y', 'no swing'),
-            ('c', 'x', 'too slow'),
-        )
-    ]
-    first, second = left_out.effects(rows).values['rows']
-    assert first == {
-        'why': 'no swing',
-        'effects': [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}],
-    }
-    assert second['effects'] == [{'name': 'c', 'where': ['x']}]
 
 
 def test_the_heat_map_has_a_strip_for_each_variable(missing, model, recording):
@@ -368,40 +235,3 @@ def test_the_heat_map_has_a_strip_for_each_variable(missing, model, recording):
     assert all('of the error in' in c['tip'] and 'of stall' in c['tip'] for c in fast)
     assert values['worst'][0]['variable'] == 'speed' and 'rad/s' in values['worst'][0]['range']
     assert values['worst'][0]['windows'].count(' s') == 3
-
-
-def test_errors_within_chance_of_the_floor_are_noise():
-    errors = {
-        'states': STATES,
-        'statistic': 'rmse',
-        'ladder': [
-            {'model': 'as given', 'rmse': [0.011, 0.11], 'seconds': 0.5},
-            {'model': 'noise floor', 'rmse': [0.01, 0.1], 'seconds': 0.5},
-        ],
-    }
-    parts = {p['name']: p['share'] for p in budget.explained(errors).values['parts']}
-    assert parts == {'unexplained': 0.0, 'noise': pytest.approx(1.0)}
-
-
-def test_training_errors_are_lines_beside_the_held_out_ones():
-    rows = [
-        {
-            'steps': n,
-            'seconds': 0.03 * n,
-            'before': [0.1, 1.0],
-            'after': [0.01, 0.1],
-            'noise_floor': [0.01, 0.1],
-        }
-        for n in (1, 10)
-    ]
-    errors = {'states': STATES, 'statistic': 'rmse', 'horizon': rows}
-    seen = [{'steps': 1, 'before': [0.1, 1.0], 'after': [0.002, 0.02]}]
-    values = horizon.held_out(errors, True, seen).values
-    assert [name for name, _ in values['legend']] == [
-        'as given, held out',
-        'repaired, held out',
-        'as given, training',
-        'repaired, training',
-        'noise floor',
-    ]
-    assert not values['floor_too_high']

@@ -8,6 +8,7 @@ from bokeh.document import Document
 from bokeh.events import ButtonClick, Tap
 import numpy as np
 import pytest
+from tests.page import no_run
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.next_run.run_file import Run
@@ -39,16 +40,7 @@ def page(scene, tmp_path):
     finder = SimpleNamespace(busy=False, news=News(), started=0)
     finder.start = lambda: vars(finder).update(busy=True, news=News('scanning', 7))
     document, state = Document(), State(scene, tmp_path / 'out')
-    run = SimpleNamespace(
-        busy=False,
-        news=News(),
-        plan=None,
-        hindrance='first <search>',
-        said='',
-        file=None,
-        words=[],
-        recorded=[],
-    )
+    run = no_run(hindrance='first <search>')
     run.start = lambda: vars(run).update(busy=True, news=News('running the menu', 3))
     tab = Tab(document, state, finder, ['leo', 'add', 'torque_pendulum'], run)
     return SimpleNamespace(

@@ -11,6 +11,7 @@ from bokeh.embed import file_html
 from bokeh.models import Div
 import pytest
 from tests.hostile_names import check_html, folder_of, HTML
+from tests.page import no_run
 from tests.simulate import record
 
 from leo_diffmodel.watch.drawing import draw
@@ -41,17 +42,7 @@ def state(tmp_path_factory):
 def words_of(state: State, finder: SimpleNamespace) -> Document:
     """The page, and what is said on it, checked."""
     document = Document()
-    run = SimpleNamespace(
-        busy=False,
-        news=News(),
-        plan=None,
-        hindrance=HTML,
-        said='',
-        file=None,
-        words=[],
-        recorded=[],
-    )
-    tab = Tab(document, state, finder, ['leo', 'add', HTML], run)
+    tab = Tab(document, state, finder, ['leo', 'add', HTML], no_run(hindrance=HTML))
     tab._draw()
     tab._follow()
     said = [*document.select({'type': Div})]
