@@ -93,12 +93,12 @@ class Bins:
         return float(self.members.sum(axis=1) @ self.mean(values) ** 2) / (square or 1.0)
 
 
-def sort(variable: Array, count: int | None = None) -> Bins:
-    """`count` bins over all but the outermost samples (W,), by default one for ten samples.
+def sort(variable: Array) -> Bins:
+    """Bins over all but the outermost samples (W,), about one for ten of them.
 
     Bins with fewer than six samples are left out.
     """
-    count = count or int(np.clip(len(variable) // PER_BIN, LEAST_BINS, MOST_BINS))
+    count = int(np.clip(len(variable) // PER_BIN, LEAST_BINS, MOST_BINS))
     low, high = np.quantile(variable, (TAIL, 1 - TAIL))
     edges = np.linspace(low, high, count + 1)
     index = np.clip(np.searchsorted(edges, variable, side='right') - 1, 0, count - 1)

@@ -51,7 +51,7 @@ def test_missing_torque_has_the_slope_of_the_hidden_friction(recording, explanat
 
 def test_the_leading_candidate_runs_through_the_measured_means(recording, explanation):
     _, missing, curves = trace([recording], explanation.search)
-    groups = binned.sort(missing.dq[:, 0], count=10)
+    groups = binned.sort(missing.dq[:, 0])
     measured, first = missing.torque[:, 0], next(iter(curves.values()))
     off = groups.mean(measured) - groups.mean(first[:, 0])
     assert np.abs(off / groups.standard_error(measured)).max() < 4
@@ -100,6 +100,6 @@ def test_the_whole_page(verdict, recording, explanation, tmp_path):
 
 
 def test_bins_leave_out_thin_ones():
-    groups = binned.sort(np.concatenate([np.linspace(0, 1, 100), [50.0]]), count=10)
+    groups = binned.sort(np.concatenate([np.linspace(0, 1, 100), [50.0]]))
     assert groups.centre.max() < 2
     assert groups.members.sum(axis=1).min() >= binned.FEWEST

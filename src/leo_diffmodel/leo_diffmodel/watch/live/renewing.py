@@ -158,10 +158,9 @@ class Renewing:
         state: State,
         contents: Callable[[], BagContents],
         weights: Callable[[], bytes] = bytes,
-        now: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._source, self._state, self._contents = source, state, contents
-        self._weights, self._now = weights, now
+        self._source, self._state = source, state
+        self._contents, self._weights = contents, weights
         self._sharer = Sharer(source.model)
         self._thread = ThreadPoolExecutor(1, initializer=_stand_back)
         self._future: Future[News] | None = None
@@ -181,7 +180,7 @@ class Renewing:
         if taken := self._future is not None and self._future.done():
             self._take()
         idle = self._future is None and not self.frozen
-        if idle and count != self._seen and self._now() >= self._due:
+        if idle and count != self._seen and time.monotonic() >= self._due:
             self._seen = count
             self._future = self._thread.submit(self._renewed, self._contents())
         return taken
@@ -193,7 +192,8 @@ class Renewing:
     def _take(self) -> None:
         assert self._future is not None
         self.news, self._future = self._future.result(), None
-        self._due = self._now() + max(PERIOD - self.news.seconds, REST * self.news.seconds)
+        rest = max(PERIOD - self.news.seconds, REST * self.news.seconds)
+        self._due = time.monotonic() + rest
         if self.news.state is not None and not self.frozen:
             self._state.become(self.news.state)
             if not self._state.player.playing:

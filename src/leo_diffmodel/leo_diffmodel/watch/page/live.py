@@ -30,14 +30,7 @@ from leo_diffmodel.watch.page.look import (
     WRAP,
     wrapped,
 )
-from leo_diffmodel.watch.page.next_run import (
-    HEIGHT,
-    joined,
-    joints_legend,
-    NO_LINES,
-    stepped,
-    UNITS,
-)
+from leo_diffmodel.watch.page.next_run import HEIGHT, joined, joints_legend, NO_LINES, stepped
 from leo_diffmodel.watch.state import State
 
 BAD = '#8f3d00'
@@ -190,9 +183,9 @@ class StripsView:
         return plot
 
     def _applied(self) -> figure:
-        kind = self._state.scene.recordings[-1].input
+        unit = self._state.scene.model.robot.input_unit
         options = {'height': HEIGHT, 'x_range': self._upper.x_range, 'name': 'live applied'}
-        plot = canvas('before the newest sample [s]', f'applied [{UNITS[kind]}]', **options)
+        plot = canvas('before the newest sample [s]', f'applied [{unit}]', **options)
         plot.multi_line('ts', 'us', source=self._inputs, line_color='colour', line_width=1.5)
         return plot
 

@@ -20,7 +20,6 @@ from leo_msgs_py.terminal import leo
 
 Array = np.ndarray
 HEIGHT = 170
-UNITS = {'voltage': 'V', 'torque': 'N m', 'position': 'rad', 'none': ''}
 COLOURS = ('#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9')
 NO_LINES: dict[str, list] = {'ts': [], 'us': [], 'colour': [], 'joint': []}
 ON_ROBOT = 'on the robot, recorded'
@@ -105,7 +104,7 @@ class NextRunView:
         t, x, inputs = joined(track)
         self._inputs.data = stepped(t, inputs, track.actuators)
         self._motion.data = _lines([t] * len(names), [*x[:, shown].T], names)
-        self._plots[0].yaxis.axis_label = f'input [{UNITS[track.input]}]'
+        self._plots[0].yaxis.axis_label = f'input [{plan.robot.input_unit}]'
         self._legend.text = joints_legend(names)
 
 

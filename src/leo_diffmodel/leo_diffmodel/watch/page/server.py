@@ -17,7 +17,6 @@ from tornado.ioloop import PeriodicCallback
 
 from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.next_run import NextRun
-from leo_diffmodel.watch.page.document import Tab
 from leo_diffmodel.watch.page.files import routes
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
@@ -55,7 +54,7 @@ class WatchServer:
         command: list[str],
         next_run: NextRun,
         port: int,
-        tab: OpenTab = Tab,
+        tab: OpenTab,
     ) -> None:
         self._state, self._finder, self._next_run = state, finder, next_run
         self.token = secrets.token_urlsafe(TOKEN_BYTES)
