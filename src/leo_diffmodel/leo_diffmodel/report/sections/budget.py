@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ NOISE_ALONE = 1.2
 """Errors up to this many times the noise floor are put down to chance."""
 WORDS = {'rmse': ('rms', 'mean squared error'), 'median': ('median', 'squared median error')}
 """By the figure that an answer is given in."""
-NO_LADDER: dict[str, Any] = {'word': '', 'states': [], 'ladder': []}
+NO_TABLE: dict[str, Any] = {'rows': []}
 
 
 def explained(errors: Mapping[str, Any]) -> Section:
@@ -51,14 +51,20 @@ def explained(errors: Mapping[str, Any]) -> Section:
         'answer says is something else is counted in the shorter windows of the fit, with starts '
         'that are free; it grows with the time ahead.'
     )
-    units = [s['unit'] for s in errors['states']]
-    rows = [
-        {'model': r['model'], 'error': [quantity(*e) for e in zip(r[kind], units, strict=True)]}
-        for r in errors['ladder']
-    ]
-    states = [s['name'] for s in errors['states']]
-    ladder = {'word': word, 'states': states, 'ladder': rows}
-    return _section([*named, *_remainder(rest, floor)], 'Where the error goes', note, ladder)
+    table = {'word': word, **_table(errors['states'], errors['ladder'], kind)}
+    return _section([*named, *_remainder(rest, floor)], 'Where the error goes', note, table)
+
+
+def _table(
+    states: Sequence[Mapping[str, str]], ladder: Sequence[Mapping[str, Any]], kind: str
+) -> dict[str, Any]:
+    """A row for each model, or for each state where there are many."""
+    models, names = [row['model'] for row in ladder], [state['name'] for state in states]
+    units = [state['unit'] for state in states]
+    cells = [[*map(quantity, row[kind], units)] for row in ladder]
+    if len(names) > MOST_ACROSS:
+        names, models, cells = models, names, [*map(list, zip(*cells, strict=True))]
+    return {'heads': names, 'rows': [*zip(models, cells, strict=True)]}
 
 
 def measured(budget: Mapping[str, float]) -> Section:
@@ -71,7 +77,7 @@ def measured(budget: Mapping[str, float]) -> Section:
         'Shares of the mean square of the motion within half a second; every state counts '
         'alike. Noise is what a perfect model would be charged.'
     )
-    return _section(parts, 'How much of the motion the model explains', note, NO_LADDER)
+    return _section(parts, 'How much of the motion the model explains', note, NO_TABLE)
 
 
 def _remainder(unexplained: float, noise: float) -> list[dict[str, Any]]:
@@ -86,9 +92,9 @@ def _part(name: str, share: float, colour: str) -> dict[str, Any]:
 
 
 def _section(
-    parts: list[dict[str, Any]], title: str, note: str, ladder: Mapping[str, Any]
+    parts: list[dict[str, Any]], title: str, note: str, table: Mapping[str, Any]
 ) -> Section:
     whole = max(sum(p['share'] for p in parts), 1e-12)
     bar = [{**p, 'width': 100 * p['share'] / whole} for p in parts if p['share'] > 0]
-    values = {'title': title, 'note': note, 'bar': bar, 'parts': parts, **ladder}
-    return Section('budget.html', {**values, 'tall': len(ladder['states']) > MOST_ACROSS})
+    values = {'title': title, 'note': note, 'bar': bar, 'parts': parts, **table}
+    return Section('budget.html', values)

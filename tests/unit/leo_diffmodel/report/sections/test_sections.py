@@ -37,7 +37,7 @@ def test_medians_are_told_where_they_are_what_counts():
     errors = ladder(models, 'median', 0.3)
     errors['ladder'] = [{**row, 'rmse': [5.0, 5.0]} for row in errors['ladder']]
     values = budget.explained(errors).values
-    assert values['word'] == 'median' and values['ladder'][0]['error'][0].startswith('0.1')
+    assert values['word'] == 'median' and values['rows'][0][1][0].startswith('0.1')
     (line,) = verdict._figures(errors)
     assert '0.3 s ahead the median held-out error is 50 % smaller' in line
 
