@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from rclpy.node import Node
 from tests.page import no_run
-from tests.patience import PATIENCE
+from tests.patience import PATIENCE, until
 
 from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
@@ -56,13 +56,6 @@ ROBOT = [
     'noise:=[0.001, 0.03]',
 ]
 WATCH = ['watch', '--live', '--no-browser', '--json']
-
-
-def until(true: Callable[[], object], what: str = '') -> None:
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end, what
-        time.sleep(0.05)
 
 
 @pytest.fixture

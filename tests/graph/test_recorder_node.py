@@ -14,7 +14,7 @@ import pytest
 from rclpy.node import Node
 from std_msgs.msg import UInt32
 from tests import live_bag
-from tests.patience import PATIENCE
+from tests.patience import PATIENCE, until
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import load
@@ -101,13 +101,6 @@ def stop(process: subprocess.Popen) -> None:
     assert process.wait(PATIENCE) == 0
 
 
-def wait_for(what) -> None:
-    end = time.monotonic() + PATIENCE
-    while not what():
-        assert time.monotonic() < end, 'nothing happened'
-        time.sleep(0.05)
-
-
 def test_a_rollout_becomes_a_bag_and_a_restart_the_next(tmp_path, robot, spawn):
     recorder = start_recorder(spawn, tmp_path / 'bag')
     robot.wait_for_reader()
@@ -135,7 +128,7 @@ def test_a_killed_recorder_starts_again_and_its_bag_is_finished(tmp_path, robot,
     recorder.wait()
     assert on_disk(tmp_path / 'bag') == (150, 150)
     recorder = start_recorder(spawn, tmp_path / 'bag')
-    wait_for(lambda: (tmp_path / 'bag' / 'metadata.yaml').is_file())
+    until(lambda: (tmp_path / 'bag' / 'metadata.yaml').is_file())
     assert bag_info(tmp_path / 'bag').state == 'finished'
     end = time.monotonic() + PATIENCE
     while min(on_disk(tmp_path / 'bag_1')) < 51 and time.monotonic() < end:
@@ -177,7 +170,7 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, node, spawn):
     out, _ = player.communicate(timeout=2 * PATIENCE)
     assert player.returncode == 0 and 'played' in out and time.monotonic() - began > 1.49
     original = load(source)
-    wait_for(lambda: live_bag.counts(tmp_path / 'copy') == live_bag.counts(source))
+    until(lambda: live_bag.counts(tmp_path / 'copy') == live_bag.counts(source))
     stop(recorder)
     copy = load(tmp_path / 'copy')
     for name, topic in original.topics.items():

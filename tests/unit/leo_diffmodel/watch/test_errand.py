@@ -5,7 +5,7 @@ from functools import partial
 import os
 import time
 
-from tests.patience import PATIENCE
+from tests.patience import until
 
 from leo_diffmodel.watch.errand import Errand
 from leo_msgs_py.errors import UserError
@@ -24,13 +24,9 @@ def ask(how, heard):
 
 
 def heard_of(how):
-    errand, texts = Errand(), []
+    errand = Errand()
     errand.begin(partial(ask, how))
-    end = time.monotonic() + PATIENCE
-    while not errand.news.over and time.monotonic() < end:
-        if errand.hear():
-            texts.append(errand.news.text)
-        time.sleep(0.02)
+    until(lambda: errand.hear() and errand.news.over)
     assert not errand.busy
     return errand.news
 
@@ -47,10 +43,7 @@ def test_what_it_refuses_and_that_it_died_are_said():
 def test_it_is_stopped_whatever_it_does():
     errand = Errand()
     errand.begin(partial(ask, 'hang'))
-    end = time.monotonic() + PATIENCE
-    while errand.news.text != 'second' and time.monotonic() < end:
-        errand.hear()
-        time.sleep(0.02)
+    until(lambda: errand.hear() and errand.news.text == 'second')
     assert errand.news.count == 2 and errand.busy
     errand.stop()
     assert not errand.busy

@@ -5,7 +5,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from tests.patience import PATIENCE
+from tests.patience import until
 
 from leo_diffmodel.watch.live.commands import (
     NOWHERE,
@@ -50,9 +50,7 @@ def test_a_question_that_expired_or_was_denied_moves_nothing(sending, clock):
 def test_a_run_that_cannot_be_played_says_why(sending):
     sending.yes()
     assert sending.on and sending.question is None and 'playing "steps"' in sending.words
-    end = time.monotonic() + PATIENCE
-    while sending.on and time.monotonic() < end:
-        time.sleep(0.05)
+    until(lambda: not sending.on)
     assert '"steps" was not played to its end: ' in sending.words
     assert 'none.csv' in sending.words and 'leo: error' not in sending.words
     with pytest.raises(UserError, match=TOO_LATE):

@@ -2,10 +2,9 @@
 """A search over what a robot measured last."""
 
 from pathlib import Path
-import time
 
 import pytest
-from tests.patience import PATIENCE
+from tests.patience import until
 from tests.unit.leo_diffmodel.watch.live.test_tape import say
 
 from leo_diffmodel.watch.live.live import LiveFinder
@@ -26,10 +25,7 @@ def tape():
 
 def answer(finder):
     finder.start()
-    end = time.monotonic() + PATIENCE
-    while not finder.news.over and time.monotonic() < end:
-        finder.hear()
-        time.sleep(0.02)
+    until(lambda: finder.hear() and finder.news.over)
     return finder.news.answer
 
 

@@ -2,10 +2,9 @@
 """The page's state on what was measured meanwhile, and the difference model's share."""
 
 from dataclasses import replace
-import time
 
 import pytest
-from tests.patience import PATIENCE
+from tests.patience import until
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.bags.contents import BagContents, load
@@ -40,13 +39,6 @@ def source():
     return Source(Model('torque_pendulum'), TopicMap())
 
 
-def until_taken(renewing: Renewing, count: int) -> None:
-    end = time.monotonic() + PATIENCE
-    while not renewing.look(count):
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
 @pytest.fixture
 def renewing(source, contents):
     state = State(source.scene(contents[0]))
@@ -60,7 +52,7 @@ def test_new_data_come_in_and_the_switches_stay(renewing):
     state.switch('coulomb_friction:pivot', True)
     before, setting, told = state.scene, state.setting, []
     state.listeners.append(lambda: told.append(1))
-    until_taken(renewing, 1)
+    until(lambda: renewing.look(1))
     assert state.scene is not before and state.setting == setting and told
     assert state.sizes[1] < state.sizes[0]
     assert state.player.now == pytest.approx(state.player.length)
@@ -77,14 +69,14 @@ def test_a_switch_that_was_moved_meanwhile_is_not_undone(renewing):
     state = renewing._state
     renewing.look(1)
     state.switch('coulomb_friction:pivot', True)
-    until_taken(renewing, 1)
+    until(lambda: renewing.look(1))
     assert 'coulomb_friction:pivot' in state.setting.on
 
 
 def test_data_that_do_not_do_are_said_and_what_was_shown_stays(renewing, contents):
     state, nothing = renewing._state, BagContents(contents[0].path, (), {}, {}, True, 0)
     before, renewing._contents = state.scene, lambda: nothing
-    until_taken(renewing, 1)
+    until(lambda: renewing.look(1))
     assert renewing.news.trouble and state.scene is before
 
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of leo watch as a browser's session sees it, from the command as it is typed."""
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 import json
@@ -11,7 +10,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
@@ -20,7 +18,7 @@ import numpy as np
 from PIL import Image
 import pytest
 from tests.page import Links
-from tests.patience import PATIENCE
+from tests.patience import PATIENCE, until
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.bags.contents import load
@@ -82,14 +80,6 @@ class Tab:
 @pytest.fixture
 def tab(url):
     return Tab(url)
-
-
-def until(true: Callable[[], bool]) -> None:
-    """Wait for something to be so."""
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end
-        time.sleep(0.2)
 
 
 def test_a_switch_and_a_slider_move_the_curve_in_every_tab(url, tab):
