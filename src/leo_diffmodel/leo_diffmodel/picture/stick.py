@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
@@ -164,28 +165,33 @@ class Shape:
 
 
 def shapes_of(urdf: str) -> list[Shape]:
-    """Boxes, cylinders and spheres of all links of a URDF; meshes are left out."""
+    """Boxes, cylinders and spheres of all links of a URDF; meshes and wrong ones are left out."""
     root = ElementTree.fromstring(urdf)
     named = {m.get('name', ''): colour for m in root.findall('material') if (colour := _rgb(m))}
     found = []
     for link in root.findall('link'):
         for visual in link.findall('visual'):
-            points, material = _points(visual.find('geometry')), visual.find('material')
-            if points is None:
-                continue
-            translation, rotation = origin(visual)
-            colour = PLAIN
-            if material is not None:
-                colour = _rgb(material) or named.get(material.get('name', ''), PLAIN)
-            found.append(Shape(link.get('name', ''), points @ rotation.T + translation, colour))
+            with suppress(ValueError):
+                found.append(_shape(link.get('name', ''), visual, named))
     return found
 
 
-def _points(geometry: ElementTree.Element | None) -> np.ndarray | None:
-    """A cloud whose hull is the body; None for a mesh."""
-    body = None if geometry is None or not len(geometry) else geometry[0]
+def _shape(link: str, visual: ElementTree.Element, named: Mapping[str, str]) -> Shape:
+    """A visual of a link, of materials with these names; ValueError for a mesh or a wrong one."""
+    (translation, rotation), material = origin(visual), visual.find('material')
+    colour = PLAIN
+    if material is not None:
+        colour = _rgb(material) or named.get(material.get('name', ''), PLAIN)
+    points = _points(visual.find('geometry/*')) @ rotation.T + translation
+    if not np.isfinite(points).all():
+        raise ValueError('a size is no number')
+    return Shape(link, points, colour)
+
+
+def _points(body: ElementTree.Element | None) -> np.ndarray:
+    """A cloud whose hull is a body; ValueError for a mesh."""
     if body is None:
-        return None
+        raise ValueError('no geometry')
     turn = np.linspace(0, 2 * np.pi, ROUND, endpoint=False)
     circle = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     radius = float(body.get('radius', '0'))
@@ -197,16 +203,18 @@ def _points(geometry: ElementTree.Element | None) -> np.ndarray | None:
         return np.concatenate([circle * radius - lift, circle * radius + lift])
     if body.tag == 'sphere':
         return np.concatenate([np.roll(circle, shift, axis=1) for shift in range(3)]) * radius
-    return None
+    raise ValueError(f'{body.tag} is not drawn')
 
 
 def _rgb(material: ElementTree.Element) -> str:
-    """The colour that a material says itself; '' where it says none."""
+    """The colour that a material says itself; '' where it says none, or a wrong one."""
     colour = material.find('color')
-    if colour is None:
-        return ''
-    red, green, blue = np.clip(_numbers(colour.get('rgba'))[:3] * 255, 0, 255).round().astype(int)
-    return f'#{red:02x}{green:02x}{blue:02x}'
+    if colour is not None:
+        with suppress(ValueError):
+            shares = np.clip(_numbers(colour.get('rgba'))[:3], 0, 1)
+            red, green, blue = (round(255 * float(share)) for share in shares)
+            return f'#{red:02x}{green:02x}{blue:02x}'
+    return ''
 
 
 def _numbers(text: str | None) -> np.ndarray:

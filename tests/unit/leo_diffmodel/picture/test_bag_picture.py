@@ -12,7 +12,7 @@ import pytest
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.picture.bag_picture import show
 from leo_diffmodel.picture.palette import TOUCH
-from leo_diffmodel.picture.stick import shapes_of, Stick
+from leo_diffmodel.picture.stick import PLAIN, shapes_of, Stick
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot, named_robots
 from leo_sim.model import Model
@@ -113,6 +113,28 @@ def test_shapes_of_a_urdf():
         '#0073b2',
         '#333842',
     ]
+
+
+BALL = '<geometry><sphere radius="0.1"/></geometry>'
+
+
+@pytest.mark.parametrize(
+    ('visual', 'colours'),
+    [
+        ('<geometry><box size="1 2"/></geometry>', []),
+        ('<geometry><cylinder radius="thin" length="1"/></geometry>', []),
+        ('<geometry><sphere radius="nan"/></geometry>', []),
+        ('<geometry><mesh filename="arm.stl"/></geometry>', []),
+        (f'<origin xyz="0 0"/>{BALL}', []),
+        (f'{BALL}<material name="m"><color rgba="red"/></material>', [PLAIN]),
+        (f'{BALL}<material name="m"><color rgba="0.1 0.2"/></material>', [PLAIN]),
+        (f'{BALL}<material name="wrong"/>', [PLAIN]),
+    ],
+)
+def test_what_a_urdf_draws_wrongly_is_left_out(visual, colours):
+    wrong = '<material name="wrong"><color rgba="1 nan 0 1"/></material>'
+    urdf = f'<robot name="r">{wrong}<link name="a"><visual>{visual}</visual></link></robot>'
+    assert [shape.colour for shape in shapes_of(urdf)] == colours
 
 
 def test_the_command(tmp_path):
