@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
-from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.verbs.common import Parser, show
 from leo_sim.effects.consent import add_effect_argument, effect_words
 from leo_sim.model.model_file import load_model, save_model
 
@@ -34,12 +33,10 @@ def main(argv: list[str]) -> int:
     else:
         model, entries = from_words(model, arguments.words)
     save_model(arguments.output, model, [*model.history, *entries])
-    if arguments.json:
-        print(json.dumps({'model': arguments.output, 'history': entries}))
-        return 0
-    print(f'wrote {arguments.output}: {", ".join(str(e["added"]) for e in entries)}')
+    wrote = f'wrote {arguments.output}: {", ".join(str(e["added"]) for e in entries)}'
     following = ['--model', arguments.output, *effect_words(model.effects)]
-    print(f'next: {leo("compare", "BAG", *following)}')
+    lines = [wrote, f'next: {leo("compare", "BAG", *following)}']
+    show(arguments, {'model': arguments.output, 'history': entries}, lines)
     return 0
 
 

@@ -15,7 +15,7 @@ from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
-from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.verbs.common import Parser, show
 from leo_sim.description.robot import named_robots, Robot, typed
 from leo_sim.model.model_file import load_model
 
@@ -68,12 +68,9 @@ def main(argv: list[str]) -> int:
             infos.append(bag_info(import_logs(logs, options.map, bag, options.join)))
             heard(bag.name)
     command = _next([info.path for info in infos], column_map)
-    if options.json:
-        print(json.dumps({'bags': [_summary(info) for info in infos], 'next': command}, indent=2))
-    else:
-        for info in infos:
-            print(_sentence(info, passive=not column_map.inputs))
-        print(f'next: {command}')
+    lines = [_sentence(info, passive=not column_map.inputs) for info in infos]
+    data = {'bags': [_summary(info) for info in infos], 'next': command}
+    show(options, data, [*lines, f'next: {command}'])
     return 0
 
 
@@ -85,10 +82,8 @@ def _guess(options: argparse.Namespace) -> int:
     guess_map(logs, file, robot, ref, options.join)
     joined = ['--join'] if options.join else []
     command = leo('import', *options.logs, *joined, '--map', file, '-o', 'BAG')
-    if options.json:
-        print(json.dumps({'map': str(file), 'next': command}, indent=2))
-    else:
-        print(f"wrote {file}: look it over, and fill in what is '?'\nnext: {command}")
+    lines = [f"wrote {file}: look it over, and fill in what is '?'", f'next: {command}']
+    show(options, {'map': str(file), 'next': command}, lines)
     return 0
 
 
