@@ -56,8 +56,10 @@ EXPLANATION = {
             'error_before': 0.1,
             'error_after': 0.01,
             'parameters': {'b': {'value': 1e-5, 'unit': 'N m s/rad', 'ci95': [0.9e-5, 1.1e-5]}},
+            'confusable_with': [],
         }
     ],
+    'not_testable': [],
     'constants': {'actuators.pivot.resistance': {'value': 9.0, 'unit': 'ohm'}},
     'provenance': {'robot': 'pendulum', 'bags': [{'path': 'a', 'sha256': 'b'}], 'date': 'today'},
 }

@@ -98,7 +98,9 @@ def _runs(folder: Path) -> None:
     }
     for name, text in files.items():
         (folder / f'{name}.csv').write_text(text)
-    told = {'effects': [], 'not_testable': [], 'provenance': {'bags': []}}
+    origin = {'robot': 'pendulum', 'date': 'today', 'bags': []}
+    told = {'verdict': 'fine', 'effects': [], 'constants': {}, 'not_testable': []}
+    told['provenance'] = origin
     (folder / 'other.json').write_text(json.dumps(told))
 
 

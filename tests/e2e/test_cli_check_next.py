@@ -51,12 +51,14 @@ def test_next_writes_a_run_that_play_takes(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     sha = read_bag('open', PENDULUM).sha256
     row = {'name': 'voltage_scale', 'where': 'pivot', 'confusable_with': [RIVAL]}
+    row |= {'parameters': {}, 'error_before': None, 'error_after': None}
     told = {
         'verdict': 'ambiguous',
         'sentence': 'one or the other',
         'effects': [row],
         'not_testable': [],
-        'provenance': {'bags': [{'sha256': sha}]},
+        'constants': {},
+        'provenance': {'robot': 'pendulum', 'date': 'today', 'bags': [{'sha256': sha}]},
     }
     (folder / 'explain.json').write_text(json.dumps(told))
     words = ['next', 'open', *P, '--explain', 'explain.json', '--seconds', '6', '-o', 'run.csv']

@@ -143,6 +143,7 @@ def test_no_verb_prints_what_is_obeyed(words, tmp_path, monkeypatch, capsys):
                 'verdict': HARM,
                 'effects': [],
                 'constants': {},
+                'not_testable': [],
                 'provenance': {'robot': HARM, 'bags': [], 'date': HARM},
             }
         )

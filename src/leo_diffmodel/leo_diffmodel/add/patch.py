@@ -214,9 +214,17 @@ class _Parameter(_Value):
     ci95: tuple[Finite, Finite]
 
 
-class _PlacedRow(BaseModel):
+class _Place(BaseModel):
     name: str
     where: str | list[str]
+
+
+class _Rival(_Place):
+    separable_nats: Finite
+    same_thing: str | None
+
+
+class _PlacedRow(_Place):
     source: str | None = None
     parameters: dict[str, _Parameter]
 
@@ -224,6 +232,7 @@ class _PlacedRow(BaseModel):
 class _Effect(_PlacedRow):
     error_before: Any
     error_after: Any
+    confusable_with: list[_Rival]
 
 
 class _Whole(BaseModel):
@@ -241,9 +250,13 @@ class _Law(BaseModel):
     error_after: Any
 
 
+class _Bag(BaseModel):
+    sha256: str
+
+
 class _Provenance(BaseModel):
     robot: str
-    bags: Any
+    bags: list[_Bag]
     date: str
 
 
@@ -252,6 +265,7 @@ class _ExplanationFile(BaseModel):
     effects: list[_Effect]
     constants: dict[str, _Constant]
     provenance: _Provenance
+    not_testable: list[_Place]
     unknown: dict[str, Any] | None = None
 
 

@@ -34,7 +34,6 @@ EXAMPLES = (
 PAIRS_SHOWN, OPTIONS_SHOWN = 3, 8
 SECONDS = 20.0
 LONGEST = 600.0
-NEEDED = {'effects', 'not_testable', 'provenance'}
 POINTS_SHOWN = 12
 ABOUT = {'separate': 'nothing here tells these apart', 'show': 'these could not be tested'}
 
@@ -117,6 +116,7 @@ def _target(arguments: argparse.Namespace) -> Path:
 def _answer(
     arguments: argparse.Namespace, recordings: list[Recording], model: Model, own: list[Effect]
 ) -> dict[str, Any]:
+    from leo_diffmodel.add.patch import read_explanation
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:
@@ -124,21 +124,12 @@ def _answer(
             return explain(recordings, model, (), own, heard).to_json()
     path = Path(arguments.explain)
     path = path / 'explain.json' if path.is_dir() else path
-    try:
-        answer = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
-        raise UserError(f'cannot read {path} ({error}); leo explain -o DIR writes it') from error
-    _check(path, answer, recordings)
-    return answer
-
-
-def _check(path: Path, answer: Any, recordings: list[Recording]) -> None:
-    if not isinstance(answer, dict) or not set(answer) >= NEEDED:
-        raise UserError(f'{path} is not an explain.json of leo explain')
+    answer = read_explanation(path)
     known = {bag['sha256'] for bag in answer['provenance']['bags']}
     for recording in recordings:
         if recording.sha256 not in known:
             raise UserError(f'{path} is not about {recording.path}; give the bags it explained')
+    return answer
 
 
 def _show(found: Proposal, answer: dict[str, Any], seconds: float) -> None:

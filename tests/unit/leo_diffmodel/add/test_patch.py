@@ -25,8 +25,10 @@ EXPLANATION = {
             'parameters': {'c': {'value': 1e-3, 'unit': 'N m', 'ci95': [9e-4, 1.1e-3]}},
             'error_before': 0.2,
             'error_after': 0.01,
+            'confusable_with': [],
         }
     ],
+    'not_testable': [],
     'constants': {CONSTANT: {'value': 9.1, 'unit': 'ohm', 'ci95': [9.0, 9.2]}},
     'provenance': {
         'robot': 'pendulum',

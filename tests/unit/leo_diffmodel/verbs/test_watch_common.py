@@ -26,7 +26,12 @@ def answer(run, *blind):
         'sentence': 'so it is',
         'effects': [],
         'not_testable': [{'name': name, 'where': 'pivot', 'why': ''} for name in blind],
-        'provenance': {'bags': [{'sha256': read_bag(run, PENDULUM).sha256}]},
+        'constants': {},
+        'provenance': {
+            'robot': 'pendulum',
+            'date': 'today',
+            'bags': [{'sha256': read_bag(run, PENDULUM).sha256}],
+        },
     }
 
 
