@@ -230,18 +230,16 @@ def _point_on_effect(
 
 
 def _point_on(arguments: argparse.Namespace, folder: Path | None, result: Explanation) -> None:
-    untested = folder and result.verdict == 'fine' and result.not_testable
+    untested = result.verdict == 'fine' and result.not_testable
+    commands = [result.next_command] if result.next_command else []
     if folder:
         print(f'wrote {folder}/explain.json and report.html')
-    if folder and (result.effects or (result.unknown and result.unknown.source)):
-        if result.next_command:
-            print(f'next: {result.next_command}')
-        first = 'or' if result.next_command else 'next'
-        print(f'{first}: {_add_words(arguments, folder, result)}')
-    elif result.next_command:
-        print(f'next: {result.next_command}')
-    elif untested and common.is_driven(result.model):
-        print(f'next: {common.same_bags("next", arguments, "--explain", folder)}')
+        if result.effects or (result.unknown and result.unknown.source):
+            commands.append(_add_words(arguments, folder, result))
+        elif not commands and untested and common.is_driven(result.model):
+            commands.append(common.same_bags('next', arguments, '--explain', folder))
+    for word, command in zip(('next', 'or'), commands, strict=False):
+        print(f'{word}: {command}')
     if result.search is not None:
         common.point_on_watch(arguments)
 
