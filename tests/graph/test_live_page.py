@@ -28,6 +28,7 @@ from leo_diffmodel.watch.live.commands import RecordingSwitch, TOO_LATE
 from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.live.renewing import Renewing, Source
 from leo_diffmodel.watch.next_run import Plan
+from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
 from leo_learner.processes import LEO
@@ -74,7 +75,8 @@ def live(robot, domain, tmp_path):
         running = Live(heard, RecordingSwitch(tmp_path / 'out'), renewing)
         finder = SimpleNamespace(busy=False, news=News())
         documents, run = [Document(), Document()], run_of(tmp_path)
-        tabs = [LiveTab(d, state, finder, ['leo', 'add'], run, running) for d in documents]
+        page = Page(state, finder, ['leo', 'add'], run)
+        tabs = [LiveTab(document, page, running) for document in documents]
         yield SimpleNamespace(
             robot=robot, live=running, state=state, tabs=tabs, documents=documents
         )

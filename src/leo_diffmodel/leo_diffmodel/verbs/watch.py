@@ -63,11 +63,12 @@ def _server(
 ) -> WatchServer:
     """The page of a state, and say where it is."""
     from leo_diffmodel.watch.next_run import NextRun
+    from leo_diffmodel.watch.page.document import Page
     from leo_diffmodel.watch.page.server import WatchServer
 
     command = ['leo', 'add', arguments.model, *words(arguments.effect)]
     next_run = NextRun(state, finder, watch_common.proposed)
-    server = WatchServer(state, finder, command, next_run, arguments.port, tab)
+    server = WatchServer(Page(state, finder, command, next_run), arguments.port, tab)
     watch_common.say(arguments, server.url, server.port)
     return server
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,9 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
+from leo_diffmodel.watch.errand import Heard
 from leo_diffmodel.watch.view import heights, View
 
-Heard = Callable[[str], None]
 PICTURES = ('.png', '.svg')
 WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24
 """Of the figure, and what a line of words takes [inch]."""

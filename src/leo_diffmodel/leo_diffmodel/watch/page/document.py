@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from bokeh.document import Document
@@ -27,25 +28,35 @@ DRAWN_MS = 60
 """A browser has drawn the curves of a change after so long."""
 
 
+@dataclass(frozen=True)
+class Page:
+    """What all tabs show and do.
+
+    Attributes:
+        finder: the search behind 'find it for me'.
+        command: `leo add MODEL` as it would be typed.
+    """
+
+    state: State
+    finder: Finder
+    command: list[str]
+    next_run: NextRun
+
+
 class Tab:
     """Puts the parts on a document and keeps them up to date."""
 
-    def __init__(
-        self,
-        document: Document,
-        state: State,
-        finder: Finder,
-        command: list[str],
-        next_run: NextRun,
-    ) -> None:
-        self._document, self._state = document, state
+    def __init__(self, document: Document, page: Page) -> None:
+        self._document, self._state = document, page.state
+        state = page.state
         self._waiting = self._following = False
         self._robot, self._over_time = RobotView(state), OverTimeView(state)
         where, missing = WhereView(state), MissingView(state)
         for tapped in (self._over_time, where):
             tapped.follow_taps()  # before it is on the document, which asks only then
         horizon, self._catalogue = HorizonView(state), CatalogueView(state)
-        actions, run = ActionsView(state, finder, command), NextRunView(next_run)
+        actions = ActionsView(state, page.finder, page.command)
+        run = NextRunView(page.next_run)
         self._curves: list[Part] = [horizon, self._robot, self._over_time]
         self._parts: list[Part] = [horizon.words, where, missing, self._catalogue, actions, run]
         upper = wrapped((self._robot.root, PLOT), (horizon.root, PLOT), spacing=12)
@@ -53,8 +64,8 @@ class Tab:
         self._main: Any = column(upper, *below, spacing=12, **WIDE)
         beside = {'flex': f'0 1 {SIDE}px'}
         side = column(actions.root, self._catalogue.root, spacing=12, styles=beside, **WIDE)
-        page = wrapped((self._main, MAIN), (side, SIDE), spacing=12)
-        document.add_root(column(said(_headline(state)), page, margin=14, **WIDE))
+        both = wrapped((self._main, MAIN), (side, SIDE), spacing=12)
+        document.add_root(column(said(_headline(state)), both, margin=14, **WIDE))
         document.title = f'{state.scene.model.robot.name}: leo watch'
         document.template = jinja2.Template(PAGE, autoescape=True)
         state.listeners.append(self._changed)

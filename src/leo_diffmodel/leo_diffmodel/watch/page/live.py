@@ -14,11 +14,10 @@ import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.report.canvas import canvas
-from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.live.commands import Sent
 from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.next_run import NextRun
-from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.look import (
     CARD,
     legend,
@@ -29,11 +28,11 @@ from leo_diffmodel.watch.page.look import (
     WORDS,
     WRAP,
     wrapped,
+    wrong,
 )
 from leo_diffmodel.watch.page.next_run import HEIGHT, joined, joints_legend, NO_LINES, stepped
 from leo_diffmodel.watch.state import State
 
-BAD = '#8f3d00'
 ROOM = 106
 """For five lines, so that what is below stays where it is [px]."""
 LOOK_MS = 250
@@ -82,7 +81,7 @@ class LiveView:
 
     def _said(self) -> Markup:
         well, (robot, *more) = self._live.lines()
-        first = Markup('<b style="color:{}">{}</b>').format(palette.INK if well else BAD, robot)
+        first = Markup('<b>{}</b>').format(robot if well else wrong(robot))
         return Markup('<br>').join([first, *map(small, more)])
 
 
@@ -199,20 +198,12 @@ def _with_gaps(windows: Array) -> Array:
 class LiveTab(Tab):
     """The page with the robot on top of it."""
 
-    def __init__(
-        self,
-        document: Document,
-        state: State,
-        finder: Finder,
-        command: list[str],
-        next_run: NextRun,
-        live: Live,
-    ) -> None:
-        super().__init__(document, state, finder, command, next_run)
-        self._live, send = LiveView(state, live), SendView(next_run, live)
-        page: Any = document.roots[0]
+    def __init__(self, document: Document, page: Page, live: Live) -> None:
+        super().__init__(document, page)
+        self._live, send = LiveView(page.state, live), SendView(page.next_run, live)
+        root: Any = document.roots[0]
         self._parts += [self._live, send]
-        page.children = [page.children[0], self._live.root, *page.children[1:]]
+        root.children = [root.children[0], self._live.root, *root.children[1:]]
         self._main.children = [*self._main.children, send.root]
         document.add_periodic_callback(self._live.tick, LOOK_MS)
         document.add_periodic_callback(send.refresh, LOOK_MS)

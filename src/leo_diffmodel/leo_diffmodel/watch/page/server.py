@@ -15,13 +15,11 @@ from bokeh.document import Document
 from bokeh.server.server import Server
 from tornado.ioloop import PeriodicCallback
 
-from leo_diffmodel.watch.errand import Finder
-from leo_diffmodel.watch.next_run import NextRun
+from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.files import routes
-from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
 
-OpenTab = Callable[[Document, State, Finder, list[str], NextRun], object]
+OpenTab = Callable[[Document, Page], object]
 HERE = '127.0.0.1'
 TOKEN_BYTES = 16
 HEAR_MS = 200
@@ -30,41 +28,30 @@ PAUSE, SHORT_PAUSE = 0.05, 0.01
 
 
 class WatchServer:
-    """Serves the page of one state until it is stopped.
+    """Serves a page until it is stopped.
 
     Whoever does not know the token, which is the first part of every path, gets 404 for whatever
     is asked.
 
     Args:
-        state: what is shown.
-        finder: the search behind 'find it for me'.
-        command: `leo add MODEL` as it would be typed.
-        next_run: what to record next.
+        page: what all tabs show and do.
         port: to listen on; 0 takes a free one.
-        tab: puts the page of the state on a document.
+        tab: puts the page on a document.
 
     Raises:
         UserError: the port is in use, or not for us.
     """
 
-    def __init__(
-        self,
-        state: State,
-        finder: Finder,
-        command: list[str],
-        next_run: NextRun,
-        port: int,
-        tab: OpenTab,
-    ) -> None:
-        self._state, self._finder, self._next_run = state, finder, next_run
+    def __init__(self, page: Page, port: int, tab: OpenTab) -> None:
+        self._state, self._finder, self._next_run = page.state, page.finder, page.next_run
         self.token = secrets.token_urlsafe(TOKEN_BYTES)
 
         def opened(document: Any) -> None:
-            tab(document, state, finder, command, next_run)
+            tab(document, page)
 
         where = {'address': HERE, 'port': port, 'prefix': self.token}
         pauses = {'keep_alive_milliseconds': 10000, 'check_unused_sessions_milliseconds': 5000}
-        files_too = {'extra_patterns': routes(state)}
+        files_too = {'extra_patterns': routes(page.state)}
         try:
             application = {'/': Application(FunctionHandler(opened))}
             self._server = Server(application, **where, **pauses, **files_too)
@@ -76,7 +63,7 @@ class WatchServer:
         self.url = f'http://localhost:{self.port}/{self.token}/'
         self._hear = PeriodicCallback(self._heard, HEAR_MS)
         self._following = False
-        state.listeners.append(self._follow)
+        page.state.listeners.append(self._follow)
 
     def every(self, milliseconds: float, action: Callable[[], None]) -> None:
         """Do something again and again while the page is served."""

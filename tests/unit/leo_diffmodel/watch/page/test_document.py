@@ -16,7 +16,7 @@ from leo_diffmodel.next_run.simulate import simulate
 from leo_diffmodel.watch import lack
 from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.next_run import Plan
-from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.switches import _files
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
@@ -42,7 +42,7 @@ def page(scene, tmp_path):
     document, state = Document(), State(scene, tmp_path / 'out')
     run = no_run(hindrance='first <search>')
     run.start = lambda: vars(run).update(busy=True, news=News('running the menu', 3))
-    tab = Tab(document, state, finder, ['leo', 'add', 'torque_pendulum'], run)
+    tab = Tab(document, Page(state, finder, ['leo', 'add', 'torque_pendulum'], run))
     return SimpleNamespace(
         document=document,
         state=state,

@@ -16,7 +16,7 @@ from tests.simulate import record
 
 from leo_diffmodel.watch.drawing import draw
 from leo_diffmodel.watch.errand import News
-from leo_diffmodel.watch.page.document import Tab
+from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.files import copy
 from leo_diffmodel.watch.page.next_run import joints_legend
 from leo_diffmodel.watch.scene import Scene
@@ -42,7 +42,7 @@ def state(tmp_path_factory):
 def words_of(state: State, finder: SimpleNamespace) -> Document:
     """The page, and what is said on it, checked."""
     document = Document()
-    tab = Tab(document, state, finder, ['leo', 'add', HTML], no_run(hindrance=HTML))
+    tab = Tab(document, Page(state, finder, ['leo', 'add', HTML], no_run(hindrance=HTML)))
     tab._draw()
     tab._follow()
     said = [*document.select({'type': Div})]
