@@ -19,7 +19,7 @@ from leo_diffmodel.bags.episode import distinct
 from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import figures, Table, Terminal
+from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
@@ -57,7 +57,7 @@ def main(argv: list[str]) -> int:
     model = load_model(arguments.model)
     bags = _bags(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('checking', 1 + len(candidates(model, own))) as heard:
+    with progress('checking', 1 + len(candidates(model, own))) as heard:
         result = check(bags, model, own, heard)
     if folder:
         common.write_json(folder, 'check.json', result.to_json())

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 from leo_diffmodel.bags.episode import between, distinct
 from leo_diffmodel.bags.recording import read_bag, Recording
-from leo_msgs_py.console import progress as progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser

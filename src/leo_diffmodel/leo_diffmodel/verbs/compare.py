@@ -17,7 +17,7 @@ from leo_diffmodel.compare.ranking import STAGES as RANKING_STAGES
 from leo_diffmodel.compare.where import against_motion, bin_in_words, worst_places
 from leo_diffmodel.report.text import percent
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import figures, Table, Terminal
+from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
@@ -45,7 +45,7 @@ def main(argv: list[str]) -> int:
     [arguments.model] = arguments.model
     model = load_model(arguments.model)
     recordings, _ = common.read_all(arguments, model)
-    with common.progress('comparing', STAGES + 1) as heard:
+    with progress('comparing', STAGES + 1) as heard:
         result = compare(recordings, model, arguments.step, heard)
         if folder:
             heard('report')
@@ -203,7 +203,7 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
         raise UserError(f'--model {twice[0]} is there twice')
     models = {name: load_model(name) for name in names}
     recordings, _ = common.read_all(arguments, models[names[0]])
-    with common.progress('comparing', RANKING_STAGES * len(models)) as heard:
+    with progress('comparing', RANKING_STAGES * len(models)) as heard:
         data = rank(recordings, models, arguments.step, heard)
     if folder:
         common.write_json(folder, 'ranking.json', data)

@@ -20,7 +20,7 @@ from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare import ranking_table
 from leo_diffmodel.verbs.explain_text import in_lines, show_each, unique_names
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -83,7 +83,7 @@ def _explained(
     share: float = 1.0,
 ) -> Explanation:
     own, within = common.own_effects(arguments), share * common.left(arguments)
-    with common.progress(title, within=within) as heard:
+    with progress(title, within=within) as heard:
         chosen = {'within': within, 'keep': arguments.keep, 'mend': arguments.mend}
         return explain(recordings, model, held, own, heard, arguments.step, **chosen)
 
@@ -97,7 +97,7 @@ def _edited(
     if not result.effects:
         print('warning: no edit test: no effect was named', file=sys.stderr)
         return result
-    with common.progress('edit test') as heard:
+    with progress('edit test') as heard:
         found = edit_test(given, result.model, bags, arguments.step, heard)
     return replace(result, edit_test=found)
 

@@ -10,7 +10,7 @@ import shlex
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import figures, Table, Terminal
+from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -127,7 +127,7 @@ def _checked(
     if text is not None:
         needs_mujoco()
     recordings = common.read_bags(options.check, model, options.topic_map)
-    with common.progress('checking', STAGES) as heard:
+    with progress('checking', STAGES) as heard:
         return check(recordings, model, made.held.simulated, text, heard)
 
 

@@ -15,7 +15,7 @@ from rich.text import Text
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.common import NEGATIVE
-from leo_msgs_py.console import figures, Table, Terminal
+from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect
@@ -51,7 +51,7 @@ def main(argv: list[str]) -> int:
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
-    with common.progress('choosing a run') as heard:
+    with progress('choosing a run') as heard:
         found = propose(recordings, model, answer, own, arguments.seconds, heard)
     run = found.best and found.best.run
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
@@ -120,7 +120,7 @@ def _answer(
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:
-        with common.progress('explaining') as heard:
+        with progress('explaining') as heard:
             return explain(recordings, model, (), own, heard).to_json()
     path = Path(arguments.explain)
     path = path / 'explain.json' if path.is_dir() else path

@@ -14,7 +14,7 @@ from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.explain import show
-from leo_msgs_py.console import figures, Table, Terminal
+from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -44,7 +44,7 @@ def main(argv: list[str]) -> int:
     model = load_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('repairing', within=common.left(arguments)) as heard:
+    with progress('repairing', within=common.left(arguments)) as heard:
         before = compare(recordings, model, arguments.step)
         chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
 

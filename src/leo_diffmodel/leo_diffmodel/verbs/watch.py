@@ -10,6 +10,7 @@ import time
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.verbs import common, watch_common
+from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser, ros_args_apart, where
 from leo_sim.effects.consent import words
@@ -51,7 +52,7 @@ def main(argv: list[str]) -> int:
     model = load_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with common.progress('reading the noise'):
+    with progress('reading the noise'):
         scene = Scene.of(recordings, model, held, own, arguments.step)
         state = State(scene, folder)
     finder = Finder(watch_common.asked, argv)
@@ -137,7 +138,7 @@ def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
             return None
         raise UserError(f'no robot is publishing joint_states {where()}; {HINT}')
     began = time.monotonic()
-    with common.progress('listening to the robot'):
+    with progress('listening to the robot'):
         while _until(lambda: _since(began) > ENOUGH, ENOUGH) and not _until(_ended, 0.5):
             try:
                 return source.scene(robot.tape.contents())

@@ -14,7 +14,7 @@ from leo_diffmodel.bags.episode import distinct
 from leo_diffmodel.compare.known import provenance
 from leo_diffmodel.next_run.run_file import write_run
 from leo_diffmodel.verbs import common
-from leo_msgs_py.console import Table, Terminal
+from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
@@ -129,7 +129,7 @@ def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[
         time.monotonic(),
     )
     distinct(recordings)
-    with common.progress('measuring') as heard:
+    with progress('measuring') as heard:
         found = measure(recordings, model, joint, common.own_effects(options), heard)
         data = sheet(found) | {'conditions': conditions(options.inputs, joint)}
         data['provenance'] = provenance(recordings, model)
