@@ -221,7 +221,7 @@ class _Place(BaseModel):
 
 class _Rival(_Place):
     separable_nats: Finite
-    same_thing: str | None
+    same_thing: str | None = None
 
 
 class _PlacedRow(_Place):

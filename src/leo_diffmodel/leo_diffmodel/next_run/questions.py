@@ -74,7 +74,7 @@ def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
         + _in_its_place(row, answer)
         for row in answer['effects']
     ]
-    truly = [[c for c in rivals if not c['same_thing']] for rivals in close]
+    truly = [[c for c in rivals if not c.get('same_thing')] for rivals in close]
     if any(truly):
         return _asked(answer['effects'], truly, facts)
     return _asked(answer['effects'], close, replace(facts, ever_free=True))
