@@ -23,6 +23,11 @@ def mended(recording: Recording, mapping: TopicMap) -> Recording:
     Topics, names and what an input is are not looked at.
     """
     joints = [mapping.joint(name) for name in recording.joints]
+    if recording.rates != 'measured':  # they follow from the angles, and from time
+        joints = [
+            j.model_copy(update={'speed_scale': j.scale / mapping.time_scale, 'speed_zero': 0.0})
+            for j in joints
+        ]
     motors = [mapping.joint(name) for name in recording.actuators]
     episodes = [
         _in_our_units(e, joints, motors, recording.input, mapping.scale)

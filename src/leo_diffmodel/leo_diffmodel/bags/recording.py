@@ -101,7 +101,10 @@ def held_each_way(
     digest, notes = sha256(contents.files), [*beyond, *unmeasured, *spikes]
     for hold in holds:
         held = split_runs(states, inputs, hold == 'previous') if inputs else None
-        found = (_episode(states, part, held, len(robot.actuators)) for part in segments.slices)
+        found = (
+            _episode(states, part, held, len(robot.actuators), mapping.time_scale)
+            for part in segments.slices
+        )
         episodes = tuple(episode for episode in found if episode is not None)
         if not episodes:
             raise UserError(f'{path}: no joint states while inputs were recorded; record both')
@@ -146,7 +149,9 @@ def _robot(robot: Robot | str | Path) -> Robot:
     return robot
 
 
-def _episode(states: StateLog, part: slice, held: Held | None, actuators: int) -> Episode | None:
+def _episode(
+    states: StateLog, part: slice, held: Held | None, actuators: int, time_scale: float
+) -> Episode | None:
     """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
         start = part.start + held.unknown(part, states.stamp_ns)
@@ -161,19 +166,19 @@ def _episode(states: StateLog, part: slice, held: Held | None, actuators: int) -
     return Episode(
         t=(t - states.stamp_ns[0]) * 1e-9,
         q=q,
-        dq=_rates(t, q, states.dq if states.dq is None else states.dq[part]),
+        dq=_rates(t, q, None if states.dq is None else states.dq[part], time_scale),
         inputs=inputs,
         enabled=enabled,
         effort=None if states.effort is None else states.effort[part],
     )
 
 
-def _rates(t: Stamps, q: Floats, dq: Floats | None) -> Floats:
+def _rates(t: Stamps, q: Floats, dq: Floats | None, time_scale: float) -> Floats:
     """Measured rates (T, J); those that nobody measured (NaN) differentiated from the angles."""
-    if dq is None:
-        return velocity(t, q)
-    missing = np.isnan(dq)
-    return np.where(missing, velocity(t, q), dq) if missing.any() else dq
+    if dq is not None and not np.isnan(dq).any():
+        return dq
+    slope = velocity(t, q) / time_scale
+    return slope if dq is None else np.where(np.isnan(dq), slope, dq)
 
 
 def _command_period(

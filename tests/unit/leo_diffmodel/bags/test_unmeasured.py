@@ -57,12 +57,15 @@ def test_a_few_such_values_cost_only_themselves(tmp_path):
 
 def test_a_rate_of_one_joint_that_never_changes_while_it_moves_is_differentiated(tmp_path):
     q = [np.sin(T), 0.3 + np.sin(2 * T)]
-    recording = read_bag(bag(tmp_path, ARM.joint_names, q, [np.cos(T) + 0.01, 0 * T]), ARM)
+    log = bag(tmp_path, ARM.joint_names, q, [np.cos(T) + 0.01, 0 * T])
+    recording = read_bag(log, ARM)
     (episode,) = recording.episodes
     (text,) = told(recording)
     assert 'rates of elbow are 0 throughout while it moves by 1.7 rad: no measurement;' in text
     assert np.array_equal(episode.dq[:, 0], np.cos(T) + 0.01) and recording.rates == 'measured'
     np.testing.assert_allclose(episode.dq[1:-1, 1], 2 * np.cos(2 * T)[1:-1], atol=1e-3)
+    (slow,) = read_bag(log, ARM, TopicMap(time_scale=2.0)).episodes
+    np.testing.assert_allclose(slow.dq, episode.dq * [1.0, 0.5])
 
 
 @pytest.mark.parametrize(
