@@ -15,11 +15,10 @@ from .contents import BagContents, load, Logged, TopicLog
 from .episode import check
 from .finish import is_recording
 from .topic_map import find_topic, list_topics, TopicMap
-from .types import UINT32
+from .types import LATCHED, UINT32
 from .writer import BagWriter
 
 Times = NDArray[np.int64]
-LATCHED = 'transient_local'
 
 
 def cut_bag(

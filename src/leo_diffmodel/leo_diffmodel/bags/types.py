@@ -64,11 +64,18 @@ class Topic(NamedTuple):
 
     name: str
     type: str
-    qos: str
+    qos: str = ''
+
+    @property
+    def latched(self) -> bool:
+        """Whether late readers get its last messages."""
+        return LATCHED in self.qos
 
 
+LATCHED = 'transient_local'
+"""The durability of what late readers get."""
 _RELIABLE = to_yaml()
-_LATCHED = to_yaml(depth=1, durability='transient_local')
+_LATCHED = to_yaml(depth=1, durability=LATCHED)
 
 STATES = Topic('/joint_states', JOINT_STATE, _RELIABLE)
 EPISODE = Topic('/robot/episode', UINT32, _LATCHED)

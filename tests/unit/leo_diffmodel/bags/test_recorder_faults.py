@@ -15,8 +15,9 @@ from leo_diffmodel.bags.arrival import ArrivalTimes
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.recorder import RecordedTopic, Recorder, TWO
+from leo_diffmodel.bags.recorder import Recorder, TWO
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import decode, joint_state, uint32
 from leo_msgs_py.errors import UserError
@@ -24,9 +25,7 @@ from leo_msgs_py.mcap_file import find_files
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
-STATES = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
-APPLIED = RecordedTopic('/robot/applied_voltage', 'sensor_msgs/msg/JointState')
-EPISODE = RecordedTopic('/robot/episode', 'std_msgs/msg/UInt32', latched=True)
+VOLTS = APPLIED['voltage']
 PERIOD = 10_000_000
 
 
@@ -220,7 +219,7 @@ class Speaker:
         self.sent += 1
         stamp, now = self.start + self.sent * PERIOD, round(self.graph.now * 1e9)
         applied = joint_state(stamp, ['pivot'], effort=[self.q])
-        for topic, data in ((STATES, state(stamp, self.q)), (APPLIED, applied)):
+        for topic, data in ((STATES, state(stamp, self.q)), (VOLTS, applied)):
             self.graph.recorder.record(topic, data, 0, now, self.sent, self.gid)
 
     def end(self) -> None:
@@ -260,7 +259,7 @@ def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, order, tmp
     run(graph, 1.0, first)
     assert graph.recorder.troubles == [] and graph.recorder.strangers == 1
     graph.recorder.close()
-    for topic in (STATES.name, APPLIED.name):
+    for topic in (STATES.name, VOLTS.name):
         assert heard(tmp_path, topic) == [(first.sent, 0)]
 
 
@@ -277,7 +276,7 @@ def test_forged_states_cut_no_bag_and_cost_no_state(one_publisher, tmp_path, clo
         clock[0] += 6.0
     run(graph, 0.1, robot)
     graph.recorder.close()
-    assert heard(tmp_path) == heard(tmp_path, APPLIED.name) == [(robot.sent, 0)]
+    assert heard(tmp_path) == heard(tmp_path, VOLTS.name) == [(robot.sent, 0)]
     assert graph.recorder.strangers == (1 if one_publisher else 10)
 
 
@@ -311,7 +310,7 @@ def test_a_stranger_with_other_joints_cuts_no_bag(tmp_path):
             STATES, state((10 - k) * 10**9, joint='x'), 0, round(graph.now * 1e9), k, b'stranger'
         )
     graph.recorder.close()
-    assert heard(tmp_path, APPLIED.name) == [(100, 0)]
+    assert heard(tmp_path, VOLTS.name) == [(100, 0)]
 
 
 @pytest.mark.parametrize(

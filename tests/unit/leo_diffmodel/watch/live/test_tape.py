@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from tests.simulate import TORQUE
 
-from leo_diffmodel.bags.recorder import RecordedTopic
 from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
@@ -17,9 +16,6 @@ from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 
 JOINTS = tuple(TORQUE.joint_names)
-TOPICS = {
-    t.name: RecordedTopic(t.name, t.type, t.qos) for t in (STATES, APPLIED['effort'], EPISODE)
-}
 
 
 def say(tape, k, q=None, publisher=b'robot', base=0):
@@ -28,15 +24,15 @@ def say(tape, k, q=None, publisher=b'robot', base=0):
     value = np.sin(0.01 * k) if q is None else q
     state = cdr.joint_state(stamp, JOINTS, [value], [np.cos(0.01 * k)])
     logged = 10**18 + k * 10_000_000
-    tape.record(TOPICS[STATES.name], state, 0, logged, k, publisher)
+    tape.record(STATES, state, 0, logged, k, publisher)
     applied = cdr.joint_state(stamp, JOINTS, effort=[0.1])
-    tape.record(TOPICS[APPLIED['effort'].name], applied, 0, logged + 1, k, publisher)
+    tape.record(APPLIED['effort'], applied, 0, logged + 1, k, publisher)
 
 
 @pytest.fixture
 def tape():
     tape = Tape(2.0)
-    tape.record(TOPICS[EPISODE.name], cdr.uint32(1), 0, 10**18)
+    tape.record(EPISODE, cdr.uint32(1), 0, 10**18)
     return tape
 
 
@@ -68,7 +64,7 @@ def test_of_two_robots_one_is_kept_and_it_is_said(tape):
 
 
 def test_states_of_other_joints_are_refused_with_their_names(tape):
-    tape.record(TOPICS[STATES.name], cdr.joint_state(1, ['elbow'], [0.0]), 0, 10**18)
+    tape.record(STATES, cdr.joint_state(1, ['elbow'], [0.0]), 0, 10**18)
     with pytest.raises(UserError, match='elbow'):
         assembled(tape.contents(), TORQUE, TopicMap())
 
