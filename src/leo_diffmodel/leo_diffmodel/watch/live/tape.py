@@ -15,7 +15,6 @@ from leo_diffmodel.bags.arrival import Origin, Sources
 from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
 from leo_diffmodel.bags.recorder import TWO
 from leo_diffmodel.bags.types import JOINT_STATE, STATES, Topic
-from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joints_text
 
 NAME = 'the running robot'
@@ -107,21 +106,6 @@ class Tape:
                 for name, (topic, kept) in self._topics.items()
             }
         return BagContents(Path(NAME), (), topics, {'leo': self._facts}, True, 0)
-
-    def save(self, folder: Path) -> Path:
-        """Write what is kept now as a bag.
-
-        Raises:
-            UserError: the folder exists, or cannot be made.
-        """
-        contents = self.contents()
-        writer = BagWriter(folder, contents.metadata['leo'])
-        for topic in contents.topics.values():
-            channel = writer.add_topic(topic.name, topic.type, topic.qos)
-            for message in topic.messages:
-                writer.write(channel, message.data, message.log_ns, message.published_ns)
-        writer.close()
-        return folder
 
     def _forget(self, kept: deque[Logged], now_ns: int) -> None:
         """Drop what is too old; the last message of a topic stays, as it may be latched."""

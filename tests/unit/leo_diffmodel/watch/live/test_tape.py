@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.simulate import TORQUE
 
+from leo_diffmodel.bags.cut import write_contents
 from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
@@ -48,7 +49,8 @@ def test_its_states_are_those_that_a_bag_of_it_would_give(tape, tmp_path):
     for k in range(300):
         say(tape, k)
     live = assembled(tape.contents(), TORQUE, TopicMap())
-    kept = read_bag(tape.save(tmp_path / 'bag'), TORQUE)
+    write_contents(tape.contents(), tmp_path / 'bag')
+    kept = read_bag(tmp_path / 'bag', TORQUE)
     for name in ('t', 'q', 'dq', 'inputs', 'enabled'):
         np.testing.assert_array_equal(*(getattr(r.episodes[0], name) for r in (live, kept)))
 
@@ -67,12 +69,6 @@ def test_states_of_other_joints_are_refused_with_their_names(tape):
     tape.record(STATES, cdr.joint_state(1, ['elbow'], [0.0]), 0, 10**18)
     with pytest.raises(UserError, match='elbow'):
         assembled(tape.contents(), TORQUE, TopicMap())
-
-
-def test_a_bag_that_is_there_is_not_written_over(tape, tmp_path):
-    (tmp_path / 'bag').mkdir()
-    with pytest.raises(UserError, match='exists already'):
-        tape.save(tmp_path / 'bag')
 
 
 def test_silence_comes_before_all_else_and_then_what_the_robot_says(monkeypatch):
