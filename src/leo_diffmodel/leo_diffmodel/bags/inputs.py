@@ -15,10 +15,10 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
 
 from .contents import BagContents, TopicLog
+from .goal_turns import on_the_angles_turn
 from .goals import read_goals
 from .impossible import impossible, input_channels
 from .passive import joint_names, refuse_driven
-from .split import on_the_angles_turn
 from .states import deserialize, stamp_of, StateLog
 from .topic_map import COMMANDS, find_topic, INTERFACES, Role, TopicMap
 from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
@@ -74,7 +74,7 @@ def read_inputs(
     wanted = topic_map.input
     for name, read in readers.items():
         if wanted in ('auto', name) and (found := read()) is not None:
-            return _on_the_angles_turn(found, states, robot)
+            return on_the_angles_turn(found, states, robot)
     if wanted in readers:
         raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
     if wanted == 'auto':
@@ -234,15 +234,3 @@ def _interface(values: Any, name: str, default: float) -> float:
     index = values.interface_names.index(name)
     value = float(values.values[index]) if index < len(values.values) else default
     return default if math.isnan(value) else value
-
-
-def _on_the_angles_turn(inputs: InputLog, states: StateLog, robot: Robot) -> InputLog:
-    """Bring goals that were wrapped apart from the angles to the turn these are in."""
-    if inputs.kind != 'position':
-        return inputs
-    t, at = states.log_ns - states.log_ns[0], inputs.log_ns - states.log_ns[0]
-    angles = np.column_stack([np.interp(at, t, states.q[:, j]) for j in robot.actuated])
-    joints = [a.joint for a in robot.actuators]
-    angles[:, [joint in robot.slides for joint in joints]] = np.nan
-    values, notes = on_the_angles_turn(inputs.values, inputs.enabled > 0, angles, joints)
-    return replace(inputs, values=values, notes=(*inputs.notes, *notes)) if notes else inputs
