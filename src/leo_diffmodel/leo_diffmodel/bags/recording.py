@@ -26,7 +26,7 @@ from .states import median_step, read_states, StateLog
 from .topic_map import COMMANDS, find_topic, list_topics, read_topic_map, TopicMap
 from .types import Floats, Stamps
 from .unmeasured import without_made_rates, without_unmeasured
-from .zoh import average, Held, split_runs
+from .zoh import average, Held, held_inputs
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
@@ -100,10 +100,10 @@ def held_each_way(
     inputs = read_inputs(contents, states, robot, mapping)
     digest, notes = sha256(contents.files), [*beyond, *unmeasured, *spikes]
     for hold in holds:
-        held = split_runs(states, inputs, hold == 'previous') if inputs else None
+        held = held_inputs(states, inputs, segments.slices, hold == 'previous')
         found = (
-            _episode(states, part, held, len(robot.actuators), mapping.time_scale)
-            for part in segments.slices
+            _episode(states, part, own, len(robot.actuators), mapping.time_scale)
+            for part, own in zip(segments.slices, held, strict=True)
         )
         episodes = tuple(episode for episode in found if episode is not None)
         if not episodes:
@@ -154,14 +154,14 @@ def _episode(
 ) -> Episode | None:
     """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
-        start = part.start + held.unknown(part, states.stamp_ns)
-        part = slice(start, part.stop)
+        first = held[0][0] if len(held[0]) else np.iinfo(np.int64).max
+        part = slice(part.start + int((states.stamp_ns[part] < first).sum()), part.stop)
     if part.stop - part.start < 2:
         return None
     t, q = states.stamp_ns[part], states.q[part]
     inputs, enabled = np.zeros((len(t), actuators)), np.zeros((len(t), actuators), dtype=bool)
     if held is not None:
-        stamps, values, on = held.near(part)
+        stamps, values, on = held
         inputs, enabled = average(t, stamps, values), average(t, stamps, on) > 0.5
     return Episode(
         t=(t - states.stamp_ns[0]) * 1e-9,
