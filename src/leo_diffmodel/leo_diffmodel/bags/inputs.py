@@ -183,13 +183,8 @@ class _Bag:
         )
 
     def _ours(self, values: Floats) -> Floats:
-        """V, N m or rad along each actuated joint of theirs, (N, A); goals count from our zero."""
-        joints = [self.topic_map.joint(a.joint) for a in self.robot.actuators]
-        factors = np.array([(j.input_sign or j.sign) * j.input_scale for j in joints])
-        ours = values * self.topic_map.scale * factors
-        if self.robot.input != 'position':
-            return ours
-        return ours + np.array([j.offset for j in joints])
+        joints = [a.joint for a in self.robot.actuators]
+        return self.topic_map.inputs(values, joints, self.robot.input)
 
     def _to_robot_time(self, log: Stamps) -> Stamps:
         """Map log times to the robot's clock by the median delay of the states."""

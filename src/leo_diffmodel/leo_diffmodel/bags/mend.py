@@ -28,11 +28,11 @@ def mended(recording: Recording, mapping: TopicMap) -> Recording:
             j.model_copy(update={'speed_scale': j.scale / mapping.time_scale, 'speed_zero': 0.0})
             for j in joints
         ]
-    motors = [mapping.joint(name) for name in recording.actuators]
-    episodes = [
-        _in_our_units(e, joints, motors, recording.input, mapping.scale)
-        for e in recording.episodes
-    ]
+    episodes = []
+    for e in recording.episodes:
+        q, dq, effort = in_our_units((e.q, e.dq, e.effort), joints)
+        inputs = mapping.inputs(e.inputs, recording.actuators, recording.input)
+        episodes.append(replace(e, q=q, dq=np.asarray(dq), effort=effort, inputs=inputs))
     return on_time(replace(recording, episodes=tuple(episodes)), mapping)
 
 
@@ -77,15 +77,6 @@ def _held_later(stamps: np.ndarray, values: Floats, seconds: float) -> Floats:
     later = stamps + round(seconds * 1e9)
     early = np.r_[min(int(stamps[0]), int(later[0])) - 1, later]
     return average(stamps, early, np.vstack([values[:1], values]))
-
-
-def _in_our_units(
-    e: Episode, joints: Sequence[JointMap], motors: Sequence[JointMap], kind: str, scale: float
-) -> Episode:
-    q, dq, effort = in_our_units((e.q, e.dq, e.effort), joints)
-    zero = np.array([m.offset for m in motors]) if kind == 'position' else 0.0
-    factors = np.array([(m.input_sign or m.sign) * m.input_scale * scale for m in motors])
-    return replace(e, q=q, dq=np.asarray(dq), effort=effort, inputs=e.inputs * factors + zero)
 
 
 def _on_time(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from .contents import BagContents, TopicLog
 from .finish import is_recording
 from .inputs import InputLog
-from .passive import named, unread_commands
+from .passive import joint_names, named, unread_commands
 from .split import Segments
 from .states import deserialize, StateLog
 from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
@@ -104,7 +104,7 @@ def _passed_over(
     if any(topic.name == source and topic.type == JOINT_STATE for topic in applied):
         return []
     wanted = topic_map.interface or INTERFACES[robot.input]
-    joints = ', '.join(str(topic_map.joint(a.joint).name) for a in robot.actuators)
+    joints = ', '.join(joint_names(robot, topic_map))
     return [
         f'{topic.name} has no usable {wanted} of {joints} (there is {_there(topic)}); inputs '
         f'taken from: {source}'

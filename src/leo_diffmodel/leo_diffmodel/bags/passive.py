@@ -81,7 +81,7 @@ def _what_to_do(topic: TopicLog) -> str:
 
 def joint_names(robot: Robot, topic_map: TopicMap) -> list[str]:
     """The joints with a motor, as the bag calls them."""
-    return [str(topic_map.joint(a.joint).name) for a in robot.actuators]
+    return [topic_map.theirs(a.joint) for a in robot.actuators]
 
 
 def unread_commands(
