@@ -42,8 +42,12 @@ def to_yaml(
 
 
 def profiles(text: str) -> list[dict[str, Any]]:
-    """Return an `offered_qos_profiles` text as the list that metadata.yaml holds."""
-    return yaml.safe_load(text) or [] if text.strip() else []
+    """Return an `offered_qos_profiles` text as the list that metadata.yaml holds; [] of none."""
+    try:
+        found = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return []
+    return [each for each in found if isinstance(each, dict)] if isinstance(found, list) else []
 
 
 Floats = NDArray[np.float64]
