@@ -93,7 +93,7 @@ def write_bag(folder: Path, messages: Iterable[tuple[str, str, int, bytes]]) -> 
         channels: dict[str, int] = {}
         for topic, kind, log_ns, data in messages:
             if topic not in channels:
-                schema = writer.register_schema(kind, 'ros2msg', b'')
+                schema = writer.register_schema(kind, 'ros2msg', b'') if kind else 0
                 channels[topic] = writer.register_channel(topic, 'cdr', schema)
             writer.add_message(channels[topic], log_ns, data, log_ns)
         writer.finish()

@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.serde import SerdeError
-from tests.messages import dynamic
+from tests.messages import dynamic, write_bag
 import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -217,6 +217,14 @@ def test_info_says_what_is_there(bag):
         '/robot/episode',
         '/robot/supply',
         '/robot/temperature',
+    ]
+
+
+def test_info_of_a_channel_without_a_schema(tmp_path):
+    (tmp_path / 'bag').mkdir()
+    write_bag(tmp_path / 'bag' / 'bag_0', [('/notes', '', 1, b'{}')])
+    assert [(t.name, t.type, t.count) for t in bag_info(tmp_path / 'bag').topics] == [
+        ('/notes', '', 1)
     ]
 
 
