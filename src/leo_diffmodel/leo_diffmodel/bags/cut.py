@@ -18,7 +18,7 @@ from .episode import check
 from .finish import is_recording
 from .topic_map import find_topic, list_topics, TopicMap
 from .types import LATCHED, UINT32
-from .writer import BagWriter
+from .writer import whole_bag
 
 Times = NDArray[np.int64]
 
@@ -80,12 +80,11 @@ def _chosen(
 
 def write_contents(contents: BagContents, new: Path) -> int:
     """Write what is in memory as a bag; return how many messages it has."""
-    writer = BagWriter(new, contents.metadata.get('leo'))
     rows = []
-    for topic in contents.topics.values():
-        channel = writer.add_topic(topic.name, topic.type, topic.qos)
-        rows += [(m.log_ns, channel, m) for m in topic.messages]
-    for log_ns, channel, m in sorted(rows, key=itemgetter(0)):
-        writer.write(channel, m.data, log_ns, m.published_ns)
-    writer.close()
+    with whole_bag(new, contents.metadata.get('leo')) as writer:
+        for topic in contents.topics.values():
+            channel = writer.add_topic(topic.name, topic.type, topic.qos)
+            rows += [(m.log_ns, channel, m) for m in topic.messages]
+        for log_ns, channel, m in sorted(rows, key=itemgetter(0)):
+            writer.write(channel, m.data, log_ns, m.published_ns)
     return len(rows)

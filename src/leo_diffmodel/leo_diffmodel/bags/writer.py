@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 import fcntl
 import os
 from pathlib import Path
+import shutil
 import struct
 import time
 from typing import cast, IO
@@ -265,3 +267,15 @@ class BagWriter:
                 write_metadata(self.folder)
         finally:
             self._stream.close()
+
+
+@contextmanager
+def whole_bag(folder: Path, metadata: Mapping[str, str] | None) -> Iterator[BagWriter]:
+    """A new bag, closed at the end; half a bag is none, unlike half a recording."""
+    writer = BagWriter(folder, metadata)
+    try:
+        yield writer
+        writer.close()
+    except BaseException:
+        shutil.rmtree(folder)
+        raise

@@ -19,6 +19,7 @@ from tests.messages import dynamic, write_bag
 import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.finish import BagState, finish_bag
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
@@ -226,6 +227,14 @@ def test_info_of_a_channel_without_a_schema(tmp_path):
     assert [(t.name, t.type, t.count) for t in bag_info(tmp_path / 'bag').topics] == [
         ('/notes', '', 1)
     ]
+
+
+def test_a_bag_that_cannot_be_cut_leaves_no_half_one(tmp_path):
+    state = ('/joint_states', JOINT_STATE, 0, cdr.joint_state(0, ['pivot'], [0.0]))
+    bag = write_bag(tmp_path / 'bag', [state, ('/jog', 'control_msgs/msg/JointJog', 0, b'')])
+    with pytest.raises(UserError, match='unknown message type'):
+        cut_bag(bag, tmp_path / 'cut')
+    assert not (tmp_path / 'cut').exists()
 
 
 def messages(file) -> list[tuple[int, bytes]]:
