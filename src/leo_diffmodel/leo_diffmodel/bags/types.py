@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality of service as rosbag2 keeps it: a YAML list in each channel's metadata."""
+"""Topics of the graph, types of messages, quality of service as rosbag2 keeps it (YAML)."""
 
 from __future__ import annotations
 
