@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.messages import state, write_bag
+from tests.messages import bag_of, state
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
@@ -18,18 +18,11 @@ T = 0.01 * np.arange(200)
 
 def bag(folder, joints, q, dq, effort=None):
     columns = [np.column_stack(c) if c else np.zeros((len(T), 0)) for c in (q, dq, effort or [])]
-    return write_bag(
-        folder / 'bag',
-        [
-            (
-                '/joint_states',
-                JOINT_STATE,
-                k * STEP,
-                state(k * STEP, joints, *(c[k] for c in columns)),
-            )
-            for k in range(len(T))
-        ],
-    )
+    rows = [
+        ('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, joints, *(c[k] for c in columns)))
+        for k in range(len(T))
+    ]
+    return bag_of(folder, *rows)
 
 
 def told(recording):
