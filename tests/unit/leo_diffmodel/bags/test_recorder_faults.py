@@ -33,6 +33,10 @@ def state(stamp_ns: int, q: float = 0.0, joint: str = 'pivot') -> bytes:
     return joint_state(stamp_ns, [joint], [q], [0.0])
 
 
+def no_room(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
 class Disk:
     """`os.write` of a disk that has room for so many bytes, and takes what fits of a write."""
 
@@ -42,7 +46,7 @@ class Disk:
     def __call__(self, file: int, data: bytes) -> int:
         fits = int(min(self.room, len(data)))
         if not fits:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            no_room()
         self.room -= fits
         return WRITE(file, data[:fits])
 
@@ -126,10 +130,6 @@ def test_a_restart_on_a_full_disk_waits_for_room_for_its_bag(tmp_path, disk, mon
     recorder = Recorder(tmp_path / 'bag')
     send(recorder, range(100))
     disk.room = 0
-
-    def no_room(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     with monkeypatch.context() as patch:
         patch.setattr(Path, 'mkdir', no_room)
         send(recorder, range(20))
@@ -144,9 +144,6 @@ def test_a_restart_on_a_full_disk_waits_for_room_for_its_bag(tmp_path, disk, mon
 
 
 def test_a_file_that_cannot_be_made_leaves_no_folder(tmp_path, monkeypatch):
-    def no_room(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     monkeypatch.setattr('leo_diffmodel.bags.writer.Spool', no_room)
     with pytest.raises(UserError, match=r'cannot write to .*bag: No space left'):
         BagWriter(tmp_path / 'bag')
@@ -161,10 +158,6 @@ def test_no_room_to_finish_a_left_over_bag_leaves_it_as_it_was(tmp_path, monkeyp
     writer.close()
     (tmp_path / 'bag').mkdir()
     (tmp_path / 'bag' / 'bag_0.mcap').write_bytes(content)
-
-    def no_room(_: int) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     monkeypatch.setattr('leo_diffmodel.bags.finish.os.fsync', no_room)
     assert finish_left_over(tmp_path / 'bag') == []
     assert bag_info(tmp_path / 'bag').state == 'unfinished'

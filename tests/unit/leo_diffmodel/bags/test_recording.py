@@ -7,7 +7,7 @@ from pathlib import Path
 from mcap.records import Message
 import numpy as np
 import pytest
-from tests.messages import command, dynamic, message
+from tests.messages import bag_of, command, dynamic, message
 from tests.places import DATA
 
 from leo_diffmodel.bags import recording as recording_file
@@ -17,7 +17,6 @@ from leo_diffmodel.bags.mend import mended
 from leo_diffmodel.bags.recording import read_bag, read_both_ways
 from leo_diffmodel.bags.topic_map import JointMap, TopicMap
 from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
-from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -49,13 +48,8 @@ def swing(count: int = 400, period: float = 0.01) -> Run:
 
 def write_messages(folder: Path, messages: list[tuple[str, int, bytes]]) -> Path:
     """A bag of (topic, log time [ns], CDR bytes)."""
-    writer, channels = BagWriter(folder), {}
-    for topic, log_ns, data in messages:
-        if topic not in channels:
-            channels[topic] = writer.add_topic(topic, KINDS[topic.rpartition('/')[2]])
-        writer.write(channels[topic], data, log_ns)
-    writer.close()
-    return folder
+    rows = ((t, KINDS[t.rpartition('/')[2]], log_ns, data) for t, log_ns, data in messages)
+    return bag_of(folder, *rows)
 
 
 def state(stamp_ns: int, q: float, dq: float = 0.0, effort: float | None = None) -> bytes:
