@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .inputs import InputLog
 from .states import StateLog
 from .types import Floats
 
 if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
-
-    from .inputs import InputLog
 
 NEAR_GOAL = 1.0
 """rad: so near its goal, less whole turns, a joint mostly is where the goal counts from
@@ -28,9 +27,9 @@ MOSTLY = 0.9
 """Share of the goals."""
 
 
-def on_the_angles_turn(inputs: InputLog, states: StateLog, robot: Robot) -> InputLog:
+def on_the_angles_turn(inputs: InputLog | None, states: StateLog, robot: Robot) -> InputLog | None:
     """Take off the turns by which goals were wrapped apart; a free motor and a slide have none."""
-    if inputs.kind != 'position':
+    if inputs is None or inputs.kind != 'position':
         return inputs
     t, at = states.log_ns - states.log_ns[0], inputs.log_ns - states.log_ns[0]
     values, notes = inputs.values.copy(), [*inputs.notes]

@@ -15,7 +15,6 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
 
 from .contents import BagContents, TopicLog
-from .goal_turns import on_the_angles_turn
 from .goals import read_goals
 from .impossible import impossible, input_channels
 from .passive import joint_names, refuse_driven
@@ -74,7 +73,7 @@ def read_inputs(
     wanted = topic_map.input
     for name, read in readers.items():
         if wanted in ('auto', name) and (found := read()) is not None:
-            return on_the_angles_turn(found, states, robot)
+            return found
     if wanted in readers:
         raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
     if wanted == 'auto':

@@ -16,6 +16,7 @@ from leo_msgs_py.mcap_file import sha256
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
+from .goal_turns import on_the_angles_turn
 from .impossible import lengths, without_impossible
 from .inputs import InputLog, read_inputs
 from .mend import on_time
@@ -97,7 +98,7 @@ def held_each_way(
             'motion of a robot shows; which unit is its time in?'
         )
     segments = split(states, find_topic(contents, 'episode', mapping))
-    inputs = read_inputs(contents, states, robot, mapping)
+    inputs = on_the_angles_turn(read_inputs(contents, states, robot, mapping), states, robot)
     digest, notes = sha256(contents.files), [*beyond, *unmeasured, *spikes]
     for hold in holds:
         held = held_inputs(states, inputs, segments.slices, hold == 'previous')
