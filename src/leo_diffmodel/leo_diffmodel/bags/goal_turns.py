@@ -9,16 +9,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+
+from leo_sim.description.robot import Robot
 
 from .inputs import InputLog
 from .states import StateLog
 from .types import Floats
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 NEAR_GOAL = 1.0
 """rad: so near its goal, less whole turns, a joint mostly is where the goal counts from

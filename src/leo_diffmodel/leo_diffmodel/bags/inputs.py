@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 import math
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
+from leo_sim.description.robot import Robot
 
 from .contents import BagContents, TopicLog
 from .goals import read_goals
@@ -21,9 +22,6 @@ from .passive import joint_names, refuse_driven
 from .states import deserialize, stamp_of, StateLog
 from .topic_map import COMMANDS, find_topic, INTERFACES, Role, TopicMap
 from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 Row = tuple[list[float], list[float]]
 """Values and enabled of one message, in actuator order."""

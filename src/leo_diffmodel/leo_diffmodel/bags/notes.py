@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+from leo_sim.description.robot import Robot
 
 from .contents import BagContents, TopicLog
 from .finish import is_recording
@@ -15,9 +16,6 @@ from .states import deserialize, StateLog
 from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
 from .types import APPLIED, CONTROLLER_STATE, DYNAMIC_JOINT_STATE, JOINT_STATE
 from .unmeasured import DIFFERENTIATED, NO_INPUT
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 _MANY_UNUSED = 0.02
 

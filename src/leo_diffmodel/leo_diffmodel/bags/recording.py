@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import sha256
+from leo_sim.description.robot import load_robot, Robot
 
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
@@ -28,10 +28,6 @@ from .topic_map import COMMANDS, find_topic, list_topics, read_topic_map, TopicM
 from .types import Floats, Stamps
 from .unmeasured import without_made_rates, without_unmeasured
 from .zoh import average, Held, held_inputs
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
-
 
 SELDOM = 10.0
 """s from state to state: no motion of a robot shows in fewer."""
@@ -50,7 +46,8 @@ def read_bag(
     Raises:
         UserError: no such bag, topic or joint (listing those there are), or nothing usable.
     """
-    return assembled(load(Path(path)), _robot(robot), read_topic_map(topic_map))
+    wanted = load_robot(robot) if isinstance(robot, str | Path) else robot
+    return assembled(load(Path(path)), wanted, read_topic_map(topic_map))
 
 
 def read_both_ways(
@@ -140,14 +137,6 @@ def _why_nothing(contents: BagContents) -> str:
     if contents.finished or not any(file.stat().st_size for file in contents.files):
         return 'is empty: nothing was recorded; was the robot running?'
     return 'is damaged, or was cut before the first message: nothing in it reads; record again'
-
-
-def _robot(robot: Robot | str | Path) -> Robot:
-    if isinstance(robot, str | Path):
-        from leo_sim.description.robot import load_robot
-
-        return load_robot(robot)
-    return robot
 
 
 def _episode(
