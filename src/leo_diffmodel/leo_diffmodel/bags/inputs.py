@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import zip_longest
 import math
 from typing import Any
 
@@ -213,16 +214,12 @@ def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:
 
 
 def _dynamic_row(interface: str, message: Any, wanted: Sequence[str]) -> Row | None:
-    joints = dict(zip(message.joint_names, message.interface_values, strict=False))
-    if not all(name in joints and interface in joints[name].interface_names for name in wanted):
+    joints = {
+        name: dict(zip_longest(v.interface_names, v.values, fillvalue=math.nan))
+        for name, v in zip(message.joint_names, message.interface_values, strict=False)
+    }
+    found = [joints.get(name, {}) for name in wanted]
+    if not all(interface in values for values in found):
         return None
-    values = [_interface(joints[name], interface, math.nan) for name in wanted]
-    return values, [_interface(joints[name], 'enabled', 1.0) for name in wanted]
-
-
-def _interface(values: Any, name: str, default: float) -> float:
-    if name not in values.interface_names:
-        return default
-    index = values.interface_names.index(name)
-    value = float(values.values[index]) if index < len(values.values) else default
-    return default if math.isnan(value) else value
+    enabled = (values.get('enabled', 1.0) for values in found)
+    return [v[interface] for v in found], [1.0 if math.isnan(on) else on for on in enabled]
