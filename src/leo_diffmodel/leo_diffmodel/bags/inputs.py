@@ -15,13 +15,14 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
 from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
 from .goals import read_goals
 from .impossible import impossible, input_channels
 from .passive import joint_names, refuse_driven
 from .states import deserialize, stamp_of, StateLog
-from .topic_map import COMMANDS, find_topic, INTERFACES, Role, TopicMap
+from .topic_map import COMMANDS, find_topic, Role, TopicMap
 from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
 
 Row = tuple[list[float], list[float]]

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
 from .finish import is_recording
@@ -13,7 +14,7 @@ from .inputs import InputLog
 from .passive import joint_names, named, unread_commands
 from .split import Segments
 from .states import deserialize, StateLog
-from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
+from .topic_map import DEFAULT_NAMES, TopicMap
 from .types import APPLIED, CONTROLLER_STATE, DYNAMIC_JOINT_STATE, JOINT_STATE
 from .unmeasured import DIFFERENTIATED, NO_INPUT
 

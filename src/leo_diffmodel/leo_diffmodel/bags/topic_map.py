@@ -36,6 +36,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import read
+from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
 from .types import (
@@ -68,8 +69,6 @@ DEFAULT_NAMES = {
     'dynamic_joint_states': '/dynamic_joint_states',
     'episode': EPISODE.name,
 }
-INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
-"""Unit of a robot's input -> what it is called on the graph."""
 COMMANDS = {kind: f'/{name}_controller/commands' for kind, name in INTERFACES.items()}
 TYPES = {
     'joint_states': JOINT_STATE,
