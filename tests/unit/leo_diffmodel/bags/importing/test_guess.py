@@ -10,8 +10,7 @@ import pytest
 from tests.lerobot_data import write_lerobot
 import yaml
 
-from leo_diffmodel.bags.importing import import_logs
-from leo_diffmodel.bags.importing.convert import load_map
+from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.importing.guess_units import of_angles, of_time
