@@ -43,9 +43,8 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
     which there are none are left out.
     """
     joints = [mapping.joint(name) for name in recording.joints]
-    motors = [mapping.joint(name) for name in recording.actuators]
     late = any(j.speed_late or j.speed == 'none' for j in joints)
-    inputs_late = [m.input_late + mapping.input_late for m in motors]
+    inputs_late = [mapping.input_late + mapping.joint(m).input_late for m in recording.actuators]
     if not (late or mapping.time_scale != 1 or any(inputs_late)):
         return recording
     found = [_on_time(e, joints, inputs_late, mapping.time_scale) for e in recording.episodes]
