@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """CDR bytes of messages that others send: commands, states, trajectories; bags of them."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 from mcap.writer import Writer
 import numpy as np
@@ -85,16 +87,20 @@ def _point(goal: Sequence[float], after_ns: int) -> object:
     )
 
 
-def write_bag(folder: Path, messages: Iterable[tuple[str, str, int, bytes]]) -> Path:
-    """A bag of (topic, type, log time [ns], CDR bytes); of a type that rosbags lacks, too."""
-    with (folder.with_suffix('.mcap')).open('wb') as file:
-        writer = Writer(file)
+def bag_of(folder: Path, *messages: tuple[str, str, int, bytes], **options: Any) -> Path:
+    """A bag of (topic, type, log time [ns], CDR bytes), in log order; of types rosbags lacks, too.
+
+    The options are those of mcap's Writer.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / 'bag.mcap').open('wb') as file:
+        writer = Writer(file, **options)
         writer.start('ros2')
         channels: dict[str, int] = {}
-        for topic, kind, log_ns, data in messages:
+        for topic, kind, log_ns, data in sorted(messages, key=itemgetter(2)):
             if topic not in channels:
-                schema = writer.register_schema(kind, 'ros2msg', b'')
+                schema = writer.register_schema(kind, 'ros2msg', b'') if kind else 0
                 channels[topic] = writer.register_channel(topic, 'cdr', schema)
             writer.add_message(channels[topic], log_ns, data, log_ns)
         writer.finish()
-    return folder.with_suffix('.mcap')
+    return folder / 'bag.mcap'

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-import shutil
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 
 from .types import APPLIED, CURRENT, EPISODE, Floats, STATES, SUPPLY, TEMPERATURE, Topic
-from .writer import BagWriter
+from .writer import BagWriter, whole_bag
 
 EPISODE_PAUSE_NS = 1_000_000_000
 LONGEST = 2.0**31
@@ -50,12 +49,8 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
     Raises:
         UserError: the folder exists or cannot be made, or stamps cannot say so long a time.
     """
-    writer = BagWriter(folder, metadata)
-    try:
+    with whole_bag(folder, metadata) as writer:
         _write(writer, runs)
-    except BaseException:  # half a bag is none, unlike half a recording
-        shutil.rmtree(folder)
-        raise
     return folder
 
 
@@ -71,7 +66,6 @@ def _write(writer: BagWriter, runs: Sequence[Run]) -> None:
                 channels[topic] = writer.add_topic(*topic)
             writer.write(channels[topic], data, stamp)
         start = int(stamps[-1]) + EPISODE_PAUSE_NS
-    writer.close()
 
 
 def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic, int, bytes]]:

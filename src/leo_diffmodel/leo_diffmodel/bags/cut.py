@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +17,10 @@ from .contents import BagContents, load, Logged, TopicLog
 from .episode import check
 from .finish import is_recording
 from .topic_map import find_topic, list_topics, TopicMap
-from .types import UINT32
-from .writer import BagWriter
+from .types import LATCHED, UINT32
+from .writer import whole_bag
 
 Times = NDArray[np.int64]
-LATCHED = 'transient_local'
 
 
 def cut_bag(
@@ -52,12 +53,13 @@ def cut_bag(
             f'{path} has no joint states to count time from; it has {list_topics(contents)}'
         )
     zero = states.messages[0].log_ns
-    chosen = {
-        name: _chosen(topic, zero, low, high, out) for name, topic in contents.topics.items()
+    topics = {
+        name: replace(topic, messages=_chosen(topic, zero, low, high, out))
+        for name, topic in contents.topics.items()
     }
-    if not chosen[states.name]:
+    if not topics[states.name].messages:
         raise UserError(f'{path} has no joint states from {low:g} to {high:g} s')
-    return _write(contents, new, chosen)
+    return write_contents(replace(contents, topics=topics), new)
 
 
 def _chosen(
@@ -76,12 +78,13 @@ def _chosen(
     return kept
 
 
-def _write(contents: BagContents, new: Path, chosen: Mapping[str, list[Logged]]) -> int:
-    writer = BagWriter(new, contents.metadata.get('leo'))
-    topics = contents.topics.items()
-    channels = {name: writer.add_topic(name, topic.type, topic.qos) for name, topic in topics}
-    rows = [(m.log_ns, name, m) for name, messages in chosen.items() for m in messages]
-    for log_ns, name, m in sorted(rows, key=lambda row: row[0]):
-        writer.write(channels[name], m.data, log_ns, m.published_ns)
-    writer.close()
+def write_contents(contents: BagContents, new: Path) -> int:
+    """Write what is in memory as a bag; return how many messages it has."""
+    rows = []
+    with whole_bag(new, contents.metadata.get('leo')) as writer:
+        for topic in contents.topics.values():
+            channel = writer.add_topic(topic.name, topic.type, topic.qos)
+            rows += [(m.log_ns, channel, m) for m in topic.messages]
+        for log_ns, channel, m in sorted(rows, key=itemgetter(0)):
+            writer.write(channel, m.data, log_ns, m.published_ns)
     return len(rows)

@@ -222,9 +222,10 @@ def _topics(summaries: list[tuple[Summary, Statistics]]) -> list[dict[str, Any]]
     for summary, statistics in summaries:
         for channel in summary.channels.values():
             if channel.topic not in topics:
+                schema = summary.schemas.get(channel.schema_id)  # of some encodings there is none
                 metadata = {
                     'name': channel.topic,
-                    'type': summary.schemas[channel.schema_id].name,
+                    'type': schema.name if schema else '',
                     'serialization_format': channel.message_encoding,
                     'offered_qos_profiles': profiles(
                         channel.metadata.get('offered_qos_profiles', '')

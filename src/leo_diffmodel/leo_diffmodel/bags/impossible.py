@@ -9,18 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple, TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Actuator, Robot
 
 from .states import StateLog
 from .types import at_rows, Floats
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Actuator, Robot
 
 BEYOND = 100.0
 """Times what is possible. Motors are overdriven and joints are hit, but by less."""

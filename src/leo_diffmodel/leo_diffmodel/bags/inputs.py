@@ -6,25 +6,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import zip_longest
 import math
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import field_of
+from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
 from .goals import read_goals
 from .impossible import impossible, input_channels
 from .passive import joint_names, refuse_driven
-from .split import on_the_angles_turn
 from .states import deserialize, stamp_of, StateLog
-from .topic_map import COMMANDS, find_topic, INTERFACES, Role, TopicMap
+from .topic_map import COMMANDS, find_topic, Role, TopicMap
 from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 Row = tuple[list[float], list[float]]
 """Values and enabled of one message, in actuator order."""
@@ -74,7 +73,7 @@ def read_inputs(
     wanted = topic_map.input
     for name, read in readers.items():
         if wanted in ('auto', name) and (found := read()) is not None:
-            return _on_the_angles_turn(found, states, robot)
+            return found
     if wanted in readers:
         raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
     if wanted == 'auto':
@@ -183,13 +182,8 @@ class _Bag:
         )
 
     def _ours(self, values: Floats) -> Floats:
-        """V, N m or rad along each actuated joint of theirs, (N, A); goals count from our zero."""
-        joints = [self.topic_map.joint(a.joint) for a in self.robot.actuators]
-        factors = np.array([(j.input_sign or j.sign) * j.input_scale for j in joints])
-        ours = values * self.topic_map.scale * factors
-        if self.robot.input != 'position':
-            return ours
-        return ours + np.array([j.offset for j in joints])
+        joints = [a.joint for a in self.robot.actuators]
+        return self.topic_map.inputs(values, joints, self.robot.input)
 
     def _to_robot_time(self, log: Stamps) -> Stamps:
         """Map log times to the robot's clock by the median delay of the states."""
@@ -221,28 +215,12 @@ def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:
 
 
 def _dynamic_row(interface: str, message: Any, wanted: Sequence[str]) -> Row | None:
-    joints = dict(zip(message.joint_names, message.interface_values, strict=False))
-    if not all(name in joints and interface in joints[name].interface_names for name in wanted):
+    joints = {
+        name: dict(zip_longest(v.interface_names, v.values, fillvalue=math.nan))
+        for name, v in zip(message.joint_names, message.interface_values, strict=False)
+    }
+    found = [joints.get(name, {}) for name in wanted]
+    if not all(interface in values for values in found):
         return None
-    values = [_interface(joints[name], interface, math.nan) for name in wanted]
-    return values, [_interface(joints[name], 'enabled', 1.0) for name in wanted]
-
-
-def _interface(values: Any, name: str, default: float) -> float:
-    if name not in values.interface_names:
-        return default
-    index = values.interface_names.index(name)
-    value = float(values.values[index]) if index < len(values.values) else default
-    return default if math.isnan(value) else value
-
-
-def _on_the_angles_turn(inputs: InputLog, states: StateLog, robot: Robot) -> InputLog:
-    """Bring goals that were wrapped apart from the angles to the turn these are in."""
-    if inputs.kind != 'position':
-        return inputs
-    t, at = states.log_ns - states.log_ns[0], inputs.log_ns - states.log_ns[0]
-    angles = np.column_stack([np.interp(at, t, states.q[:, j]) for j in robot.actuated])
-    joints = [a.joint for a in robot.actuators]
-    angles[:, [joint in robot.slides for joint in joints]] = np.nan
-    values, notes = on_the_angles_turn(inputs.values, inputs.enabled > 0, angles, joints)
-    return replace(inputs, values=values, notes=(*inputs.notes, *notes)) if notes else inputs
+    enabled = (values.get('enabled', 1.0) for values in found)
+    return [v[interface] for v in found], [1.0 if math.isnan(on) else on for on in enabled]

@@ -23,11 +23,16 @@ def mended(recording: Recording, mapping: TopicMap) -> Recording:
     Topics, names and what an input is are not looked at.
     """
     joints = [mapping.joint(name) for name in recording.joints]
-    motors = [mapping.joint(name) for name in recording.actuators]
-    episodes = [
-        _in_our_units(e, joints, motors, recording.input, mapping.scale)
-        for e in recording.episodes
-    ]
+    if recording.rates != 'measured':  # they follow from the angles, and from time
+        joints = [
+            j.model_copy(update={'speed_scale': j.scale / mapping.time_scale, 'speed_zero': 0.0})
+            for j in joints
+        ]
+    episodes = []
+    for e in recording.episodes:
+        q, dq, effort = in_our_units((e.q, e.dq, e.effort), joints)
+        inputs = mapping.inputs(e.inputs, recording.actuators, recording.input)
+        episodes.append(replace(e, q=q, dq=np.asarray(dq), effort=effort, inputs=inputs))
     return on_time(replace(recording, episodes=tuple(episodes)), mapping)
 
 
@@ -38,9 +43,8 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
     which there are none are left out.
     """
     joints = [mapping.joint(name) for name in recording.joints]
-    motors = [mapping.joint(name) for name in recording.actuators]
     late = any(j.speed_late or j.speed == 'none' for j in joints)
-    inputs_late = [m.input_late + mapping.input_late for m in motors]
+    inputs_late = [mapping.input_late + mapping.joint(m).input_late for m in recording.actuators]
     if not (late or mapping.time_scale != 1 or any(inputs_late)):
         return recording
     found = [_on_time(e, joints, inputs_late, mapping.time_scale) for e in recording.episodes]
@@ -72,15 +76,6 @@ def _held_later(stamps: np.ndarray, values: Floats, seconds: float) -> Floats:
     later = stamps + round(seconds * 1e9)
     early = np.r_[min(int(stamps[0]), int(later[0])) - 1, later]
     return average(stamps, early, np.vstack([values[:1], values]))
-
-
-def _in_our_units(
-    e: Episode, joints: Sequence[JointMap], motors: Sequence[JointMap], kind: str, scale: float
-) -> Episode:
-    q, dq, effort = in_our_units((e.q, e.dq, e.effort), joints)
-    zero = np.array([m.offset for m in motors]) if kind == 'position' else 0.0
-    factors = np.array([(m.input_sign or m.sign) * m.input_scale * scale for m in motors])
-    return replace(e, q=q, dq=np.asarray(dq), effort=effort, inputs=e.inputs * factors + zero)
 
 
 def _on_time(

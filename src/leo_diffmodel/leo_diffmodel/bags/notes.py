@@ -4,20 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
 from .finish import is_recording
 from .inputs import InputLog
-from .passive import named, unread_commands
+from .passive import joint_names, named, unread_commands
 from .split import Segments
 from .states import deserialize, StateLog
-from .topic_map import DEFAULT_NAMES, INTERFACES, TopicMap
+from .topic_map import DEFAULT_NAMES, TopicMap
 from .types import APPLIED, CONTROLLER_STATE, DYNAMIC_JOINT_STATE, JOINT_STATE
 from .unmeasured import DIFFERENTIATED, NO_INPUT
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 _MANY_UNUSED = 0.02
 
@@ -104,7 +103,7 @@ def _passed_over(
     if any(topic.name == source and topic.type == JOINT_STATE for topic in applied):
         return []
     wanted = topic_map.interface or INTERFACES[robot.input]
-    joints = ', '.join(str(topic_map.joint(a.joint).name) for a in robot.actuators)
+    joints = ', '.join(joint_names(robot, topic_map))
     return [
         f'{topic.name} has no usable {wanted} of {joints} (there is {_there(topic)}); inputs '
         f'taken from: {source}'

@@ -7,19 +7,16 @@ Goals, and topics that look like commands, say that they were not.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import Robot
 
 from .contents import BagContents, TopicLog
 from .goals import goal_topics, names_joints
 from .states import deserialize
 from .topic_map import Role, TopicMap
 from .types import APPLIED, FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
 
 WORDS = ('command', 'cmd', 'goal', 'reference', 'desired', 'target', 'setpoint')
 """What a topic is called that says what is asked of a robot."""
@@ -81,7 +78,7 @@ def _what_to_do(topic: TopicLog) -> str:
 
 def joint_names(robot: Robot, topic_map: TopicMap) -> list[str]:
     """The joints with a motor, as the bag calls them."""
-    return [str(topic_map.joint(a.joint).name) for a in robot.actuators]
+    return [topic_map.theirs(a.joint) for a in robot.actuators]
 
 
 def unread_commands(

@@ -81,8 +81,9 @@ def _offered(text: str) -> QoSProfile:
     What is latched keeps its depth: it is what a late reader gets.
     """
     recorded = next(iter(profiles(text)), {})
+    depth = recorded.get('depth')
     qos = QoSProfile(
-        depth=max(int(recorded.get('depth', 10)), 1),
+        depth=max(depth, 1) if isinstance(depth, int) else 10,
         history=_policy(HistoryPolicy.KEEP_LAST, recorded.get('history')),
         reliability=_policy(ReliabilityPolicy.RELIABLE, recorded.get('reliability')),
         durability=_policy(DurabilityPolicy.VOLATILE, recorded.get('durability')),

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -16,7 +15,7 @@ from leo_msgs_py.cdr import joints_text
 from leo_msgs_py.errors import UserError
 
 from .arrival import Origin, Sources
-from .types import DYNAMIC_JOINT_STATE, JOINT_STATE
+from .types import DYNAMIC_JOINT_STATE, JOINT_STATE, Topic
 from .writer import BagWriter
 
 BACK_NS = 100_000_000
@@ -32,16 +31,6 @@ TWO = (
 )
 _STAMP_ENDS = 12
 _STAMPED = {JOINT_STATE, DYNAMIC_JOINT_STATE}
-
-
-@dataclass(frozen=True)
-class RecordedTopic:
-    """A topic: full name, full type name, `offered_qos_profiles` text, latched or not."""
-
-    name: str
-    type: str
-    qos: str = ''
-    latched: bool = False
 
 
 class Recorder:
@@ -70,7 +59,7 @@ class Recorder:
         self._last_stamp: dict[str, int] = {}
         self._old_stamp: dict[str, int] = {}
         self._turned, self._turned_by = 0.0, ''
-        self._latched: dict[str, tuple[RecordedTopic, bytes, int]] = {}
+        self._latched: dict[str, tuple[Topic, bytes, int]] = {}
         self._metadata: dict[str, str] = {}
         self._troubles: dict[str, float] = {}
         self._lost_before = 0
@@ -81,7 +70,7 @@ class Recorder:
 
     def record(
         self,
-        topic: RecordedTopic,
+        topic: Topic,
         data: bytes,
         published_ns: int = 0,
         logged_ns: int = 0,
@@ -159,9 +148,7 @@ class Recorder:
         """How many other publishers were refused."""
         return len(set().union(*(sources.refused for sources in self._sources.values())))
 
-    def _is_ours(
-        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int
-    ) -> bool:
+    def _is_ours(self, topic: Topic, data: bytes, publisher: bytes, logged_ns: int) -> bool:
         """Say whether to record a message; begin a bag for the robot that is recorded again."""
         if not _has_stamp(topic, data):
             return True
@@ -176,7 +163,7 @@ class Recorder:
             self._old_stamp.clear()
         return origin is not Origin.OTHER
 
-    def _next_bag(self, logged_ns: int, topic: RecordedTopic | None = None) -> None:
+    def _next_bag(self, logged_ns: int, topic: Topic | None = None) -> None:
         """Begin a bag; `topic` is the one whose message asks for it."""
         self.close()
         self._lost_before = self.lost
@@ -242,7 +229,7 @@ class Recorder:
     def _write(
         self,
         writer: BagWriter,
-        topic: RecordedTopic,
+        topic: Topic,
         data: bytes,
         published_ns: int,
         logged_ns: int,
@@ -253,7 +240,7 @@ class Recorder:
         with self._disk():
             writer.write(self._channels[topic.name], data, logged_ns, published_ns, number)
 
-    def _is_left_over(self, topic: RecordedTopic, data: bytes) -> bool:
+    def _is_left_over(self, topic: Topic, data: bytes) -> bool:
         """Whether a topic still goes on where it was when another one jumped back."""
         old = self._old_stamp.pop(topic.name, None)
         if old is None or len(data) < _STAMP_ENDS or time.monotonic() - self._turned > LATE:
@@ -263,7 +250,7 @@ class Recorder:
         self._old_stamp[topic.name] = old
         return True
 
-    def _jumps_back(self, topic: RecordedTopic, data: bytes, logged_ns: int) -> bool:
+    def _jumps_back(self, topic: Topic, data: bytes, logged_ns: int) -> bool:
         """Whether the stamps of a topic do; of several groups of joints those of the first."""
         if not _has_stamp(topic, data):
             return False
@@ -276,7 +263,7 @@ class Recorder:
         return back
 
 
-def _has_stamp(topic: RecordedTopic, data: bytes) -> bool:
+def _has_stamp(topic: Topic, data: bytes) -> bool:
     return topic.type in _STAMPED and len(data) >= _STAMP_ENDS
 
 

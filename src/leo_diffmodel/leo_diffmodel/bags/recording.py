@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.mcap_file import sha256
+from leo_sim.description.robot import load_robot, Robot
 
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
+from .goal_turns import on_the_angles_turn
 from .impossible import lengths, without_impossible
 from .inputs import InputLog, read_inputs
 from .mend import on_time
@@ -26,11 +27,7 @@ from .states import median_step, read_states, StateLog
 from .topic_map import COMMANDS, find_topic, list_topics, read_topic_map, TopicMap
 from .types import Floats, Stamps
 from .unmeasured import without_made_rates, without_unmeasured
-from .zoh import average, Held, split_runs
-
-if TYPE_CHECKING:
-    from leo_sim.description.robot import Robot
-
+from .zoh import average, Held, held_inputs
 
 SELDOM = 10.0
 """s from state to state: no motion of a robot shows in fewer."""
@@ -49,7 +46,8 @@ def read_bag(
     Raises:
         UserError: no such bag, topic or joint (listing those there are), or nothing usable.
     """
-    return assembled(load(Path(path)), _robot(robot), read_topic_map(topic_map))
+    wanted = load_robot(robot) if isinstance(robot, str | Path) else robot
+    return assembled(load(Path(path)), wanted, read_topic_map(topic_map))
 
 
 def read_both_ways(
@@ -97,11 +95,14 @@ def held_each_way(
             'motion of a robot shows; which unit is its time in?'
         )
     segments = split(states, find_topic(contents, 'episode', mapping))
-    inputs = read_inputs(contents, states, robot, mapping)
+    inputs = on_the_angles_turn(read_inputs(contents, states, robot, mapping), states, robot)
     digest, notes = sha256(contents.files), [*beyond, *unmeasured, *spikes]
     for hold in holds:
-        held = split_runs(states, inputs, hold == 'previous') if inputs else None
-        found = (_episode(states, part, held, len(robot.actuators)) for part in segments.slices)
+        held = held_inputs(states, inputs, segments.slices, hold == 'previous')
+        found = (
+            _episode(states, part, own, len(robot.actuators), mapping.time_scale)
+            for part, own in zip(segments.slices, held, strict=True)
+        )
         episodes = tuple(episode for episode in found if episode is not None)
         if not episodes:
             raise UserError(f'{path}: no joint states while inputs were recorded; record both')
@@ -138,42 +139,36 @@ def _why_nothing(contents: BagContents) -> str:
     return 'is damaged, or was cut before the first message: nothing in it reads; record again'
 
 
-def _robot(robot: Robot | str | Path) -> Robot:
-    if isinstance(robot, str | Path):
-        from leo_sim.description.robot import load_robot
-
-        return load_robot(robot)
-    return robot
-
-
-def _episode(states: StateLog, part: slice, held: Held | None, actuators: int) -> Episode | None:
+def _episode(
+    states: StateLog, part: slice, held: Held | None, actuators: int, time_scale: float
+) -> Episode | None:
     """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
-        start = part.start + held.unknown(part, states.stamp_ns)
-        part = slice(start, part.stop)
+        first = held[0][0] if len(held[0]) else np.iinfo(np.int64).max
+        part = slice(part.start + int((states.stamp_ns[part] < first).sum()), part.stop)
     if part.stop - part.start < 2:
         return None
     t, q = states.stamp_ns[part], states.q[part]
     inputs, enabled = np.zeros((len(t), actuators)), np.zeros((len(t), actuators), dtype=bool)
     if held is not None:
-        stamps, values, on = held.near(part)
+        stamps, values, on = held
         inputs, enabled = average(t, stamps, values), average(t, stamps, on) > 0.5
     return Episode(
         t=(t - states.stamp_ns[0]) * 1e-9,
         q=q,
-        dq=_rates(t, q, states.dq if states.dq is None else states.dq[part]),
+        dq=_rates(t, q, None if states.dq is None else states.dq[part], time_scale),
         inputs=inputs,
         enabled=enabled,
         effort=None if states.effort is None else states.effort[part],
     )
 
 
-def _rates(t: Stamps, q: Floats, dq: Floats | None) -> Floats:
+def _rates(t: Stamps, q: Floats, dq: Floats | None, time_scale: float) -> Floats:
     """Measured rates (T, J); those that nobody measured (NaN) differentiated from the angles."""
-    if dq is None:
-        return velocity(t, q)
-    missing = np.isnan(dq)
-    return np.where(missing, velocity(t, q), dq) if missing.any() else dq
+    if dq is not None and not np.isnan(dq).any():
+        return dq
+    slope = velocity(t, q) / time_scale
+    return slope if dq is None else np.where(np.isnan(dq), slope, dq)
 
 
 def _command_period(

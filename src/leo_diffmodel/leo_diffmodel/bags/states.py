@@ -114,7 +114,7 @@ def in_our_units(
 
 def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterator[Row]:
     """Yield the messages, those that have none of the joints without fields."""
-    wanted = [topic_map.joint(name).name for name in joints]
+    wanted = [topic_map.theirs(name) for name in joints]
     orders: dict[tuple[str, ...], tuple[tuple[int, ...], list[int]]] = {}
     for logged, message in deserialize(topic, JOINT_STATE):
         names, frame = tuple(message.name), message.header.frame_id
@@ -122,7 +122,7 @@ def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterat
             continue
         if names not in orders:  # which of ours a message fills, and where in it they are
             ours = tuple(k for k, name in enumerate(wanted) if name in names)
-            orders[names] = ours, [names.index(str(wanted[k])) for k in ours]
+            orders[names] = ours, [names.index(wanted[k]) for k in ours]
         ours, order = orders[names]
         fields = (message.position, message.velocity, message.effort)
         picked = (
@@ -145,7 +145,7 @@ def _other_joints(
     topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, rows: Sequence[Row]
 ) -> OtherJoints:
     there = sorted({name for row in rows for name in row.publisher.names})
-    wanted = [str(topic_map.joint(name).name) for name in joints]
+    wanted = [topic_map.theirs(name) for name in joints]
     return OtherJoints(
         f'joints {", ".join(w for w in wanted if w not in there)} are not on '
         f'{topic.name}; there are {", ".join(there) or "none"}. Rename in a topic map '

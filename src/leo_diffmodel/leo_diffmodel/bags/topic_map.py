@@ -26,14 +26,17 @@ A topic map, every key optional:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import read
+from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
 from .types import (
@@ -41,6 +44,7 @@ from .types import (
     DYNAMIC_JOINT_STATE,
     EPISODE,
     FLOAT64_ARRAY,
+    Floats,
     JOINT_STATE,
     STATES,
     TRAJECTORY,
@@ -65,8 +69,6 @@ DEFAULT_NAMES = {
     'dynamic_joint_states': '/dynamic_joint_states',
     'episode': EPISODE.name,
 }
-INTERFACES = {'voltage': 'voltage', 'torque': 'effort', 'position': 'position'}
-"""Unit of a robot's input -> what it is called on the graph."""
 COMMANDS = {kind: f'/{name}_controller/commands' for kind, name in INTERFACES.items()}
 TYPES = {
     'joint_states': JOINT_STATE,
@@ -124,8 +126,18 @@ class TopicMap(BaseModel):
 
     def joint(self, name: str) -> JointMap:
         """Return the mapping of one of our joints, the identity where none is given."""
-        found = self.joints.get(name, JointMap())
-        return found if found.name else found.model_copy(update={'name': name})
+        return self.joints.get(name, JointMap())
+
+    def theirs(self, name: str) -> str:
+        """Return what the bag calls one of our joints."""
+        return self.joint(name).name or name
+
+    def inputs(self, theirs: Floats, joints: Sequence[str], kind: str) -> Floats:
+        """Return inputs (N, A) along our joints [V, N m or rad]; goals count from our zero."""
+        maps = [self.joint(name) for name in joints]
+        factors = np.array([(m.input_sign or m.sign) * m.input_scale for m in maps])
+        ours = theirs * self.scale * factors
+        return ours + np.array([m.offset for m in maps]) if kind == 'position' else ours
 
 
 def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quality of service as rosbag2 keeps it: a YAML list in each channel's metadata."""
+"""Topics of the graph, types of messages, quality of service as rosbag2 keeps it (YAML)."""
 
 from __future__ import annotations
 
@@ -42,8 +42,12 @@ def to_yaml(
 
 
 def profiles(text: str) -> list[dict[str, Any]]:
-    """Return an `offered_qos_profiles` text as the list that metadata.yaml holds."""
-    return yaml.safe_load(text) or [] if text.strip() else []
+    """Return an `offered_qos_profiles` text as the list that metadata.yaml holds; [] of none."""
+    try:
+        found = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return []
+    return [each for each in found if isinstance(each, dict)] if isinstance(found, list) else []
 
 
 Floats = NDArray[np.float64]
@@ -64,11 +68,18 @@ class Topic(NamedTuple):
 
     name: str
     type: str
-    qos: str
+    qos: str = ''
+
+    @property
+    def latched(self) -> bool:
+        """Whether late readers get its last messages."""
+        return LATCHED in self.qos
 
 
+LATCHED = 'transient_local'
+"""The durability of what late readers get."""
 _RELIABLE = to_yaml()
-_LATCHED = to_yaml(depth=1, durability='transient_local')
+_LATCHED = to_yaml(depth=1, durability=LATCHED)
 
 STATES = Topic('/joint_states', JOINT_STATE, _RELIABLE)
 EPISODE = Topic('/robot/episode', UINT32, _LATCHED)

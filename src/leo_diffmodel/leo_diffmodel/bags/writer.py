@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 import fcntl
 import os
 from pathlib import Path
+import shutil
 import struct
 import time
 from typing import cast, IO
@@ -29,7 +31,6 @@ class Spool:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
         self._file = path.open('x+b', buffering=0)
         self._waiting = bytearray()
         self._taken = 0
@@ -65,14 +66,6 @@ class Spool:
     def written(self) -> int:
         """Bytes in the file."""
         return self._taken - len(self._waiting)
-
-    @property
-    def is_there(self) -> bool:
-        """Whether the file is still where it was made."""
-        try:
-            return os.path.samestat(self._path.stat(), os.fstat(self.fileno()))
-        except OSError:
-            return False
 
 
 _FRAME = struct.Struct('<BQ')
@@ -243,7 +236,10 @@ class BagWriter:
     @property
     def is_there(self) -> bool:
         """Whether the file is where it was made: nobody has moved or removed it."""
-        return self._stream.is_there
+        try:
+            return os.path.samestat(self.file.stat(), os.fstat(self._stream.fileno()))
+        except OSError:
+            return False
 
     @property
     def is_removed(self) -> bool:
@@ -265,3 +261,15 @@ class BagWriter:
                 write_metadata(self.folder)
         finally:
             self._stream.close()
+
+
+@contextmanager
+def whole_bag(folder: Path, metadata: Mapping[str, str] | None) -> Iterator[BagWriter]:
+    """A new bag, closed at the end; half a bag is none, unlike half a recording."""
+    writer = BagWriter(folder, metadata)
+    try:
+        yield writer
+        writer.close()
+    except BaseException:
+        shutil.rmtree(folder)
+        raise

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -37,49 +37,34 @@ def average(t: Stamps, stamps: Stamps, values: Floats) -> Floats:
     return held
 
 
-@dataclass(frozen=True)
-class Held:
-    """Held inputs by run; a run lasts until stamps jump back.
+Held = tuple[Stamps, Floats, Floats]
+"""Inputs by stamps [ns] that increase (N,): values (N, A), enabled (N, A)."""
 
-    Attributes:
-        run: number of the run of each state, shape (T,).
-        inputs: per run (stamps [ns] (N,), values (N, A), enabled (N, A)), stamps increasing.
+
+def held_inputs(
+    states: StateLog, inputs: InputLog | None, parts: Sequence[slice], previous: bool
+) -> Sequence[Held | None]:
+    """Return the inputs of the run that each stretch of states is in; None of a passive bag.
+
+    A run lasts until stamps jump back. With `previous` a stamp ends the period in which its input
+    acted, instead of starting it.
     """
-
-    run: Stamps
-    inputs: tuple[tuple[Stamps, Floats, Floats], ...]
-
-    def near(self, part: slice) -> tuple[Stamps, Floats, Floats]:
-        """Return the inputs of the run that a stretch of states belongs to."""
-        return self.inputs[int(self.run[part.start])]
-
-    def unknown(self, part: slice, stamp_ns: Stamps) -> int:
-        """Return how many states at the start of a stretch come before any input."""
-        stamps = self.near(part)[0]
-        if not stamps.size:
-            return part.stop - part.start
-        return int(np.searchsorted(stamp_ns[part], stamps[0]))
-
-
-def split_runs(states: StateLog, inputs: InputLog, previous: bool) -> Held:
-    """Pair inputs with states run by run, both in log order.
-
-    With `previous` a stamp ends the period in which its input acted, instead of starting it.
-    """
+    if inputs is None:
+        return [None] * len(parts)
     run = _runs(states.stamp_ns)
     input_run = _runs(inputs.stamp_ns)
     if input_run[-1] != run[-1]:
         starts = states.log_ns[np.flatnonzero(np.diff(run)) + 1]
         input_run = np.searchsorted(starts, inputs.log_ns, side='right')
-    parts = (_part(inputs, input_run == k, previous) for k in range(int(run[-1]) + 1))
-    return Held(run, tuple(parts))
+    held = [_held(inputs, input_run == k, previous) for k in range(int(run[-1]) + 1)]
+    return [held[run[part.start]] for part in parts]
 
 
 def _runs(stamps: Stamps) -> Stamps:
     return np.concatenate([[0], np.cumsum(np.diff(stamps) < 0)]).astype(np.int64)
 
 
-def _part(inputs: InputLog, rows: np.ndarray, previous: bool) -> tuple[Stamps, Floats, Floats]:
+def _held(inputs: InputLog, rows: np.ndarray, previous: bool) -> Held:
     at = np.flatnonzero(rows)
     at = at[np.argsort(inputs.stamp_ns[at], kind='stable')]
     stamps, values, enabled = inputs.stamp_ns[at], inputs.values[at], inputs.enabled[at]

@@ -12,7 +12,7 @@ import numpy as np
 
 from leo_diffmodel.compare.pushes import own
 from leo_diffmodel.compare.settings import COMPARE
-from leo_diffmodel.compare.sizes import input_unit, is_slide, length_unit, torque_unit
+from leo_diffmodel.compare.sizes import input_unit, length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
@@ -107,7 +107,7 @@ def _ranges(
     yield 'speed', f'{length_unit(robot, name)}/s', np.abs(windows.dq[..., j].mean(axis=1))
     yield 'load', torque_unit(robot, name), load[:, j]
     q = windows.q[..., j].mean(axis=1)
-    if is_slide(robot, name):
+    if name in robot.slides:
         yield 'position', 'm', q
     else:
         yield 'angle', 'rad', folded(q)

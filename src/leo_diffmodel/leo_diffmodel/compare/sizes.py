@@ -47,19 +47,14 @@ def free_speed(robot: Robot, joint: str) -> float | None:
     return actuator.strongest / actuator.torque_constant
 
 
-def is_slide(robot: Robot, joint: str) -> bool:
-    """Whether a joint slides (m, N) rather than turns (rad, N m)."""
-    return joint in robot.slides
-
-
 def length_unit(robot: Robot, joint: str) -> str:
     """Of a joint's position: rad, or m for a slide."""
-    return 'm' if is_slide(robot, joint) else 'rad'
+    return 'm' if joint in robot.slides else 'rad'
 
 
 def torque_unit(robot: Robot, joint: str) -> str:
     """Of the torque at a joint: N m, or N for a slide."""
-    return 'N' if is_slide(robot, joint) else 'N m'
+    return 'N' if joint in robot.slides else 'N m'
 
 
 def input_unit(robot: Robot, joint: str) -> str:
@@ -83,7 +78,7 @@ def push_scale(robot: Robot) -> np.ndarray:
     """A large torque or force at each joint, (J,) [N m, N]: slides carry the whole weight."""
     weight = _gravity(robot) * sum(link.body.mass for link in robot.links)
     turn = torque_scale(robot)
-    return np.array([weight if is_slide(robot, j) else turn for j in robot.joint_names])
+    return np.array([weight if j in robot.slides else turn for j in robot.joint_names])
 
 
 def gravity_scale(robot: Robot) -> float:

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from leo_diffmodel.compare.sizes import is_slide
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
 from leo_diffmodel.outside.samples import block_covariance, reweighted
@@ -109,7 +108,7 @@ def _columns(flow: Flow, model: Model, j: int) -> dict[str, Array]:
     dq, sign, load = (x[:, j] for x in (flow.dq, flow.sign, flow.load))
     turned = flow.q.copy()
     turned[:, j] += 0.5 * np.pi
-    slides = is_slide(model.robot, model.robot.joint_names[j])
+    slides = model.robot.joint_names[j] in model.robot.slides
     across = np.zeros_like(load) if slides else model.rigid.load(turned)[:, j]
     return {
         'weight': load,

@@ -10,18 +10,17 @@ from typing import Any, TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rclpy.qos import HistoryPolicy, QoSProfile
 from rclpy.subscription import Subscription
 
 from leo_diffmodel.bags.arrival import ArrivalTimes
-from leo_diffmodel.bags.recorder import RecordedTopic, Recorder, TWO
-from leo_diffmodel.bags.types import definition, to_yaml
+from leo_diffmodel.bags.recorder import Recorder, TWO
+from leo_diffmodel.bags.types import definition, to_yaml, Topic
 from leo_diffmodel.nodes.robot_facts import RobotFacts
 from leo_msgs_py import topics
 from leo_msgs_py.interfaces import load
 from leo_msgs_py.node import every
 from leo_msgs_py.serialized import taken
-from leo_msgs_py.topics import Topic
 
 if TYPE_CHECKING:
     from leo_diffmodel.watch.live.tape import Tape
@@ -85,7 +84,7 @@ class GraphRecorder:
             use_global_arguments=False,
             start_parameter_services=False,
         )
-        self._subscriptions: list[tuple[RecordedTopic, Subscription]] = []
+        self._subscriptions: list[tuple[Topic, Subscription]] = []
         periods = {
             TAKE_PERIOD: self._take,
             FLUSH_PERIOD: self._flush,
@@ -101,7 +100,7 @@ class GraphRecorder:
             name, type_text = DYNAMIC_JOINT_STATES
             self.add_named(name, type_text, topics.JOINT_STATES.qos)
 
-    def add(self, topic: Topic) -> None:
+    def add(self, topic: topics.Topic) -> None:
         """Record a topic of the graph's table."""
         package, kind, *_ = topic.type.__module__.split('.')
         self.add_named(topic.name, f'{package}/{kind}/{topic.type.__name__}', topic.qos)
@@ -113,7 +112,6 @@ class GraphRecorder:
             UserError: the type is not installed, or its definition not known.
         """
         name = self._node.resolve_topic_name(name)
-        latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         definition(type_text)  # says now, not at the first message, that it cannot be written
         offered = to_yaml(
             qos.history.name.lower(),
@@ -121,11 +119,10 @@ class GraphRecorder:
             qos.reliability.name.lower(),
             qos.durability.name.lower(),
         )
-        recorded = RecordedTopic(name, type_text, offered, latched)
         subscription = self._ears.create_subscription(
             load(type_text), name, lambda _: None, self._kept(qos), raw=True
         )
-        self._subscriptions.append((recorded, subscription))
+        self._subscriptions.append((Topic(name, type_text, offered), subscription))
 
     def status(self) -> DiagnosticStatus:
         """Return the DiagnosticStatus of the bag being written."""

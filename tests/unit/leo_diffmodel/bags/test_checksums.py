@@ -7,14 +7,15 @@ import subprocess
 import sys
 import zlib
 
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType
 import numpy as np
 import pytest
+from tests.messages import bag_of
 import zstandard
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recording import read_bag
-from leo_diffmodel.bags.types import definition, JOINT_STATE
+from leo_diffmodel.bags.types import JOINT_STATE
 from leo_msgs_py.cdr import joint_state
 from leo_msgs_py.cli import main
 from leo_msgs_py.mcap_file import LARGEST_CHUNK
@@ -23,7 +24,6 @@ from leo_sim.description.robot import load_robot
 PENDULUM = load_robot('pendulum')
 FRAME = struct.Struct('<BQ')
 CHUNK = 6
-TEXT = definition(JOINT_STATE)[0].encode()
 PAGE = 4096
 MIB = 1 << 20
 
@@ -33,18 +33,11 @@ def state(k: int) -> bytes:
 
 
 def write(
-    path: Path, compression: CompressionType = CompressionType.NONE, crc: bool = True
+    folder: Path, compression: CompressionType = CompressionType.NONE, crc: bool = True
 ) -> Path:
     """A bag file of 400 states, 2000 bytes in a chunk."""
-    with path.open('wb') as stream:
-        writer = Writer(stream, 2000, compression, enable_crcs=crc)
-        writer.start('ros2')
-        schema = writer.register_schema(JOINT_STATE, 'ros2msg', TEXT)
-        channel = writer.register_channel('/joint_states', 'cdr', schema)
-        for k in range(400):
-            writer.add_message(channel, k * 10**7, state(k), k * 10**7)
-        writer.finish()
-    return path
+    states = (('/joint_states', JOINT_STATE, k * 10**7, state(k)) for k in range(400))
+    return bag_of(folder, *states, chunk_size=2000, compression=compression, enable_crcs=crc)
 
 
 def chunks(content: bytes) -> list[int]:
@@ -65,11 +58,11 @@ def positions(path: Path) -> np.ndarray:
 @pytest.mark.parametrize('kind', CompressionType)
 @pytest.mark.parametrize('place', [0, 7, -1])
 def test_a_flipped_bit_costs_its_chunk_and_is_counted(kind, place, tmp_path):
-    whole, file = write(tmp_path / 'whole.mcap', kind), tmp_path / 'flipped.mcap'
+    whole, file = write(tmp_path, kind), tmp_path / 'flipped.mcap'
     content = bytearray(whole.read_bytes())
     start = chunks(content)[place]
     _, length = FRAME.unpack_from(content, start)
-    content[start + FRAME.size + length - 30] ^= 0x40
+    content[start + FRAME.size + length // 2] ^= 0x40
     file.write_bytes(content)
     contents = load(file)
     assert contents.damaged == 1
@@ -81,42 +74,34 @@ def test_a_flipped_bit_costs_its_chunk_and_is_counted(kind, place, tmp_path):
 
 
 def test_a_flipped_exponent_is_not_believed(tmp_path, capsys):
-    content = bytearray(write(tmp_path / 'bag.mcap').read_bytes())
+    file = write(tmp_path)
+    content = bytearray(file.read_bytes())
     q = struct.pack('<d', np.sin(0.01 * 200))
     content[content.index(q) + 7] ^= 0x20  # 0.9 becomes about 1e154
-    (tmp_path / 'bag.mcap').write_bytes(content)
-    assert np.abs(positions(tmp_path / 'bag.mcap')).max() <= 1.0
+    file.write_bytes(content)
+    assert np.abs(positions(file)).max() <= 1.0
 
 
 def test_a_chunk_without_a_checksum_is_read(tmp_path):
-    file = write(tmp_path / 'bag.mcap', CompressionType.ZSTD, crc=False)
+    file = write(tmp_path, CompressionType.ZSTD, crc=False)
     assert load(file).damaged == 0 and len(positions(file)) == 400
 
 
 @pytest.mark.parametrize('pages', [1, 5])
 @pytest.mark.parametrize('finished', [True, False])
 def test_info_of_a_bag_with_zeroed_pages(pages, finished, tmp_path, capsys):
-    (tmp_path / 'bag').mkdir()
-    file = write(tmp_path / 'bag' / 'bag_0.mcap')
+    file = write(tmp_path)
     content = bytearray(file.read_bytes())
     content[2 * PAGE : (2 + pages) * PAGE] = bytes(pages * PAGE)
     file.write_bytes(content if finished else content[: len(content) * 3 // 4])
-    assert main(['bag', 'info', str(tmp_path / 'bag')]) == 0
+    assert main(['bag', 'info', str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert 'damaged' in out and err == ''
 
 
 def test_info_of_a_bag_whose_states_do_not_decode(tmp_path, capsys):
-    (tmp_path / 'bag').mkdir()
-    with (tmp_path / 'bag' / 'bag_0.mcap').open('wb') as stream:
-        writer = Writer(stream)
-        writer.start('ros2')
-        schema = writer.register_schema(JOINT_STATE, 'ros2msg', TEXT)
-        channel = writer.register_channel('/joint_states', 'cdr', schema)
-        for k in range(10):
-            writer.add_message(channel, k, b'\0\1\0\0rubbish', k)
-        writer.finish()
-    assert main(['bag', 'info', str(tmp_path / 'bag')]) == 0
+    bag_of(tmp_path, *(('/joint_states', JOINT_STATE, k, b'\0\1\0\0rubbish') for k in range(10)))
+    assert main(['bag', 'info', str(tmp_path)]) == 0
     assert '/joint_states' in capsys.readouterr().out
 
 
@@ -134,8 +119,9 @@ def test_a_chunk_costs_what_it_holds_not_what_it_declares(compression, filled, m
 
     pack = zstandard.compress if compression == 'zstd' else lz4.frame.compress
     record = chunk_record(compression, pack(bytes(filled)), 1 << 31)
-    content = write(tmp_path / 'whole.mcap').read_bytes()
-    (tmp_path / 'bag.mcap').write_bytes(content[:8] + record + content[8:])
+    file = write(tmp_path)
+    content = file.read_bytes()
+    file.write_bytes(content[:8] + record + content[8:])
     code = (
         'import resource, sys\n'
         'from pathlib import Path\n'
@@ -146,10 +132,7 @@ def test_a_chunk_costs_what_it_holds_not_what_it_declares(compression, filled, m
         '      contents.damaged, contents.message_count)\n'
     )
     done = subprocess.run(
-        [sys.executable, '-c', code, str(tmp_path / 'bag.mcap')],
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, '-c', code, str(file)], capture_output=True, text=True, check=True
     )
     grown, damaged, messages = map(int, done.stdout.split())
     assert (damaged, messages) == (1, 400)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mcap.reader import make_reader
 from mcap.records import Message
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType
 from mcap_ros2.decoder import DecoderFactory
 import numpy as np
 import pytest
@@ -15,10 +15,11 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.serde import SerdeError
-from tests.messages import dynamic
+from tests.messages import bag_of, dynamic
 import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.finish import BagState, finish_bag
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
@@ -145,19 +146,11 @@ def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, r
 
 @pytest.mark.parametrize('compression', list(CompressionType))
 def test_a_cut_chunk_is_read_up_to_the_cut(tmp_path, compression):
-    whole = tmp_path / 'whole.mcap'
-    rng = np.random.default_rng(0)
-    with whole.open('wb') as stream:
-        writer = Writer(stream, compression=compression, chunk_size=1 << 24)
-        writer.start('ros2')
-        text, _ = definition('sensor_msgs/msg/JointState')
-        schema = writer.register_schema('sensor_msgs/msg/JointState', 'ros2msg', text.encode())
-        channel = writer.register_channel('/joint_states', 'cdr', schema)
-        for k in range(5000):
-            q, dq = rng.normal(0, 1e-4, (2, 1))
-            data = cdr.joint_state(k * 10_000_000, ('pivot',), q, dq)
-            writer.add_message(channel, k * 10_000_000, data, k)
-        writer.finish()
+    states = [
+        ('/joint_states', JOINT_STATE, k * 10**7, cdr.joint_state(k * 10**7, ('pivot',), q, dq))
+        for k, (q, dq) in enumerate(np.random.default_rng(0).normal(0, 1e-4, (5000, 2, 1)))
+    ]
+    whole = bag_of(tmp_path, *states, compression=compression, chunk_size=1 << 24)
     content = whole.read_bytes()
     cut = tmp_path / 'cut.mcap'
     cut.write_bytes(content[: int(0.6 * len(content))])
@@ -218,6 +211,20 @@ def test_info_says_what_is_there(bag):
         '/robot/supply',
         '/robot/temperature',
     ]
+
+
+def test_info_of_a_channel_without_a_schema(tmp_path):
+    bag_of(tmp_path, ('/notes', '', 1, b'{}'))
+    (topic,) = bag_info(tmp_path).topics
+    assert (topic.name, topic.type, topic.count) == ('/notes', '', 1)
+
+
+def test_a_bag_that_cannot_be_cut_leaves_no_half_one(tmp_path):
+    state = ('/joint_states', JOINT_STATE, 0, cdr.joint_state(0, ['pivot'], [0.0]))
+    bag = bag_of(tmp_path, state, ('/jog', 'control_msgs/msg/JointJog', 0, b''))
+    with pytest.raises(UserError, match='unknown message type'):
+        cut_bag(bag, tmp_path / 'cut')
+    assert not (tmp_path / 'cut').exists()
 
 
 def messages(file) -> list[tuple[int, bytes]]:

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.messages import command, message, state, trajectory, write_bag
+from tests.messages import bag_of, command, message, state, trajectory
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
@@ -21,7 +21,7 @@ def bag(folder, *rows, effort=()):
         ('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [q], [], effort))
         for k, q in enumerate(SWING)
     ]
-    return write_bag(folder / 'bag', sorted([*still, *rows], key=lambda row: row[2]))
+    return bag_of(folder, *still, *rows)
 
 
 ASKED = ('/arm/joint_trajectory', TRAJECTORY, 0, trajectory(0, ['pivot'], {0: [1.0]}))

@@ -68,8 +68,11 @@ def test_messages_come_as_they_were_logged(tmp_path, monkeypatch, rate, capsys):
         ('[{depth: 3, reliability: reliable}]', ('RELIABLE', 'VOLATILE', player.DEPTH)),
         ('[{reliability: odd, durability: 7}]', ('RELIABLE', 'VOLATILE', player.DEPTH)),
         ('', ('RELIABLE', 'VOLATILE', player.DEPTH)),
+        ('reliable', ('RELIABLE', 'VOLATILE', player.DEPTH)),
+        ('[3, {depth: x, durability: 1}]', ('RELIABLE', 'TRANSIENT_LOCAL', 10)),
+        ('- history: [', ('RELIABLE', 'VOLATILE', player.DEPTH)),
     ],
-    ids=['numbers', 'names', 'unknown', 'none'],
+    ids=['numbers', 'names', 'unknown', 'none', 'no list', 'no depth', 'no YAML'],
 )
 def test_policies_are_those_recorded_and_the_defaults_of_ros(recorded, policies):
     qos = player._offered(recorded)

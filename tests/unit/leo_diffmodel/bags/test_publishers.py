@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.messages import state, write_bag
+from tests.messages import bag_of, state
 
 from leo_diffmodel.bags.info import bag_info
 from leo_diffmodel.bags.recording import read_bag
@@ -36,10 +36,6 @@ def says(names, q, dq=None, step=STEP, count=200, late=0, frame=''):
     ]
 
 
-def bag(folder, *rows):
-    return write_bag(folder / 'bag', sorted(rows, key=lambda row: row[2]))
-
-
 def line(t):
     return 0.5 * t
 
@@ -51,7 +47,7 @@ def slope(_):
 def test_halves_are_joined_by_time(tmp_path):
     fast = says(['shoulder'], np.sin, np.cos)
     slow = says(['elbow', 'gripper'], line, slope, step=3 * STEP, late=4_000_000)
-    log = bag(tmp_path, *fast, *slow)
+    log = bag_of(tmp_path, *fast, *slow)
     recording = read_bag(log, ARM)
     (episode,) = recording.episodes
     t = 0.01 + episode.t  # both are there from the second state of the shoulder on
@@ -64,7 +60,7 @@ def test_halves_are_joined_by_time(tmp_path):
 
 
 def test_a_half_without_rates_is_differentiated(tmp_path):
-    log = bag(tmp_path, *says(['shoulder'], np.sin, np.cos), *says(['elbow'], line, late=100))
+    log = bag_of(tmp_path, *says(['shoulder'], np.sin, np.cos), *says(['elbow'], line, late=100))
     recording = read_bag(log, ARM)
     (episode,) = recording.episodes
     np.testing.assert_allclose(episode.dq[:, 0], np.cos(0.01 + episode.t), atol=1e-9)
@@ -77,19 +73,19 @@ def test_halves_on_clocks_of_their_own_are_joined_by_when_they_were_recorded(tmp
         (topic, kind, k, state(10**15 + k, ['elbow'], [line(k * 1e-9)]))
         for topic, kind, k, _ in says(['elbow'], line)
     ]
-    (episode,) = read_bag(bag(tmp_path, *says(['shoulder'], np.sin), *away), ARM).episodes
+    (episode,) = read_bag(bag_of(tmp_path, *says(['shoulder'], np.sin), *away), ARM).episodes
     np.testing.assert_allclose(episode.q[:, 1], 0.5 * episode.t, atol=1e-9)
 
 
 def test_nothing_is_made_up_where_a_half_was_silent(tmp_path):
     half = says(['elbow'], line, late=1_000_000)
-    log = bag(tmp_path, *says(['shoulder'], np.sin), *half[:50], *half[100:])
+    log = bag_of(tmp_path, *says(['shoulder'], np.sin), *half[:50], *half[100:])
     first, second = read_bag(log, ARM).episodes
     assert (len(first.t), len(second.t)) == (pytest.approx(50, abs=2), pytest.approx(99, abs=2))
 
 
 def test_another_robots_joints_are_passed_over(tmp_path):
-    log = bag(tmp_path, *says(['pivot'], np.sin), *says(['elbow'], line, late=100))
+    log = bag_of(tmp_path, *says(['pivot'], np.sin), *says(['elbow'], line, late=100))
     recording = read_bag(log, PENDULUM)
     assert len(recording.episodes[0].t) == 200
     assert not any('publishers' in w for w in recording.warnings)
@@ -99,7 +95,7 @@ def test_another_robots_joints_are_passed_over(tmp_path):
 def test_a_second_publisher_is_named_and_left_out(tmp_path, names, frame):
     first = says(['pivot'], np.sin, frame='left')
     second = says(names, line, step=2 * STEP, late=1_000_000, frame=frame)
-    log = bag(tmp_path, *first, *second)
+    log = bag_of(tmp_path, *first, *second)
     recording = read_bag(log, PENDULUM)
     (episode,) = recording.episodes
     np.testing.assert_allclose(episode.q[:, 0], np.sin(episode.t))
@@ -113,7 +109,7 @@ def test_a_second_publisher_is_named_and_left_out(tmp_path, names, frame):
 
 
 def test_a_frame_id_that_changes_with_a_restart_is_no_second_publisher(tmp_path):
-    log = bag(
+    log = bag_of(
         tmp_path,
         *says(['pivot'], line, count=100, frame='a'),
         *says(['pivot'], line, frame='b')[100:],
@@ -127,7 +123,7 @@ def test_a_frame_id_that_changes_with_a_restart_is_no_second_publisher(tmp_path)
 def test_two_that_nothing_tells_apart_are_refused(tmp_path, step):
     second = says(['pivot'], lambda t: 1.0 - t, step=step, late=4_000_000)
     with pytest.raises(UserError, match=r'two publishers take turns on /joint_states .*pivot'):
-        read_bag(bag(tmp_path, *says(['pivot'], np.sin), *second), PENDULUM)
+        read_bag(bag_of(tmp_path, *says(['pivot'], np.sin), *second), PENDULUM)
 
 
 def test_two_clocks_that_take_turns_are_refused(tmp_path):
@@ -136,7 +132,7 @@ def test_two_clocks_that_take_turns_are_refused(tmp_path):
         for topic, kind, k, _ in says(['pivot'], np.sin)
     ]
     with pytest.raises(UserError, match=r'stamps that go back in 50% of the steps'):
-        read_bag(bag(tmp_path, *says(['pivot'], np.sin), *second), PENDULUM)
+        read_bag(bag_of(tmp_path, *says(['pivot'], np.sin), *second), PENDULUM)
 
 
 def test_a_joint_that_chatters_is_no_second_publisher(tmp_path):
@@ -145,5 +141,5 @@ def test_a_joint_that_chatters_is_no_second_publisher(tmp_path):
     chatter = says(
         ['pivot'], lambda t: 0.05 * np.sin(pace * t), lambda t: 0.05 * pace * np.cos(pace * t)
     )
-    (episode,) = read_bag(bag(tmp_path, *chatter), PENDULUM).episodes
+    (episode,) = read_bag(bag_of(tmp_path, *chatter), PENDULUM).episodes
     assert len(episode.t) == 200

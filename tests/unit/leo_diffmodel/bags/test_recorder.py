@@ -18,8 +18,9 @@ import pytest
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over, is_recording
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.recorder import header_stamp, RecordedTopic, Recorder
+from leo_diffmodel.bags.recorder import header_stamp, Recorder
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.types import EPISODE, STATES, Topic
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
@@ -27,18 +28,16 @@ from leo_msgs_py.mcap_file import find_files, McapFile
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
-STATES = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
-EPISODE = RecordedTopic('/robot/episode', 'std_msgs/msg/UInt32', latched=True)
 CHILD = """
 import sys, time
 from pathlib import Path
-from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
+from leo_diffmodel.bags.recorder import Recorder
+from leo_diffmodel.bags.types import STATES
 from leo_msgs_py.cdr import joint_state
 
 recorder = Recorder(Path(sys.argv[1]))
-topic = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
 for k in range(10_000):
-    recorder.record(topic, joint_state(k * 5_000_000, ['pivot'], [0.1 * k], [20.0]))
+    recorder.record(STATES, joint_state(k * 5_000_000, ['pivot'], [0.1 * k], [20.0]))
     print(k, flush=True)
     time.sleep(0.005)
 """
@@ -142,7 +141,7 @@ def test_messages_are_logged_when_they_arrived(tmp_path):
 
 
 def test_what_was_sent_before_a_restart_and_comes_after_it_is_left_out(tmp_path):
-    recorder, other = Recorder(tmp_path / 'bag'), RecordedTopic('/others', STATES.type)
+    recorder, other = Recorder(tmp_path / 'bag'), Topic('/others', STATES.type)
     for stamp in range(0, 10**9, 10**7):
         recorder.record(STATES, state(stamp))
         recorder.record(other, state(stamp))

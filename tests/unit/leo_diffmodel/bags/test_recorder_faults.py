@@ -15,8 +15,9 @@ from leo_diffmodel.bags.arrival import ArrivalTimes
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.finish import BagState, finish_bag, finish_left_over
 from leo_diffmodel.bags.info import bag_info
-from leo_diffmodel.bags.recorder import RecordedTopic, Recorder, TWO
+from leo_diffmodel.bags.recorder import Recorder, TWO
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
 from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import decode, joint_state, uint32
 from leo_msgs_py.errors import UserError
@@ -24,14 +25,16 @@ from leo_msgs_py.mcap_file import find_files
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
-STATES = RecordedTopic('/joint_states', 'sensor_msgs/msg/JointState')
-APPLIED = RecordedTopic('/robot/applied_voltage', 'sensor_msgs/msg/JointState')
-EPISODE = RecordedTopic('/robot/episode', 'std_msgs/msg/UInt32', latched=True)
+VOLTS = APPLIED['voltage']
 PERIOD = 10_000_000
 
 
 def state(stamp_ns: int, q: float = 0.0, joint: str = 'pivot') -> bytes:
     return joint_state(stamp_ns, [joint], [q], [0.0])
+
+
+def no_room(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 class Disk:
@@ -43,7 +46,7 @@ class Disk:
     def __call__(self, file: int, data: bytes) -> int:
         fits = int(min(self.room, len(data)))
         if not fits:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            no_room()
         self.room -= fits
         return WRITE(file, data[:fits])
 
@@ -127,10 +130,6 @@ def test_a_restart_on_a_full_disk_waits_for_room_for_its_bag(tmp_path, disk, mon
     recorder = Recorder(tmp_path / 'bag')
     send(recorder, range(100))
     disk.room = 0
-
-    def no_room(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     with monkeypatch.context() as patch:
         patch.setattr(Path, 'mkdir', no_room)
         send(recorder, range(20))
@@ -145,9 +144,6 @@ def test_a_restart_on_a_full_disk_waits_for_room_for_its_bag(tmp_path, disk, mon
 
 
 def test_a_file_that_cannot_be_made_leaves_no_folder(tmp_path, monkeypatch):
-    def no_room(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     monkeypatch.setattr('leo_diffmodel.bags.writer.Spool', no_room)
     with pytest.raises(UserError, match=r'cannot write to .*bag: No space left'):
         BagWriter(tmp_path / 'bag')
@@ -162,10 +158,6 @@ def test_no_room_to_finish_a_left_over_bag_leaves_it_as_it_was(tmp_path, monkeyp
     writer.close()
     (tmp_path / 'bag').mkdir()
     (tmp_path / 'bag' / 'bag_0.mcap').write_bytes(content)
-
-    def no_room(_: int) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
     monkeypatch.setattr('leo_diffmodel.bags.finish.os.fsync', no_room)
     assert finish_left_over(tmp_path / 'bag') == []
     assert bag_info(tmp_path / 'bag').state == 'unfinished'
@@ -220,7 +212,7 @@ class Speaker:
         self.sent += 1
         stamp, now = self.start + self.sent * PERIOD, round(self.graph.now * 1e9)
         applied = joint_state(stamp, ['pivot'], effort=[self.q])
-        for topic, data in ((STATES, state(stamp, self.q)), (APPLIED, applied)):
+        for topic, data in ((STATES, state(stamp, self.q)), (VOLTS, applied)):
             self.graph.recorder.record(topic, data, 0, now, self.sent, self.gid)
 
     def end(self) -> None:
@@ -260,7 +252,7 @@ def test_of_two_robots_the_first_goes_on_and_the_other_is_told(start, order, tmp
     run(graph, 1.0, first)
     assert graph.recorder.troubles == [] and graph.recorder.strangers == 1
     graph.recorder.close()
-    for topic in (STATES.name, APPLIED.name):
+    for topic in (STATES.name, VOLTS.name):
         assert heard(tmp_path, topic) == [(first.sent, 0)]
 
 
@@ -277,7 +269,7 @@ def test_forged_states_cut_no_bag_and_cost_no_state(one_publisher, tmp_path, clo
         clock[0] += 6.0
     run(graph, 0.1, robot)
     graph.recorder.close()
-    assert heard(tmp_path) == heard(tmp_path, APPLIED.name) == [(robot.sent, 0)]
+    assert heard(tmp_path) == heard(tmp_path, VOLTS.name) == [(robot.sent, 0)]
     assert graph.recorder.strangers == (1 if one_publisher else 10)
 
 
@@ -311,7 +303,7 @@ def test_a_stranger_with_other_joints_cuts_no_bag(tmp_path):
             STATES, state((10 - k) * 10**9, joint='x'), 0, round(graph.now * 1e9), k, b'stranger'
         )
     graph.recorder.close()
-    assert heard(tmp_path, APPLIED.name) == [(100, 0)]
+    assert heard(tmp_path, VOLTS.name) == [(100, 0)]
 
 
 @pytest.mark.parametrize(

@@ -7,16 +7,16 @@ from pathlib import Path
 from mcap.records import Message
 import numpy as np
 import pytest
-from tests.messages import command, dynamic, message
+from tests.messages import bag_of, command, dynamic, message
 from tests.places import DATA
 
 from leo_diffmodel.bags import recording as recording_file
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.contents import Logged, logged
+from leo_diffmodel.bags.mend import mended
 from leo_diffmodel.bags.recording import read_bag, read_both_ways
-from leo_diffmodel.bags.topic_map import TopicMap
+from leo_diffmodel.bags.topic_map import JointMap, TopicMap
 from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, UINT32
-from leo_diffmodel.bags.writer import BagWriter
 from leo_msgs_py.cdr import joint_state, uint32
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -48,13 +48,8 @@ def swing(count: int = 400, period: float = 0.01) -> Run:
 
 def write_messages(folder: Path, messages: list[tuple[str, int, bytes]]) -> Path:
     """A bag of (topic, log time [ns], CDR bytes)."""
-    writer, channels = BagWriter(folder), {}
-    for topic, log_ns, data in messages:
-        if topic not in channels:
-            channels[topic] = writer.add_topic(topic, KINDS[topic.rpartition('/')[2]])
-        writer.write(channels[topic], data, log_ns)
-    writer.close()
-    return folder
+    rows = ((t, KINDS[t.rpartition('/')[2]], log_ns, data) for t, log_ns, data in messages)
+    return bag_of(folder, *rows)
 
 
 def state(stamp_ns: int, q: float, dq: float = 0.0, effort: float | None = None) -> bytes:
@@ -314,6 +309,17 @@ def test_missing_velocities_are_differentiated_and_said(tmp_path):
     recording = read_bag(write_runs(tmp_path / 'bag', [run], {}), PENDULUM)
     np.testing.assert_allclose(recording.episodes[0].dq[1:-1, 0], np.cos(run.t)[1:-1], atol=1e-4)
     assert 'no velocities' in recording.warnings[0]
+
+
+@pytest.mark.parametrize(
+    'mapping',
+    [TopicMap(time_scale=0.5), TopicMap(joints={'pivot': JointMap(scale=0.02, sign=-1)})],
+)
+def test_rates_that_nobody_measured_follow_the_mended_angles_and_time(tmp_path, mapping):
+    bag = write_runs(tmp_path / 'bag', [replace(swing(), dq=None)], {})
+    for recording in (read_bag(bag, PENDULUM, mapping), mended(read_bag(bag, PENDULUM), mapping)):
+        (episode,) = recording.episodes
+        np.testing.assert_allclose(episode.dq, np.gradient(episode.q, episode.t, axis=0))
 
 
 def test_uneven_rates_and_states_before_the_first_input(tmp_path):

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.messages import state, write_bag
+from tests.messages import bag_of, state
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
@@ -18,18 +18,11 @@ T = 0.01 * np.arange(200)
 
 def bag(folder, joints, q, dq, effort=None):
     columns = [np.column_stack(c) if c else np.zeros((len(T), 0)) for c in (q, dq, effort or [])]
-    return write_bag(
-        folder / 'bag',
-        [
-            (
-                '/joint_states',
-                JOINT_STATE,
-                k * STEP,
-                state(k * STEP, joints, *(c[k] for c in columns)),
-            )
-            for k in range(len(T))
-        ],
-    )
+    rows = [
+        ('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, joints, *(c[k] for c in columns)))
+        for k in range(len(T))
+    ]
+    return bag_of(folder, *rows)
 
 
 def told(recording):
@@ -57,12 +50,15 @@ def test_a_few_such_values_cost_only_themselves(tmp_path):
 
 def test_a_rate_of_one_joint_that_never_changes_while_it_moves_is_differentiated(tmp_path):
     q = [np.sin(T), 0.3 + np.sin(2 * T)]
-    recording = read_bag(bag(tmp_path, ARM.joint_names, q, [np.cos(T) + 0.01, 0 * T]), ARM)
+    log = bag(tmp_path, ARM.joint_names, q, [np.cos(T) + 0.01, 0 * T])
+    recording = read_bag(log, ARM)
     (episode,) = recording.episodes
     (text,) = told(recording)
     assert 'rates of elbow are 0 throughout while it moves by 1.7 rad: no measurement;' in text
     assert np.array_equal(episode.dq[:, 0], np.cos(T) + 0.01) and recording.rates == 'measured'
     np.testing.assert_allclose(episode.dq[1:-1, 1], 2 * np.cos(2 * T)[1:-1], atol=1e-3)
+    (slow,) = read_bag(log, ARM, TopicMap(time_scale=2.0)).episodes
+    np.testing.assert_allclose(slow.dq, episode.dq * [1.0, 0.5])
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,8 @@ import pytest
 from tests.flywheel import flywheel
 from tests.lerobot_data import write_lerobot
 
-from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.check.angles import angle_units, positions_only

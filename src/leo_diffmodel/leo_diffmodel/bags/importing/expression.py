@@ -133,5 +133,4 @@ class _Evaluator(ast.NodeVisitor):
         return function(*(1.0 * self.visit(argument) for argument in node.args))
 
     def _operator(self, node: ast.AST) -> Callable[..., Any]:
-        found = _OPERATORS.get(type(node))
-        return found if found is not None else self.generic_visit(node)
+        return _OPERATORS.get(type(node)) or self.generic_visit(node)

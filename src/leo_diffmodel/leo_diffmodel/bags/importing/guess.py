@@ -19,6 +19,7 @@ from leo_msgs_py.terminal import leo
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import INTERFACES
 
 from .calibration import ARM, Calibration, calibration_beside
 from .guess_columns import choose, Columns, known_robot, KnownRobot, Roles
@@ -30,7 +31,7 @@ from .log_format import LogFormat, Table
 from .tables import read_tables, reader_of
 
 MOST_NAMED = 40
-INPUTS = {'voltage': 'voltage', 'effort': 'torque', 'position': 'position'}
+INPUTS = {interface: name for name, interface in INTERFACES.items()}
 """What `leo robot init --input` calls them."""
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
+from leo_sim.drivers.base import INTERFACES
 
 from .guess_roles import plain, Role
 from .guess_units import peak_of, RADIANS, Unit
@@ -63,9 +64,8 @@ class KnownRobot:
 def known_robot(robot: Robot, ref: str) -> KnownRobot:
     """Return what is needed of a robot."""
     joints = tuple(name for name in robot.joint_names if name not in robot.base_joints)
-    takes = 'effort' if robot.input == 'torque' else robot.input
     limits = {joint.name: joint.limits for joint in robot.joints}
-    return KnownRobot(ref, joints, robot.slides, limits, takes)
+    return KnownRobot(ref, joints, robot.slides, limits, INTERFACES[robot.input])
 
 
 def matched(names: Sequence[str], robot: KnownRobot) -> dict[str, tuple[str, str]]:

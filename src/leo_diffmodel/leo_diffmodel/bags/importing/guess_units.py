@@ -19,7 +19,6 @@ PER_CENT = 100.5
 DEGREES = 720.0
 FASTEST, SLOWEST = 20e3, 2.0
 """Rates at which robots are logged [Hz]."""
-SECONDS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
 AGREES = 1.3
 """Units of a speed are six times apart and more; filters and gaps take less than this factor."""
 TURNS = ('rad', 'deg', 'rev')
@@ -102,9 +101,10 @@ def of_time(column: Column) -> Unit:
     """Return the unit in which a time goes on as robots are logged."""
     steps = np.diff(column[np.isfinite(column)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    for unit, seconds in SECONDS.items():
-        if step and SLOWEST <= 1 / (step * seconds) <= FASTEST:
-            return Unit(unit, f'{step:.4g} from row to row, so {1 / (step * seconds):.4g} Hz')
+    for unit in ('s', 'ms', 'us', 'ns'):
+        rate = 1 / (step * units.parse(unit).factor) if step else 0.0
+        if SLOWEST <= rate <= FASTEST:
+            return Unit(unit, f'{step:.4g} from row to row, so {rate:.4g} Hz')
     return Unit('?', f'{step:.4g} from row to row')
 
 

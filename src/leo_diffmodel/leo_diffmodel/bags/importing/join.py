@@ -27,7 +27,7 @@ SAME = 1e-9
 
 
 class Part(NamedTuple):
-    """One file: its short name, its table, and its time; '' and None without one."""
+    """One file: its short name, its table, and the column of its time; '' without one."""
 
     log: Path
     name: str
@@ -35,9 +35,9 @@ class Part(NamedTuple):
     time: str
 
     @property
-    def t(self) -> Column | None:
+    def t(self) -> Column:
         """Its times."""
-        return self.table[self.time] if self.time else None
+        return self.table[self.time]
 
     @property
     def rows(self) -> int:
@@ -107,16 +107,17 @@ def _time(table: Table, said: str | None) -> str:
 
 def _one(parts: Sequence[Part]) -> tuple[Table, str]:
     listed = ', '.join(part.log.name for part in parts)
-    clock = next((part for part in parts if part.t is not None), None)
-    if clock is None or clock.t is None:
+    timed = [part for part in parts if part.time]
+    if not timed:
         _as_many_rows(parts)
         table = {name: c for part in parts for name, c in part.columns().items()}
         return table, f'joined {listed} row by row, as none has a time'
-    _as_many_rows([clock, *(part for part in parts if part.t is None)])
-    rows = _overlap(clock.t, [part.t for part in parts if part.t is not None], listed)
+    clock = timed[0]
+    _as_many_rows([clock, *(part for part in parts if not part.time)])
+    rows = _overlap(clock.t, [part.t for part in timed], listed)
     table = {clock.time: clock.t[rows]}
     for part in parts:
-        table |= {name: _at(clock.t, part.t, c)[rows] for name, c in part.columns().items()}
+        table |= {name: _at(clock.t, part, c)[rows] for name, c in part.columns().items()}
     return table, _how(listed, clock, parts, len(rows))
 
 
@@ -142,11 +143,11 @@ def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.
     return rows
 
 
-def _at(clock: Column, t: Column | None, values: Column) -> Column:
-    if t is None or _same(t, clock):
+def _at(clock: Column, part: Part, values: Column) -> Column:
+    if not part.time or _same(part.t, clock):
         return values
-    known = np.isfinite(t)
-    return np.interp(clock, t[known], values[known])
+    known = np.isfinite(part.t)
+    return np.interp(clock, part.t[known], values[known])
 
 
 def _same(t: Column, clock: Column) -> bool:
@@ -154,9 +155,8 @@ def _same(t: Column, clock: Column) -> bool:
 
 
 def _how(listed: str, clock: Part, parts: Sequence[Part], rows: int) -> str:
-    assert clock.t is not None
-    moved = [p.log.name for p in parts if p.t is not None and not _same(p.t, clock.t)]
-    plain = [p.log.name for p in parts if p.t is None]
+    moved = [p.log.name for p in parts if p.time and not _same(p.t, clock.t)]
+    plain = [p.log.name for p in parts if not p.time]
     notes = [f'joined {listed} by the times of {clock.log.name}']
     notes += [f'{", ".join(moved)} interpolated'] if moved else []
     notes += [f'{", ".join(plain)} row by row'] if plain else []

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 import json
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,6 @@ from .arrays_log import (
 from .log_format import LogFormat, read_log_text, Reader, Table
 
 DEEPEST = 5
-Named = list[tuple[str, Any]]
 
 
 def read_json(log: Path, log_format: LogFormat) -> list[Table]:
@@ -40,26 +40,20 @@ def read_json(log: Path, log_format: LogFormat) -> list[Table]:
 def json_content(log: Path, log_format: LogFormat) -> Any:
     """Return what a JSON file says; refuse an object with one name twice."""
     try:
-        return json.loads(read_log_text(log, log_format.encoding), object_pairs_hook=_each_once)
+        text = read_log_text(log, log_format.encoding)
+        return json.loads(text, object_pairs_hook=partial(_each_once, log))
     except RecursionError:
         raise UserError(f'{log} is nested too deeply for a log') from None
-    except _Twice as twice:
-        raise UserError(
-            f'{log}: {shown(twice.args[0])} stands twice in one object; rename one'
-        ) from None
     except ValueError as error:
         raise UserError(f'{log} is not JSON: {error}') from None
 
 
-class _Twice(ValueError):
-    """A name that an object has twice."""
-
-
-def _each_once(pairs: Named) -> dict[str, Any]:
+def _each_once(log: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
-        raise _Twice(next(name for name in names if names.count(name) > 1))
+        twice = next(name for name in names if names.count(name) > 1)
+        raise UserError(f'{log}: {shown(twice)} stands twice in one object; rename one')
     return found
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib.metadata import entry_points
+from importlib.metadata import entry_points, EntryPoint
 import inspect
+from itertools import chain
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
@@ -37,13 +38,11 @@ def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
 
 def reader_of(log: Path, log_format: LogFormat) -> Reader:
     """Return what reads a log: what the map says, else what its name ends in."""
-    for reader in READERS:
+    tried = []
+    for reader in chain(READERS, map(_foreign, entry_points(group=GROUP))):
         if reader.takes(log, log_format):
             return reader
-    others = [_foreign(entry.load()) for entry in entry_points(group=GROUP)]
-    for reader in others:
-        if reader.takes(log, log_format):
-            return reader
+        tried.append(reader)
     if log.is_dir():
         raise UserError(
             f'{log} is a folder without meta/info.json, so no LeRobot data set; name files'
@@ -51,14 +50,15 @@ def reader_of(log: Path, log_format: LogFormat) -> Reader:
     if not log.is_file():
         raise UserError(f'no log {log}')
     name = log_format.format or log.suffix.lower().lstrip('.')
-    *names, last = [reader.name for reader in (*READERS, *others) if reader.endings]
+    *names, last = [reader.name for reader in tried if reader.endings]
     raise UserError(
         f'{log}: unknown format {shown(name)}; name one (format: {", ".join(names)} or {last})'
     )
 
 
-def _foreign(reader: Reader) -> Reader:
+def _foreign(entry: EntryPoint) -> Reader:
     """Return a reader of another package, whose errors are one line with their place."""
+    reader: Reader = entry.load()
     file = Path(inspect.getfile(reader.read))
     return replace(reader, read=guarded(file, 'log format', reader.read))
 

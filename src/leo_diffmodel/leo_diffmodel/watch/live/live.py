@@ -11,6 +11,7 @@ import shutil
 import tempfile
 from typing import Protocol
 
+from leo_diffmodel.bags.cut import write_contents
 from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.watch.errand import Asked, Finder, News
 from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
@@ -113,7 +114,8 @@ class LiveFinder(Finder):
         if self.busy:
             return
         try:
-            bag = self._tape.save(self._free())
+            bag = self._free()
+            write_contents(self._tape.contents(), bag)
         except (UserError, OSError) as error:
             self.news = News(error=str(error))
             return

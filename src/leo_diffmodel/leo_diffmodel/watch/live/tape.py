@@ -13,9 +13,8 @@ import time
 
 from leo_diffmodel.bags.arrival import Origin, Sources
 from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
-from leo_diffmodel.bags.recorder import RecordedTopic, TWO
-from leo_diffmodel.bags.types import JOINT_STATE, STATES
-from leo_diffmodel.bags.writer import BagWriter
+from leo_diffmodel.bags.recorder import TWO
+from leo_diffmodel.bags.types import JOINT_STATE, STATES, Topic
 from leo_msgs_py.cdr import joints_text
 
 NAME = 'the running robot'
@@ -58,7 +57,7 @@ class Tape:
         self.full = ''
         self._two = float('-inf')
         self._lock = Lock()
-        self._topics: dict[str, tuple[RecordedTopic, deque[Logged]]] = {}
+        self._topics: dict[str, tuple[Topic, deque[Logged]]] = {}
         self._sources: dict[tuple[str, bytes], Sources] = {}
         self._facts: dict[str, str] = {}
         self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
@@ -70,7 +69,7 @@ class Tape:
 
     def record(
         self,
-        topic: RecordedTopic,
+        topic: Topic,
         data: bytes,
         published_ns: int = 0,
         logged_ns: int = 0,
@@ -108,30 +107,13 @@ class Tape:
             }
         return BagContents(Path(NAME), (), topics, {'leo': self._facts}, True, 0)
 
-    def save(self, folder: Path) -> Path:
-        """Write what is kept now as a bag.
-
-        Raises:
-            UserError: the folder exists, or cannot be made.
-        """
-        contents = self.contents()
-        writer = BagWriter(folder, contents.metadata['leo'])
-        for topic in contents.topics.values():
-            channel = writer.add_topic(topic.name, topic.type, topic.qos)
-            for message in topic.messages:
-                writer.write(channel, message.data, message.log_ns, message.published_ns)
-        writer.close()
-        return folder
-
     def _forget(self, kept: deque[Logged], now_ns: int) -> None:
         """Drop what is too old; the last message of a topic stays, as it may be latched."""
         oldest = now_ns - round(self.seconds * 1e9)
         while len(kept) > 1 and kept[0].log_ns < oldest:
             kept.popleft()
 
-    def _is_ours(
-        self, topic: RecordedTopic, data: bytes, publisher: bytes, logged_ns: int
-    ) -> bool:
+    def _is_ours(self, topic: Topic, data: bytes, publisher: bytes, logged_ns: int) -> bool:
         """Whether a message is not of a second robot; begin anew where the first comes back."""
         if topic.type != JOINT_STATE or len(data) < HEADER:
             return True

@@ -13,8 +13,7 @@ import scipy.io
 from tests.places import REAL_DATA
 
 from leo_diffmodel.bags import arrays
-from leo_diffmodel.bags.importing import import_logs
-from leo_diffmodel.bags.importing.convert import load_map
+from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.expression import evaluate
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main

@@ -10,8 +10,7 @@ import pytest
 from tests.lerobot_data import write_lerobot
 import yaml
 
-from leo_diffmodel.bags.importing import import_logs
-from leo_diffmodel.bags.importing.convert import load_map
+from leo_diffmodel.bags.importing.convert import import_logs, load_map
 from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.importing.guess_units import of_angles, of_time
@@ -35,9 +34,44 @@ from leo_msgs_py.errors import UserError
         ('goal_velocity', 'velocity', True, '', ''),
         ('frame_index', '', False, 'frame_index', ''),
         ('', '', False, '', ''),
+        ('Winkel [°]', 'position', False, '', 'deg'),
+        ('Drehzahl [U/min]', 'velocity', False, '', 'rpm'),
+        ('Zeit [s]', 'time', False, '', 's'),
+        ('Spannung [V]', 'voltage', False, '', 'V'),
+        ('Sollwinkel [Grad]', 'position', True, '', 'deg'),
+        ('Istwinkel', 'position', False, '', ''),
+        ('Motordrehzahl [1/min]', 'velocity', False, 'motor', 'rpm'),
+        ('Drehmoment (N·m)', 'effort', False, '', 'N m'),
+        ('Strom [A]', 'current', False, '', 'A'),
+        ('Versorgungsspannung [V]', 'supply_voltage', False, '', 'V'),
+        ('vitesse', 'velocity', False, '', ''),
+        ('couple', 'effort', False, '', ''),
+        ('angle (deg)', 'position', False, '', 'deg'),
+        ('Temps (s)', 'time', False, '', 's'),
+        ('vitesse [tr/min]', 'velocity', False, '', 'rpm'),
+        ('Couple mesuré [N.m]', 'effort', False, '', 'N m'),
+        ('Consigne position (°)', 'position', True, '', 'deg'),
+        ('x_m', 'position', False, '', 'm'),
+        ('x_m_s', 'velocity', False, '', 'm/s'),
+        ('F_N', 'effort', False, '', 'N'),
+        ('slide_m', 'position', False, 'slide', 'm'),
+        ('tau_Nm', 'effort', False, '', 'N m'),
+        ('elbow_rad_s', 'velocity', False, 'elbow', 'rad/s'),
+        ('shoulder_deg', 'position', False, 'shoulder', 'deg'),
+        ('wheel_rpm', 'velocity', False, 'wheel', 'rpm'),
+        ('U [V]', 'voltage', False, '', 'V'),
+        ('tau_m', 'effort', False, 'm', ''),
+        ('theta_m', 'position', False, 'm', ''),
+        ('q_s', 'position', False, 's', ''),
+        ('angle (raw)', 'position', False, 'raw', ''),
+        ('actions.0', 'position', True, 'joint0', ''),
+        ('state.0', 'position', False, 'joint0', ''),
+        ('jointPos1', 'position', False, 'joint1', ''),
+        ('theta1_dot', 'velocity', False, 'joint1', ''),
+        ('ddq1', 'acceleration', False, 'joint1', ''),
     ],
 )
-def test_names_say_what_columns_are(column, quantity, is_goal, joint, unit):
+def test_names_in_three_languages_say_what_columns_are(column, quantity, is_goal, joint, unit):
     assert role_of(column) == (quantity, is_goal, joint, unit)
 
 
@@ -148,50 +182,6 @@ def test_the_verb_says_what_it_wrote_and_overwrites_nothing(tmp_path, monkeypatc
     with pytest.raises(UserError, match=r"begin with: leo import 'my log.csv' --guess"):
         main(['my log.csv', '-o', 'bag'])
     assert main(['my log.csv', '--map', 'my log_map.yaml', '-o', 'bag']) == 0
-
-
-@pytest.mark.parametrize(
-    ('column', 'quantity', 'is_goal', 'joint', 'unit'),
-    [
-        ('Winkel [°]', 'position', False, '', 'deg'),
-        ('Drehzahl [U/min]', 'velocity', False, '', 'rpm'),
-        ('Zeit [s]', 'time', False, '', 's'),
-        ('Spannung [V]', 'voltage', False, '', 'V'),
-        ('Sollwinkel [Grad]', 'position', True, '', 'deg'),
-        ('Istwinkel', 'position', False, '', ''),
-        ('Motordrehzahl [1/min]', 'velocity', False, 'motor', 'rpm'),
-        ('Drehmoment (N·m)', 'effort', False, '', 'N m'),
-        ('Strom [A]', 'current', False, '', 'A'),
-        ('Versorgungsspannung [V]', 'supply_voltage', False, '', 'V'),
-        ('vitesse', 'velocity', False, '', ''),
-        ('couple', 'effort', False, '', ''),
-        ('angle (deg)', 'position', False, '', 'deg'),
-        ('Temps (s)', 'time', False, '', 's'),
-        ('vitesse [tr/min]', 'velocity', False, '', 'rpm'),
-        ('Couple mesuré [N.m]', 'effort', False, '', 'N m'),
-        ('Consigne position (°)', 'position', True, '', 'deg'),
-        ('x_m', 'position', False, '', 'm'),
-        ('x_m_s', 'velocity', False, '', 'm/s'),
-        ('F_N', 'effort', False, '', 'N'),
-        ('slide_m', 'position', False, 'slide', 'm'),
-        ('tau_Nm', 'effort', False, '', 'N m'),
-        ('elbow_rad_s', 'velocity', False, 'elbow', 'rad/s'),
-        ('shoulder_deg', 'position', False, 'shoulder', 'deg'),
-        ('wheel_rpm', 'velocity', False, 'wheel', 'rpm'),
-        ('U [V]', 'voltage', False, '', 'V'),
-        ('tau_m', 'effort', False, 'm', ''),
-        ('theta_m', 'position', False, 'm', ''),
-        ('q_s', 'position', False, 's', ''),
-        ('angle (raw)', 'position', False, 'raw', ''),
-        ('actions.0', 'position', True, 'joint0', ''),
-        ('state.0', 'position', False, 'joint0', ''),
-        ('jointPos1', 'position', False, 'joint1', ''),
-        ('theta1_dot', 'velocity', False, 'joint1', ''),
-        ('ddq1', 'acceleration', False, 'joint1', ''),
-    ],
-)
-def test_words_and_units_in_three_languages_and_as_endings(column, quantity, is_goal, joint, unit):
-    assert role_of(column) == (quantity, is_goal, joint, unit)
 
 
 @pytest.mark.parametrize(

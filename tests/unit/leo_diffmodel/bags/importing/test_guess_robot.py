@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from leo_diffmodel.bags.importing import import_logs
+from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.guess_columns import KnownRobot, matched
 from leo_diffmodel.bags.recording import read_bag

@@ -15,8 +15,8 @@ from tests.lerobot_data import write_lerobot
 import yaml
 
 from leo_diffmodel.bags.contents import load
-from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.importing.guess import guess_map
 from leo_diffmodel.bags.importing.lerobot import read_lerobot
 from leo_diffmodel.bags.importing.log_format import LogFormat

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from leo_diffmodel.bags.importing import import_logs
 from leo_diffmodel.bags.importing.column_map import ColumnMap
+from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.importing.log_format import LogFormat
 from leo_diffmodel.bags.importing.tables import read_tables
 from leo_diffmodel.bags.recording import read_bag

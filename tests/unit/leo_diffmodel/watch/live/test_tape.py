@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.simulate import TORQUE
 
-from leo_diffmodel.bags.recorder import RecordedTopic
+from leo_diffmodel.bags.cut import write_contents
 from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.bags.types import APPLIED, EPISODE, STATES
@@ -17,9 +17,6 @@ from leo_msgs_py import cdr
 from leo_msgs_py.errors import UserError
 
 JOINTS = tuple(TORQUE.joint_names)
-TOPICS = {
-    t.name: RecordedTopic(t.name, t.type, t.qos) for t in (STATES, APPLIED['effort'], EPISODE)
-}
 
 
 def say(tape, k, q=None, publisher=b'robot', base=0):
@@ -28,15 +25,15 @@ def say(tape, k, q=None, publisher=b'robot', base=0):
     value = np.sin(0.01 * k) if q is None else q
     state = cdr.joint_state(stamp, JOINTS, [value], [np.cos(0.01 * k)])
     logged = 10**18 + k * 10_000_000
-    tape.record(TOPICS[STATES.name], state, 0, logged, k, publisher)
+    tape.record(STATES, state, 0, logged, k, publisher)
     applied = cdr.joint_state(stamp, JOINTS, effort=[0.1])
-    tape.record(TOPICS[APPLIED['effort'].name], applied, 0, logged + 1, k, publisher)
+    tape.record(APPLIED['effort'], applied, 0, logged + 1, k, publisher)
 
 
 @pytest.fixture
 def tape():
     tape = Tape(2.0)
-    tape.record(TOPICS[EPISODE.name], cdr.uint32(1), 0, 10**18)
+    tape.record(EPISODE, cdr.uint32(1), 0, 10**18)
     return tape
 
 
@@ -52,7 +49,8 @@ def test_its_states_are_those_that_a_bag_of_it_would_give(tape, tmp_path):
     for k in range(300):
         say(tape, k)
     live = assembled(tape.contents(), TORQUE, TopicMap())
-    kept = read_bag(tape.save(tmp_path / 'bag'), TORQUE)
+    write_contents(tape.contents(), tmp_path / 'bag')
+    kept = read_bag(tmp_path / 'bag', TORQUE)
     for name in ('t', 'q', 'dq', 'inputs', 'enabled'):
         np.testing.assert_array_equal(*(getattr(r.episodes[0], name) for r in (live, kept)))
 
@@ -68,15 +66,9 @@ def test_of_two_robots_one_is_kept_and_it_is_said(tape):
 
 
 def test_states_of_other_joints_are_refused_with_their_names(tape):
-    tape.record(TOPICS[STATES.name], cdr.joint_state(1, ['elbow'], [0.0]), 0, 10**18)
+    tape.record(STATES, cdr.joint_state(1, ['elbow'], [0.0]), 0, 10**18)
     with pytest.raises(UserError, match='elbow'):
         assembled(tape.contents(), TORQUE, TopicMap())
-
-
-def test_a_bag_that_is_there_is_not_written_over(tape, tmp_path):
-    (tmp_path / 'bag').mkdir()
-    with pytest.raises(UserError, match='exists already'):
-        tape.save(tmp_path / 'bag')
 
 
 def test_silence_comes_before_all_else_and_then_what_the_robot_says(monkeypatch):

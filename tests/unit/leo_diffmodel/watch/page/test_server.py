@@ -22,7 +22,8 @@ from tests.patience import PATIENCE, until
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.bags.contents import load
-from leo_diffmodel.bags.recorder import RecordedTopic, Recorder
+from leo_diffmodel.bags.recorder import Recorder
+from leo_diffmodel.bags.types import Topic
 from leo_diffmodel.verbs.watch import main
 from leo_diffmodel.watch.page.server import HERE
 from leo_msgs_py.errors import UserError
@@ -170,7 +171,7 @@ def test_a_bag_that_is_being_recorded_is_shown_up_to_now_and_goes_on(run, tmp_pa
     for topic in whole.topics.values():
         for message in topic.messages:
             recorder.record(
-                RecordedTopic(topic.name, topic.type, topic.qos),
+                Topic(topic.name, topic.type, topic.qos),
                 message.data,
                 message.published_ns,
                 message.log_ns,
