@@ -44,6 +44,11 @@ class DriverInfo:
         """Lowest and highest command per actuator [V, N m or rad], shape (2, A)."""
         return np.stack([-self.limits, self.limits]) if self.goals is None else self.goals
 
+    @property
+    def rest(self) -> np.ndarray:
+        """The command of motors at rest, (A,): 0, or NaN where goals are: then they are free."""
+        return np.full(len(self.actuators), 0.0 if self.goals is None else np.nan)
+
 
 class Driver(Protocol):
     """One robot. Calls come from one thread, `connect` first and `stop` last.
@@ -197,10 +202,7 @@ class DriverOptions:
     state_rate: float = 0.0  # joint states per second [Hz]; 0 takes the robot's own
     start: str = 'nominal'  # or 'random', or the name of a start pose
     seed: int = 0  # of start poses and noise
-    noise: tuple[float, float] = (
-        0.0,
-        0.0,
-    )  # standard deviations of what is published [rad, rad/s]
+    noise: tuple[float, float] = (0.0, 0.0)  # standard deviations when published [rad, rad/s]
     engine: str = 'pybullet'  # of a simulated robot
     integration_step: float = 0.0  # [s]; 0 takes the robot's own
     private: Mapping[str, Any] | None = None  # the settings that only the driver may know

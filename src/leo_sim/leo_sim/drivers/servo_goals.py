@@ -29,7 +29,6 @@ class GoalUnits(MotorUnits):
     goal = shown = 'goal_position'
     rest = 'torque_enable', 0
     at_rest = 'are freed'
-    holds = True
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         super().__init__(robot, bus)
@@ -39,7 +38,6 @@ class GoalUnits(MotorUnits):
                     f'{robot.name}: {name} has a current_limit, which nobody can keep '
                     'while the servo follows goals by itself; leave it out'
                 )
-        self.nothing = np.full(len(self.ids), np.nan)
         low, high = robot.bounds
         self.goals = np.array([np.maximum(low, self._low), np.minimum(high, self._high)])
         for name, (least, most) in zip(self._names, self.goals.T, strict=True):

@@ -30,7 +30,7 @@ class SimulatedDriver:
         self._ticks = 0
         self._input = np.zeros(len(robot.actuators))
         self._enabled = np.ones(len(robot.actuators), dtype=bool)
-        self._asked = self._enabled & (self.info.goals is None)
+        self._asked = np.isfinite(self.info.rest)
         self._state: State
         self._measured: JointStates
         self._begin()
@@ -79,7 +79,7 @@ class SimulatedDriver:
     def stop(self) -> None:
         """Motors at 0, or free where commands are positions."""
         self._input = np.zeros_like(self._input)
-        self._asked = np.full_like(self._enabled, self.info.goals is None)
+        self._asked = np.isfinite(self.info.rest)
 
     @property
     def _on(self) -> np.ndarray:

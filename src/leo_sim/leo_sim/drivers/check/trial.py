@@ -65,15 +65,11 @@ class Trial:
         """Time between two states [s]."""
         return 1.0 / self.info.state_rate
 
-    def nothing(self) -> np.ndarray:
-        """No command, (A,): 0, or NaN where inputs are goals, which leaves the motors free."""
-        return np.full(len(self.info.actuators), 0.0 if self.info.goals is None else np.nan)
-
     @cached_property
     def hold(self) -> np.ndarray:
         """What a robot rests by while it is moved, (A,): 0, or goals where it was at first."""
         if self.info.goals is None:
-            return self.nothing()
+            return self.info.rest
         here = np.asarray(self.read().of(self.info.actuators).position)
         return np.clip(here, *self.info.goals)
 
@@ -91,7 +87,7 @@ class Trial:
         """One period: read, write, advance, and wait where the driver's time is the wall's."""
         began = self.computer.monotonic()
         state = self.read()
-        applied = self.write(self.nothing() if values is None else values)
+        applied = self.write(self.info.rest if values is None else values)
         written = self.computer.monotonic()
         gap = self.driver.advance(self.period)
         self.loops.append(written - began)
