@@ -66,11 +66,6 @@ class Terminal(Console):
 class Table(RichTable):
     """A table that folds names and numbers where it is too wide for the terminal, never cuts."""
 
-    def __init__(self, *headers: str, **options: Any) -> None:
-        super().__init__(**options)
-        for header in headers:
-            self.add_column(header)
-
     def add_column(self, *header: Any, **options: Any) -> None:
         """Add a column; see rich."""
         super().add_column(*header, **{'overflow': 'fold', **options})

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.servos import Family, Register, registers
-from leo_sim.drivers.base import Computer, DriverFault, THIS, TransientFault
+from leo_sim.drivers.base import Computer, DriverFault, TransientFault
 from leo_sim.drivers.listening import told
 from leo_sim.drivers.servo_port import BITS, Paper, why_closed
 
@@ -31,9 +31,7 @@ class ServoLine:
     port: ClassVar[type]  # the SDK's, mixed with Limits
     asks: ClassVar[tuple[bool, ...]] = ()  # further arguments of the SDK's sync read
 
-    def __init__(
-        self, path: str, baud: int, names: Mapping[int, str], computer: Computer = THIS
-    ) -> None:
+    def __init__(self, path: str, baud: int, names: Mapping[int, str], computer: Computer) -> None:
         self._path, self._baud, self._names, self._computer = path, baud, names, computer
         self._registers = registers(self.family)
         self._packets: Any = self.packets()

@@ -2,6 +2,7 @@
 """All trials of a driver, one after another, and what came of each."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from leo_msgs_py.errors import one_line, UserError
@@ -67,7 +68,8 @@ def examine(trial: Trial) -> list[Result]:
             if check in NEEDED and results[-1].verdict == FAILED:
                 break
     finally:
-        _stop(trial)
+        with suppress(DriverFault, OSError, *CARELESS):  # a check has said so
+            trial.driver.stop()
     return results
 
 
@@ -93,10 +95,3 @@ def _result(check: Callable[[Trial], None], trial: Trial) -> Result:
     except CARELESS as error:
         return Result(name, FAILED, f'{type(error).__name__}: {one_line(error)}', TYPED)
     return Result(name, PASSED, (check.__doc__ or '').splitlines()[0])
-
-
-def _stop(trial: Trial) -> None:
-    try:
-        trial.driver.stop()
-    except (DriverFault, OSError, *CARELESS):
-        return  # a check has said so

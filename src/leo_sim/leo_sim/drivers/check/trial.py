@@ -3,7 +3,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -78,16 +78,12 @@ class Trial:
         state: JointStates = self._patiently(self.driver.read)
         return state
 
-    def write(self, values: np.ndarray) -> Applied | None:
-        """Send values [V, N m or rad], (A,)."""
-        applied: Applied | None = self._patiently(lambda: self.driver.write(values))
-        return applied
-
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:
         """One period: read, write, advance, and wait where the driver's time is the wall's."""
         began = self.computer.monotonic()
         state = self.read()
-        applied = self.write(self.info.rest if values is None else values)
+        sent = self.info.rest if values is None else values
+        applied = self._patiently(partial(self.driver.write, sent))
         written = self.computer.monotonic()
         gap = self.driver.advance(self.period)
         self.loops.append(written - began)

@@ -52,7 +52,6 @@ class Rig:
         kind, self._framing = BUSES[plant.family]
         self.bus = kind({servo.get('id'): servo for servo in plant.servos.values()})
         self.bus_cable = True
-        self.packets = 0
         self.began = 0.0
         self._reader = Reader(self._framing)
         self._log = Path(log) if log else None
@@ -89,7 +88,6 @@ class Rig:
         self._last_bytes = due
         found = self._reader.feed(heard)
         for packet in found:
-            self.packets += 1
             self._go_on(due)
             statuses = self.bus.answer(packet, due)
             self._write_down(due)
