@@ -7,7 +7,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import JointStates
-from leo_sim.drivers.base import NotPossible
+from leo_sim.drivers.base import DriverBug, DriverFault, NotPossible
 from leo_sim.drivers.check.contract import check_applied
 from leo_sim.drivers.check.trial import Broken, LeftOut, Moving, Trial
 from leo_sim.model.model import Model
@@ -118,7 +118,9 @@ def unplugged(trial: Trial) -> None:
     try:
         for _ in range(round(5.0 / trial.period)):
             trial.tick()
-    except OSError:
+    except DriverBug:
+        raise
+    except (DriverFault, OSError):
         return
     raise Broken(
         'it goes on for 5 s though its cable is out',

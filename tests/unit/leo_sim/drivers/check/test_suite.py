@@ -283,22 +283,27 @@ def test_a_person_turns_joints_and_pulls_the_cable(rig):
             state = super().read()
             return replace(state, position=state.position + self.angle)
 
-    def person(driver, way):
+    def person(driver, way, pulled='break'):
         def ask(what):
             if what.startswith('move pivot by the right hand about the axis'):
                 driver.angle += way
             else:
-                Path('orders').write_text('break')
+                Path('orders').write_text(pulled)
 
         return ask
 
     good, bad = rig(Turned), rig(Turned)
     assert failures(good, ask=person(good, 0.3)) == {}
+    lost = rig(Turned)
+    assert failures(lost, ask=person(lost, 0.3, 'lose 1000')) == {}
     assert 'going down' in failures(bad, ask=person(bad, -0.3))['by hand']
     deaf = rig(Turned)
     ask = person(deaf, 0.3)
     said = failures(deaf, ask=lambda what: ask(what) if 'move' in what else None)
     assert 'its cable is out' in said['unplugged']
+    careless = load_driver(str(RIG), DriverOptions(PENDULUM, computer=CLOCK))
+    said = failures(careless, ask=lambda what: Path('orders').write_text('bug read'))
+    assert 'ValueError: read' in said['unplugged']
 
 
 def on_bus(name, robot, bus=None):
