@@ -65,8 +65,6 @@ _NO_ROS = (
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
 )
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_LABORATORY = {'blind', 'reproduce', 'seeds'}
-"""Verbs of a package that examines this program and is no part of it."""
 _SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2
 _INTERRUPTED = 130
@@ -217,7 +215,7 @@ def _about(verb: EntryPoint) -> str:
 def _find(name: str, verbs: dict[str, EntryPoint]) -> EntryPoint:
     if name in verbs:
         return verbs[name]
-    if name in _LABORATORY:
+    if name in _OTHERS['laboratory']:
         raise UserError(
             f'unknown verb {name!r}; it is one of the laboratory, which is not '
             "installed: pip install ./benchmarks/laboratory, in this project's source"
