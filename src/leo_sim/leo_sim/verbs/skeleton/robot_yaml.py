@@ -110,9 +110,9 @@ HEAD = """\
 name: {name}
 base: {base}
 input: {kind}
-control_period: {period}  # s; FILL IN: how often your controller writes
-integration_step: {step}  # s; {reason}
-state_rate: {rate}  # Hz; FILL IN: how often joint states come
+control_period: {period:g}  # s; FILL IN: how often your controller writes
+integration_step: {step:g}  # s; {reason}
+state_rate: {rate:g}  # Hz; FILL IN: how often joint states come
 episode_seconds: 20  # only the simulated robot and leo learn need it
 gravity: {{value: {gravity:g}, unit: m/s2}}
 
@@ -150,7 +150,6 @@ def head(
     source: Path, kind: str, description: Description, timing: Mapping[str, float], reason: str
 ) -> str:
     """Everything before the actuators; `timing` has period and step s, and rate Hz."""
-    values = {key: f'{value:g}' for key, value in timing.items()}
     return HEAD.format(
         source=quoted(source.name),
         name=quoted(description.name or source.stem),
@@ -158,7 +157,7 @@ def head(
         base=description.base,
         gravity=description.gravity,
         reason=reason,
-        **values,
+        **timing,
     )
 
 
