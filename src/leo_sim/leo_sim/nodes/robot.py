@@ -21,7 +21,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import every, graph, join, running, SLICE, spare_collector, spin_once
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
-from leo_sim.drivers.base import DriverBug, DriverFault, Inspected, Placeable
+from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, Inspected, Placeable
 from leo_sim.drivers.safety import BadCommand
 from leo_sim.nodes.commander import Commander, Neighbours
 from leo_sim.nodes.diagnostics import robot_diagnostics
@@ -218,6 +218,9 @@ def main(argv: list[str]) -> int:
         try:
             robot.begin()
             robot.run()
+            status = 0
+        except EndOfRun as over:
+            robot.get_logger().info(str(over))
             status = 0
         except (DriverFault, OSError) as fault:
             robot.get_logger().fatal(f'{fault}; the robot ends here, start it again')

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.drivers.base import DriverBug, DriverFault, NotPossible
+from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, NotPossible
 from leo_sim.drivers.check import contract, motion
 from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 
@@ -79,7 +79,7 @@ def _result(check: Callable[[Trial], None], trial: Trial) -> Result:
         check(trial)
     except Broken as broken:
         return Result(name, FAILED, str(broken), broken.mend)
-    except (LeftOut, NotPossible) as why:
+    except (LeftOut, NotPossible, EndOfRun) as why:
         return Result(name, LEFT_OUT, str(why))
     except UserError as error:
         return Result(name, FAILED, str(error), 'as it says')

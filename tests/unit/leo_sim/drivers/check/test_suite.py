@@ -17,7 +17,7 @@ from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import base, load_driver
-from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
+from leo_sim.drivers.base import DriverFault, DriverOptions, EndOfRun, NotPossible, TransientFault
 from leo_sim.drivers.check import CHECKS, contract, examine, FAILED, PASSED
 from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.simulated import SimulatedDriver
@@ -384,7 +384,7 @@ def test_the_verb_says_what_servos_are_set_to_and_what_is_not_the_models(
     assert answer['servos'] == {'servo 1': 'P 7'} and answer['differs'] == ['servo 1: its P']
 
 
-def test_a_replayed_bag_that_cannot_be_switched_is_no_failure():
+def test_a_replayed_bag_that_cannot_be_switched_or_ends_is_no_failure():
     class Recorded(SimulatedDriver):
         def set_torque(self, on):
             raise NotPossible('a recording plays as it is')
@@ -392,7 +392,14 @@ def test_a_replayed_bag_that_cannot_be_switched_is_no_failure():
         def reset(self):
             raise NotPossible('a recording plays as it is')
 
-    assert failures(simulated(Recorded)) == {}
+        def advance(self, seconds):
+            if self._ticks == 60:
+                raise EndOfRun('it has ended')
+            return super().advance(seconds)
+
+    results = {r.name: r for r in examine(Trial(simulated(Recorded), PENDULUM))}
+    assert FAILED not in {r.verdict for r in results.values()}
+    assert results['stamps'].verdict == PASSED and results['pace'].what == 'it has ended'
 
 
 def test_the_driver_that_the_docs_show_passes(tmp_path):
