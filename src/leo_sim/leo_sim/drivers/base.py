@@ -8,6 +8,7 @@ diagnostics come from the node around it. `leo check-driver` tries the contract 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import math
 import time
 from typing import Any, Protocol, runtime_checkable
 
@@ -219,7 +220,8 @@ def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) ->
     """
     rate = state_rate or robot.state_rate
     states = rate * robot.control_period
-    if rate <= 0.0 or states < 0.999 or abs(states - round(states)) > 1e-6 * states:
+    finite = 0.0 < rate < math.inf
+    if not finite or states < 0.999 or abs(states - round(states)) > 1e-6 * states:
         raise UserError(
             f'state_rate {rate:g} Hz does not fit {robot.name}: give a whole multiple '
             f'of its control rate, {1.0 / robot.control_period:g} Hz'

@@ -202,6 +202,8 @@ def test_wrong_hidden_settings_are_one_line(tmp_path, monkeypatch, private, said
     ('change', 'said'),
     [
         ({'state_rate': 33.0}, 'whole multiple of its control rate, 20 Hz'),
+        ({'state_rate': float('nan')}, 'whole multiple of its control rate, 20 Hz'),
+        ({'state_rate': float('inf')}, 'whole multiple of its control rate, 20 Hz'),
         ({'start': 'upsidedown'}, 'no start pose'),
         ({'engine': 'bulet'}, 'pybullet'),
     ],

@@ -67,7 +67,7 @@ def signs_and_units(trial: Trial) -> None:
                 f'{push.summed(joint):.3g}',
                 'give the velocity in rad/s (m/s), with the sign of the position',
             )
-        if not 1.0 / UNIT < push.moved(joint) / expected < UNIT:
+        if not abs(expected) / UNIT < abs(push.moved(joint)) < UNIT * abs(expected):
             raise Broken(
                 f'{name} moved {push.moved(joint):.3g}, the model {expected:.3g}',
                 'look at units: rad, not deg (57) nor counts; volts, not PWM; the gear',

@@ -187,6 +187,15 @@ def test_each_way_to_be_wrong_fails_its_own_check(kind, check, said):
     assert said in found.get(check, ''), found
 
 
+def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path):
+    for name in ('robot.urdf', 'robot.yaml'):
+        (tmp_path / name).write_text((PENDULUM.folder / name).read_text())
+    with (tmp_path / 'robot.yaml').open('a') as file:
+        file.write('\njoints:\n  pivot:\n    friction: {value: 5, unit: N m}\n')
+    found = failures(simulated(), load_robot(tmp_path), FULL)
+    assert 'the model 0 / look at units' in found['signs and units']
+
+
 @pytest.fixture
 def rig(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
