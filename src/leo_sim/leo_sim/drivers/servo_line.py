@@ -11,7 +11,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.servos import Family, Register, registers
 from leo_sim.drivers.base import Computer, DriverFault, TransientFault
 from leo_sim.drivers.listening import told
-from leo_sim.drivers.servo_port import BITS, Paper, why_closed
+from leo_sim.drivers.servo_port import BITS, PacketBuffer, why_closed
 
 CONFIGURE = 0.1  # how long an answer may take while nothing moves [s]
 TRIES = 3  # how often an instruction to one servo is sent before it counts as unanswered
@@ -137,10 +137,10 @@ class ServoLine:
         length = self._registers[last].end - start
         self._port.is_using = False
         asked = start, length, list(servos), len(servos), *self.asks
-        paper = Paper()
-        self._packets.syncReadTx(paper, *asked)
+        buffer = PacketBuffer()
+        self._packets.syncReadTx(buffer, *asked)
         result = self._packets.syncReadTx(self._port, *asked)
-        sent = self._computer.monotonic() + self.seconds(len(paper.written))
+        sent = self._computer.monotonic() + self.seconds(len(buffer.written))
         self._check(result, servos[0])
         found = {}
         for servo in servos:
@@ -161,10 +161,10 @@ class ServoLine:
 
     def packet(self, name: str, values: Mapping[int, int]) -> bytes:
         """The bytes of such an instruction."""
-        register, paper = self._registers[name], Paper()
+        register, buffer = self._registers[name], PacketBuffer()
         row = [byte for n, value in values.items() for byte in (n, *register.encode(value))]
-        self._packets.syncWriteTxOnly(paper, register.address, register.size, row, len(row))
-        return paper.written
+        self._packets.syncWriteTxOnly(buffer, register.address, register.size, row, len(row))
+        return buffer.written
 
     def send(self, data: bytes) -> None:
         """Put bytes on the bus, whatever another thread waits for there; OSError: no port."""

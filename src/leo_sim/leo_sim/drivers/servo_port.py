@@ -66,7 +66,7 @@ class Limits:
         return data
 
 
-class Paper:
+class PacketBuffer:
     """A port that keeps what is written, to send it later."""
 
     is_using = False

@@ -13,8 +13,6 @@ from leo_sim.laws.laws import Laws
 KINDS = {'revolute': 'hinge', 'continuous': 'hinge', 'prismatic': 'slide'}
 GROUND = 'the ground'
 LEAST = 1e-12  # moments of inertia of point masses, kg m2: MuJoCo takes no zero
-
-
 HARD, RETURN = 0.9999, 0.02
 """Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
 

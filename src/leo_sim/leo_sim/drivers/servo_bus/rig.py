@@ -28,8 +28,6 @@ SILENCE = 0.002  # after so long without bytes [s] a packet that has begun is fo
 IDLE = 0.02
 """After so long without bytes [s] the robot moves on by itself. Until then it moves where it is
 asked: an instruction that waited for a step to be integrated would be heard late."""
-
-
 GIVE_UP = 0.05
 """When this process was kept waiting longer than this [s], no time passed for robot and servos:
 what was sent meanwhile has not come late, and no watchdog expires."""

@@ -23,8 +23,6 @@ of a slide: that angle on a pinion of 15 mm."""
 TURNED, SLID = math.pi, 1.0
 """Largest goal, rad of a hinge and m of a slide; the stops of the URDF hold within it."""
 SPARE = 2.0  # how much more than gravity needs a motor is taken to give
-
-
 MARK = 'FILL IN'
 PINION = 0.015  # radius that a servo is taken to drive a slide at, m
 
