@@ -28,7 +28,7 @@ from leo_sim.drivers.base import (
 from leo_sim.drivers.servo_goals import GoalUnits
 from leo_sim.drivers.servo_joints import DriveUnits, farthest, JointUnits, MotorUnits, pose_of
 from leo_sim.drivers.servo_line import Block, ServoLine
-from leo_sim.drivers.servo_port import latency_timer
+from leo_sim.drivers.servo_port import latency_file, latency_timer
 
 SHARE = 0.4  # share of a period [s] that an answer may take on top of its bytes
 NEAR = 0.15  # a joint so close to its start pose is in it [rad or m]
@@ -107,10 +107,8 @@ class ServoDriver(ABC):
         found = self._motors.learn(self._bus, self._supply)
         timer = latency_timer(self._path)
         if timer is not None and timer > 1:
-            late = (
-                f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee /sys/bus/'
-                f'usb-serial/devices/{self._path.rsplit("/", 1)[-1]}/latency_timer'
-            )
+            file = latency_file(self._path)
+            late = f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee {file}'
             found = replace(found, differs=(late, *found.differs))
         self._findings = found
         self._switch(self._on_at_rest)
