@@ -108,8 +108,18 @@ def settle(node: Any) -> None:
 
 
 def absolute(name: str) -> str:
-    """Topic or service name as typed, made absolute."""
-    return name if name.startswith('/') else f'/{name}'
+    """Topic, service or node name as typed, made absolute; UserError where it is none."""
+    from rclpy.exceptions import InvalidTopicNameException
+    from rclpy.validate_full_topic_name import validate_full_topic_name
+
+    full = name if name.startswith('/') else f'/{name}'
+    try:
+        validate_full_topic_name(full)
+    except InvalidTopicNameException as error:
+        raise UserError(
+            f'{name!r} is no name of the graph; write letters, digits and _ between single /'
+        ) from error
+    return full
 
 
 def where() -> str:
