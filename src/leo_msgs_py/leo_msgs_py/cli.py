@@ -106,8 +106,7 @@ def main(argv: list[str]) -> int:
     if argv[0] == '--version':
         print(f'leo {version("leo_msgs_py")}')
         return 0
-    status: int = _find(argv[0], verbs).load()(argv[1:])
-    return status
+    return _find(argv[0], verbs).load()(argv[1:])
 
 
 @contextmanager

@@ -186,8 +186,7 @@ def _joint_state(
 
 
 def _floats(values: Any) -> list[float]:
-    result: list[float] = np.asarray(values, float).tolist()
-    return result
+    return np.asarray(values, float).tolist()
 
 
 def _sized(values: Any, names: tuple[str, ...], what: str) -> Array:

@@ -73,8 +73,7 @@ class ServoLine:
     @property
     def descriptor(self) -> int:
         """File descriptor of the port."""
-        number: int = self._port.ser.fileno()
-        return number
+        return self._port.ser.fileno()
 
     def wait_at_most(self, slack: float) -> None:
         """Let an answer take so long [s] on top of the time of its bytes."""

@@ -75,8 +75,7 @@ class Trial:
 
     def read(self) -> JointStates:
         """A state; a packet may be lost now and then."""
-        state: JointStates = self._patiently(self.driver.read)
-        return state
+        return self._patiently(self.driver.read)
 
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:
         """One period: read, write, advance, and wait where the driver's time is the wall's."""
