@@ -142,6 +142,9 @@ def test_nobody_there_says_where_it_looked(domain, monkeypatch, leo):
         ('run leo_sim robot --ros-args -p seed=1', '-p seed=1'),
         ('run leo_diffmodel diffmodel --ros-args -p model:=pendulun', 'pendulum'),
         ('run leo_learner learner --ros-args -p tests:=0', 'tests'),
+        ('topic pub a//b std_msgs/msg/String', "'a//b' is no name"),
+        ('topic echo a-b std_msgs/msg/String', "'a-b' is no name"),
+        ('service call /9 std_srvs/srv/Trigger', "'/9' is no name"),
         ('bag record -o .', '. exists already'),
     ],
 )

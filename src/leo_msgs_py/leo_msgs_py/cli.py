@@ -65,8 +65,6 @@ _NO_ROS = (
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
 )
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-_LABORATORY = {'blind', 'reproduce', 'seeds'}
-"""Verbs of a package that examines this program and is no part of it."""
 _SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2
 _INTERRUPTED = 130
@@ -78,12 +76,22 @@ _OPTION = re.compile(r'--hidden[a-z-]*')
 def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
     """Make `run` a `main` that a script can start: bad input is one line on stderr, status 2.
 
-    Without arguments it takes the process's.
+    Without arguments it takes the process's. SIGTERM interrupts as Ctrl-C does, control codes in
+    what is printed are spelt out, and a Python that is started takes no module from the working
+    folder.
     """
 
     @wraps(run)
     def main(argv: list[str] | None = None) -> int:
-        return _guarded(run, sys.argv[1:] if argv is None else argv)
+        conceal()  # before the second that imports take
+        # Set by the ROS wheels when they start Python a second time; another environment's Python
+        # started from here has a library path of its own to set.
+        os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
+        alone = current_thread() is main_thread()
+        if alone and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, signal.default_int_handler)
+        with visible_output(), _safe_path():
+            return _run(run, sys.argv[1:] if argv is None else argv)
 
     return main
 
@@ -98,24 +106,7 @@ def main(argv: list[str]) -> int:
     if argv[0] == '--version':
         print(f'leo {version("leo_msgs_py")}')
         return 0
-    status: int = _find(argv[0], verbs).load()(argv[1:])
-    return status
-
-
-def _guarded(run: Callable[[list[str]], int], words: list[str]) -> int:
-    """The exit status of `run`.
-
-    SIGTERM interrupts as Ctrl-C does, control codes in what is printed are spelt out, and a Python
-    that is started takes no module from the working folder.
-    """
-    conceal()  # before the second that imports take
-    # Set by the ROS wheels when they start Python a second time; another environment's Python
-    # started from here has a library path of its own to set.
-    os.environ.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None)
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and current_thread() is main_thread():
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
-    with visible_output(), _safe_path():
-        return _run(run, words)
+    return _find(argv[0], verbs).load()(argv[1:])
 
 
 @contextmanager
@@ -217,7 +208,7 @@ def _about(verb: EntryPoint) -> str:
 def _find(name: str, verbs: dict[str, EntryPoint]) -> EntryPoint:
     if name in verbs:
         return verbs[name]
-    if name in _LABORATORY:
+    if name in _OTHERS['laboratory']:
         raise UserError(
             f'unknown verb {name!r}; it is one of the laboratory, which is not '
             "installed: pip install ./benchmarks/laboratory, in this project's source"

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,6 +13,11 @@ from typing import Any
 from leo_msgs_py.errors import UserError
 
 _NAME = re.compile(r'([a-z]\w*)/(?:(msg|srv|action)/)?([A-Z]\w*)', re.ASCII)
+_CONVERTED: dict[str, Callable[[Any], Any]] = {
+    'double': float,
+    'float': float,
+    'octet': lambda value: bytes([value]),
+}
 _SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
 
 
@@ -58,6 +64,7 @@ def fill(message: Any, data: dict[str, Any]) -> Any:
     Raises:
         UserError: no such field (listing those there are), or a value that does not fit.
     """
+    message._check_fields = True  # else a setter takes anything, and 1 is sent as False
     kinds = message.get_fields_and_field_types()
     for name, value in data.items():
         if name not in kinds:
@@ -80,15 +87,10 @@ def _convert(current: Any, value: Any, kind: str) -> Any:
     if '/' in element:
         cls = load(element)
         return [fill(cls(), _mapping(item)) for item in value]
-    if kind in ('double', 'float'):
-        return float(value)
-    if element in ('double', 'float'):
-        return [float(item) for item in value]
-    if kind.startswith('string') and not isinstance(value, str):
-        raise TypeError(kind)
-    if isinstance(current, int) and not isinstance(value, int):
-        raise TypeError(kind)
-    return value
+    convert = _CONVERTED.get(element or kind)
+    if convert is None:
+        return value
+    return [convert(item) for item in value] if element else convert(value)
 
 
 def _mapping(value: Any) -> dict[str, Any]:

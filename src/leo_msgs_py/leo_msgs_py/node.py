@@ -17,6 +17,7 @@ from threading import current_thread, Event, main_thread, Thread
 import time
 from typing import Any
 
+from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterTypeException
@@ -221,8 +222,6 @@ def fixed_parameter(node: Node, name: str, default: Any) -> Any:
 
 def declared(node: Node, name: str, default: Any, read_only: bool = False) -> Any:
     """Declare a parameter of the default's type and return its value (see `fixed_parameter`)."""
-    from rcl_interfaces.msg import ParameterDescriptor
-
     value = private_parameter(node, name, default)
     descriptor = ParameterDescriptor(read_only=read_only)
     return node.declare_parameter(name, value, descriptor, ignore_override=True).value

@@ -100,11 +100,6 @@ class Applied:
             object.__setattr__(self, 'enabled', np.ones(len(self.names), bool))
 
     @property
-    def stamp(self) -> float:
-        """Start of the period [s]."""
-        return self.stamp_ns * 1e-9
-
-    @property
     def nan_where_free(self) -> Array:
         """Values [V, N m or rad] as they are sent: NaN where torque is off, shape (A,)."""
         return np.where(np.asarray(self.enabled), self.values, np.nan)
@@ -191,8 +186,7 @@ def _joint_state(
 
 
 def _floats(values: Any) -> list[float]:
-    result: list[float] = np.asarray(values, float).tolist()
-    return result
+    return np.asarray(values, float).tolist()
 
 
 def _sized(values: Any, names: tuple[str, ...], what: str) -> Array:

@@ -17,6 +17,7 @@ import yaml
 
 from leo_msgs_py import cli
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.verbs.common import Parser
 
 LONG = 'x' * 300
 VERBS = ('node', 'param', 'run', 'service', 'status', 'topic')
@@ -180,6 +181,15 @@ def test_a_wrong_command_line_is_one_line(argv, capsys):
     error = capsys.readouterr().err
     assert error.startswith('leo: error: ')
     assert error.count('\n') == 1
+
+
+def test_nan_is_no_number():
+    """To wait so long, or to send so often, had no end."""
+    parser = Parser('leo x', '', '')
+    parser.add_argument('--seconds', type=float)
+    assert parser.parse_args(['--seconds', 'inf']).seconds == float('inf')
+    with pytest.raises(UserError, match="leo x: argument --seconds: invalid float value: 'nan'"):
+        parser.parse_args(['--seconds', 'nan'])
 
 
 def test_help_imports_nothing_heavy():

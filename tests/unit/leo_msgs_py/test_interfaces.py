@@ -4,7 +4,7 @@
 import pytest
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.interfaces import load
+from leo_msgs_py.interfaces import fill, load, to_plain
 
 
 @pytest.fixture
@@ -41,3 +41,35 @@ def test_no_other_module_is_imported(name, packages):
     with pytest.raises(UserError, match='is installed'):
         load(name)
     assert not (packages / 'ran').exists()
+
+
+@pytest.mark.parametrize(
+    ('name', 'data'),
+    [
+        ('std_msgs/msg/Bool', {'data': 1}),
+        ('std_msgs/msg/UInt8', {'data': 300}),
+        ('std_msgs/msg/UInt8', {'data': 1.5}),
+        ('std_msgs/msg/String', {'data': 3}),
+        ('std_msgs/msg/Byte', {'data': 256}),
+        ('std_msgs/msg/Header', {'stamp': {'sec': 2**31}}),
+        ('sensor_msgs/msg/JointState', {'name': 5}),
+    ],
+)
+def test_what_a_field_does_not_hold_is_refused_and_not_sent_as_something_else(name, data):
+    """rclpy alone sends False for 1 and 44 for 300."""
+    pytest.importorskip('sensor_msgs')
+    with pytest.raises(UserError, match='cannot be'):
+        fill(load(name)(), data)
+
+
+@pytest.mark.parametrize(
+    ('name', 'data'),
+    [
+        ('std_msgs/msg/Float64MultiArray', {'data': [1, 2.5]}),
+        ('std_msgs/msg/Byte', {'data': 7}),
+        ('std_msgs/msg/ByteMultiArray', {'data': [1, 255]}),
+    ],
+)
+def test_what_was_set_is_shown(name, data):
+    pytest.importorskip('std_msgs')
+    assert to_plain(fill(load(name)(), data))['data'] == data['data']

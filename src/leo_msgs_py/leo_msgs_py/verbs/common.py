@@ -7,6 +7,7 @@ import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 import json
+import math
 import os
 import re
 import time
@@ -40,6 +41,7 @@ class Parser(argparse.ArgumentParser):
             epilog=f'examples:\n{examples}',
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        self.register('type', float, _number)
 
     def error(self, message: str) -> NoReturn:
         """Raise instead of printing the usage."""
@@ -48,6 +50,14 @@ class Parser(argparse.ArgumentParser):
     def add_json(self) -> None:
         """Accept `--json`."""
         self.add_argument('--json', action='store_true', help='print the result as JSON')
+
+
+def _number(text: str) -> float:
+    """A float as typed; NaN is none."""
+    value = float(text)
+    if math.isnan(value):
+        raise ValueError(text)
+    return value
 
 
 def ros_args_apart(argv: list[str]) -> tuple[list[str], list[str]]:
@@ -108,8 +118,18 @@ def settle(node: Any) -> None:
 
 
 def absolute(name: str) -> str:
-    """Topic or service name as typed, made absolute."""
-    return name if name.startswith('/') else f'/{name}'
+    """Topic, service or node name as typed, made absolute; UserError where it is none."""
+    from rclpy.exceptions import InvalidTopicNameException
+    from rclpy.validate_full_topic_name import validate_full_topic_name
+
+    full = name if name.startswith('/') else f'/{name}'
+    try:
+        validate_full_topic_name(full)
+    except InvalidTopicNameException as error:
+        raise UserError(
+            f'{name!r} is no name of the graph; write letters, digits and _ between single /'
+        ) from error
+    return full
 
 
 def where() -> str:

@@ -10,7 +10,6 @@ from leo_msgs_py.verbs import common
 
 _EXAMPLES = '  leo status\n  leo status --seconds 10 --json\n'
 _LEVELS = ('ok', 'warning', 'error', 'stale')
-_ERROR = 2
 _SECONDS = 2.5
 
 
@@ -25,7 +24,7 @@ def main(argv: list[str]) -> int:
         print(f'no node says how it is {common.where()}')
         return 1
     common.show(options, found, [line for status in found for line in _lines(status)])
-    return int(not found or any(s['level'] == _LEVELS[_ERROR] for s in found))
+    return int(not found or any(s['level'] == 'error' for s in found))
 
 
 def _listen(seconds: float) -> list[dict[str, Any]]:

@@ -112,7 +112,6 @@ class Served:
     def __init__(self, driver: Driver, hold: float) -> None:
         self._driver = driver
         self._holds = driver.info.goals is not None
-        self._rest = np.full(len(driver.info.actuators), np.nan if self._holds else 0.0)
         self._hold = None if self._holds else hold
         self._driven = self._asked = self._stopped = False
         self._halted: list[Applied | None] = []
@@ -142,7 +141,7 @@ class Served:
 
     def _bring_to_rest(self) -> None:
         with suppress(DriverFault, OSError):  # it stays driven, and is written to again
-            self._halted.append(self._driver.write(self._rest))
+            self._halted.append(self._driver.write(self._driver.info.rest))
             self._driven = False
 
     def _leave(self) -> None:

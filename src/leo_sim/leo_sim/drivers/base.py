@@ -8,6 +8,7 @@ diagnostics come from the node around it. `leo check-driver` tries the contract 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+import math
 import time
 from typing import Any, Protocol, runtime_checkable
 
@@ -43,6 +44,11 @@ class DriverInfo:
     def bounds(self) -> np.ndarray:
         """Lowest and highest command per actuator [V, N m or rad], shape (2, A)."""
         return np.stack([-self.limits, self.limits]) if self.goals is None else self.goals
+
+    @property
+    def rest(self) -> np.ndarray:
+        """The command of motors at rest, (A,): 0, or NaN where goals are: then they are free."""
+        return np.full(len(self.actuators), 0.0 if self.goals is None else np.nan)
 
 
 class Driver(Protocol):
@@ -197,10 +203,7 @@ class DriverOptions:
     state_rate: float = 0.0  # joint states per second [Hz]; 0 takes the robot's own
     start: str = 'nominal'  # or 'random', or the name of a start pose
     seed: int = 0  # of start poses and noise
-    noise: tuple[float, float] = (
-        0.0,
-        0.0,
-    )  # standard deviations of what is published [rad, rad/s]
+    noise: tuple[float, float] = (0.0, 0.0)  # standard deviations when published [rad, rad/s]
     engine: str = 'pybullet'  # of a simulated robot
     integration_step: float = 0.0  # [s]; 0 takes the robot's own
     private: Mapping[str, Any] | None = None  # the settings that only the driver may know
@@ -217,7 +220,8 @@ def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) ->
     """
     rate = state_rate or robot.state_rate
     states = rate * robot.control_period
-    if rate <= 0.0 or states < 0.999 or abs(states - round(states)) > 1e-6 * states:
+    finite = 0.0 < rate < math.inf
+    if not finite or states < 0.999 or abs(states - round(states)) > 1e-6 * states:
         raise UserError(
             f'state_rate {rate:g} Hz does not fit {robot.name}: give a whole multiple '
             f'of its control rate, {1.0 / robot.control_period:g} Hz'

@@ -19,7 +19,6 @@ from leo_sim.drivers.servo_line import Block, ServoLine
 from leo_sim.drivers.servo_port import Limits
 
 STUFFED, PLAIN = b'\xff\xff\xfd\xfd', b'\xff\xff\xfd'
-ALERT = 0x80
 TIME_BASED = 0x04  # bit of drive_mode with which profile_velocity is a time
 WATCHDOG_UNIT, WATCHDOG_MOST = 0.02, 127
 LATE = 0.5  # how many periods a servo's clock may fall behind ours from one reading to the next
@@ -109,6 +108,7 @@ class DynamixelDriver(ServoDriver):
 
     line = DynamixelBus
     first, last = 'realtime_tick', 'present_temperature'
+    alert = 0x80
 
     def __init__(self, options: DriverOptions) -> None:
         super().__init__(options)
@@ -162,9 +162,6 @@ class DynamixelDriver(ServoDriver):
     def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
         ticks = {servo: block.get('realtime_tick') for servo, block in blocks.items()}
         return self._clock.moment(sent, answered, ticks)
-
-    def _alerts(self, block: Block) -> bool:
-        return bool(block.error & ALERT)
 
     def _check_on(self, servo: int) -> None:
         super()._check_on(servo)

@@ -55,6 +55,7 @@ class FeetechDriver(ServoDriver):
 
     line = FeetechBus
     first, last = 'present_position', 'present_current'
+    alert = 0xFF
 
     def __init__(self, options: DriverOptions) -> None:
         if options.robot.input == 'torque':
@@ -68,7 +69,7 @@ class FeetechDriver(ServoDriver):
     def connect(self) -> None:
         """As any servos; from then on somebody watches this process, unless they hold a goal."""
         super().connect()
-        if not self._motors.holds:
+        if self.info.goals is None:
             self._guardian = Guardian(self._bus.descriptor, self._rest)
 
     def stop(self) -> None:
@@ -90,6 +91,3 @@ class FeetechDriver(ServoDriver):
 
     def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
         """Their answers carry no time; what came too late was cleared away."""
-
-    def _alerts(self, block: Block) -> bool:
-        return bool(block.error)

@@ -15,7 +15,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.description.servos import HARDWARE_ERRORS, servo_model
+from leo_sim.description.servos import HARDWARE_ERRORS, MODES, servo_model
 from leo_sim.drivers.base import (
     DriverFault,
     DriverOptions,
@@ -28,7 +28,7 @@ from leo_sim.drivers.base import (
 from leo_sim.drivers.servo_goals import GoalUnits
 from leo_sim.drivers.servo_joints import DriveUnits, farthest, JointUnits, MotorUnits, pose_of
 from leo_sim.drivers.servo_line import Block, ServoLine
-from leo_sim.drivers.servo_port import latency_timer
+from leo_sim.drivers.servo_port import latency_file, latency_timer
 
 SHARE = 0.4  # share of a period [s] that an answer may take on top of its bytes
 NEAR = 0.15  # a joint so close to its start pose is in it [rad or m]
@@ -47,6 +47,7 @@ class ServoDriver(ABC):
     first: ClassVar[str]
     last: ClassVar[str]
     """The block of registers that is read each period."""
+    alert: ClassVar[int]  # bits of a status's error by which a servo says that something is wrong
 
     def __init__(self, options: DriverOptions) -> None:
         robot = options.robot
@@ -74,6 +75,7 @@ class ServoDriver(ABC):
         ids = self._ids = self._motors.ids
         self._sent = np.zeros(len(ids), dtype=int)
         self._enabled, self._on = True, np.zeros(len(ids), dtype=bool)
+        self._on_at_rest = np.isfinite(self.info.rest)
         self._angle = self._rate = self._supply = np.zeros(len(ids))
         self._conditions: dict[int, str] = {}
         self._readings: Readings | None = None
@@ -99,20 +101,17 @@ class ServoDriver(ABC):
             self._greet(servo)
             self._configure(servo)
         for servo in self._ids:
-            for name, value in self._motors.settings(servo).items():
-                self._bus.set(servo, name, value)
+            self._bus.set(servo, 'operating_mode', MODES[self.line.family][self._motors.goal])
         volts = [self._bus.get(servo, 'present_input_voltage') for servo in self._ids]
         self._supply = 0.1 * np.array(volts)
         found = self._motors.learn(self._bus, self._supply)
         timer = latency_timer(self._path)
         if timer is not None and timer > 1:
-            late = (
-                f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee /sys/bus/'
-                f'usb-serial/devices/{self._path.rsplit("/", 1)[-1]}/latency_timer'
-            )
+            file = latency_file(self._path)
+            late = f'{self._path} keeps bytes back for {timer} ms: echo 1 | sudo tee {file}'
             found = replace(found, differs=(late, *found.differs))
         self._findings = found
-        self._switch(np.isfinite(self._motors.nothing))
+        self._switch(self._on_at_rest)
         self._bus.wait_at_most(max(SHARE / self.info.state_rate, 1e-3 * ((timer or 1) + 2)))
 
     def read(self) -> JointStates:
@@ -155,7 +154,7 @@ class ServoDriver(ABC):
     def halt(self) -> Applied:
         """All motors to 0, or free; twice since nobody answers. Other calls may wait meanwhile."""
         self._sent = np.zeros_like(self._sent)
-        self._on = self._on & np.isfinite(self._motors.nothing)
+        self._on = self._on & self._on_at_rest
         self._bus.send(self._rest)
         self._bus.send(self._rest)
         return self._applied()
@@ -168,7 +167,7 @@ class ServoDriver(ABC):
         """Motors on at 0, those of goals from the next goal on; or free."""
         self.halt()
         self._enabled = on
-        self._switch(on & np.isfinite(self._motors.nothing))
+        self._switch(on & self._on_at_rest)
 
     def _switch(self, wanted: np.ndarray) -> dict[int, int]:
         """Free the motors that are not wanted; torque comes on, where it was off, without a move.
@@ -268,10 +267,6 @@ class ServoDriver(ABC):
     def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
         """Raise TransientFault where an answer is of an earlier reading."""
 
-    @abstractmethod
-    def _alerts(self, block: Block) -> bool:
-        """Whether a servo says that something is wrong with it."""
-
     def _check_taken(self, blocks: dict[int, Block]) -> None:
         """Look whether each motor has taken its command, since sync writes are unanswered."""
         for servo, sent, on in zip(self._ids, self._sent, self._on, strict=True):
@@ -292,7 +287,7 @@ class ServoDriver(ABC):
     def _check_alerts(self, blocks: dict[int, Block]) -> None:
         """Look at servos that say something is wrong; those that let go end the run."""
         for servo, block in blocks.items():
-            if not self._alerts(block):
+            if not block.error & self.alert:
                 self._conditions.pop(servo, None)
             elif servo not in self._conditions:
                 error = self._bus.get(servo, 'hardware_error_status')

@@ -27,9 +27,9 @@ class GoalUnits(MotorUnits):
     """
 
     goal = shown = 'goal_position'
+    goals: Array
     rest = 'torque_enable', 0
     at_rest = 'are freed'
-    holds = True
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         super().__init__(robot, bus)
@@ -39,7 +39,6 @@ class GoalUnits(MotorUnits):
                     f'{robot.name}: {name} has a current_limit, which nobody can keep '
                     'while the servo follows goals by itself; leave it out'
                 )
-        self.nothing = np.full(len(self.ids), np.nan)
         low, high = robot.bounds
         self.goals = np.array([np.maximum(low, self._low), np.minimum(high, self._high)])
         for name, (least, most) in zip(self._names, self.goals.T, strict=True):
@@ -71,7 +70,6 @@ class GoalUnits(MotorUnits):
 
     def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
         """Goals [rad], (A,), within what robot.yaml and the stops allow."""
-        assert self.goals is not None
         return np.clip(wanted, *self.goals)
 
     def counts(self, values: Array, supply: Array) -> Array:
@@ -89,16 +87,15 @@ class GoalUnits(MotorUnits):
 
     def _inside(self) -> Array:
         """Lowest and highest count that is no goal outside `goals`, (2, A)."""
-        assert self.goals is not None
         low, high = np.sort(self._zero + self.goals / self._angle, axis=0)
         return np.array([np.ceil(low - 1e-6), np.floor(high + 1e-6)]).astype(int)
 
     def _profile(self, k: int) -> int:
         """Register profile_velocity: 0 is as fast as the servo can."""
-        rate = self._constant(k, 'goal_rate')
+        rate = self._meant(k).get('goal_rate')
         if rate is None:
             return 0
-        return max(1, round(rate * self._servos[k].gear / self._models[k].rate_unit))
+        return max(1, round(rate.value * self._servos[k].gear / self._models[k].rate_unit))
 
     def _loop(self, k: int, bus: ServoLine) -> OwnLoop:
         servo, model = self.ids[k], self._models[k]
@@ -134,7 +131,3 @@ class GoalUnits(MotorUnits):
             if loop.found[name] not in (0, count):
                 was = replace(loop, found={name: loop.found[name]})
                 yield f"{loop.who}: its {was} is not robot.yaml's and was set to {count}"
-
-    def _constant(self, k: int, key: str) -> float | None:
-        found = self._robot.constants.get(f'actuators.{self._names[k]}.{key}')
-        return None if found is None else found.value

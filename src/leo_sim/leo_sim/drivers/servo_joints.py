@@ -11,7 +11,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
-from leo_sim.description.servos import MODES, servo_model
+from leo_sim.description.servos import servo_model
 from leo_sim.drivers.base import Findings
 from leo_sim.drivers.servo_line import Block, ServoLine
 
@@ -69,16 +69,11 @@ class MotorUnits(ABC):
     shown: str  # the register that shows what a servo was sent; '' where none does
     tolerance: int = 0  # how far that may be from what was sent, counts
     rest: tuple[str, int]  # the register and value that stop a motor
-    nothing: Array  # the input before any command, (A,); NaN leaves a motor free
     goals: Array | None = None  # lowest and highest [rad], (2, A); None where inputs are no goals
     at_rest: ClassVar[str]  # what becomes of the motors when the driver ends, in words
-    holds: ClassVar[
-        bool
-    ]  # a motor that is left alone holds its joint, and needs nobody to stop it
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         self._robot = robot
-        self._family = robot.driver.family
         self._names = [actuator.joint for actuator in robot.actuators]
         self._servos = [bus.servos[name] for name in self._names]
         self._models = [servo_model(servo.model) for servo in self._servos]
@@ -87,10 +82,6 @@ class MotorUnits(ABC):
         self._low, self._high = column(self._servos, 'low'), column(self._servos, 'high')
         self._full = column(self._models, 'pwm_of_supply')
         self._ampere = column(self._models, 'current_unit')
-
-    def settings(self, servo: int) -> dict[str, int]:
-        """Registers that a servo must have before its torque comes on, in this order."""
-        return {'operating_mode': MODES[self._family][self.goal]}
 
     @abstractmethod
     def learn(self, bus: ServoLine, supply: Array) -> Findings:
@@ -135,16 +126,14 @@ class DriveUnits(MotorUnits):
     """
 
     at_rest = 'brake at 0 V'
-    holds = False
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         super().__init__(robot, bus)
         self.by_voltage = robot.input == 'voltage'
         self.goal = 'goal_pwm' if self.by_voltage else 'goal_current'
         self.shown = 'present_pwm' if self.by_voltage else ''
-        self.tolerance = TOLERANCES[self._family]
+        self.tolerance = TOLERANCES[robot.driver.family]
         self.rest = self.goal, 0
-        self.nothing = np.zeros(len(self.ids))
         self.own_limits = np.full(len(self.ids), np.iinfo(np.int16).max)
         if not self.by_voltage and not self._ampere.all():
             raise UserError(

@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.servos import Family, Register, registers
-from leo_sim.drivers.base import Computer, DriverFault, THIS, TransientFault
+from leo_sim.drivers.base import Computer, DriverFault, TransientFault
 from leo_sim.drivers.listening import told
-from leo_sim.drivers.servo_port import BITS, Paper, why_closed
+from leo_sim.drivers.servo_port import BITS, PacketBuffer, why_closed
 
 CONFIGURE = 0.1  # how long an answer may take while nothing moves [s]
 TRIES = 3  # how often an instruction to one servo is sent before it counts as unanswered
@@ -31,9 +31,7 @@ class ServoLine:
     port: ClassVar[type]  # the SDK's, mixed with Limits
     asks: ClassVar[tuple[bool, ...]] = ()  # further arguments of the SDK's sync read
 
-    def __init__(
-        self, path: str, baud: int, names: Mapping[int, str], computer: Computer = THIS
-    ) -> None:
+    def __init__(self, path: str, baud: int, names: Mapping[int, str], computer: Computer) -> None:
         self._path, self._baud, self._names, self._computer = path, baud, names, computer
         self._registers = registers(self.family)
         self._packets: Any = self.packets()
@@ -75,8 +73,7 @@ class ServoLine:
     @property
     def descriptor(self) -> int:
         """File descriptor of the port."""
-        number: int = self._port.ser.fileno()
-        return number
+        return self._port.ser.fileno()
 
     def wait_at_most(self, slack: float) -> None:
         """Let an answer take so long [s] on top of the time of its bytes."""
@@ -139,10 +136,10 @@ class ServoLine:
         length = self._registers[last].end - start
         self._port.is_using = False
         asked = start, length, list(servos), len(servos), *self.asks
-        paper = Paper()
-        self._packets.syncReadTx(paper, *asked)
+        buffer = PacketBuffer()
+        self._packets.syncReadTx(buffer, *asked)
         result = self._packets.syncReadTx(self._port, *asked)
-        sent = self._computer.monotonic() + self.seconds(len(paper.written))
+        sent = self._computer.monotonic() + self.seconds(len(buffer.written))
         self._check(result, servos[0])
         found = {}
         for servo in servos:
@@ -163,10 +160,10 @@ class ServoLine:
 
     def packet(self, name: str, values: Mapping[int, int]) -> bytes:
         """The bytes of such an instruction."""
-        register, paper = self._registers[name], Paper()
+        register, buffer = self._registers[name], PacketBuffer()
         row = [byte for n, value in values.items() for byte in (n, *register.encode(value))]
-        self._packets.syncWriteTxOnly(paper, register.address, register.size, row, len(row))
-        return paper.written
+        self._packets.syncWriteTxOnly(buffer, register.address, register.size, row, len(row))
+        return buffer.written
 
     def send(self, data: bytes) -> None:
         """Put bytes on the bus, whatever another thread waits for there; OSError: no port."""

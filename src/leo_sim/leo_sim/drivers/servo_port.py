@@ -66,7 +66,7 @@ class Limits:
         return data
 
 
-class Paper:
+class PacketBuffer:
     """A port that keeps what is written, to send it later."""
 
     is_using = False
@@ -84,12 +84,15 @@ class Paper:
         return len(packet)
 
 
+def latency_file(path: str) -> Path:
+    """Where Linux says, and is told, how long the USB adapter of a port keeps bytes back [ms]."""
+    return Path('/sys/bus/usb-serial/devices', Path(path).resolve().name, 'latency_timer')
+
+
 def latency_timer(path: str) -> int | None:
     """How long a USB adapter keeps bytes back [ms]; None where the port has no such timer."""
-    name = Path(path).resolve().name
-    file = Path(f'/sys/bus/usb-serial/devices/{name}/latency_timer')
     try:
-        return int(file.read_text())
+        return int(latency_file(path).read_text())
     except (OSError, ValueError):
         return None
 

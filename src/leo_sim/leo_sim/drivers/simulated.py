@@ -20,20 +20,18 @@ class SimulatedDriver:
         robot = options.robot
         self.info = robot_info(robot, options.state_rate)
         self.starts = 0
-        self._start_pose = options.start
         self._noise = np.array(options.noise)
         start_seed, noise_seed = np.random.SeedSequence(options.seed).spawn(2)
         self._start_rng = np.random.default_rng(start_seed)
         self._noise_rng = np.random.default_rng(noise_seed)
         step = options.integration_step or None
         self._model = hidden_model(robot, options.private or {}, options.engine, step)
-        self._ticks = 0
         self._input = np.zeros(len(robot.actuators))
         self._enabled = np.ones(len(robot.actuators), dtype=bool)
-        self._asked = self._enabled & (self.info.goals is None)
+        self._asked = np.isfinite(self.info.rest)
         self._state: State
-        self._measured: JointStates
-        self._begin()
+        self._ticks: int
+        self._begin(options.start, 0)
 
     def connect(self) -> None:
         """Compile what a step needs, which takes seconds the first time on a machine."""
@@ -65,30 +63,28 @@ class SimulatedDriver:
 
     def reset(self) -> None:
         """Put the robot into its start pose, which takes one control period."""
-        self._ticks += max(1, round(self.info.control_period * self.info.state_rate))
-        self._begin()
+        period = max(1, round(self.info.control_period * self.info.state_rate))
+        self._begin(self._start_pose, self._ticks + period)
         self.starts += 1
 
     def start_in(self, pose: str) -> None:
         """Begin anew in another start pose, at time 0; resets go there."""
-        self._state = self._model.start(pose, self._start_rng)
-        self._start_pose, self._ticks = pose, 0
-        self._measured = self._measure()
+        self._begin(pose, 0)
         self.starts += 1
 
     def stop(self) -> None:
         """Motors at 0, or free where commands are positions."""
         self._input = np.zeros_like(self._input)
-        self._asked = np.full_like(self._enabled, self.info.goals is None)
+        self._asked = np.isfinite(self.info.rest)
 
     @property
     def _on(self) -> np.ndarray:
         """Which motors have torque: all that are enabled, servos that have a goal."""
         return self._enabled & self._asked
 
-    def _begin(self) -> None:
-        elapsed = self._ticks / self.info.state_rate
-        self._state = self._model.start(self._start_pose, self._start_rng, elapsed)
+    def _begin(self, pose: str, ticks: int) -> None:
+        self._state = self._model.start(pose, self._start_rng, ticks / self.info.state_rate)
+        self._start_pose, self._ticks = pose, ticks
         self._measured = self._measure()
 
     def _measure(self) -> JointStates:

@@ -3,18 +3,18 @@
 
 import math
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
 
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import with_bodies
 from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
 from leo_sim.model.model import Model
-from leo_sim.references.mjcf import added, hard_figures, numbers, tree
+from leo_sim.references.mjcf import hard_figures, numbers, tree
 
 STEP = 0.0005  # longest time step that is written, s
 
 
-def mjcf(model: Model) -> ElementTree.Element:
+def mjcf(model: Model) -> Element:
     """A model whose laws are straight lines (see `held`) as MJCF; UserError: none that MJCF holds.
 
     Its numbers are radians, N m and the inputs of the robot; `qpos` is what the encoders read,
@@ -35,16 +35,16 @@ def mjcf(model: Model) -> ElementTree.Element:
     _joints(root, robot, found, step)
     for pair in root.iter('pair'):
         pair.set('friction', numbers([laws.ground.friction] * 2 + [0.005, 0.0001, 0.0001]))
-    actuators = added(root, 'actuator')
+    actuators = SubElement(root, 'actuator')
     for i, actuator in enumerate(robot.actuators):
         attributes = _servo if robot.input == 'position' else _motor
         tag, values = attributes(robot, found, i)
-        added(actuators, tag, name=actuator.joint, joint=actuator.joint, **values)
+        SubElement(actuators, tag, {'name': actuator.joint, 'joint': actuator.joint, **values})
     _start(root, robot, found)
     return root
 
 
-def _joints(root: ElementTree.Element, robot: Robot, found: Figures, step: float) -> None:
+def _joints(root: Element, robot: Robot, found: Figures, step: float) -> None:
     """Passive figures of the joints; stops and dry friction as hard as the time step allows."""
     damping = found.damping.copy()
     if robot.input == 'position':
@@ -109,7 +109,7 @@ def _servo(robot: Robot, found: Figures, i: int) -> tuple[str, dict[str, str]]:
     }
 
 
-def _start(root: ElementTree.Element, robot: Robot, found: Figures) -> None:
+def _start(root: Element, robot: Robot, found: Figures) -> None:
     """The nominal start pose as a key frame, where it is one pose."""
     angles: dict[str, Any] = robot.start_poses['nominal'].angles
     if any(isinstance(angle, tuple) for angle in angles.values()):
@@ -117,4 +117,4 @@ def _start(root: ElementTree.Element, robot: Robot, found: Figures) -> None:
     names = [element.get('name', '') for element in root.iter('joint')]
     zeros = dict(zip(robot.joint_names, found.zero.tolist(), strict=True))
     qpos = numbers([angles.get(name, 0.0) + zeros[name] for name in names])
-    added(added(root, 'keyframe'), 'key', name='nominal', qpos=qpos)
+    SubElement(SubElement(root, 'keyframe'), 'key', name='nominal', qpos=qpos)

@@ -5,7 +5,7 @@ A link's frame is its joint's, placed in its parent's; axes are in the joint's f
 is Gazebo's engine, takes `damping`, `friction` (dry, of one level) and the spring as torques.
 """
 
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Comment, Element, fromstring, SubElement
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import origin, put_bodies, rpy
 from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
 from leo_sim.model.model import Model
-from leo_sim.references.mjcf import added, numbers
+from leo_sim.references.mjcf import numbers
 
 VERSION = '1.11'
 WORLD = 'world'
@@ -27,19 +27,19 @@ FORCE = 'gz-sim-apply-joint-force-system', 'gz::sim::systems::ApplyJointForce'
 SERVO = 'gz-sim-joint-position-controller-system', 'gz::sim::systems::JointPositionController'
 
 
-def sdf(model: Model) -> ElementTree.Element:
+def sdf(model: Model) -> Element:
     """A model whose laws SDFormat holds (see `held`); UserError: joints or names it does not."""
     robot, found = model.robot, figures(model)
     _check(robot)
-    root = ElementTree.Element('sdf', version=VERSION)
-    top = added(root, 'model', name=robot.name)
+    root = Element('sdf', version=VERSION)
+    top = SubElement(root, 'model', name=robot.name)
     into = {joint.child: joint for joint in robot.joints}
-    urdf = ElementTree.fromstring(robot.urdf)
+    urdf = fromstring(robot.urdf)
     put_bodies(urdf, {name: b for name, b in found.laws.bodies.items() if b.mass})
     for link in urdf.findall('link'):
         _link(top, link, into.get(link.get('name', '')))
     base = next(j.parent for j in robot.joints if j.parent not in into)
-    fixed = added(top, 'joint', name=f'{base}_in_the_world', type='fixed')
+    fixed = SubElement(top, 'joint', name=f'{base}_in_the_world', type='fixed')
     _texts(fixed, parent=WORLD, child=_free(base))
     for joint in robot.joints:
         _joint(top, joint, robot, found)
@@ -64,8 +64,8 @@ def _free(link: str) -> str:
     return f'{WORLD}_link' if link == WORLD else link
 
 
-def _link(top: ElementTree.Element, link: ElementTree.Element, joint: Joint | None) -> None:
-    element = added(top, 'link', name=_free(link.get('name', '')))
+def _link(top: Element, link: Element, joint: Joint | None) -> None:
+    element = SubElement(top, 'link', name=_free(link.get('name', '')))
     if joint is not None:
         pose = _pose(element, joint.translation, np.reshape(joint.rotation, (3, 3)))
         pose.set('relative_to', _free(joint.parent))
@@ -75,9 +75,9 @@ def _link(top: ElementTree.Element, link: ElementTree.Element, joint: Joint | No
             _shape(element, shape, f'{tag}_{number}')
 
 
-def _inertial(element: ElementTree.Element, inertial: ElementTree.Element | None) -> None:
+def _inertial(element: Element, inertial: Element | None) -> None:
     """Figures along the principal axes, as `put_bodies` leaves them."""
-    inside = added(element, 'inertial')
+    inside = SubElement(element, 'inertial')
     mass, moments = LEAST_MASS, dict.fromkeys(TENSOR[:3], repr(LEAST_INERTIA))
     if inertial is not None:
         _pose(inside, *origin(inertial))
@@ -86,17 +86,17 @@ def _inertial(element: ElementTree.Element, inertial: ElementTree.Element | None
         mass = float(weight.get('value', 0))
         moments = {key: tensor.get(key, '0') for key in TENSOR}
     _texts(inside, mass=repr(mass))
-    _texts(added(inside, 'inertia'), **moments)
+    _texts(SubElement(inside, 'inertia'), **moments)
 
 
-def _shape(element: ElementTree.Element, shape: ElementTree.Element, name: str) -> None:
+def _shape(element: Element, shape: Element, name: str) -> None:
     geometries = shape.find('geometry')
     found = None if geometries is None else next(iter(geometries), None)
     if found is None or found.tag not in SIZES:
         return
-    inside = added(element, shape.tag, name=name)
+    inside = SubElement(element, shape.tag, name=name)
     _pose(inside, *origin(shape))
-    geometry = added(added(inside, 'geometry'), found.tag)
+    geometry = SubElement(SubElement(inside, 'geometry'), found.tag)
     if found.tag == 'mesh':
         uri = found.get('filename', '').replace('package://', 'model://', 1)
         _texts(geometry, uri=uri, scale=found.get('scale', '1 1 1'))
@@ -104,17 +104,17 @@ def _shape(element: ElementTree.Element, shape: ElementTree.Element, name: str) 
         _texts(geometry, **{key: found.get(key, '0') for key in SIZES[found.tag]})
 
 
-def _joint(top: ElementTree.Element, joint: Joint, robot: Robot, found: Figures) -> None:
+def _joint(top: Element, joint: Joint, robot: Robot, found: Figures) -> None:
     """Its axis, stops and torques; no limit of its rate, which DART would enforce."""
     bounded = np.isfinite(joint.limits[0])
     kind = 'continuous' if joint.kind == 'revolute' and not bounded else joint.kind
-    element = added(top, 'joint', name=joint.name, type=kind)
+    element = SubElement(top, 'joint', name=joint.name, type=kind)
     _texts(element, parent=_free(joint.parent), child=_free(joint.child))
     if joint.kind == 'fixed':
         return
-    axis = added(element, 'axis')
+    axis = SubElement(element, 'axis')
     _texts(axis, xyz=numbers(joint.axis))
-    limit, i = added(axis, 'limit'), robot.joint_names.index(joint.name)
+    limit, i = SubElement(axis, 'limit'), robot.joint_names.index(joint.name)
     if bounded:
         _texts(limit, lower=repr(joint.limits[0]), upper=repr(joint.limits[1]))
     damping = found.damping[i]
@@ -128,14 +128,14 @@ def _joint(top: ElementTree.Element, joint: Joint, robot: Robot, found: Figures)
         'spring_reference': found.rest[i],
         'spring_stiffness': found.stiffness[i],
     }
-    _texts(added(axis, 'dynamics'), **{k: repr(float(v)) for k, v in figures_of.items()})
+    _texts(SubElement(axis, 'dynamics'), **{k: repr(float(v)) for k, v in figures_of.items()})
 
 
-def _system(top: ElementTree.Element, robot: Robot, found: Figures, i: int) -> None:
+def _system(top: Element, robot: Robot, found: Figures, i: int) -> None:
     """What drives a motor: a position controller, or torques that somebody publishes."""
     joint, drive = robot.actuators[i].joint, found.drives
     filename, name = SERVO if robot.input == 'position' else FORCE
-    plugin = added(top, 'plugin', filename=filename, name=name)
+    plugin = SubElement(top, 'plugin', filename=filename, name=name)
     _texts(plugin, joint_name=joint)
     if robot.input == 'position':
         kp, kv = (float(gains[i]) for gains in loop_gains(found))
@@ -144,18 +144,16 @@ def _system(top: ElementTree.Element, robot: Robot, found: Figures, i: int) -> N
         _texts(plugin, **{key: repr(value) for key, value in values.items()})
     elif robot.input == 'voltage':
         gain = float(drive.gain[i] * drive.scale[i])
-        plugin.append(ElementTree.Comment(f' the command in V x {gain!r} N m/V '))
+        plugin.append(Comment(f' the command in V x {gain!r} N m/V '))
 
 
-def _pose(
-    element: ElementTree.Element, place: tuple[float, ...], rotation: np.ndarray
-) -> ElementTree.Element:
-    pose = added(element, 'pose')
+def _pose(element: Element, place: tuple[float, ...], rotation: np.ndarray) -> Element:
+    pose = SubElement(element, 'pose')
     pose.text = numbers((*place, *rpy(rotation)))
     return pose
 
 
-def _texts(element: ElementTree.Element, **values: str) -> None:
+def _texts(element: Element, **values: str) -> None:
     """Children that hold a text each."""
     for tag, text in values.items():
-        added(element, tag).text = text
+        SubElement(element, tag).text = text

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model as URDF: masses, damping, dry friction, and how strong its motors are."""
 
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, fromstring, SubElement
 
 from leo_sim.description.urdf import put_bodies
 from leo_sim.export.figures import Figures, figures, strengths
 from leo_sim.model.model import Model
-from leo_sim.references.mjcf import added
 
 
-def urdf(model: Model, dynamics: bool = True) -> ElementTree.Element:
+def urdf(model: Model, dynamics: bool = True) -> Element:
     """A model whose laws URDF holds (see `held`), shapes as in its robot's own URDF.
 
     Without `dynamics` its joints have no friction: what imports the file says that elsewhere.
     """
-    root, found = ElementTree.fromstring(model.robot.urdf), figures(model)
+    root, found = fromstring(model.robot.urdf), figures(model)
     put_bodies(root, {name: b for name, b in found.laws.bodies.items() if b.mass})
     for joint in root.findall('joint'):
         for old in joint.findall('dynamics'):
@@ -23,12 +22,12 @@ def urdf(model: Model, dynamics: bool = True) -> ElementTree.Element:
             i = model.robot.joint_names.index(joint.get('name', ''))
             damping, friction = float(found.damping[i]), float(found.friction[i])
             if damping or friction:
-                added(joint, 'dynamics', damping=repr(damping), friction=repr(friction))
+                SubElement(joint, 'dynamics', damping=repr(damping), friction=repr(friction))
     _limits(root, model, found)
     return root
 
 
-def _limits(root: ElementTree.Element, model: Model, found: Figures) -> None:
+def _limits(root: Element, model: Model, found: Figures) -> None:
     """Torque at rest and speed without load of motors; of torque inputs the largest one."""
     robot, drive = model.robot, found.drives
     joints = {joint.get('name'): joint for joint in root.findall('joint')}
@@ -40,7 +39,7 @@ def _limits(root: ElementTree.Element, model: Model, found: Figures) -> None:
         joint = joints[actuator.joint]
         limit = joint.find('limit')
         if limit is None and robot.has_motor_law:
-            limit = ElementTree.SubElement(joint, 'limit')
+            limit = SubElement(joint, 'limit')
         if limit is not None:
             for key, value in figures_of.items():
                 limit.set(key, repr(float(value)))

@@ -8,9 +8,8 @@ import time
 
 from rclpy.node import Node
 
-from leo_msgs_py.node import end
 from leo_msgs_py.values import JointStates
-from leo_sim.drivers.base import Driver, EndOfRun, TransientFault
+from leo_sim.drivers.base import Driver, TransientFault
 from leo_sim.drivers.safety import Faults, safety_for
 from leo_sim.nodes.diagnostics import Health
 from leo_sim.nodes.parameters import Settings
@@ -60,12 +59,7 @@ class Loop:
         unread = self._attempt(self.publish_state)
         unwritten = self._attempt(partial(self._apply, blind=bool(unread)))
         self.faults.note(unread or unwritten)
-        try:
-            gap = self._driver.advance(self.period) / self._factor
-        except EndOfRun as over:
-            self._node.get_logger().info(str(over))
-            end()
-            return
+        gap = self._driver.advance(self.period) / self._factor
         self.health.note(time.monotonic() - began, began - self.due)
         late = began - self.due > GIVE_UP_LATE
         self.due = gap + (began if late else self.due)

@@ -12,17 +12,16 @@ import time
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Bool
 
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import graph, join, running, SLICE, spare_collector, spin_once
+from leo_msgs_py.node import every, graph, join, running, SLICE, spare_collector, spin_once
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
-from leo_sim.drivers.base import DriverBug, DriverFault, Inspected, Placeable
+from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, Inspected, Placeable
 from leo_sim.drivers.safety import BadCommand
 from leo_sim.nodes.commander import Commander, Neighbours
 from leo_sim.nodes.diagnostics import robot_diagnostics
@@ -87,11 +86,10 @@ class RobotNode(Node):
             )
         self._topics.introduce()
         self._topics.e_stopped.publish(Bool(data=False))
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        every(self, 1.0, self._publish_diagnostics)
         if self._lockstep:
             self._loop.publish_state()
-            self._timer = self.create_timer(REPEAT_PERIOD, self._loop.repeat_state, clock=steady)
+            self._timer = every(self, REPEAT_PERIOD, self._loop.repeat_state)
         else:
             self._loop.due = time.monotonic() + self._loop.period
 
@@ -220,6 +218,9 @@ def main(argv: list[str]) -> int:
         try:
             robot.begin()
             robot.run()
+            status = 0
+        except EndOfRun as over:
+            robot.get_logger().info(str(over))
             status = 0
         except (DriverFault, OSError) as fault:
             robot.get_logger().fatal(f'{fault}; the robot ends here, start it again')

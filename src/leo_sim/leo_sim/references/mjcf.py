@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 import math
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body, Joint
@@ -13,15 +13,13 @@ from leo_sim.laws.laws import Laws
 KINDS = {'revolute': 'hinge', 'continuous': 'hinge', 'prismatic': 'slide'}
 GROUND = 'the ground'
 LEAST = 1e-12  # moments of inertia of point masses, kg m2: MuJoCo takes no zero
-
-
 HARD, RETURN = 0.9999, 0.02
 """Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
 
 
-def written(root: ElementTree.Element) -> str:
+def written(root: Element) -> str:
     """A description as text."""
-    return ElementTree.tostring(root, encoding='unicode')
+    return tostring(root, encoding='unicode')
 
 
 def hard_figures(h: float) -> tuple[tuple[float, float], tuple[float, ...]]:
@@ -29,11 +27,11 @@ def hard_figures(h: float) -> tuple[tuple[float, float], tuple[float, ...]]:
     return (-HARD * RETURN / h**2, -HARD / h), (HARD, HARD, 1.0, 0.5, 1.0)
 
 
-def tree(robot: Robot, laws: Laws) -> ElementTree.Element:
+def tree(robot: Robot, laws: Laws) -> Element:
     """The description; contacts are spheres that touch the ground alone."""
-    root = ElementTree.Element('mujoco')
-    added(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
-    option = added(
+    root = Element('mujoco')
+    SubElement(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
+    option = SubElement(
         root,
         'option',
         gravity=numbers((0.0, 0.0, -laws.gravity)),
@@ -42,19 +40,19 @@ def tree(robot: Robot, laws: Laws) -> ElementTree.Element:
         integrator='implicitfast',
         jacobian='dense',
     )
-    added(option, 'flag', warmstart='disable', eulerdamp='enable')
-    world = added(root, 'worldbody')
+    SubElement(option, 'flag', warmstart='disable', eulerdamp='enable')
+    world = SubElement(root, 'worldbody')
     if robot.contacts:
         slope = laws.ground.slope if laws.ground else 0.0
         up = (-math.sin(slope), 0.0, math.cos(slope))
-        added(world, 'geom', name=GROUND, type='plane', size='0 0 1', zaxis=numbers(up))
+        SubElement(world, 'geom', name=GROUND, type='plane', size='0 0 1', zaxis=numbers(up))
     children = {joint.child for joint in robot.joints}
     made = {joint.parent: world for joint in robot.joints if joint.parent not in children}
     for joint in robot.joints:
         made[joint.child] = _body(made[joint.parent], joint, laws.bodies[joint.child])
-    pairs = added(root, 'contact')
+    pairs = SubElement(root, 'contact')
     for contact in robot.contacts:
-        added(
+        SubElement(
             made[contact.link],
             'geom',
             name=contact.name,
@@ -65,13 +63,13 @@ def tree(robot: Robot, laws: Laws) -> ElementTree.Element:
             contype='0',
             conaffinity='0',
         )
-        added(pairs, 'pair', geom1=GROUND, geom2=contact.name, condim='3')
+        SubElement(pairs, 'pair', geom1=GROUND, geom2=contact.name, condim='3')
     return root
 
 
-def _body(parent: ElementTree.Element, joint: Joint, body: Body) -> ElementTree.Element:
+def _body(parent: Element, joint: Joint, body: Body) -> Element:
     r = joint.rotation
-    element = added(
+    element = SubElement(
         parent,
         'body',
         name=joint.child,
@@ -79,20 +77,15 @@ def _body(parent: ElementTree.Element, joint: Joint, body: Body) -> ElementTree.
         xyaxes=numbers((r[0], r[3], r[6], r[1], r[4], r[7])),
     )
     if joint.kind != 'fixed':
-        low, high = joint.limits
-        stops = {'limited': 'true', 'range': numbers((low, high))} if math.isfinite(low) else {}
-        added(
-            element,
-            'joint',
-            name=joint.name,
-            type=KINDS[joint.kind],
-            axis=numbers(joint.axis),
-            **stops,
-        )
+        moving = SubElement(element, 'joint', name=joint.name, type=KINDS[joint.kind])
+        moving.set('axis', numbers(joint.axis))
+        if math.isfinite(joint.limits[0]):
+            moving.set('limited', 'true')
+            moving.set('range', numbers(joint.limits))
     if body.mass:
         xx, yy, zz, *products = body.inertia
         figures = (*(max(moment, LEAST) for moment in (xx, yy, zz)), *products)
-        added(
+        SubElement(
             element,
             'inertial',
             mass=repr(float(body.mass)),
@@ -100,11 +93,6 @@ def _body(parent: ElementTree.Element, joint: Joint, body: Body) -> ElementTree.
             fullinertia=numbers(figures),
         )
     return element
-
-
-def added(parent: ElementTree.Element, tag: str, **attributes: str) -> ElementTree.Element:
-    """A new last child."""
-    return ElementTree.SubElement(parent, tag, attributes)
 
 
 def numbers(vector: Sequence[Any]) -> str:

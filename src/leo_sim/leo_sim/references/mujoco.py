@@ -10,7 +10,7 @@ before its angles. Here the angles go half a substep ahead at the start and back
 is position Verlet.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 import math
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -63,12 +63,8 @@ class World:
                 'engine mujoco knows no backlash and no friction that depends on the '
                 'load; use engine pybullet or rigid'
             )
-        try:
-            self._model = mujoco.MjModel.from_xml_string(written(tree(robot, laws)))
-        except ValueError as error:
-            raise UserError(
-                f'MuJoCo refuses {robot.name}: {" ".join(str(error).split())}'
-            ) from error
+        text = written(tree(robot, laws))
+        self._model = _made(mujoco.MjModel.from_xml_string, text, f'MuJoCo refuses {robot.name}')
         self._data = mujoco.MjData(self._model)
         self._at = np.array([self._model.joint(name).qposadr[0] for name in robot.joint_names])
         self._rotors = np.zeros(self._model.nv)
@@ -125,10 +121,7 @@ class Played:
     """
 
     def __init__(self, text: str, joints: Sequence[str], actuators: Sequence[str], held: int):
-        try:
-            self._model = mujoco.MjModel.from_xml_string(text)
-        except ValueError as error:
-            raise UserError(f'MuJoCo refuses it: {" ".join(str(error).split())}') from error
+        self._model = _made(mujoco.MjModel.from_xml_string, text, 'MuJoCo refuses it')
         self._data = mujoco.MjData(self._model)
         self._at = np.array([self._model.joint(name).qposadr[0] for name in joints])
         self._base = self._at[:held]
@@ -179,10 +172,14 @@ class Played:
 
 def compiled(path: Path) -> Any:
     """An MJCF file as MuJoCo compiles it, an `MjModel`; UserError: MuJoCo refuses it."""
+    return _made(mujoco.MjModel.from_xml_path, str(path), f'{path}: MuJoCo refuses it')
+
+
+def _made(make: Callable[[str], Any], source: str, refusal: str) -> Any:
     try:
-        return mujoco.MjModel.from_xml_path(str(path))
+        return make(source)
     except ValueError as error:
-        raise UserError(f'{path}: MuJoCo refuses it: {" ".join(str(error).split())}') from error
+        raise UserError(f'{refusal}: {" ".join(str(error).split())}') from error
 
 
 def integrate(

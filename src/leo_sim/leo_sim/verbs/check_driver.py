@@ -9,7 +9,7 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from leo_msgs_py.console import Table
+from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo, visible
 from leo_msgs_py.verbs import common
@@ -124,8 +124,6 @@ def _asker() -> Callable[[str], None]:
 
 
 def _print_findings(found: Findings) -> None:
-    from leo_msgs_py.console import Terminal
-
     if found.settings:
         table = Table('servo', 'what it is set to')
         for servo, words in found.settings.items():
@@ -136,11 +134,7 @@ def _print_findings(found: Findings) -> None:
 
 
 def _table(results: list[Result]) -> None:
-    from leo_msgs_py.console import Terminal
-
-    table = Table()
-    for heading in ('check', 'verdict', 'what', 'what to mend'):
-        table.add_column(heading)
+    table = Table('check', 'verdict', 'what', 'what to mend')
     for result in results:
         table.add_row(result.name, result.verdict, result.what, result.mend)
     Terminal().print(table)

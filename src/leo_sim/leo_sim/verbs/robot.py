@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs import common
 
@@ -63,8 +62,6 @@ def _init(argv: list[str]) -> int:
     )
     parser.add_json()
     options = parser.parse_args(argv)
-    if options.driver and options.input == 'position':
-        raise UserError(f'the {options.driver} driver sends no goals yet; leave --driver out')
 
     from leo_sim.verbs.skeleton.folder import make_folder
 

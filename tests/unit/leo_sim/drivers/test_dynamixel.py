@@ -2,6 +2,7 @@
 """The Dynamixel driver on an emulated bus: units, signs, limits, and every fault."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 from threading import Event
 
 from dynamixel_sdk import Protocol2PacketHandler
@@ -14,7 +15,7 @@ from tests.patience import PATIENCE
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers import load_driver, servo_line
+from leo_sim.drivers import load_driver, servo_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
 from leo_sim.drivers.dynamixel import _Packets
 from leo_sim.drivers.servo_bus.dynamixel import encoded, status
@@ -173,6 +174,17 @@ def test_readings(leo):
     found = driver.readings()
     assert found.supply == pytest.approx(13.8) and found.temperature.tolist()[2] == 61
     assert 'usb latency timer ms' in driver.figures()
+
+
+def test_the_command_for_a_slow_adapter_is_of_its_device(tmp_path, monkeypatch):
+    (tmp_path / 'by-id').symlink_to('/dev/ttyUSB7')
+    monkeypatch.setattr(servo_driver, 'latency_timer', lambda path: 16)
+    given = options(LEO, running(LEO, 13.8, 'hanging'))
+    driver = load_driver('dynamixel', replace(given, port=str(tmp_path / 'by-id')))
+    driver.connect()
+    (said,) = driver.findings().differs
+    assert said.endswith('sudo tee /sys/bus/usb-serial/devices/ttyUSB7/latency_timer')
+    driver.stop()
 
 
 def test_halt_does_not_wait_for_a_read_that_hangs(leo):

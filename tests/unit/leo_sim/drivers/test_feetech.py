@@ -27,7 +27,7 @@ from leo_sim.drivers.servo_joints import JointUnits
 SUPPLY = 7.4
 STEP = SUPPLY / 1000
 R = registers('feetech')
-OVERLOADED, HOT = 0x20, 0x04
+OVERLOADED = 0x20
 
 KILLED = """\
 import sys, time

@@ -11,7 +11,6 @@ import yaml
 from leo_lab.blind import kinds
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.simulated import SimulatedDriver
 from leo_sim.effects import consent, place
@@ -203,6 +202,8 @@ def test_wrong_hidden_settings_are_one_line(tmp_path, monkeypatch, private, said
     ('change', 'said'),
     [
         ({'state_rate': 33.0}, 'whole multiple of its control rate, 20 Hz'),
+        ({'state_rate': float('nan')}, 'whole multiple of its control rate, 20 Hz'),
+        ({'state_rate': float('inf')}, 'whole multiple of its control rate, 20 Hz'),
         ({'start': 'upsidedown'}, 'no start pose'),
         ({'engine': 'bulet'}, 'pybullet'),
     ],
@@ -210,11 +211,6 @@ def test_wrong_hidden_settings_are_one_line(tmp_path, monkeypatch, private, said
 def test_wrong_options_are_refused(change, said):
     with pytest.raises(UserError, match=said):
         SimulatedDriver(options(**change))
-
-
-def test_unknown_driver_names_the_nearest():
-    with pytest.raises(UserError, match='did you mean replay'):
-        load_driver('replai', options())
 
 
 def test_info_says_what_the_node_needs():

@@ -2,10 +2,11 @@
 """All trials of a driver, one after another, and what came of each."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.drivers.base import DriverBug, DriverFault
+from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, NotPossible
 from leo_sim.drivers.check import contract, motion
 from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 
@@ -67,7 +68,8 @@ def examine(trial: Trial) -> list[Result]:
             if check in NEEDED and results[-1].verdict == FAILED:
                 break
     finally:
-        _stop(trial)
+        with suppress(DriverFault, OSError, *CARELESS):  # a check has said so
+            trial.driver.stop()
     return results
 
 
@@ -77,7 +79,7 @@ def _result(check: Callable[[Trial], None], trial: Trial) -> Result:
         check(trial)
     except Broken as broken:
         return Result(name, FAILED, str(broken), broken.mend)
-    except LeftOut as why:
+    except (LeftOut, NotPossible, EndOfRun) as why:
         return Result(name, LEFT_OUT, str(why))
     except UserError as error:
         return Result(name, FAILED, str(error), 'as it says')
@@ -93,10 +95,3 @@ def _result(check: Callable[[Trial], None], trial: Trial) -> Result:
     except CARELESS as error:
         return Result(name, FAILED, f'{type(error).__name__}: {one_line(error)}', TYPED)
     return Result(name, PASSED, (check.__doc__ or '').splitlines()[0])
-
-
-def _stop(trial: Trial) -> None:
-    try:
-        trial.driver.stop()
-    except (DriverFault, OSError, *CARELESS):
-        return  # a check has said so

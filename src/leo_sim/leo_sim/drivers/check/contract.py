@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every driver keeps to, one function each, in the order in which they are tried.
 
-Each takes a Trial and raises Broken (what is wrong, what to mend) or LeftOut (why not tried).
+Each takes a Trial and raises Broken (what is wrong, what to mend), or LeftOut or the driver's
+NotPossible (why not tried).
 Nothing here drives a motor.
 """
 
@@ -10,7 +11,7 @@ from threading import Thread
 import numpy as np
 
 from leo_msgs_py.values import Applied
-from leo_sim.drivers.base import Haltable, NotPossible
+from leo_sim.drivers.base import Haltable
 from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 
 PERIODS = 50  # how many periods are looked at
@@ -158,10 +159,7 @@ def torque(trial: Trial) -> None:
     """`set_torque(False)` frees the motors and `write` says so; on again begins at rest."""
     if not trial.info.own_clock and trial.moving is None:
         raise LeftOut('a free robot may fall: --move tries it')
-    try:
-        trial.driver.set_torque(False)
-    except NotPossible as why:
-        raise LeftOut(str(why)) from why
+    trial.driver.set_torque(False)
     _, applied = trial.tick()
     trial.driver.set_torque(True)
     if applied is not None and np.any(applied.enabled):
@@ -179,10 +177,7 @@ def torque(trial: Trial) -> None:
 def resetting(trial: Trial) -> None:
     """`reset` begins an episode, or says that it is not possible."""
     before = trial.driver.starts
-    try:
-        trial.driver.reset()
-    except NotPossible as why:
-        raise LeftOut(str(why)) from why
+    trial.driver.reset()
     if trial.driver.starts != before + 1:
         raise Broken(
             f'reset took starts from {before} to {trial.driver.starts}',

@@ -3,7 +3,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -65,33 +65,24 @@ class Trial:
         """Time between two states [s]."""
         return 1.0 / self.info.state_rate
 
-    def nothing(self) -> np.ndarray:
-        """No command, (A,): 0, or NaN where inputs are goals, which leaves the motors free."""
-        return np.full(len(self.info.actuators), 0.0 if self.info.goals is None else np.nan)
-
     @cached_property
     def hold(self) -> np.ndarray:
         """What a robot rests by while it is moved, (A,): 0, or goals where it was at first."""
         if self.info.goals is None:
-            return self.nothing()
+            return self.info.rest
         here = np.asarray(self.read().of(self.info.actuators).position)
         return np.clip(here, *self.info.goals)
 
     def read(self) -> JointStates:
         """A state; a packet may be lost now and then."""
-        state: JointStates = self._patiently(self.driver.read)
-        return state
-
-    def write(self, values: np.ndarray) -> Applied | None:
-        """Send values [V, N m or rad], (A,)."""
-        applied: Applied | None = self._patiently(lambda: self.driver.write(values))
-        return applied
+        return self._patiently(self.driver.read)
 
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:
         """One period: read, write, advance, and wait where the driver's time is the wall's."""
         began = self.computer.monotonic()
         state = self.read()
-        applied = self.write(self.nothing() if values is None else values)
+        sent = self.info.rest if values is None else values
+        applied = self._patiently(partial(self.driver.write, sent))
         written = self.computer.monotonic()
         gap = self.driver.advance(self.period)
         self.loops.append(written - began)

@@ -6,6 +6,8 @@ Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/protocol2/
 
 from collections.abc import Iterator, Mapping
 
+from dynamixel_sdk import Protocol2PacketHandler
+
 from leo_sim.drivers.servo_bus.line import BROADCAST, Framing, Packet
 from leo_sim.drivers.servo_bus.servo import Servo
 
@@ -16,25 +18,13 @@ _OVERHEAD = len(HEADER) + 3  # bytes before those that the length counts: header
 PING, READ, WRITE, REG_WRITE, ACTION, REBOOT = 0x01, 0x02, 0x03, 0x04, 0x05, 0x08
 SYNC_READ, SYNC_WRITE, FAST_SYNC_READ, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x8A, 0x92, 0x93
 INSTRUCTION_ERROR = 2
+_SDK = Protocol2PacketHandler()
 NEVER, ON_READ = 0, 1  # values of status_return_level below 2, which answers everything
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16 of polynomial 0x8005 that starts at 0, most significant bit first."""
-    value = 0
-    for byte in data:
-        value = ((value << 8) & 0xFFFF) ^ _TABLE[(value >> 8) ^ byte]
-    return value
-
-
-def _crc_of(byte: int) -> int:
-    value = byte << 8
-    for _ in range(8):
-        value = (value << 1) ^ (0x8005 if value & 0x8000 else 0)
-    return value & 0xFFFF
-
-
-_TABLE = [_crc_of(byte) for byte in range(256)]
+    """CRC-16 of the protocol."""
+    return int(_SDK.updateCRC(0, data, len(data)))
 
 
 def encoded(packet: Packet) -> bytes:

@@ -76,12 +76,11 @@ class Framing:
 
 
 class Reader:
-    """Finds whole packets in a stream of bytes; what fits none is skipped, and counted."""
+    """Finds whole packets in a stream of bytes; what fits none is skipped."""
 
     def __init__(self, framing: Framing) -> None:
         self._framing = framing
         self._bytes = b''
-        self.damaged = 0
 
     def feed(self, data: bytes) -> list[Packet]:
         """The packets that are complete with these bytes."""
@@ -90,7 +89,6 @@ class Reader:
         while (whole := self._next()) is not None:
             packet = self._framing.opened(whole)
             if packet is None:
-                self.damaged += 1
                 self._bytes = self._bytes[1:]
             else:
                 found.append(packet)

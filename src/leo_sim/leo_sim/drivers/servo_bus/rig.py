@@ -28,8 +28,6 @@ SILENCE = 0.002  # after so long without bytes [s] a packet that has begun is fo
 IDLE = 0.02
 """After so long without bytes [s] the robot moves on by itself. Until then it moves where it is
 asked: an instruction that waited for a step to be integrated would be heard late."""
-
-
 GIVE_UP = 0.05
 """When this process was kept waiting longer than this [s], no time passed for robot and servos:
 what was sent meanwhile has not come late, and no watchdog expires."""
@@ -52,7 +50,6 @@ class Rig:
         kind, self._framing = BUSES[plant.family]
         self.bus = kind({servo.get('id'): servo for servo in plant.servos.values()})
         self.bus_cable = True
-        self.packets = 0
         self.began = 0.0
         self._reader = Reader(self._framing)
         self._log = Path(log) if log else None
@@ -89,7 +86,6 @@ class Rig:
         self._last_bytes = due
         found = self._reader.feed(heard)
         for packet in found:
-            self.packets += 1
             self._go_on(due)
             statuses = self.bus.answer(packet, due)
             self._write_down(due)

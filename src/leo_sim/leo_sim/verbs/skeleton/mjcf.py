@@ -4,7 +4,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, indent, SubElement, tostring
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from leo_msgs_py.errors import UserError
 from leo_sim.description.urdf import rpy
 from leo_sim.references import load_mujoco
+from leo_sim.references.mjcf import numbers
 from leo_sim.verbs.skeleton.description import Description
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
@@ -30,17 +31,17 @@ def read_mjcf(path: Path, name: str) -> Description:
             f'{path}: joint {_joint(model, i)!r} is {kind}; a robot here has a '
             'fixed base, or a planar one of two slides and a hinge'
         )
-    root = ElementTree.Element('robot', name=name)
+    root = Element('robot', name=name)
     zeros = {0: np.zeros(3)}
-    ElementTree.SubElement(root, 'link', name=_link(model, 0))
+    SubElement(root, 'link', name=_link(model, 0))
     for body in range(1, model.nbody):
         zeros[body] = _add_body(root, model, body, zeros[int(model.body_parentid[body])])
     motors = _motors(model)
-    ElementTree.indent(root)
+    indent(root)
     joints = range(model.njnt)
     return Description(
         name=name,
-        text=ElementTree.tostring(root, encoding='unicode') + '\n',
+        text=tostring(root, encoding='unicode') + '\n',
         efforts={_joint(model, j): most for j, i in motors.items() if (most := _effort(model, i))},
         speeds={},
         frictions={
@@ -68,7 +69,7 @@ def read_mjcf(path: Path, name: str) -> Description:
     )
 
 
-def _add_body(root: ElementTree.Element, model: Any, body: int, above: Any) -> Any:
+def _add_body(root: Element, model: Any, body: int, above: Any) -> Any:
     """Add a body's link, with a light one for each joint but the last; return its link's origin.
 
     A link has its origin at its joint, a body where it likes: `above` is where the link of the
@@ -101,7 +102,7 @@ def _add_body(root: ElementTree.Element, model: Any, body: int, above: Any) -> A
 
 
 def _add_joint(
-    root: ElementTree.Element,
+    root: Element,
     model: Any,
     joint: int | None,
     ends: tuple[str, str],
@@ -109,35 +110,33 @@ def _add_joint(
     turned: Rotation,
 ) -> None:
     if joint is None:
-        element = ElementTree.SubElement(root, 'joint', name=f'{ends[1]}_fixed', type='fixed')
+        element = SubElement(root, 'joint', name=f'{ends[1]}_fixed', type='fixed')
     else:
         limited, sliding = bool(model.jnt_limited[joint]), model.jnt_type[joint] == SLIDE
         kind = 'prismatic' if sliding else 'revolute' if limited else 'continuous'
-        element = ElementTree.SubElement(root, 'joint', name=_joint(model, joint), type=kind)
-        ElementTree.SubElement(element, 'axis', xyz=_text(model.jnt_axis[joint]))
+        element = SubElement(root, 'joint', name=_joint(model, joint), type=kind)
+        SubElement(element, 'axis', xyz=numbers(model.jnt_axis[joint]))
         damping = float(model.dof_damping[model.jnt_dofadr[joint]])
-        ElementTree.SubElement(element, 'dynamics', damping=repr(damping))
+        SubElement(element, 'dynamics', damping=repr(damping))
         if limited:
             low, high = model.jnt_range[joint] - _zero(model, joint)
-            ElementTree.SubElement(
-                element, 'limit', lower=repr(float(low)), upper=repr(float(high))
-            )
+            SubElement(element, 'limit', lower=repr(float(low)), upper=repr(float(high)))
     for tag, link in zip(('parent', 'child'), ends, strict=True):
-        ElementTree.SubElement(element, tag, link=link)
-    ElementTree.SubElement(element, 'origin', xyz=_text(place), rpy=_text(rpy(turned.as_matrix())))
+        SubElement(element, tag, link=link)
+    SubElement(element, 'origin', xyz=numbers(place), rpy=numbers(rpy(turned.as_matrix())))
 
 
 def _add_link(
-    root: ElementTree.Element, name: str, mass: float, com: Any, moments: Any, turned: Rotation
+    root: Element, name: str, mass: float, com: Any, moments: Any, turned: Rotation
 ) -> None:
-    element = ElementTree.SubElement(root, 'link', name=name)
+    element = SubElement(root, 'link', name=name)
     if not mass:
         return
-    inertial = ElementTree.SubElement(element, 'inertial')
-    ElementTree.SubElement(inertial, 'origin', xyz=_text(com), rpy=_text(rpy(turned.as_matrix())))
-    ElementTree.SubElement(inertial, 'mass', value=repr(float(mass)))
+    inertial = SubElement(element, 'inertial')
+    SubElement(inertial, 'origin', xyz=numbers(com), rpy=numbers(rpy(turned.as_matrix())))
+    SubElement(inertial, 'mass', value=repr(float(mass)))
     figures = dict(zip(('ixx', 'iyy', 'izz'), map(repr, map(float, moments)), strict=True))
-    ElementTree.SubElement(inertial, 'inertia', {**figures, 'ixy': '0', 'ixz': '0', 'iyz': '0'})
+    SubElement(inertial, 'inertia', {**figures, 'ixy': '0', 'ixz': '0', 'iyz': '0'})
 
 
 def _motors(model: Any) -> dict[int, int]:
@@ -210,7 +209,3 @@ def _link(model: Any, body: int) -> str:
 
 def _joint(model: Any, joint: int) -> str:
     return str(model.joint(int(joint)).name) or f'joint_{joint}'
-
-
-def _text(vector: Any) -> str:
-    return ' '.join(repr(float(component)) for component in vector)

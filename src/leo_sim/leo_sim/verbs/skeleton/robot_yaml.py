@@ -23,8 +23,6 @@ of a slide: that angle on a pinion of 15 mm."""
 TURNED, SLID = math.pi, 1.0
 """Largest goal, rad of a hinge and m of a slide; the stops of the URDF hold within it."""
 SPARE = 2.0  # how much more than gravity needs a motor is taken to give
-
-
 MARK = 'FILL IN'
 PINION = 0.015  # radius that a servo is taken to drive a slide at, m
 
@@ -110,9 +108,9 @@ HEAD = """\
 name: {name}
 base: {base}
 input: {kind}
-control_period: {period}  # s; FILL IN: how often your controller writes
-integration_step: {step}  # s; {reason}
-state_rate: {rate}  # Hz; FILL IN: how often joint states come
+control_period: {period:g}  # s; FILL IN: how often your controller writes
+integration_step: {step:g}  # s; {reason}
+state_rate: {rate:g}  # Hz; FILL IN: how often joint states come
 episode_seconds: 20  # only the simulated robot and leo learn need it
 gravity: {{value: {gravity:g}, unit: m/s2}}
 
@@ -150,7 +148,6 @@ def head(
     source: Path, kind: str, description: Description, timing: Mapping[str, float], reason: str
 ) -> str:
     """Everything before the actuators; `timing` has period and step s, and rate Hz."""
-    values = {key: f'{value:g}' for key, value in timing.items()}
     return HEAD.format(
         source=quoted(source.name),
         name=quoted(description.name or source.stem),
@@ -158,7 +155,7 @@ def head(
         base=description.base,
         gravity=description.gravity,
         reason=reason,
-        **values,
+        **timing,
     )
 
 

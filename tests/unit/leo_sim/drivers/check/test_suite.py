@@ -17,7 +17,7 @@ from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import base, load_driver
-from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
+from leo_sim.drivers.base import DriverFault, DriverOptions, EndOfRun, NotPossible, TransientFault
 from leo_sim.drivers.check import CHECKS, contract, examine, FAILED, PASSED
 from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.simulated import SimulatedDriver
@@ -187,6 +187,15 @@ def test_each_way_to_be_wrong_fails_its_own_check(kind, check, said):
     assert said in found.get(check, ''), found
 
 
+def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path):
+    for name in ('robot.urdf', 'robot.yaml'):
+        (tmp_path / name).write_text((PENDULUM.folder / name).read_text())
+    with (tmp_path / 'robot.yaml').open('a') as file:
+        file.write('\njoints:\n  pivot:\n    friction: {value: 5, unit: N m}\n')
+    found = failures(simulated(), load_robot(tmp_path), FULL)
+    assert 'the model 0 / look at units' in found['signs and units']
+
+
 @pytest.fixture
 def rig(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -283,22 +292,27 @@ def test_a_person_turns_joints_and_pulls_the_cable(rig):
             state = super().read()
             return replace(state, position=state.position + self.angle)
 
-    def person(driver, way):
+    def person(driver, way, pulled='break'):
         def ask(what):
             if what.startswith('move pivot by the right hand about the axis'):
                 driver.angle += way
             else:
-                Path('orders').write_text('break')
+                Path('orders').write_text(pulled)
 
         return ask
 
     good, bad = rig(Turned), rig(Turned)
     assert failures(good, ask=person(good, 0.3)) == {}
+    lost = rig(Turned)
+    assert failures(lost, ask=person(lost, 0.3, 'lose 1000')) == {}
     assert 'going down' in failures(bad, ask=person(bad, -0.3))['by hand']
     deaf = rig(Turned)
     ask = person(deaf, 0.3)
     said = failures(deaf, ask=lambda what: ask(what) if 'move' in what else None)
     assert 'its cable is out' in said['unplugged']
+    careless = load_driver(str(RIG), DriverOptions(PENDULUM, computer=CLOCK))
+    said = failures(careless, ask=lambda what: Path('orders').write_text('bug read'))
+    assert 'ValueError: read' in said['unplugged']
 
 
 def on_bus(name, robot, bus=None):
@@ -379,7 +393,7 @@ def test_the_verb_says_what_servos_are_set_to_and_what_is_not_the_models(
     assert answer['servos'] == {'servo 1': 'P 7'} and answer['differs'] == ['servo 1: its P']
 
 
-def test_a_replayed_bag_that_cannot_be_switched_is_no_failure():
+def test_a_replayed_bag_that_cannot_be_switched_or_ends_is_no_failure():
     class Recorded(SimulatedDriver):
         def set_torque(self, on):
             raise NotPossible('a recording plays as it is')
@@ -387,7 +401,14 @@ def test_a_replayed_bag_that_cannot_be_switched_is_no_failure():
         def reset(self):
             raise NotPossible('a recording plays as it is')
 
-    assert failures(simulated(Recorded)) == {}
+        def advance(self, seconds):
+            if self._ticks == 60:
+                raise EndOfRun('it has ended')
+            return super().advance(seconds)
+
+    results = {r.name: r for r in examine(Trial(simulated(Recorded), PENDULUM))}
+    assert FAILED not in {r.verdict for r in results.values()}
+    assert results['stamps'].verdict == PASSED and results['pace'].what == 'it has ended'
 
 
 def test_the_driver_that_the_docs_show_passes(tmp_path):

@@ -23,9 +23,8 @@ from tests.drivers.clock import Clock
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_model, servo_models
 from leo_sim.drivers.base import DriverOptions, TransientFault
-from leo_sim.drivers.listening import answering_time, GONE, told
+from leo_sim.drivers.listening import answering_time, GONE
 from leo_sim.drivers.servo_bus.dynamixel import (
-    crc16,
     encoded,
     FRAMING,
     HEADER,
@@ -92,11 +91,6 @@ def in_pwm_mode(port, servo):
     assert write(port, servo, 'torque_enable', 1) == 0
 
 
-@given(st.binary(max_size=60))
-def test_the_crc_is_the_sdks(data):
-    assert crc16(data) == SDK.updateCRC(0, data, len(data))
-
-
 @given(st.lists(st.sampled_from([0xFF, 0xFD, 0x00, 0x55]), max_size=40))
 def test_the_sdk_stuffs_the_same_way(values):
     body = bytes(values)
@@ -112,7 +106,7 @@ def test_packets_are_found_in_pieces_and_between_rubbish(bodies, size):
     reader, found = Reader(FRAMING), []
     for start in range(0, len(stream), size):
         found += reader.feed(stream[start : start + size])
-    assert found == sent and reader.damaged == 0
+    assert found == sent
 
 
 def test_the_registers_are_those_of_robotis_model_files():
@@ -313,9 +307,9 @@ def terminal():
 
 def ask(terminal, theirs, packet):
     """Send an instruction and have it heard."""
-    before = terminal.packets
+    before = terminal._last_bytes
     os.write(theirs, encoded(packet))
-    while terminal.packets == before:
+    while terminal._last_bytes == before:
         terminal.step()
 
 
@@ -336,16 +330,6 @@ def test_an_answer_is_late_by_the_time_for_which_the_servos_listened(terminal):
     dead = late()
     clock.sleep(GONE + 2.0)
     assert late() - dead == pytest.approx(2.0), 'a dead bus is waited for'
-
-
-def test_a_port_that_is_no_emulated_bus_goes_by_the_wall():
-    ends = os.openpty()
-    try:
-        assert told(ends[1]) == 0.0
-        assert answering_time(ends[1], clock := Clock()) == clock.monotonic
-    finally:
-        for end in ends:
-            os.close(end)
 
 
 def test_a_whole_answer_is_taken_however_late_this_process_looks(rig, port):

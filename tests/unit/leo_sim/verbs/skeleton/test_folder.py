@@ -18,7 +18,6 @@ from leo_sim.drivers.base import DriverOptions
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
-from leo_sim.verbs.robot import main as robot_verb
 from leo_sim.verbs.skeleton import figures
 from leo_sim.verbs.skeleton.figures import EXACT, integration_step
 from leo_sim.verbs.skeleton.folder import make_folder
@@ -180,15 +179,17 @@ def test_the_robots_with_a_name_are_listed(capsys):
     assert robots['pendulum']['joints'] == ['pivot']
 
 
-@pytest.mark.parametrize('kind', ['torque', 'voltage'])
-def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, kind):
-    made = make_folder(ARM, tmp_path / 'arm', kind, servos=True)
-    bus = load_robot(tmp_path / 'arm').driver.dynamixel
+@pytest.mark.parametrize('kind', ['torque', 'voltage', 'position'])
+def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, capsys, kind):
+    words = ['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--driver', 'dynamixel']
+    assert main([*words, '--input', kind]) == 0
+    robot = load_robot(tmp_path / 'arm')
+    bus = robot.driver.dynamixel
     assert [servo.id for servo in bus.servos.values()] == [1, 2, 3]
     assert (bus.servos['joint1'].low, bus.servos['joint1'].high) == (-2.827, 2.827)
     assert (bus.servos['joint1'].torque_constant is not None) == (kind == 'torque')
-    assert 'leo check-driver dynamixel' in made.open[-1]
-    assert load_driver('dynamixel', DriverOptions(made.robot)).info.joints == JOINTS
+    assert 'leo check-driver dynamixel' in capsys.readouterr().out
+    assert load_driver('dynamixel', DriverOptions(robot)).info.joints == JOINTS
 
 
 def test_without_servos_there_is_no_bus(tmp_path):
@@ -203,13 +204,6 @@ def test_a_servo_that_takes_goals_holds_its_pose(tmp_path):
     for _ in range(100):
         state = model.step(state, np.array([0.3, 0.2, 0.4]), 0.01)
     assert np.abs(state.dq).max() < 0.01 and state.q[0] == pytest.approx(0.3, abs=1e-3)
-
-
-def test_no_driver_sends_goals_yet(tmp_path):
-    typed = ['init', str(ARM), '-o', str(tmp_path / 'arm'), '--input', 'position']
-    with pytest.raises(UserError, match='the dynamixel driver sends no goals yet'):
-        robot_verb([*typed, '--driver', 'dynamixel'])
-    assert not (tmp_path / 'arm').exists()
 
 
 def test_a_servo_turns_so_far_for_a_metre_of_a_slide(tmp_path):
