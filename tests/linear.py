@@ -60,7 +60,8 @@ def solved(at: Any, hypothesis: Hypothesis, data: Array, columns: dict[str, Arra
     loss = likelihood.loss(residual, STATES, SETTINGS.numerics)
     covariance = np.linalg.inv(flat.T @ flat) if names else np.zeros((0, 0))
     start = np.zeros((len(data), STATES))
-    return Estimate(at, Fit(hypothesis, theta, covariance, start, loss, residual, -seen))
+    known = covariance, np.zeros((len(names), 2))
+    return Estimate(at, Fit(hypothesis, theta, *known, start, loss, residual, -seen))
 
 
 def scored(names: Sequence[str], left: Array, fold: Array) -> Scored:
@@ -72,6 +73,7 @@ def scored(names: Sequence[str], left: Array, fold: Array) -> Scored:
         hypothesis,
         np.ones(count),
         np.eye(count),
+        np.zeros((count, 2)),
         np.zeros((len(left), STATES)),
         left,
         residual,
@@ -108,7 +110,11 @@ class Regression:
         return Extension(base, tuple(fits), (), self.threshold)
 
     def refitted(
-        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+        self,
+        at: Estimate,
+        hypothesis: Hypothesis,
+        theta: Array | None = None,
+        rival: float = np.inf,
     ) -> Estimate:
         """Another hypothesis; where it starts from does not matter."""
         return solved(self.at, hypothesis, self.data, self.columns)

@@ -40,8 +40,8 @@ def _wider(problem: Problem, fitted: Fit) -> Array:
     train, channels = problem.train, fitted.start.shape[-1]
     residual = fitted.residual[train]
     block = np.arange(len(residual)) if problem.block is None else problem.block[train]
-    free, spread = fitted.hypothesis.free(fitted.theta), dispersion(fitted.take(train))
-    weighed = free, spread, channels, problem.numerics, fitted.typical
+    prior, spread = fitted.hypothesis.prior(fitted.theta), dispersion(fitted.take(train))
+    weighed = prior, spread, channels, problem.numerics, fitted.typical
     return covariance(fitted.columns[train], residual, block, *weighed, larger=True)
 
 

@@ -145,7 +145,7 @@ def test_on_the_ground_what_acts_in_some_steady_windows_matters(
     residual = np.random.default_rng(0).standard_normal((100, 198))
     residual[:acting] *= 3.0
     none, hypothesis = np.zeros((100, 0)), Hypothesis()
-    left = Fit(hypothesis, none, none, np.zeros((100, 18)), none, residual, none)
+    left = Fit(hypothesis, none, none, none, np.zeros((100, 18)), none, residual, none)
     settings = settings_for(load_robot('leo')) if on_ground else SETTINGS
     problem = SimpleNamespace(
         gates=settings.gates,
@@ -161,7 +161,8 @@ def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
     """Three effects a little away from neutral, each in this share of the turns."""
     hypothesis, none = Hypothesis(CHOSEN), np.zeros((0, 0))
     theta = hypothesis.neutral + 0.1
-    fit = Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), none, none, none, none)
+    known = np.zeros((len(theta), 2))
+    fit = Fit(hypothesis, theta, 1e-6 * np.eye(len(theta)), known, none, none, none, none)
     parts = tuple(Part(c, fit, (9.0, 9.0), {}, {}, share, ()) for c in CHOSEN)
     choices = {'kept': share, 'sets': ((LABELS, share),), 'instead': (), 'more': ()}
     return SimpleNamespace(

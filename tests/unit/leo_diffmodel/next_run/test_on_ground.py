@@ -70,7 +70,7 @@ def test_a_run_begins_in_its_pose_and_only_a_robot_with_that_pose_takes_it(tmp_p
 def test_evidence_against_a_wrong_model_only_and_no_window_says_too_much():
     runs = [named('swinging'), named('standing')]
     stiff = MODEL.changed(effects=[place(LEO, 'viscous_friction', 'left_hip', b=0.05)])
-    nothing = Fit(Hypothesis(), np.zeros(0), np.zeros((0, 0)), *np.zeros((4, 0)))
+    nothing = Fit(Hypothesis(), np.zeros(0), np.zeros((0, 0)), *np.zeros((5, 0)))
     same, other = (
         separable(MODEL, simulate(runs, m, PERIOD), PERIOD, SIGMA, nothing) for m in (MODEL, stiff)
     )

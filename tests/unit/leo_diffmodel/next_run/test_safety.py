@@ -49,7 +49,7 @@ def drawn(robot: Robot, seed: int) -> tuple[list[Model], Model]:
     for name, (value, sd) in sizes.items():
         hypothesis = Hypothesis((known[f'{name}:{joint}'],))
         theta = np.array([value])
-        fits.append(Fit(hypothesis, theta, np.array([[sd**2]]), *np.zeros((4, 0))))
+        fits.append(Fit(hypothesis, theta, np.array([[sd**2]]), *np.zeros((5, 0))))
     possible = of_answers([SimpleNamespace(fits=tuple(fits))], model)
     true = fits[int(rng.integers(2))]
     off = rng.uniform(-2.0, 2.0) * true.standard_errors
@@ -109,10 +109,10 @@ def test_the_ends_of_an_answer_lie_along_what_is_least_sure_and_within_its_bound
     known = {c.label: c for c in candidates(model)}
     pair = Hypothesis((known['viscous_friction:pivot'], known['coulomb_friction:pivot']))
     theta = np.array([0.02, 0.01])
-    fit = Fit(pair, theta, np.diag([1e-10, 0.04**2]), *np.zeros((4, 0)))
+    fit = Fit(pair, theta, np.diag([1e-10, 0.04**2]), *np.zeros((5, 0)))
     middle, *ends = values(fit)
     np.testing.assert_array_equal(middle, theta)
     ends = np.array(sorted(ends, key=lambda end: end[1]))
     np.testing.assert_allclose(ends[:, 0], 0.02, atol=1e-4)
     np.testing.assert_allclose(ends[:, 1], [0.0, 0.09], atol=1e-9)
-    assert values(Fit(Hypothesis(), np.zeros(0), np.zeros((0, 0)), *np.zeros((4, 0))))[0].size == 0
+    assert values(Fit(Hypothesis(), np.zeros(0), np.zeros((0, 0)), *np.zeros((5, 0))))[0].size == 0

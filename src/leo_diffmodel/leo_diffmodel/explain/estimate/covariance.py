@@ -27,7 +27,7 @@ def covariance(
     columns: Array,
     residual: Array,
     block: Array,
-    free: Array,
+    prior: Array,
     spread: float,
     channels: int,
     numerics: Numerics,
@@ -45,7 +45,7 @@ def covariance(
         columns: shape (W, N, P).
         residual: whitened residual, shape (W, N).
         block: stretch of time of each window, shape (W,).
-        free: parameters that are on none of their bounds, shape (P,).
+        prior: precision of each parameter before these data, shape (P,); inf for what is held.
         spread: times nats count less, see `likelihood.dispersion`.
         channels: how many there are, 2J.
         numerics: of the loss, and how much it may bend the other way.
@@ -55,12 +55,14 @@ def covariance(
     """
     slopes, touching = derivatives(columns, residual, channels, numerics, typical)
     bent = _bent(slopes, residual, numerics, typical)
-    inverse = _inverse(touching.sum(axis=0), bent, free, numerics.most_bent)
-    slopes = slopes.sum(axis=1)
+    known = spread * known_before(prior)
+    inverse = _inverse(touching.sum(axis=0) + known, bent, np.isfinite(prior), numerics.most_bent)
     _, number = np.unique(block, return_inverse=True)
-    slopes = np.stack([np.bincount(number, s) for s in slopes.T], axis=-1) if free.size else slopes
-    count = len(slopes)
-    sandwich = inverse @ (slopes.T @ slopes) @ inverse * count / max(count - 1, 1)
+    of_block = np.zeros((int(number.max()) + 1, prior.size))
+    np.add.at(of_block, number, slopes.sum(axis=1))
+    count = len(of_block)
+    spreads = of_block.T @ of_block * count / max(count - 1, 1) + spread * known
+    sandwich = inverse @ spreads @ inverse
     mixed = 0.5 * (sandwich + spread * inverse)
     if larger:
         most = np.maximum(np.diagonal(sandwich), spread * np.diagonal(inverse))
@@ -103,7 +105,7 @@ def _bent(slopes: Array, residual: Array, numerics: Numerics, typical: Array | N
 def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Array:
     """Inverse of the curvature over the free parameters.
 
-    A direction the data do not determine gets a huge variance, a parameter on a bound none. Where
+    A direction the data do not determine gets a huge variance, what is held fast none. Where
     windows contradict each other the loss may bend the other way; at most this share is taken
     off a direction.
     """
@@ -116,6 +118,51 @@ def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Arr
     inverse = np.zeros_like(touching)
     inverse[part] = root @ root.T
     return inverse / outer
+
+
+def known_before(prior: Array) -> Array:
+    """The part of the curvature that is no data's, for independent parameters, shape (P, P)."""
+    return np.diag(np.where(np.isfinite(prior), prior, 0.0))
+
+
+def beyond(
+    matrix: Array, descent: Array, prior: Array, room: Array, spread: float, numerics: Numerics
+) -> Array:
+    """How far parameters may move down and up with constants that met a bound, shape (P, 2).
+
+    Such a constant lies anywhere between its bounds, and others may make up for it. It moves away
+    from its bound, the free parameters with it, until that costs what the end of a 95 % interval
+    does, or to its other bound. Several add up as independent errors do.
+
+    Args:
+        matrix: curvature of the loss, shape (P, P).
+        descent: its slope downhill, shape (P,).
+        prior: precision of each parameter before these data, shape (P,); inf for what is held.
+        room: from the bound that a constant met to the other one; 0 for all others, shape (P,).
+        spread: times nats count less, see `likelihood.dispersion`.
+        numerics: of the solver.
+    """
+    moved, matrix = np.zeros((len(room), 2)), matrix + spread * known_before(prior)
+    shown = np.isfinite(prior) & (np.diagonal(matrix) > 0)
+    for i in np.flatnonzero(room):
+        way = np.zeros(len(room))
+        way[i] = np.sign(room[i])
+        if shown.any():
+            part = matrix[np.ix_(shown, shown)]
+            way[shown] = -solved(part, matrix[shown] @ way, numerics.least_damping)
+        rise, bend = (max(float(x), 0.0) for x in (-descent @ way, way @ matrix @ way))
+        most, there = 1.96**2 * spread, abs(float(room[i]))
+        cost = rise + np.sqrt(rise**2 + bend * most)
+        far = min(there, most / cost) if cost > 0 else there
+        moved += np.stack([np.minimum(far * way, 0.0), np.maximum(far * way, 0.0)], axis=1) ** 2
+    return np.sqrt(moved)
+
+
+def solved(gram: Array, slope: Array, damping: float) -> Array:
+    """The damped solution of the normal equations; parameters are scaled to a unit diagonal."""
+    scale = np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
+    damped = gram / np.outer(scale, scale) + damping * np.eye(len(scale))
+    return np.asarray(np.linalg.solve(damped, slope / scale) / scale)
 
 
 def leverage_weight(problem: Problem, by_theta: Array) -> Array:

@@ -6,7 +6,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -35,8 +34,8 @@ class Steps(NamedTuple):
     end: int = 64
 
     def round(self, pool: int, fits: int) -> int:
-        """All candidates scanned, so many looked at, the better half of them fitted."""
-        return self.scan * pool + self.look * fits + self.fit * ((fits + 1) // 2)
+        """All candidates scanned, so many looked at and fitted."""
+        return self.scan * pool + (self.look + self.fit) * fits
 
 
 STEPS = Steps()
@@ -105,15 +104,20 @@ class Estimator(ABC):
         """
 
     def refitted(
-        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
+        self,
+        at: Estimate,
+        hypothesis: Hypothesis,
+        theta: Array | None = None,
+        rival: float = np.inf,
     ) -> Estimate:
         """Another hypothesis on the same windows, from values near those of `at`.
 
-        It is given up where it stays far behind.
+        It is given up where it stays far behind a `rival`'s loss [nats].
         """
-        start, by_start = at.fit.start, at.fit.by_start
-        near = partial(fit, at.problem, hypothesis, theta, start, by_start=by_start)
-        return Estimate(at.posed, near(rival=at.fit.lost(at.problem.train)))
+        begun = fit(
+            at.problem, hypothesis, theta, at.fit.start, by_start=at.fit.by_start, rival=rival
+        )
+        return Estimate(at.posed, begun)
 
     @abstractmethod
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:

@@ -122,6 +122,7 @@ def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
             start=starts,
             theta=np.concatenate([rest.theta, found.theta]),
             covariance=block_diag(rest.covariance, found.covariance),
+            beyond=np.vstack([rest.beyond, found.beyond]),
             columns=np.concatenate([rest.columns, columns], axis=-1),
         ),
     )
@@ -151,6 +152,7 @@ def _apart(fitted: Fit, own: Sequence[Constant]) -> tuple[Fit, Array | None]:
         fitted,
         theta=fitted.theta[kept],
         covariance=fitted.covariance[kept, kept],
+        beyond=fitted.beyond[kept],
         columns=fitted.columns[..., kept],
         hypothesis=replace(hypothesis, constants=rest),
     )

@@ -11,6 +11,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from leo_diffmodel.explain.estimate.covariance import (
+    beyond,
     conditional_errors,
     covariance,
     leverage_weight,
@@ -81,7 +82,7 @@ def read_at(problem: Problem, fitted: Fit) -> Fit:
     start = settle(weighed, hypothesis, fitted.theta, problem.begins(fitted.start)).start
     errors = conditional_errors(fitted.columns[problem.train])
     found = _Point.of(problem, hypothesis, fitted.theta, start, errors).as_fit()
-    names = ('theta', 'covariance', 'certificate')
+    names = ('theta', 'covariance', 'beyond', 'certificate')
     return replace(found, **{name: getattr(fitted, name) for name in names})
 
 
@@ -290,10 +291,13 @@ class _Point:
         columns = self.slope * leverage_weight(problem, self.slope)
         block = np.arange(len(train)) if problem.block is None else problem.block
         spread = likelihood.dispersion(self.rest[train], channels)
-        free, of_loss = self.hypothesis.free(self.theta), (problem.numerics, self.typical)
+        prior, of_loss = self.hypothesis.prior(self.theta), (problem.numerics, self.typical)
         data = columns[train], self.rest[train], block[train]
-        variance = covariance(*data, free, spread, channels, *of_loss)
+        variance = covariance(*data, prior, spread, channels, *of_loss)
+        curve, room = (self.matrix, self.descent), self.hypothesis.room(self.theta)
+        further = beyond(*curve, prior, room, spread, problem.numerics)
         decrement = self.step(problem.numerics.least_damping).promised
         left = self.loss, self.rest, columns, decrement, self.typical
         by_start = None if problem.linearisation else self.linear.by_start
-        return Fit(self.hypothesis, self.theta, variance, self.start, *left, by_start=by_start)
+        given = self.hypothesis, self.theta, variance, further, self.start
+        return Fit(*given, *left, by_start=by_start)

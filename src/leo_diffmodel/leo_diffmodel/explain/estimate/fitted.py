@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leo_diffmodel.explain.problem import likelihood
-from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.settings import Gates
 
 if TYPE_CHECKING:
@@ -50,6 +50,8 @@ class Fit:
         theta: its parameters, shape (P,).
         covariance: of theta, from the training windows, wider where more than noise is left,
             shape (P, P).
+        beyond: how far they may lie beyond that, down and up, as constants that met a bound lie
+            inside it, shape (P, 2).
         start: start states, shape (W, 2J).
         loss: robust cost of each window [nats], shape (W,).
         residual: whitened, start states projected out, shape (W, N).
@@ -66,6 +68,7 @@ class Fit:
     hypothesis: Hypothesis
     theta: Array
     covariance: Array
+    beyond: Array
     start: Array
     loss: Array
     residual: Array
@@ -102,8 +105,14 @@ class Fit:
             hypothesis=replace(full, candidates=candidates),
             theta=self.theta[index],
             covariance=self.covariance[np.ix_(index, index)],
+            beyond=self.beyond[index],
             columns=self.columns[..., index],
         )
+
+    def own(self, candidate: Candidate) -> Array:
+        """The values of one of its effects, shape (P of the effect,)."""
+        index = self.hypothesis.candidates.index(candidate)
+        return self.theta[self.hypothesis.offset(index) : self.hypothesis.offset(index + 1)]
 
     def with_values(self, values: Array) -> Array:
         """Its parameters with those of further effects behind those of its own, (P + p,)."""
@@ -118,9 +127,11 @@ class Fit:
     def ci95(self, index: int) -> tuple[float, float]:
         """95 % confidence interval of parameter `index`, within its bounds."""
         half = 1.96 * float(self.standard_errors[index])
+        below, above = self.beyond[index]
         low, high = self.hypothesis.low[index], self.hypothesis.high[index]
         value = float(self.theta[index])
-        return max(value - half, float(low)), min(value + half, float(high))
+        least, most = value - np.hypot(half, below), value + np.hypot(half, above)
+        return max(float(least), float(low)), min(float(most), float(high))
 
 
 def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
@@ -248,10 +259,13 @@ def in_words(fitted: Fit, index: int) -> str:
 
 
 def _with_error(parameter: dict) -> str:
-    """A value with half its 95 % interval, both to the digit that the interval allows."""
-    half = 0.5 * (parameter['ci95'][1] - parameter['ci95'][0])
+    """A value with half its 95 % interval, to the digit that it allows, or with both its ends."""
+    low, high = parameter['ci95']
+    half = 0.5 * (high - low)
     if not half > 0 or half > 10 * abs(parameter['value']):
         return f'{parameter["value"]:.3g}'
+    if abs(parameter['value'] - low - half) > 0.5 * half:
+        return f'{parameter["value"]:.3g} ({low:.3g} to {high:.3g})'
     digits = max(0, 1 - math.floor(math.log10(half)))
     if digits > 8:  # zeros that nobody counts
         figures = digits + 1 + math.floor(math.log10(max(abs(parameter['value']), half)))

@@ -37,7 +37,9 @@ class Scan:
         nats: 0.5 |signature|^2 of each, shape (S,).
         first: where in `theta` the candidate's own parameters begin.
         others: where else a fit may begin, best first: the best points of other whole numbers,
-            which no fit moves (periods of a ripple in a turn), (N, P of the candidate).
+            which no fit moves (periods of a ripple in a turn), and of other shapes, which move
+            hardly while they do little (the rate at which friction falls), (N, P of the
+            candidate).
     """
 
     candidate: Candidate
@@ -54,6 +56,11 @@ class Scan:
     def own(self) -> Array:
         """The best values of the candidate itself, shape (P,)."""
         return self.theta[self.first : self.first + len(self.candidate.parameters)]
+
+    @property
+    def begins(self) -> tuple[Array, ...]:
+        """Where a fit may begin, best first."""
+        return (self.own, *self.others)
 
 
 class Scanner:
@@ -86,7 +93,7 @@ class Scanner:
         stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
-        at = [best, *_other_wholes(candidate, grid, gains)]
+        at = [best, *_other_shapes(candidate, grid, gains, best)]
         theta, *others = (stretched(candidate, grid[i], float(stretch[i])) for i in at)
         found = self._found(candidate, theta, float(gains[best]), change, grid)
         return replace(found, others=tuple(others))
@@ -176,14 +183,14 @@ class Scanner:
         return flat - (flat @ self._nuisance) @ self._nuisance.T
 
 
-def _other_wholes(candidate: Candidate, grid: Array, gains: Array) -> list[int]:
-    """The best points of the grid at all whole numbers of a parameter but the best, best first."""
-    whole = [i for i, p in enumerate(candidate.parameters) if p.whole]
-    if not whole:
+def _other_shapes(candidate: Candidate, grid: Array, gains: Array, best: int) -> list[int]:
+    """The best points of the grid at all other values of what a fit hardly moves, best first."""
+    kept = [i for i, p in enumerate(candidate.parameters) if p.whole or p.role == 'shape']
+    if not kept:
         return []
     found: dict[tuple[float, ...], int] = {}
-    for point in np.argsort(gains)[::-1]:
-        found.setdefault(tuple(grid[point, whole]), int(point))
+    for point in (best, *np.argsort(-gains, kind='stable')):
+        found.setdefault(tuple(grid[point, kept]), int(point))
     return list(found.values())[1:]
 
 
@@ -217,9 +224,11 @@ def stretch_limits(candidate: Candidate, grids: Grids) -> tuple[float, float]:
     """How far from a grid point the prediction still changes in proportion to the amplitude."""
     if _is_linear(candidate):
         return grids.linear_stretch
+    role = candidate.parameters[0].role
     hook = 'command' if candidate.effect.late else candidate.effect.hook
-    bent = candidate.parameters[0].role in ('threshold', 'delay')
-    return (1.0, 1.0) if bent and hook in ('command', 'drive') else grids.bent_stretch
+    if hook not in ('command', 'drive') or role not in ('threshold', 'delay'):
+        return grids.bent_stretch
+    return (grids.bent_stretch[0] if role == 'delay' else 1.0), 1.0
 
 
 def threshold(scans: Sequence[Scan], settings: Settings) -> float:

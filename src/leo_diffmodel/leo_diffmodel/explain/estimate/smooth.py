@@ -6,7 +6,7 @@ Which two effects explain most together is found by the linear answer of what wa
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 import time
@@ -91,7 +91,7 @@ def _singles(scans: Sequence[Scan], limit: float, numerics: Numerics) -> list[Po
     """The most promising effects, each with the values from which it is fitted."""
     least = numerics.worth * limit
     worth = [s for s in scans[: numerics.singles] if s.gain > least] or scans[:1]
-    return [((s.candidate,), v) for s in worth for v in (s.own, *s.others)[: numerics.wholes]]
+    return [((s.candidate,), v) for s in worth for v in s.begins[: numerics.wholes]]
 
 
 def different(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[Scan]:
@@ -184,7 +184,7 @@ def _point(
 def _fitted(
     base: Estimate, points: Sequence[Point], progress: Progress
 ) -> tuple[list[Estimate], list[tuple[Candidate, ...]]]:
-    """A look from each point, the better half followed on, and what there was no time to look at.
+    """A look from each point, all followed on, and what there was no time to look at.
 
     Where the time is limited half of what is left is for the looks.
     """
@@ -196,16 +196,15 @@ def _fitted(
 
     look = partial(_looked_at, problem, null)
     fits = helper.spread_until(half, look, points, lambda p: done(STEPS.look, p[0]))
-    further = _leading(problem, fits)
+    looked = list(fits)
     best = min((f.lost(problem.train) for f in fits.values()), default=np.inf)
-    follow = partial(_followed, problem, best)
     better = helper.spread_until(
         problem.until,
-        follow,
-        [fits[i] for i in further],
+        partial(_followed, problem, best),
+        list(fits.values()),
         lambda f: done(STEPS.fit, f.hypothesis.candidates),
     )
-    fits |= {further[i]: fitted for i, fitted in better.items()}
+    fits |= {looked[i]: fitted for i, fitted in better.items()}
     own = {i: _with(null.hypothesis, points[i][0]) for i in fits}  # of copies of another process
     larger = [Estimate(base.posed, replace(f, hypothesis=own[i])) for i, f in fits.items()]
     return larger, [p[0] for i, p in enumerate(points) if i not in fits]
@@ -223,16 +222,6 @@ def _looked_at(problem: Problem, null: Fit, point: Point) -> Fit:
     neutral = np.where([p.whole for p in parameters], values, [p.neutral for p in parameters])
     theta = null.with_values(neutral)
     return near(theta, iterations=numerics.neutral_look)
-
-
-def _leading(problem: Problem, fits: Mapping[int, Fit]) -> list[int]:
-    """The better half of the fits, of those with one effect more and of those with two."""
-    loss = {i: f.lost(problem.train) for i, f in fits.items()}
-    sizes = {i: len(f.hypothesis.candidates) for i, f in fits.items()}
-    kinds = [[i for i, s in sizes.items() if s == size] for size in sorted({*sizes.values()})]
-    return [
-        i for kind in kinds for i in sorted(kind, key=loss.__getitem__)[: (len(kind) + 1) // 2]
-    ]
 
 
 def _followed(problem: Problem, rival: float, fitted: Fit) -> Fit:

@@ -107,6 +107,25 @@ class Hypothesis:
         """Which parameters a small step may move either way: on none of their bounds."""
         return (theta > self.low) & (theta < self.high) & ~self.whole
 
+    def prior(self, theta: Array) -> Array:
+        """Precision of each parameter before any data, shape (P,); inf for what is held fast.
+
+        Of an effect nothing is known; a constant lies anywhere between its bounds, which is a
+        mean square distance from its value.
+        """
+        first = self.first_constant
+        at, low, high = theta[first:], self.low[first:], self.high[first:]
+        width = np.where(high > low, high - low, np.inf)
+        known = 3 * width / ((at - low) ** 3 + (high - at) ** 3)
+        return np.where(self.free(theta), np.concatenate([np.zeros(first), known]), np.inf)
+
+    def room(self, theta: Array) -> Array:
+        """From the bound that a constant met to its other one, shape (P,); 0 for all others."""
+        first = self.first_constant
+        at, low, high = theta[first:], self.low[first:], self.high[first:]
+        way = 1.0 * (at <= low) - (at >= high)
+        return np.concatenate([np.zeros(first), way * (high - low)])
+
     def least(self, theta: Array) -> Array:
         """Lower bound of each parameter where the others have these values, shape (P,)."""
         least = self.low

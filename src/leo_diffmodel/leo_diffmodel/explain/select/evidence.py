@@ -15,7 +15,7 @@ from functools import reduce
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.covariance import derivatives
+from leo_diffmodel.explain.estimate.covariance import derivatives, solved
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import likelihood
@@ -150,6 +150,11 @@ class Weight:
         least = np.minimum(self.gates.part * (done + 1.0), left)
         return bool((added >= least).any())
 
+    def explains_most(self, smaller: Scored, larger: Scored) -> bool:
+        """Whether a set leaves but a small share of what a smaller one leaves beyond noise."""
+        saved, left = float(self._saved(smaller, larger).sum()), self.unexplained(larger)
+        return left < self.gates.share * (saved + left)
+
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
         """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""
         saved = self.compare(b, a)
@@ -241,7 +246,7 @@ def _moves(
             move = _refitted(fitted, residual[other], columns[other], end, seen, numerics)
         if alone.any():
             gram = grams[~other].sum(axis=0)
-            move[alone] = -_solved(gram[np.ix_(alone, alone)], gram[alone] @ move, damping)
+            move[alone] = -solved(gram[np.ix_(alone, alone)], gram[alone] @ move, damping)
         moves[int(number)] = move
     return moves
 
@@ -261,7 +266,7 @@ def _refitted(
             columns, residual + columns @ move, channels, numerics, fitted.typical
         )
         slope = (slopes.sum(axis=(0, 1)) - len(slopes) * end)[seen]
-        step = -_solved(grams.sum(axis=0)[np.ix_(seen, seen)], slope, numerics.least_damping)
+        step = -solved(grams.sum(axis=0)[np.ix_(seen, seen)], slope, numerics.least_damping)
         moved, bound = move[seen] + step, numerics.farthest_errors * errors
         # shortened to stay within the bounds, it keeps its direction
         shorter = float((bound / np.maximum(np.abs(moved), 1e-300)).min())
@@ -269,12 +274,6 @@ def _refitted(
         if (np.abs(step) < numerics.refit_errors * errors).all():
             break
     return move
-
-
-def _solved(gram: Array, slope: Array, damping: float) -> Array:
-    scale = np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
-    damped = gram / np.outer(scale, scale) + damping * np.eye(len(scale))
-    return np.asarray(np.linalg.solve(damped, slope / scale) / scale)
 
 
 def weigh(sets: Sequence[Scored], most: float = np.inf) -> Weight:

@@ -24,7 +24,8 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select import stable
 from leo_diffmodel.explain.select.evidence import Scored, Weight
-from leo_diffmodel.explain.select.sets import best_ended, Names, searched, Sets
+from leo_diffmodel.explain.select.neighbours import searched
+from leo_diffmodel.explain.select.sets import best_ended, Names, Sets
 from leo_diffmodel.explain.select.stable import Alike
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect

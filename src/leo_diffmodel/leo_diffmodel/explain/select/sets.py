@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choose a set of effects: the best whose every part predicts worse, among its neighbours."""
+"""Sets of effects that were fitted, and the one that is chosen: each part of it predicts worse."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ class Sets:
         until: when to stop [s of `time.monotonic`].
         known: the fitted sets by their effects.
         extensions: what was tried on top of which set.
-        carried: which set was fitted from the values of which larger one.
+        carried: which set was fitted from the values of which other one.
+        numbers: with which whole numbers a set was fitted.
         front: sets whose extensions there was no time for.
     """
 
@@ -44,6 +45,7 @@ class Sets:
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
     carried: set[tuple[Names, Names]] = field(default_factory=set)
+    numbers: set[tuple[Names, float]] = field(default_factory=set)
     front: tuple[Names, ...] = ()
 
     def __post_init__(self) -> None:
@@ -67,9 +69,9 @@ class Sets:
         return (*begun, *(f'more with {_label(names)}' for names in self.front))
 
     @property
-    def scanned(self) -> dict[Candidate, Array]:
-        """Values of each effect that explained most on top of the model as given, alone."""
-        return {s.candidate: s.own for s in self.extensions[frozenset()].scans}
+    def scanned(self) -> dict[Candidate, tuple[Array, ...]]:
+        """Values of each effect that explained most on top of the model as given, best first."""
+        return {s.candidate: s.begins for s in self.extensions[frozenset()].scans}
 
     @property
     def threshold(self) -> float:
@@ -82,12 +84,15 @@ class Sets:
         return self.weight.ordered(list(self.known.values()))
 
     def add(self, sets: Iterable[Estimate]) -> None:
-        """Score fitted sets; of two fits of one set the better is kept."""
+        """Score fitted sets; of two fits of one set the better is kept, and carried on anew."""
         for at in sets:
             mine = replace(score(at), ends=self.estimator.ends(at))
             other = self.known.get(at.names)
-            if other is None or float(mine.left.sum()) < float(other.left.sum()):
+            saved = float((other.left - mine.left).sum()) if other else np.inf
+            if saved > 0:
                 self.known[at.names] = mine
+            if saved > self.settings.gates.equal_nats:
+                self.carried = {(n, near) for n, near in self.carried if near != at.names}
 
     def extend(self, names: Names, few: bool = False) -> None:
         """Find what one or two more effects do to a set.
@@ -122,12 +127,15 @@ class Sets:
 
         A part that was fitted from elsewhere may have come to rest in a worse place.
         """
-        if self.late:
-            return False
-        new = [n for n in _parts(whole) if (n, whole.names) not in self.carried]
-        self.carried |= {(n, whole.names) for n in new}
+        new = self.uncarried(_parts(whole), whole.names)
         self.add(self._part(n, whole.at) for n in new)
         return bool(new)
+
+    def uncarried(self, sets: Iterable[Names], near: Names) -> list[Names]:
+        """Those of some sets that were not fitted from the values of another one, and are now."""
+        new = [] if self.late else [n for n in sets if (n, near) not in self.carried]
+        self.carried |= {(n, near) for n in new}
+        return new
 
     def _part(self, names: Names, near: Estimate) -> Estimate:
         full = near.fit.hypothesis
@@ -151,18 +159,6 @@ def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
 
 def _terms(candidate: Candidate) -> set[Parameter]:
     return {p for p in candidate.parameters if p.scales}
-
-
-def searched(sets: Sets, first: Estimate) -> Scored:
-    """The set that is chosen once all its neighbours are known, or the time is over."""
-    sets.add([first])
-    while front := _front(sets):
-        if sets.late and sets.extensions:
-            sets.front = tuple(front)
-            break
-        sets.expect(front)
-        sets.extend(front[0], few=front[0] < best_of(sets).names and bool(front[0]))
-    return best_of(sets)
 
 
 def best_of(sets: Sets) -> Scored:
@@ -205,14 +201,18 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     """Whether every part of a set is known and surely predicts worse, and all of fewer effects do.
 
     What takes more effects to predict what fewer predict as well is no better answer, even where
-    it saves more.
+    it saves more; unless it explains most of what the fewer leave.
     """
     if not _parts(scored) <= {s.names for s in sets}:
         return False
     parts = [s for s in sets if s.size < scored.size and holds(scored, s)]
     fewer = [s for s in sets if len(s.names) < len(scored.names)]
+
+    def matters(less: Scored) -> bool:
+        return weight.tells_apart(less, scored) or weight.explains_most(less, scored)
+
     return all(weight.supports(s, scored, limit) for s in parts) and all(
-        weight.saves(s, scored, limit) and weight.tells_apart(s, scored) for s in fewer
+        weight.saves(s, scored, limit) and matters(s) for s in fewer
     )
 
 
@@ -233,45 +233,6 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
     return candidate.where == other.where and set(other.parameters) < set(candidate.parameters)
 
 
-def _front(sets: Sets) -> list[Names]:
-    """The sets to extend: the best, others of its size, its parts, if they are not extended.
-
-    Others that predict the same as the best are no other beginning, and where the best leaves no
-    more than noise can give, no set of one more effect is better. Where all are extended, the best
-    set with a value of its own at each joint, or with a wider law, may be one.
-    """
-    if frozenset() not in sets.extensions:
-        return [frozenset()]
-    best = best_of(sets)
-    held = best.fit.hypothesis.candidates
-    sets.add_parts(best)
-    done = sets.weight.leaves_noise(best, sets.threshold)
-    others = [] if done else _others(sets, best)
-    near = [s.names for s in others[: sets.settings.numerics.width - 1]]
-    parts = [best.names - {c} for c in held]
-    first = [] if _same_begun(sets, best) else [best.names]
-    small = [n for n in (*first, *near, *parts) if len(n) < sets.settings.gates.most_effects]
-    front = [n for n in small if n not in sets.extensions]
-    new = [] if front else [c for c in held if _split(sets, best, c) or _widened(sets, best, c)]
-    return _front(sets) if new else front
-
-
-def _others(sets: Sets, best: Scored) -> list[Scored]:
-    """Sets of as many effects as the best that predict something else, the best of them first."""
-    ordered = distinct(sets.ordered(), sets.weight)
-    others = [s for s in ordered if s.names and len(s.names) == len(best.names)]
-    return [s for s in others if s is not best and sets.weight.tells_apart(best, s)]
-
-
-def _same_begun(sets: Sets, best: Scored) -> bool:
-    """Whether a set is extended that does the same as the best by as many other names."""
-    weight, near = sets.weight, sets.settings.gates.margin_nats
-    begun = (sets.known[n] for n in sets.extensions if len(n) == len(best.names))
-    return any(
-        abs(weight.ahead(best, s)) < near and not weight.tells_apart(best, s) for s in begun
-    )
-
-
 def distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
     """The sets less those that do the same as the one before, by other names."""
     kept: list[Scored] = []
@@ -279,45 +240,3 @@ def distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
         if not kept or abs(weight.ahead(kept[-1], scored)) > weight.gates.equal_nats:
             kept.append(scored)
     return kept
-
-
-def _split(sets: Sets, best: Scored, candidate: Candidate) -> bool:
-    """A value of its own at each joint instead of a shared one; False where nothing is new."""
-    name, everywhere = candidate.effect.name, 'all'
-    if candidate.where != everywhere or candidate.effect.late or sets.late:
-        return False
-    of_joint = [c for c in sets.pool if c.effect.name == name and c.where != everywhere]
-    own = [c for c in of_joint if c not in best.names]
-    if len(own) < 2 or best.names - {candidate} | set(own) in sets.known:
-        return False
-    full, theta = best.fit.hypothesis, best.fit.theta
-    index = full.candidates.index(candidate)
-    values = list(full.values(theta, index).values())
-    rest = full.without(index)
-    kept, split = rest.carried(full, theta), rest.first_constant
-    wider = replace(rest, candidates=(*rest.candidates, *own))
-    theta = np.concatenate([kept[:split], *[values] * len(own), kept[split:]])
-    sets.add([sets.estimator.refitted(best.at, wider, theta)])
-    return True
-
-
-def _widened(sets: Sets, best: Scored, candidate: Candidate) -> bool:
-    """Wider laws in an effect's place, from its values; False where nothing is new.
-
-    What else such a law has begins as a scan found it. The fit of a law with three parameters that
-    begins far away may come to rest behind that of the law with one that is part of it.
-    """
-    full, theta = best.fit.hypothesis, best.fit.theta
-    index, own, others = full.candidates.index(candidate), sets.scanned, best.names - {candidate}
-    laws = [c for c in own if widens(c, candidate) and compatible(others, c)]
-    new = [c for c in laws if (others | {c}, best.names) not in sets.carried and not sets.late]
-    sets.carried |= {(others | {c}, best.names) for c in new}
-    rest = full.without(index)
-    kept, split = rest.carried(full, theta), rest.first_constant
-    narrow = full.values(theta, index)
-    for wide in new:
-        values = [narrow.get(p.name, v) for p, v in zip(wide.parameters, own[wide], strict=True)]
-        wider = replace(rest, candidates=(*rest.candidates, wide))
-        begin = np.concatenate([kept[:split], values, kept[split:]])
-        sets.add([sets.estimator.refitted(best.at, wider, begin)])
-    return bool(new)

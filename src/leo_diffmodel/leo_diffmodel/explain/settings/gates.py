@@ -62,7 +62,8 @@ class Gates:
     """Times by which correlation in time must multiply the variance of what is left, for it to
     count as correlated."""
     share: float = 0.25
-    """Of the error beyond noise that may be left where everything is explained."""
+    """Of the error beyond noise that may be left where everything is explained, and where more
+    effects than another set has matter whatever they do far ahead."""
     far: float = 4.0
     """Times the noise (mean square) that matters however much was explained."""
     out_of_line: float = 2.0

@@ -141,8 +141,8 @@ class Numerics:
     singles: int = 6
     """Effects fitted on top of a set, those that a linear scan finds best."""
     wholes: int = 3
-    """Whole numbers of a parameter (periods of a ripple) from which it is fitted: with what else
-    is missing, the best of a scan can be wrong."""
+    """Whole numbers (periods of a ripple) and shapes (the rate at which friction falls) from which
+    an effect is fitted: with what else is missing, the best of a scan can be wrong."""
     pairs: int = 2
     """Pairs of effects fitted on top of a set at once, found in the same way;"""
     first_pairs: int = 10
@@ -156,7 +156,7 @@ class Numerics:
     parallel: float = 0.98
     """Cosine from which on two effects do the same thing: together they can do anything."""
     look: int = 2
-    """Iterations of every fit; the better half of them then goes on (successive halving)."""
+    """Iterations of every fit; then all go on that gain on the best of them."""
     neutral_look: int = 3
     """Iterations from neutral, where the first look leads nowhere."""
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from leo_diffmodel.explain.estimate.covariance import covariance
+from leo_diffmodel.explain.estimate.covariance import beyond, covariance
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.settings import SETTINGS
 
@@ -31,9 +31,7 @@ def interval(seed: int, by: float, size: float) -> tuple[np.ndarray, np.ndarray]
     residual = noise - columns @ wrong
     block = np.repeat(np.arange(BLOCKS), PER_BLOCK)
     spread = likelihood.dispersion(residual, CHANNELS)
-    found = covariance(
-        -columns, residual, block, np.ones(2, dtype=bool), spread, CHANNELS, SETTINGS.numerics
-    )
+    found = covariance(-columns, residual, block, np.zeros(2), spread, CHANNELS, SETTINGS.numerics)
     return wrong, 1.96 * np.sqrt(np.diagonal(found))
 
 
@@ -48,20 +46,30 @@ def test_19_of_20_intervals_hold_the_truth(by, size):
     assert 0.90 <= np.mean(inside) <= 0.98
 
 
-def test_a_parameter_on_its_bound_has_no_variance_and_one_that_does_not_show_a_huge_one():
+def test_a_parameter_held_fast_has_no_variance_and_one_that_does_not_show_a_huge_one():
     rng = np.random.default_rng(0)
     columns, residual = rng.standard_normal((48, 30, 3)), rng.standard_normal((48, 30))
     columns[..., 2] = 0.0
-    free = np.array([True, False, True])
-    found = covariance(columns, residual, np.arange(48), free, 1.0, CHANNELS, SETTINGS.numerics)
+    prior = np.array([0.0, np.inf, 0.0])
+    found = covariance(columns, residual, np.arange(48), prior, 1.0, CHANNELS, SETTINGS.numerics)
     assert found[1, 1] == 0.0 and found[2, 2] > 1e6
     assert found[0, 0] == pytest.approx(1 / 1440, rel=0.5)
+
+
+@pytest.mark.parametrize('spread', [1.0, 4.0])
+def test_what_two_parameters_do_alike_is_told_apart_by_what_is_known_of_one(spread):
+    rng = np.random.default_rng(0)
+    columns, residual = rng.standard_normal((48, 30, 1)), rng.standard_normal((48, 30))
+    same, prior = np.repeat(columns, 2, axis=-1), np.array([0.0, 1 / 0.3**2])
+    found = covariance(same, residual, np.arange(48), prior, spread, CHANNELS, SETTINGS.numerics)
+    np.testing.assert_allclose(np.sqrt(np.diagonal(found)), 0.3, rtol=0.05)
+    assert found[0, 1] == pytest.approx(-found[1, 1], rel=0.05)
 
 
 def test_few_blocks_make_wider_intervals():
     rng = np.random.default_rng(0)
     columns, residual = rng.standard_normal((48, 30, 1)), rng.standard_normal((48, 30))
-    free, half = np.ones(1, dtype=bool), []
+    prior, half = np.zeros(1), []
     for blocks in (48, 3):
         block = np.arange(48) * blocks // 48
         drawn = [
@@ -69,7 +77,7 @@ def test_few_blocks_make_wider_intervals():
                 columns,
                 rng.permutation(residual.ravel()).reshape(48, 30),
                 block,
-                free,
+                prior,
                 1.0,
                 CHANNELS,
                 SETTINGS.numerics,
@@ -78,3 +86,20 @@ def test_few_blocks_make_wider_intervals():
         ]
         half.append(np.sqrt(np.mean(drawn)))
     assert half[1] > 1.5 * half[0]
+
+
+@pytest.mark.parametrize(
+    ('bend', 'rise', 'far'),
+    [(100.0, 0.0, 0.196), (0.0, 0.0, 0.5), (0.0, 19.2, 0.1), (100.0, 1e6, 0.0)],
+    ids=['as far as noise allows', 'to the other bound', 'against a slope', 'held firmly'],
+)
+def test_what_makes_up_for_a_constant_may_move_as_that_moves_off_its_bound(bend, rise, far):
+    """Two parameters of the unit curvature `bend` beside their sum, which the data know."""
+    sure = 1e6
+    matrix = sure * np.ones((2, 2)) + np.diag([0.0, bend])
+    descent, prior = np.array([0.0, rise]), np.array([0.0, np.inf])
+    room = np.array([0.0, -0.5])
+    moved = beyond(matrix, descent, prior, room, 1.0, SETTINGS.numerics)
+    np.testing.assert_allclose(moved, [[0.0, far], [far, 0.0]], atol=2e-3)
+    none = beyond(matrix, descent, prior, 0.0 * room, 1.0, SETTINGS.numerics)
+    assert not none.any()

@@ -138,3 +138,15 @@ def test_on_top_of_an_effect_those_are_scanned_again_that_still_promise_most():
 def named_one(pool, name: str):
     (found,) = (c for c in pool if c.effect.name == name)
     return found
+
+
+def test_all_that_may_explain_what_is_left_are_fitted_to_their_end():
+    model, few = Model(TORQUE), SETTINGS.changed(singles=2, pairs=0, first_pairs=0)
+    posed = pose(
+        [record(TORQUE, place(TORQUE, 'coulomb_friction', 'pivot', c=0.15))], (), model, few
+    )
+    fits = Smooth(posed, scales_of(model, posed.problem.windows))
+    names = 'coulomb_friction', 'stribeck_friction'
+    pool = [limited(c, model, few.grids) for c in candidates(model) if c.effect.name in names]
+    larger = fits.extended(fits.first(Hypothesis()), pool, lambda *_: None).larger
+    assert len(larger) > len(pool) and all(e.fit.ended for e in larger)

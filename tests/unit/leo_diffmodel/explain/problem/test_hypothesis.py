@@ -76,3 +76,21 @@ def test_a_spring_that_rests_far_beyond_the_data_is_no_ripple(monkeypatch):
     assert [e['name'] for e in answer.effects] == ['joint_spring']
     values = {name: p['value'] for name, p in answer.effects[0]['parameters'].items()}
     assert abs(values['k'] / 0.25 - 1) < 0.1 and abs(values['rest'] / 4.0 - 1) < 0.1
+
+
+def test_a_constant_is_known_by_its_bounds_and_may_lie_inside_the_one_it_met():
+    model = Model('xl330_pendulum')
+    constants = uncertain(model)
+    free = Hypothesis(
+        (next(c for c in candidates(model) if c.effect.name == 'armature'),), constants
+    )
+    half = 0.5 * (free.high - free.low)[1:]
+    middle = np.array([0.001, *(free.low[1:] + half)])
+    np.testing.assert_allclose(free.prior(middle), [0.0, *3 / half**2])
+    assert not free.room(middle).any()
+    met = middle.copy()
+    met[:3] = free.low[0], free.low[1], free.high[2]
+    held, room = free.prior(met), free.room(met)
+    assert np.isinf(held[:3]).all() and np.isfinite(held[3:]).all()
+    np.testing.assert_allclose(room[:3], [0.0, 2 * half[0], -2 * half[1]])
+    assert not room[3:].any()

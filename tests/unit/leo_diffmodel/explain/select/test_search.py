@@ -82,6 +82,17 @@ def test_a_ripple_is_tried_at_several_numbers_of_periods():
     periods = [scan.own[1], *(values[1] for values in scan.others)]
     assert len(set(periods)) == len(periods) > SETTINGS.numerics.wholes > 1
     assert not scanner.scan(candidate(model, 'coulomb_friction')).others
+    law = scanner.scan(candidate(model, 'stribeck_friction'))
+    rates = {float(values[2]) for values in law.begins}
+    assert len(rates) == len(law.begins) == len(SETTINGS.grids.shape_shares)
+
+
+def test_a_scan_finds_a_lag_much_shorter_than_those_it_tries():
+    model, law = Model(TORQUE), place(TORQUE, 'actuator_lag', 'pivot', tau=0.0004)
+    problem = pose([record(TORQUE, law, seconds=8, noise=(1e-5, 1e-4))], [], model).problem
+    scanner = Scanner(problem, fit(problem, Hypothesis()), scales_of(model, problem.windows))
+    scan = scanner.scan(candidate(model, 'actuator_lag'))
+    assert scan.own == pytest.approx([0.0004], rel=0.1) and scan.gain > 100
 
 
 def test_a_wider_law_is_fitted_from_the_narrower_one_too(monkeypatch):

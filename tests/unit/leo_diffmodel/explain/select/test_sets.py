@@ -3,16 +3,19 @@
 
 from dataclasses import replace
 from itertools import permutations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.linear import POOL, posed, Regression, scored, wide
 
-from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.estimator import Estimate, Extension
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.select import neighbours
 from leo_diffmodel.explain.select import sets as choice
 from leo_diffmodel.explain.select.evidence import weigh, Weight
+from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import chosen, compatible, Sets, widens
 from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, turns
 from leo_diffmodel.explain.settings import SETTINGS
@@ -75,7 +78,7 @@ def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
 
 def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, lambda _: None)
-    best = choice.searched(sets, estimator.first(Hypothesis()))
+    best = searched(sets, estimator.first(Hypothesis()))
     best = canonical(sets, long_horizon_tie_break(sets, best))
     return names(best), [frozenset(names(s)) for s in turns(sets)]
 
@@ -168,7 +171,7 @@ def test_of_two_fits_of_one_set_the_better_is_kept():
 def test_a_search_whose_time_is_over_gives_the_best_of_the_first_effects():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
     late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
-    best = choice.searched(late, estimator.first(Hypothesis()))
+    best = searched(late, estimator.first(Hypothesis()))
     assert late.late and [*late.extensions] == [frozenset()] and names(best) == {'armature'}
 
 
@@ -182,29 +185,96 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
 
 
 @pytest.mark.parametrize(
-    ('whole', 'beyond', 'off', 'right'),
+    ('times', 'whole', 'beyond', 'off', 'right'),
     [
-        (10.0, 0.5, 0.0, {'coulomb_friction'}),
-        (10.0, 1.5, 0.0, {'armature', 'bias_torque'}),
-        (1000.0, 3.0, 0.0, {'armature', 'bias_torque'}),
-        (1000.0, 3.0, 2.0, {'coulomb_friction'}),
+        (10, 10.0, 0.5, 0.0, {'coulomb_friction'}),
+        (10, 10.0, 1.5, 0.0, {'armature', 'bias_torque'}),
+        (10, 1000.0, 3.0, 0.0, {'armature', 'bias_torque'}),
+        (10, 1000.0, 3.0, 2.0, {'coulomb_friction'}),
+        (1, 10.0, 0.5, 0.0, {'armature', 'bias_torque'}),
     ],
     ids=[
         'alike far ahead',
         'a seventh of it all',
         'little of it all, but seen',
         'less than what is left',
+        'nothing left but noise',
     ],
 )
-def test_two_effects_that_predict_what_one_does_are_no_better_answer(whole, beyond, off, right):
+def test_two_effects_that_predict_what_one_does_are_no_better_answer(
+    times, whole, beyond, off, right
+):
     """Errors far ahead in noise floors; the two save more than the one, no part of them."""
-    sets = left(none=8000, a=3000, b=3000, c=500, a_b=350)
+    nats = {'none': 8000, 'a': 3000, 'b': 3000, 'c': 500, 'a_b': 350}
+    sets = left(**{name: times * total for name, total in nats.items()})
     errors = {'': off - whole, 'coulomb_friction': off - beyond, 'armature_bias_torque': off}
     told = [
         replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
         for s in sets
     ]
     assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right
+
+
+def unfinished(at: Estimate) -> Estimate:
+    """The estimate with a fit that rests in a worse place."""
+    return at._replace(fit=replace(at.fit, loss=at.fit.loss + 1.0))
+
+
+def test_a_rival_is_fitted_again_from_the_values_of_the_best():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=0.1)
+    first = estimator.first(Hypothesis())
+    larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
+    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    sets.add([first, *map(unfinished, larger)])
+    best = next(s for s in sets.known.values() if names(s) == {'armature', 'coulomb_friction'})
+    before = {n: s.left.sum() for n, s in sets.known.items()}
+    neighbours._add_rivals(sets, best)
+    better = {n for n, s in sets.known.items() if s.left.sum() < before[n]}
+    assert better == {n for n in sets.known if len(n) == 2 and len(n & best.names) == 1}
+    assert not sets.uncarried(better, best.names)
+
+
+def test_a_set_that_is_fitted_better_is_carried_on_anew():
+    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0)
+    both = Hypothesis(tuple(wide(POOL[n]) for n in ('armature', 'coulomb_friction')))
+    good = estimator.refitted(estimator.first(Hypothesis()), both)
+    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    for at, new in ((unfinished(good), True), (unfinished(good), False), (good, True)):
+        sets.add([at])
+        assert sets.add_parts(sets.known[at.names]) == new
+
+
+class Begun(Regression):
+    """An estimator that keeps where fits begin."""
+
+    def refitted(
+        self,
+        at: Estimate,
+        hypothesis: Hypothesis,
+        theta: np.ndarray | None = None,
+        rival: float = np.inf,
+    ) -> Estimate:
+        """The model as given."""
+        self.begun = [*getattr(self, 'begun', ()), theta]
+        return self.first(Hypothesis())
+
+
+def test_a_ripple_is_fitted_with_one_period_more_and_one_less():
+    ripple = next(c for c in candidates(Model('pendulum')) if c.effect.name == 'torque_ripple')
+    whole = next(i for i, p in enumerate(ripple.parameters) if p.whole)
+    points = [np.insert([0.1 * n, -0.1 * n], whole, n) for n in (7, 6, 5, 3, 4)]
+    estimator = Begun(np.zeros((40, 20)), {}, posed(FOLD))
+    first = estimator.first(Hypothesis())
+    fitted = replace(first.fit, hypothesis=Hypothesis((ripple,)), theta=points[-1])
+    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    own = SimpleNamespace(candidate=ripple, begins=tuple(points))
+    sets.extensions[frozenset()] = Extension(first, (), (own,), LIMIT)
+    sets.known[frozenset({ripple})] = best = replace(
+        scored([], np.ones(len(FOLD)), FOLD), at=first._replace(fit=fitted)
+    )
+    assert neighbours._renumbered(sets, best, ripple)
+    assert [theta.tolist() for theta in estimator.begun] == [p.tolist() for p in points[2:4]]
+    assert not neighbours._renumbered(sets, best, ripple)
 
 
 def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
@@ -226,7 +296,7 @@ def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
 def test_of_what_was_cut_short_a_set_is_taken_whose_part_was_given_up():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0)
     sets = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None)
-    best = choice.searched(sets, estimator.first(Hypothesis()))
+    best = searched(sets, estimator.first(Hypothesis()))
     part = next(n for n in sets.known if names_of(n) == {'coulomb_friction'})
     at = sets.known[part].at
     given_up = at._replace(fit=replace(at.fit, ended=False))
@@ -241,7 +311,7 @@ def ended(at: Estimate) -> Estimate:
 
 def begun(sets: Sets, first: Estimate) -> tuple[set, list]:
     """What is chosen, and the sets of its size that were extended."""
-    best = names(choice.searched(sets, first))
+    best = names(searched(sets, first))
     extended = [names_of(n) for n in sets.extensions]
     return best, [n for n in extended if len(n) == len(best)]
 
@@ -271,5 +341,5 @@ def test_a_set_that_does_the_same_as_one_that_was_extended_is_not():
 def test_what_was_not_extended_is_told():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
     late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
-    choice.searched(late, estimator.first(Hypothesis()))
+    searched(late, estimator.first(Hypothesis()))
     assert late.untried[0] == 'more with armature:pivot'
