@@ -27,7 +27,7 @@ from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidat
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.select.sets import widens
+from leo_diffmodel.explain.select.sets import Names, widens
 from leo_diffmodel.explain.select.stable import share
 from leo_sim.model import Model
 
@@ -81,22 +81,34 @@ def floors(found: Search, smaller: list[Scored], held: HeldOut) -> tuple[float, 
 def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]:
     """What else could stand in the place of an effect, nearest first; not a wider law of its kind.
 
-    An effect that was not chosen is compared alone, on the model as given.
+    The other effects may have other names for the same thing. An effect that was not chosen is
+    compared alone, on the model as given.
     """
     gates, mine = found.weight.gates, found.chosen
     if candidate not in mine.names:
         alone = found.known(frozenset({candidate}))
         assert alone is not None
         mine = alone
-    rest = mine.names - {candidate}
+    told = {candidate}
     for other in found.sets:
-        if len(other.names) != len(mine.names) or not rest < other.names:
-            continue
-        (rival,) = other.names - rest
+        rival = _in_place_of(candidate, mine.names, other.names, facts)
         behind = found.weight.ahead(mine, other)
-        near = behind < gates.margin_nats
-        if rival != candidate and not widens(rival, candidate) and abs(behind) < gates.told_nats:
+        if rival is None or rival in told or abs(behind) >= gates.told_nats:
+            continue
+        told.add(rival)
+        if not widens(rival, candidate):
+            near = behind < gates.margin_nats
             yield Rival(rival, behind, same_thing(candidate, rival, facts) if near else None)
+
+
+def _in_place_of(
+    candidate: Candidate, mine: Names, other: Names, facts: Facts
+) -> Candidate | None:
+    """What a set of as many effects has for one of mine; None where more is another thing."""
+    rest = mine - {candidate}
+    left = [c for c in other if not any(facts.alike(c, d) for d in rest)]
+    able = all(any(facts.alike(c, d) for c in other) for d in rest)
+    return left[0] if able and len(other) == len(mine) and len(left) == 1 else None
 
 
 def _part(

@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Angles, speeds and loads of an answer are those of its windows, at the joints it is about."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.cart import cart
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.windows import cut
-from leo_diffmodel.explain.findings.parts import shown_for
+from leo_diffmodel.explain.findings.parts import rivals, shown_for
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
@@ -69,3 +72,29 @@ def test_a_slide_has_its_own_units(tmp_path):
     robot = cart(tmp_path)
     (each,) = shown(robot, [record(robot, seconds=3)], 'viscous_friction:rail')
     assert (each.angle.unit, each.speed.unit, each.load.unit) == ('m', 'm/s', 'N')
+
+
+def test_what_stands_in_place_of_an_effect_may_stand_beside_other_names_of_the_rest():
+    """On a single hinge a force and a shifted centre of mass turn gravity alike."""
+    pool = {c.effect.name: c for c in candidates(Model(TORQUE)) if c.where != 'all'}
+
+    def known(behind, *names):
+        return SimpleNamespace(names=frozenset(pool[n] for n in names), behind=behind)
+
+    mine = known(0.0, 'torque_scale', 'external_force')
+    sets = [
+        mine,
+        known(0.5, 'armature', 'link_com'),
+        known(0.7, 'armature', 'external_force'),
+        known(0.9, 'coulomb_friction', 'bias_torque'),
+        known(1.0, 'link_mass', 'external_force'),
+        known(1e4, 'viscous_friction', 'link_com'),
+    ]
+    weight = SimpleNamespace(gates=SETTINGS.gates, ahead=lambda _, s: s.behind)
+    found = SimpleNamespace(sets=sets, chosen=mine, weight=weight)
+    told = [*rivals(found, pool['torque_scale'], Facts(TORQUE, False))]
+    assert [(r.candidate.effect.name, r.behind) for r in told] == [
+        ('armature', 0.5),
+        ('link_mass', 1.0),
+    ]
+    assert not [*rivals(found, pool['external_force'], Facts(TORQUE, False))]
