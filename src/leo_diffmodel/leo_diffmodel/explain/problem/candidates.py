@@ -158,10 +158,20 @@ def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tu
     """Added mass or inertia: less than nothing is left of no link, in no recording."""
     is_mass, robot = unit == 'kg', model.robot
     most = grids.heavier * (mass_scale(robot) if is_mass else inertia_scale(robot))
-    if candidate.effect.hook != 'body' or not is_mass:
+    if candidate.effect.hook != 'body':
+        most = max(most, grids.heavier * _moved_by(candidate.where, model))
+        return -most, most
+    if not is_mass:
         return -most, most
     path = f'links.{candidate.where}.mass'
     if path not in model.constants:
         return -grids.lighter * most, most
     own = min(map(float, (model.constants[path], *model.by_recording.get(path, {}).values())))
     return -grids.lighter * own, most
+
+
+def _moved_by(joint: str, model: Model) -> float:
+    """Inertia that a joint's motor moves where a run starts, its own too; the least for 'all'."""
+    start, names = model.start('nominal'), model.robot.joint_names
+    own = model.rigid.mass_and_bias(start.q, start.dq)[0].diagonal() + model.laws.rotor_inertia
+    return float(own[names.index(joint)] if joint in names else own.min())

@@ -12,7 +12,14 @@ import pytest
 from tests.flywheel import flywheel
 from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.compare.sizes import gravity_scale, mass_scale, push_scale, reach, stall_torque
+from leo_diffmodel.compare.sizes import (
+    gravity_scale,
+    inertia_scale,
+    mass_scale,
+    push_scale,
+    reach,
+    stall_torque,
+)
 from leo_diffmodel.explain.problem.candidates import at_limit, candidates, limited, seen, unseen
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.verbs.common import own_effects
@@ -112,6 +119,16 @@ def test_limits_are_the_robots_and_never_wider_than_the_effects(robot):
 def test_a_stronger_robot_may_have_more_friction():
     most = [plausible(r)['coulomb_friction', 'pivot', 'c'].high for r in ROBOTS[:3]]
     assert most[0] < most[2] < most[1]
+
+
+def test_a_motor_may_have_several_times_the_inertia_that_it_moves():
+    arm, servos = (plausible(load_robot(name)) for name in ('double_pendulum', 'so101'))
+    shoulder, elbow = (arm['armature', j, 'J'].high for j in ('shoulder', 'elbow'))
+    assert shoulder > 2 * elbow
+    assert elbow == pytest.approx(5 * inertia_scale(load_robot('double_pendulum')))
+    own = Model('so101').laws.rotor_inertia.min()
+    for where in ('all', 'gripper'):
+        assert 5.01 * own > servos['armature', where, 'J'].high > 5 * own
 
 
 def test_a_model_says_otherwise_at_one_place_or_all():
