@@ -96,13 +96,10 @@ def doubt(findings: Findings, part: Part) -> str:
     """Why an effect is not sure; '' where it is."""
     fitted, parameters = part.fit, part.candidate.parameters
     first = fitted.hypothesis.offset(part.index)
-    sizes = [
-        (parameters[i], float(fitted.theta[first + i]), fitted.ci95(first + i))
-        for i in amplitude_indices(parameters)
-    ]
-    if not any(low > p.neutral or high < p.neutral for p, _, (low, high) in sizes):
+    sizes = [(parameters[i], fitted.ci95(first + i)) for i in amplitude_indices(parameters)]
+    if not any(low > p.neutral or high < p.neutral for p, (low, high) in sizes):
         return 'whose interval holds no effect'
-    if any(at_limit(p, v, 0.5 * (high - low)) for p, v, (low, high) in sizes):
+    if any(at_limit(p, *interval) for p, interval in sizes):
         return 'at the limit of what is plausible'
     if part.share < findings.gates.stable:
         return f'chosen in {part.share:.0%} of the held-out turns'

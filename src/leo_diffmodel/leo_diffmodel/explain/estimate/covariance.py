@@ -55,7 +55,8 @@ def covariance(
     """
     slopes, touching = derivatives(columns, residual, channels, numerics, typical)
     bent = _bent(slopes, residual, numerics, typical)
-    known = spread * known_before(prior)
+    times = few_blocks(block)
+    known = spread * times * known_before(prior)
     inverse = _inverse(touching.sum(axis=0) + known, bent, np.isfinite(prior), numerics.most_bent)
     _, number = np.unique(block, return_inverse=True)
     of_block = np.zeros((int(number.max()) + 1, prior.size))
@@ -69,7 +70,12 @@ def covariance(
         own = np.diagonal(mixed)
         scale = np.sqrt(np.divide(most, own, out=np.ones_like(own), where=own > 0))
         mixed = mixed * np.outer(scale, scale)
-    return mixed * (stdtrit(max(count - 1, 1), 0.975) / 1.96) ** 2
+    return mixed * times
+
+
+def few_blocks(block: Array) -> float:
+    """By how much variances that few blocks give are to be larger, by Student's t."""
+    return float((stdtrit(max(len(np.unique(block)) - 1, 1), 0.975) / 1.96) ** 2)
 
 
 def derivatives(
@@ -121,25 +127,26 @@ def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Arr
 
 
 def known_before(prior: Array) -> Array:
-    """The part of the curvature that is no data's, for independent parameters, shape (P, P)."""
+    """Curvature by what is known before: the precisions, 0 for what is held, shape (P, P)."""
     return np.diag(np.where(np.isfinite(prior), prior, 0.0))
 
 
 def beyond(
     matrix: Array, descent: Array, prior: Array, room: Array, spread: float, numerics: Numerics
 ) -> Array:
-    """How far parameters may move down and up with constants that met a bound, shape (P, 2).
+    """How far parameters may move down and up with constants that are on a bound, shape (P, 2).
 
-    Such a constant lies anywhere between its bounds, and others may make up for it. It moves away
-    from its bound, the free parameters with it, until that costs what the end of a 95 % interval
-    does, or to its other bound. Several add up as independent errors do.
+    Such a constant may lie inside its bounds, and the free parameters then make up for it. It is
+    moved inside until the loss rises as much as at the end of a 95 % interval, or to its other
+    bound. What several constants move is added in quadrature.
 
     Args:
         matrix: curvature of the loss, shape (P, P).
         descent: its slope downhill, shape (P,).
         prior: precision of each parameter before these data, shape (P,); inf for what is held.
-        room: from the bound that a constant met to the other one; 0 for all others, shape (P,).
-        spread: times nats count less, see `likelihood.dispersion`.
+        room: signed distance from the bound that a constant is on to its other one; 0 for all
+            others, shape (P,).
+        spread: times variances are larger than those of white noise in many blocks.
         numerics: of the solver.
     """
     moved, matrix = np.zeros((len(room), 2)), matrix + spread * known_before(prior)

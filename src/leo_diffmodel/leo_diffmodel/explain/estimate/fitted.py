@@ -50,8 +50,8 @@ class Fit:
         theta: its parameters, shape (P,).
         covariance: of theta, from the training windows, wider where more than noise is left,
             shape (P, P).
-        beyond: how far they may lie beyond that, down and up, as constants that met a bound lie
-            inside it, shape (P, 2).
+        beyond: by how much they may be smaller and larger because a constant whose best value is
+            a bound may lie inside it; `ci95` adds this in quadrature, shape (P, 2).
         start: start states, shape (W, 2J).
         loss: robust cost of each window [nats], shape (W,).
         residual: whitened, start states projected out, shape (W, N).
@@ -262,10 +262,10 @@ def _with_error(parameter: dict) -> str:
     """A value with half its 95 % interval, to the digit that it allows, or with both its ends."""
     low, high = parameter['ci95']
     half = 0.5 * (high - low)
+    if abs(0.5 * (low + high) - parameter['value']) > 0.1 * half:
+        return f'{parameter["value"]:.3g} [{low:.3g} to {high:.3g}]'
     if not half > 0 or half > 10 * abs(parameter['value']):
         return f'{parameter["value"]:.3g}'
-    if abs(parameter['value'] - low - half) > 0.5 * half:
-        return f'{parameter["value"]:.3g} ({low:.3g} to {high:.3g})'
     digits = max(0, 1 - math.floor(math.log10(half)))
     if digits > 8:  # zeros that nobody counts
         figures = digits + 1 + math.floor(math.log10(max(abs(parameter['value']), half)))

@@ -91,7 +91,7 @@ def _singles(scans: Sequence[Scan], limit: float, numerics: Numerics) -> list[Po
     """The most promising effects, each with the values from which it is fitted."""
     least = numerics.worth * limit
     worth = [s for s in scans[: numerics.singles] if s.gain > least] or scans[:1]
-    return [((s.candidate,), v) for s in worth for v in s.begins[: numerics.wholes]]
+    return [((s.candidate,), v) for s in worth for v in s.begins[: numerics.begins]]
 
 
 def different(scans: Sequence[Scan], residual: Array, numerics: Numerics) -> list[Scan]:

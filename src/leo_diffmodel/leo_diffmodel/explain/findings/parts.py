@@ -105,10 +105,13 @@ def _in_place_of(
     candidate: Candidate, mine: Names, other: Names, facts: Facts
 ) -> Candidate | None:
     """What a set of as many effects has for one of mine; None where more is another thing."""
+    if len(other) != len(mine):
+        return None
     rest = mine - {candidate}
-    left = [c for c in other if not any(facts.alike(c, d) for d in rest)]
-    able = all(any(facts.alike(c, d) for c in other) for d in rest)
-    return left[0] if able and len(other) == len(mine) and len(left) == 1 else None
+    less, more = rest - other, other - rest
+    left = [c for c in more if not any(facts.alike(c, d) for d in less)]
+    able = all(any(facts.alike(c, d) for c in more) for d in less)
+    return left[0] if able and len(left) == 1 else None
 
 
 def _part(

@@ -12,6 +12,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import inf, isfinite
 
+import numpy as np
+
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.sizes import inertia_scale, mass_scale
@@ -113,10 +115,11 @@ def limited(candidate: Candidate, model: Model, grids: Grids) -> Candidate:
     return replace(candidate, parameters=tuple(kept))
 
 
-def at_limit(parameter: Parameter, value: float, half: float) -> bool:
-    """Whether a value with its confidence interval reaches a limit that is not `no effect`."""
-    ends = [e for e in (parameter.low, parameter.high) if e != parameter.neutral and isfinite(e)]
-    return any(abs(value - e) <= max(half, 1e-6 * abs(e)) for e in ends)
+def at_limit(parameter: Parameter, low: float, high: float) -> bool:
+    """Whether a confidence interval reaches a limit that is not `no effect`."""
+    ends = (parameter.low, low - parameter.low), (parameter.high, parameter.high - high)
+    limits = [(e, room) for e, room in ends if e != parameter.neutral and isfinite(e)]
+    return any(room <= 1e-6 * abs(e) for e, room in limits)
 
 
 def _range(
@@ -159,7 +162,7 @@ def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tu
     is_mass, robot = unit == 'kg', model.robot
     most = grids.heavier * (mass_scale(robot) if is_mass else inertia_scale(robot))
     if candidate.effect.hook != 'body':
-        most = max(most, grids.heavier * _moved_by(candidate.where, model))
+        most = max(most, grids.heavier * _moved(unit, model))
         return -most, most
     if not is_mass:
         return -most, most
@@ -170,8 +173,10 @@ def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tu
     return -grids.lighter * own, most
 
 
-def _moved_by(joint: str, model: Model) -> float:
-    """Inertia that a joint's motor moves where a run starts, its own too; the least for 'all'."""
-    start, names = model.start('nominal'), model.robot.joint_names
-    own = model.rigid.mass_and_bias(start.q, start.dq)[0].diagonal() + model.laws.rotor_inertia
-    return float(own[names.index(joint)] if joint in names else own.min())
+def _moved(unit: str, model: Model) -> float:
+    """The most that a motor moves where a run starts, its own too: inertia [kg m2], mass [kg]."""
+    start, robot = model.start('nominal', np.random.default_rng(0)), model.robot
+    inertia = model.rigid.mass_and_bias(start.q, start.dq)[0].diagonal()
+    own = dict(zip(robot.joint_names, inertia + model.laws.rotor_inertia, strict=True))
+    driven = [a.joint for a in robot.actuators if (a.joint in robot.slides) == (unit == 'kg')]
+    return max((float(own[joint]) for joint in driven), default=0.0)

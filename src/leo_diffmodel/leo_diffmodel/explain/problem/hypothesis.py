@@ -110,8 +110,8 @@ class Hypothesis:
     def prior(self, theta: Array) -> Array:
         """Precision of each parameter before any data, shape (P,); inf for what is held fast.
 
-        Of an effect nothing is known; a constant lies anywhere between its bounds, which is a
-        mean square distance from its value.
+        Of an effect nothing is known. A constant is uniform between its bounds; its variance is
+        taken about its present value.
         """
         first = self.first_constant
         at, low, high = theta[first:], self.low[first:], self.high[first:]
@@ -120,7 +120,7 @@ class Hypothesis:
         return np.where(self.free(theta), np.concatenate([np.zeros(first), known]), np.inf)
 
     def room(self, theta: Array) -> Array:
-        """From the bound that a constant met to its other one, shape (P,); 0 for all others."""
+        """Signed distance from the bound that a constant is on to its other one, (P,); else 0."""
         first = self.first_constant
         at, low, high = theta[first:], self.low[first:], self.high[first:]
         way = 1.0 * (at <= low) - (at >= high)

@@ -152,8 +152,7 @@ class Weight:
 
     def explains_most(self, smaller: Scored, larger: Scored) -> bool:
         """Whether a set leaves but a small share of what a smaller one leaves beyond noise."""
-        saved, left = float(self._saved(smaller, larger).sum()), self.unexplained(larger)
-        return left < self.gates.share * (saved + left)
+        return self.unexplained(larger) < self.gates.share * self.unexplained(smaller)
 
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
         """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""

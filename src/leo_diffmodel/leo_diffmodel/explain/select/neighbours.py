@@ -12,10 +12,17 @@ from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.sets import best_of, compatible, distinct, Names, Sets, widens
+from leo_diffmodel.explain.select.sets import (
+    best_of,
+    compatible,
+    distinct,
+    EVERYWHERE,
+    Names,
+    Sets,
+    widens,
+)
 
 Array = np.ndarray
-EVERYWHERE = 'all'
 
 
 def searched(sets: Sets, first: Estimate) -> Scored:
@@ -39,12 +46,8 @@ def _front(sets: Sets) -> list[Names]:
     """
     if frozenset() not in sets.extensions:
         return [frozenset()]
-    best = best_of(sets)
+    best = _settled(sets)
     held = best.fit.hypothesis.candidates
-    sets.add_parts(best)
-    _add_rivals(sets, best)
-    if any(_widened(sets, best, c) or _renumbered(sets, best, c) for c in held):
-        return _front(sets)
     done = sets.weight.leaves_noise(best, sets.threshold)
     others = [] if done else _others(sets, best)
     near = [s.names for s in others[: sets.settings.numerics.width - 1]]
@@ -54,6 +57,16 @@ def _front(sets: Sets) -> list[Names]:
     front = [n for n in small if n not in sets.extensions]
     split = not front and any(_split(sets, best, c) for c in held)
     return _front(sets) if split else front
+
+
+def _settled(sets: Sets) -> Scored:
+    """The best set, once all near it are fitted from its values."""
+    while True:
+        best = best_of(sets)
+        held = best.fit.hypothesis.candidates
+        others = [_widened(sets, best, c) or _renumbered(sets, best, c) for c in held]
+        if not any((sets.add_parts(best), _add_rivals(sets, best), *others)):
+            return best
 
 
 def _others(sets: Sets, best: Scored) -> list[Scored]:
@@ -72,18 +85,24 @@ def _same_begun(sets: Sets, best: Scored) -> bool:
     )
 
 
-def _add_rivals(sets: Sets, best: Scored) -> None:
+def _add_rivals(sets: Sets, best: Scored) -> bool:
     """Fit again, from the values of a set, the best that have one effect in the place of one.
 
-    What was fitted from elsewhere may have come to rest in a worse place.
+    What was fitted from elsewhere may have come to rest in a worse place. False where nothing is
+    new.
     """
-    size, shared = len(best.names), len(best.fit.hypothesis.constants)
-    known = sets.ordered() if size > 1 or shared else []
+    size = len(best.names)
+    if size < 2 and not best.fit.hypothesis.constants:
+        return False
     rivals = {
-        s.names: s.fit for s in known if len(s.names) == size == len(s.names & best.names) + 1
+        s.names: s.fit
+        for s in sets.ordered()
+        if len(s.names) == size == len(s.names & best.names) + 1
     }
     near = [*rivals][: sets.settings.numerics.singles]
-    sets.add(_rival(sets, rivals[n], best.at) for n in sets.uncarried(near, best.names))
+    new = sets.uncarried(near, best.names)
+    sets.add(_rival(sets, rivals[n], best.at) for n in new if not sets.late)
+    return bool(new)
 
 
 def _rival(sets: Sets, rival: Fit, near: Estimate) -> Estimate:
@@ -119,7 +138,7 @@ def _widened(sets: Sets, best: Scored, candidate: Candidate) -> bool:
     laws = {others | {c}: c for c in own if widens(c, candidate) and compatible(others, c)}
     new = [laws[n] for n in sets.uncarried(laws, best.names)]
     for wide in new:
-        for scanned in own[wide]:
+        for scanned in own[wide][: sets.settings.numerics.begins]:
             pairs = zip(wide.parameters, scanned, strict=True)
             values = np.array([narrow.get(p.name, value) for p, value in pairs])
             _put(sets, best, candidate, [wide], [values])
@@ -133,8 +152,9 @@ def _renumbered(sets: Sets, best: Scored, candidate: Candidate) -> bool:
         return False
     own = best.fit.own(candidate)
     near = (b for b in sets.scanned.get(candidate, ()) if np.abs(b - own)[whole].max() == 1)
-    new = [b for b in near if (best.names, *b[whole]) not in sets.numbers and not sets.late]
-    sets.numbers |= {(best.names, *b[whole]) for b in (own, *new)}
+    new = [b for b in near if (best.names, candidate, *b[whole]) not in sets.numbers]
+    new = [] if sets.late else new
+    sets.numbers |= {(best.names, candidate, *b[whole]) for b in (own, *new)}
     for values in new:
         _put(sets, best, candidate, [candidate], [values])
     return bool(new)

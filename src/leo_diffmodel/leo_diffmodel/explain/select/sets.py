@@ -18,6 +18,7 @@ from leo_sim.effects import Parameter
 
 Array = np.ndarray
 Names = frozenset[Candidate]
+EVERYWHERE = 'all'
 
 
 @dataclass
@@ -33,7 +34,7 @@ class Sets:
         known: the fitted sets by their effects.
         extensions: what was tried on top of which set.
         carried: which set was fitted from the values of which other one.
-        numbers: with which whole numbers a set was fitted.
+        numbers: with which whole numbers of which effect a set was fitted.
         front: sets whose extensions there was no time for.
     """
 
@@ -45,7 +46,7 @@ class Sets:
     known: dict[Names, Scored] = field(default_factory=dict)
     extensions: dict[Names, Extension] = field(default_factory=dict)
     carried: set[tuple[Names, Names]] = field(default_factory=set)
-    numbers: set[tuple[Names, float]] = field(default_factory=set)
+    numbers: set[tuple] = field(default_factory=set)
     front: tuple[Names, ...] = ()
 
     def __post_init__(self) -> None:
@@ -89,10 +90,10 @@ class Sets:
             mine = replace(score(at), ends=self.estimator.ends(at))
             other = self.known.get(at.names)
             saved = float((other.left - mine.left).sum()) if other else np.inf
+            if other and saved > self.settings.gates.equal_nats * self.weight.spread:
+                self.carried = {(n, near) for n, near in self.carried if near != at.names}
             if saved > 0:
                 self.known[at.names] = mine
-            if saved > self.settings.gates.equal_nats:
-                self.carried = {(n, near) for n, near in self.carried if near != at.names}
 
     def extend(self, names: Names, few: bool = False) -> None:
         """Find what one or two more effects do to a set.
@@ -128,7 +129,7 @@ class Sets:
         A part that was fitted from elsewhere may have come to rest in a worse place.
         """
         new = self.uncarried(_parts(whole), whole.names)
-        self.add(self._part(n, whole.at) for n in new)
+        self.add(self._part(n, whole.at) for n in new if not self.late)
         return bool(new)
 
     def uncarried(self, sets: Iterable[Names], near: Names) -> list[Names]:
@@ -151,7 +152,9 @@ def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
     """Whether an effect may stand with others: not what shares a term with one at its place."""
 
     def overlaps(one: Candidate) -> bool:
-        everywhere = 'all' in (one.where, other.where) and one.effect.hook == other.effect.hook
+        everywhere = (
+            EVERYWHERE in (one.where, other.where) and one.effect.hook == other.effect.hook
+        )
         return one.where == other.where or everywhere
 
     return not any(overlaps(c) and _terms(c) & _terms(other) for c in names)
@@ -167,7 +170,7 @@ def best_of(sets: Sets) -> Scored:
     for scored in sets.ordered()[: sets.settings.numerics.width]:
         if scored is best or sets.late:
             break
-        if not _parts(scored) <= sets.known.keys() and sets.add_parts(scored):
+        if not sets.known.keys() >= {*_parts(scored)} and sets.add_parts(scored):
             return best_of(sets)
     return best
 
@@ -175,7 +178,7 @@ def best_of(sets: Sets) -> Scored:
 def best_ended(sets: Sets) -> Scored:
     """The set that is chosen of the model as given and those whose fits have come to their end.
 
-    Its parts need not have: a part that is far behind was given up.
+    Its parts need not have: those that were far behind were given up.
     """
     known = list(sets.known.values())
     ended = {s.names for s in known if s.fit.ended or not s.names}
@@ -203,7 +206,7 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     What takes more effects to predict what fewer predict as well is no better answer, even where
     it saves more; unless it explains most of what the fewer leave.
     """
-    if not _parts(scored) <= {s.names for s in sets}:
+    if not {*_parts(scored)} <= {s.names for s in sets}:
         return False
     parts = [s for s in sets if s.size < scored.size and holds(scored, s)]
     fewer = [s for s in sets if len(s.names) < len(scored.names)]
@@ -216,8 +219,8 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     )
 
 
-def _parts(scored: Scored) -> set[Names]:
-    return {scored.names - {c} for c in scored.names}
+def _parts(scored: Scored) -> list[Names]:
+    return [scored.names - {c} for c in scored.fit.hypothesis.candidates]
 
 
 def holds(larger: Scored, smaller: Scored) -> bool:

@@ -17,11 +17,18 @@ from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh
-from leo_diffmodel.explain.select.sets import chosen, distinct, Names, Sets, supported, widens
+from leo_diffmodel.explain.select.sets import (
+    chosen,
+    distinct,
+    EVERYWHERE,
+    Names,
+    Sets,
+    supported,
+    widens,
+)
 
 Alike = Callable[[Candidate, Candidate], bool]
 """Whether two effects are one, or the same thing in the data."""
-EVERYWHERE = 'all'
 
 
 def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:

@@ -62,8 +62,9 @@ class Gates:
     """Times by which correlation in time must multiply the variance of what is left, for it to
     count as correlated."""
     share: float = 0.25
-    """Of the error beyond noise that may be left where everything is explained, and where more
-    effects than another set has matter whatever they do far ahead."""
+    """Of the error beyond noise that may be left where everything is explained. A larger set that
+    leaves less than this of what a smaller one leaves counts even where both predict the same far
+    ahead: a servo loop takes the error away before the end of a window."""
     far: float = 4.0
     """Times the noise (mean square) that matters however much was explained."""
     out_of_line: float = 2.0

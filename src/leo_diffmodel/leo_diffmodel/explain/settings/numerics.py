@@ -139,8 +139,9 @@ class Numerics:
     """Effects scanned on top of a set, where there are more: an arm of six joints has 186, whose
     scan took a minute of so101; a robot with one joint has 28."""
     singles: int = 6
-    """Effects fitted on top of a set, those that a linear scan finds best."""
-    wholes: int = 3
+    """Effects fitted on top of a set, those that a linear scan finds best; and rivals of the best
+    set that are fitted again from its values."""
+    begins: int = 3
     """Whole numbers (periods of a ripple) and shapes (the rate at which friction falls) from which
     an effect is fitted: with what else is missing, the best of a scan can be wrong."""
     pairs: int = 2
@@ -156,7 +157,8 @@ class Numerics:
     parallel: float = 0.98
     """Cosine from which on two effects do the same thing: together they can do anything."""
     look: int = 2
-    """Iterations of every fit; then all go on that gain on the best of them."""
+    """Iterations of each first fit; then every fit goes on, and is given up where it stays far
+    behind the best of them."""
     neutral_look: int = 3
     """Iterations from neutral, where the first look leads nowhere."""
 

@@ -188,7 +188,7 @@ def _linear_fit(
         hypothesis=hypothesis,
         theta=theta,
         covariance=errors,
-        beyond=np.zeros((len(theta), 2)),
+        beyond=np.insert(base.beyond, [first] * (len(theta) - len(base.theta)), 0.0, axis=0),
         columns=columns,
         loss=likelihood.loss(residual, channels, numerics, typical),
         residual=residual,

@@ -56,12 +56,13 @@ def test_a_parameter_held_fast_has_no_variance_and_one_that_does_not_show_a_huge
     assert found[0, 0] == pytest.approx(1 / 1440, rel=0.5)
 
 
-@pytest.mark.parametrize('spread', [1.0, 4.0])
-def test_what_two_parameters_do_alike_is_told_apart_by_what_is_known_of_one(spread):
+@pytest.mark.parametrize(('spread', 'blocks'), [(1.0, 48), (4.0, 48), (1.0, 3)])
+def test_what_two_parameters_do_alike_is_told_apart_by_what_is_known_of_one(spread, blocks):
     rng = np.random.default_rng(0)
     columns, residual = rng.standard_normal((48, 30, 1)), rng.standard_normal((48, 30))
     same, prior = np.repeat(columns, 2, axis=-1), np.array([0.0, 1 / 0.3**2])
-    found = covariance(same, residual, np.arange(48), prior, spread, CHANNELS, SETTINGS.numerics)
+    block = np.arange(48) * blocks // 48
+    found = covariance(same, residual, block, prior, spread, CHANNELS, SETTINGS.numerics)
     np.testing.assert_allclose(np.sqrt(np.diagonal(found)), 0.3, rtol=0.05)
     assert found[0, 1] == pytest.approx(-found[1, 1], rel=0.05)
 

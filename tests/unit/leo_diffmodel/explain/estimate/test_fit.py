@@ -11,7 +11,7 @@ from tests.simulate import POSITION, record, rounded
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.fitted import Fit, in_words
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
@@ -77,3 +77,21 @@ def test_a_fit_without_time_has_not_ended_and_is_not_converged(
     assert cut.theta == pytest.approx(hypothesis.neutral)
     assert fit(problem, hypothesis, cut.theta).ended
     assert not fit(problem, hypothesis, cut.theta, iterations=1).ended
+
+
+@pytest.mark.parametrize(
+    ('beyond', 'ci95', 'words'),
+    [
+        ([0.0, 0.0], (0.4, 0.8), 'v = 0.60 ± 0.20 V'),
+        ([0.0, 0.48], (0.4, 1.12), 'v = 0.6 [0.4 to 1.12] V'),
+        ([3.0, 0.48], (0.0, 1.12), 'v = 0.60 ± 0.56 V'),
+    ],
+)
+def test_an_interval_reaches_to_the_side_on_which_a_constant_may_lie(posed, beyond, ci95, words):
+    """0.52 is the hypotenuse of 0.2 and 0.48; no dead band is smaller than nothing."""
+    (zone,), nothing = posed[1].candidates, np.zeros((1, 0))
+    covariance = np.array([[(0.2 / 1.96) ** 2]])
+    known = np.array([0.6]), covariance, np.array([beyond])
+    fitted = Fit(Hypothesis((zone,)), *known, nothing, nothing, nothing, nothing)
+    assert fitted.ci95(0) == pytest.approx(ci95)
+    assert in_words(fitted, 0) == words

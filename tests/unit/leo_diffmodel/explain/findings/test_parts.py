@@ -98,3 +98,8 @@ def test_what_stands_in_place_of_an_effect_may_stand_beside_other_names_of_the_r
         ('link_mass', 1.0),
     ]
     assert not [*rivals(found, pool['external_force'], Facts(TORQUE, False))]
+    both = known(0.0, 'external_force', 'torque_ripple')
+    beside = [both, known(0.5, 'link_com', 'torque_ripple')]
+    found = SimpleNamespace(sets=beside, chosen=both, weight=weight)
+    (told,) = rivals(found, pool['external_force'], Facts(TORQUE, False))
+    assert told.candidate == pool['link_com']

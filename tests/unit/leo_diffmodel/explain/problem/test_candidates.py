@@ -21,6 +21,7 @@ from leo_diffmodel.compare.sizes import (
     stall_torque,
 )
 from leo_diffmodel.explain.problem.candidates import at_limit, candidates, limited, seen, unseen
+from leo_diffmodel.explain.select.sets import compatible
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.verbs.common import own_effects
 from leo_sim.description.robot import load_robot
@@ -121,14 +122,20 @@ def test_a_stronger_robot_may_have_more_friction():
     assert most[0] < most[2] < most[1]
 
 
+def armatures(*places):
+    pool = {c.where: c for c in candidates(Model('so101')) if c.effect.name == 'armature'}
+    return [pool[where] for where in places]
+
+
 def test_a_motor_may_have_several_times_the_inertia_that_it_moves():
     arm, servos = (plausible(load_robot(name)) for name in ('double_pendulum', 'so101'))
-    shoulder, elbow = (arm['armature', j, 'J'].high for j in ('shoulder', 'elbow'))
-    assert shoulder > 2 * elbow
-    assert elbow == pytest.approx(5 * inertia_scale(load_robot('double_pendulum')))
-    own = Model('so101').laws.rotor_inertia.min()
+    link, own = inertia_scale(load_robot('double_pendulum')), Model('so101').laws.rotor_inertia
+    assert arm['armature', 'elbow', 'J'].high > 2 * 5 * link
     for where in ('all', 'gripper'):
-        assert 5.01 * own > servos['armature', where, 'J'].high > 5 * own
+        assert servos['armature', where, 'J'].high > 5 * own.max()
+    assert servos == plausible(load_robot('so101'))
+    shared, one = (limited(c, Model('so101'), SETTINGS.grids) for c in armatures('all', 'gripper'))
+    assert not compatible([shared], one)
 
 
 def test_a_model_says_otherwise_at_one_place_or_all():
@@ -166,7 +173,12 @@ def test_an_effect_of_the_limits_keeps_its_law_and_place():
     ],
 )
 def test_a_value_at_a_limit_is_seen_but_no_effect_is_no_limit(parameter, value, half, reached):
-    assert at_limit(parameter, value, half) == reached
+    assert at_limit(parameter, value - half, value + half) == reached
+
+
+def test_a_lop_sided_interval_reaches_a_limit_on_its_longer_side_alone():
+    assert at_limit(SIGNED, 1.0, 6.0)
+    assert not at_limit(SIGNED, -1.0, 5.0)
 
 
 @pytest.mark.parametrize('motor', [True, False], ids=['motor', 'passive'])

@@ -80,7 +80,7 @@ def test_a_ripple_is_tried_at_several_numbers_of_periods():
     scanner = Scanner(problem, fit(problem, Hypothesis()), scales_of(model, problem.windows))
     scan = scanner.scan(candidate(model, 'torque_ripple'))
     periods = [scan.own[1], *(values[1] for values in scan.others)]
-    assert len(set(periods)) == len(periods) > SETTINGS.numerics.wholes > 1
+    assert len(set(periods)) == len(periods) > SETTINGS.numerics.begins > 1
     assert not scanner.scan(candidate(model, 'coulomb_friction')).others
     law = scanner.scan(candidate(model, 'stribeck_friction'))
     rates = {float(values[2]) for values in law.begins}

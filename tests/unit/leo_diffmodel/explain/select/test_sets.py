@@ -184,14 +184,18 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     assert len(turns(sets)) == SETTINGS.gates.turns
 
 
+MUCH = {'none': 80000, 'a': 30000, 'b': 30000, 'c': 5000, 'a_b': 3500}
+NOISE = {'none': 8000, 'a': 3000, 'b': 3000, 'c': 2000, 'a_b': 350}
+
+
 @pytest.mark.parametrize(
-    ('times', 'whole', 'beyond', 'off', 'right'),
+    ('nats', 'whole', 'beyond', 'off', 'right'),
     [
-        (10, 10.0, 0.5, 0.0, {'coulomb_friction'}),
-        (10, 10.0, 1.5, 0.0, {'armature', 'bias_torque'}),
-        (10, 1000.0, 3.0, 0.0, {'armature', 'bias_torque'}),
-        (10, 1000.0, 3.0, 2.0, {'coulomb_friction'}),
-        (1, 10.0, 0.5, 0.0, {'armature', 'bias_torque'}),
+        (MUCH, 10.0, 0.5, 0.0, {'coulomb_friction'}),
+        (MUCH, 10.0, 1.5, 0.0, {'armature', 'bias_torque'}),
+        (MUCH, 1000.0, 3.0, 0.0, {'armature', 'bias_torque'}),
+        (MUCH, 1000.0, 3.0, 2.0, {'coulomb_friction'}),
+        (NOISE, 10.0, 0.5, 0.0, {'armature', 'bias_torque'}),
     ],
     ids=[
         'alike far ahead',
@@ -202,11 +206,10 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     ],
 )
 def test_two_effects_that_predict_what_one_does_are_no_better_answer(
-    times, whole, beyond, off, right
+    nats, whole, beyond, off, right
 ):
     """Errors far ahead in noise floors; the two save more than the one, no part of them."""
-    nats = {'none': 8000, 'a': 3000, 'b': 3000, 'c': 500, 'a_b': 350}
-    sets = left(**{name: times * total for name, total in nats.items()})
+    sets = left(**nats)
     errors = {'': off - whole, 'coulomb_friction': off - beyond, 'armature_bias_torque': off}
     told = [
         replace(s, ends=np.full((5, 2), errors.get('_'.join(sorted(names(s))), -1e4)))
@@ -215,9 +218,9 @@ def test_two_effects_that_predict_what_one_does_are_no_better_answer(
     assert names(chosen(told, replace(PLAIN, null=told[0]), LIMIT)) == right
 
 
-def unfinished(at: Estimate) -> Estimate:
-    """The estimate with a fit that rests in a worse place."""
-    return at._replace(fit=replace(at.fit, loss=at.fit.loss + 1.0))
+def unfinished(at: Estimate, by: float = 1.0) -> Estimate:
+    """The estimate with a fit that rests in a worse place, by so many nats in each window."""
+    return at._replace(fit=replace(at.fit, loss=at.fit.loss + by))
 
 
 def test_a_rival_is_fitted_again_from_the_values_of_the_best():
@@ -260,21 +263,37 @@ class Begun(Regression):
 
 
 def test_a_ripple_is_fitted_with_one_period_more_and_one_less():
-    ripple = next(c for c in candidates(Model('pendulum')) if c.effect.name == 'torque_ripple')
-    whole = next(i for i, p in enumerate(ripple.parameters) if p.whole)
-    points = [np.insert([0.1 * n, -0.1 * n], whole, n) for n in (7, 6, 5, 3, 4)]
+    """Each of two, at two joints."""
+    pool = candidates(Model('double_pendulum'))
+    one, two = [c for c in pool if c.effect.name == 'torque_ripple' and c.where != 'all']
+    whole = next(i for i, p in enumerate(one.parameters) if p.whole)
+    points = {n: np.insert([0.1 * n, -0.1 * n], whole, n) for n in range(2, 8)}
     estimator = Begun(np.zeros((40, 20)), {}, posed(FOLD))
-    first = estimator.first(Hypothesis())
-    fitted = replace(first.fit, hypothesis=Hypothesis((ripple,)), theta=points[-1])
+    first, ends = estimator.first(Hypothesis()), np.concatenate([points[4], points[5]])
+    fitted = replace(first.fit, hypothesis=Hypothesis((one, two)), theta=ends)
     sets = Sets(estimator, [], SETTINGS, lambda _: None)
-    own = SimpleNamespace(candidate=ripple, begins=tuple(points))
-    sets.extensions[frozenset()] = Extension(first, (), (own,), LIMIT)
-    sets.known[frozenset({ripple})] = best = replace(
-        scored([], np.ones(len(FOLD)), FOLD), at=first._replace(fit=fitted)
-    )
-    assert neighbours._renumbered(sets, best, ripple)
-    assert [theta.tolist() for theta in estimator.begun] == [p.tolist() for p in points[2:4]]
-    assert not neighbours._renumbered(sets, best, ripple)
+    own = [SimpleNamespace(candidate=c, begins=tuple(points.values())) for c in (one, two)]
+    sets.extensions[frozenset()] = Extension(first, (), tuple(own), LIMIT)
+    left = scored([], np.ones(len(FOLD)), FOLD)
+    sets.known[frozenset({one, two})] = best = replace(left, at=first._replace(fit=fitted))
+    assert all(neighbours._renumbered(sets, best, c) for c in (one, two))
+    periods = [set(theta[[whole, 3 + whole]]) for theta in estimator.begun]
+    assert periods == [{3, 5}, {5}, {4}, {4, 6}]
+    assert not any(neighbours._renumbered(sets, best, c) for c in (one, two))
+
+
+def test_a_rival_that_turns_out_to_be_the_best_is_the_best_set():
+    """It comes to rest in a worse place where it is fitted from elsewhere."""
+    truth = {'armature', 'coulomb_friction'}
+    estimator = regression(dict.fromkeys(truth, 0.4), alike=0.3)
+    first = estimator.first(Hypothesis())
+    larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
+    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    sets.extensions[frozenset()] = Extension(first, (), (), LIMIT)
+    sets.add([first, *(unfinished(a, 4.0) if names_of(a.names) == truth else a for a in larger)])
+    before = choice.best_of(sets)
+    assert names(before) == {'bias_torque', 'coulomb_friction'}
+    assert names(neighbours._settled(sets)) == truth
 
 
 def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
