@@ -151,8 +151,14 @@ class Weight:
         return bool((added >= least).any())
 
     def explains_most(self, smaller: Scored, larger: Scored) -> bool:
-        """Whether a set leaves but a small share of what a smaller one leaves beyond noise."""
-        return self.unexplained(larger) < self.gates.share * self.unexplained(smaller)
+        """Whether a set leaves but a small share of what a smaller one leaves beyond noise.
+
+        No window counts for more than a few times what most windows leave.
+        """
+        most = self.gates.out_of_line * np.median(smaller.left)
+        saved = np.minimum(smaller.left, most) - np.minimum(larger.left, most)
+        total, left = float(self._by_fold(saved, larger).sum()), self.unexplained(larger)
+        return left < self.gates.share * (total + left)
 
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
         """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""
