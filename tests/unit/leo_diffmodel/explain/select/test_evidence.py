@@ -150,3 +150,13 @@ def test_what_saves_a_trifle_of_what_nothing_explains_is_not_supported():
     assert PLAIN.trifle(larger) > 60.0 and not PLAIN.supports(empty, larger, 8.0)
     best = scored(['armature'], np.full(40, 190.0), FOLD)
     assert PLAIN.supports(empty, best, 8.0)
+
+
+def test_most_is_explained_where_most_windows_say_so():
+    """Of forty samples in a window noise leaves 20 nats."""
+    noise, off, wild = np.full(40, 20.0), np.full(40, 100.0), np.full(40, 100.0)
+    wild[:2] = 4000.0
+    before, after, calmer = (scored([], left, FOLD) for left in (off, noise, wild))
+    assert PLAIN.explains_most(before, after)
+    assert not PLAIN.explains_most(calmer, before)
+    assert not PLAIN.explains_most(before, before)
