@@ -296,7 +296,7 @@ class _Point:
         data = columns[train], self.rest[train], block[train]
         variance = covariance(*data, prior, spread, channels, *of_loss)
         curve, room = (self.matrix, self.descent), self.hypothesis.room(self.theta)
-        further = beyond(*curve, prior, room, spread * few_blocks(data[2]), problem.numerics)
+        further = beyond(*curve, prior, room, spread * few_blocks(block[train]), problem.numerics)
         decrement = self.step(problem.numerics.least_damping).promised
         left = self.loss, self.rest, columns, decrement, self.typical
         by_start = None if problem.linearisation else self.linear.by_start

@@ -131,10 +131,8 @@ def _widened(sets: Sets, best: Scored, candidate: Candidate) -> bool:
     What else such a law has begins as a scan found it. The fit of a law with three parameters that
     begins far away may come to rest behind that of the law with one that is part of it.
     """
-    own, others = sets.scanned, best.names - {candidate}
-    narrow = dict(
-        zip([p.name for p in candidate.parameters], best.fit.own(candidate), strict=True)
-    )
+    own, others, full = sets.scanned, best.names - {candidate}, best.fit.hypothesis
+    narrow = full.values(best.fit.theta, full.candidates.index(candidate))
     laws = {others | {c}: c for c in own if widens(c, candidate) and compatible(others, c)}
     new = [laws[n] for n in sets.uncarried(laws, best.names)]
     for wide in new:

@@ -178,7 +178,7 @@ def best_of(sets: Sets) -> Scored:
 def best_ended(sets: Sets) -> Scored:
     """The set that is chosen of the model as given and those whose fits have come to their end.
 
-    Its parts need not have: those that were far behind were given up.
+    Its parts need not have come to theirs.
     """
     known = list(sets.known.values())
     ended = {s.names for s in known if s.fit.ended or not s.names}
