@@ -132,12 +132,13 @@ class Page:
         chain.move_to_element_with_offset(self.part(name), right, down).click().perform()
 
     @contextmanager
-    def as_wide_as(self, pixels: int) -> Iterator[float]:
-        """In a window of another width; yields by how much the page is wider than that [px]."""
+    def as_wide_as(self, pixels: int) -> Iterator[None]:
+        """In a window of another width, which the page comes to fit."""
         size = {'width': pixels, 'height': 1300, 'deviceScaleFactor': 1, 'mobile': False}
         self.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
         until(lambda: self.driver.execute_script('return innerWidth') == pixels, 'another width')
-        yield self.driver.execute_script(TOO_WIDE)
+        until(lambda: self.driver.execute_script(TOO_WIDE) <= 0, f'no wider than {pixels} px')
+        yield
         self.driver.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
 
     def box(self, name: str) -> tuple[float, float, float, float]:

@@ -94,24 +94,33 @@ def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
 
     Of sets that lack a chosen effect, by any name, and have one effect more at most. The error is
     that of `leo compare`: squared, so far ahead of the measured start. A set is better where it
-    saves a good part of that (`material`), and surely over stretches of time (Student's t).
+    saves a good part of that (`material`), and surely over stretches of time (Student's t); what
+    the folds do not surely put behind the chosen one is less surely (`likely`) better.
     """
     chosen, floor = found.chosen.names, held.predict(found.final).floor.mean(axis=(0, 1))
     _, block = np.unique(found.posed.blocks.index(held.windows), return_inverse=True)
-    gates = found.weight.gates
+    weight, gates = found.weight, found.weight.gates
     if len(np.unique(block)) < gates.fewest_blocks:
         return ''
-    mine, least = _squares(held, found.final, floor), stdtrit(block.max(), gates.surely)
+    mine = _squares(held, found.final, floor)
     better: dict[Names, float] = {}
     for rival in found.sets:
         lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
         if lacks and len(rival.names) <= len(chosen) + 1:
-            saved = np.bincount(block, mine - _squares(held, rival.fit, floor))
-            part, error = saved.sum() / mine.sum(), np.sqrt(len(saved)) * saved.std(ddof=1)
-            if part > gates.material and saved.sum() > least * error:
+            part, errors = _saved(mine, _squares(held, rival.fit, floor), block)
+            behind = weight.surely_ahead(found.chosen, rival)
+            least = stdtrit(block.max(), gates.surely if behind else gates.likely)
+            if part > gates.material and errors > least:
                 better[rival.names] = part
     best = max(better, key=better.__getitem__, default=None)
     return '' if best is None else _label(best) or 'the model as given'
+
+
+def _saved(mine: Array, other: Array, block: Array) -> tuple[float, float]:
+    """The share of what windows leave that others save, and how many of its standard errors."""
+    saved = np.bincount(block, mine - other)
+    error = np.sqrt(len(saved)) * saved.std(ddof=1)
+    return saved.sum() / mine.sum(), saved.sum() / max(error, np.finfo(float).tiny)
 
 
 def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:

@@ -77,15 +77,18 @@ def test_a_choice_that_compare_would_refute_is_not_sure(data, monkeypatch):
     assert right.refuted == '' and decision(right).verdict == 'named'
     other = next(c for c in candidates(MODEL) if c.label == 'coulomb_friction:pivot')
     less = score(Estimate(found.posed, fit(found.problem, Hypothesis((other,)), np.array([0.1]))))
-    wrong = collect(
-        [*data, *held],
-        MODEL,
-        replace(found, chosen=less, final=less.fit),
-        Facts(TORQUE, False),
-        STEP,
-    )
+
+    def judged(**gates):
+        own = replace(found.weight, gates=replace(found.weight.gates, **gates))
+        wrong = replace(found, chosen=less, final=less.fit, weight=own)
+        return collect([*data, *held], MODEL, wrong, Facts(TORQUE, False), STEP)
+
+    wrong = judged()
     assert wrong.refuted == 'bias_torque:pivot + viscous_friction:pivot'
     assert decision(replace(wrong, unknown=None)).verdict != 'named'
+    folds_say_so = {'least_errors': -np.inf}
+    assert judged(surely=1.0).refuted == wrong.refuted
+    assert judged(surely=1.0, **folds_say_so).refuted == judged(likely=1.0).refuted == ''
 
 
 def test_what_did_not_converge_is_not_sure(findings):
