@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +73,10 @@ class Experiment:
     kind: Kind
     cases: tuple[Any, ...]
     thesis: str = ''
+
+    def first(self, seeds: int | None) -> Experiment:
+        """Its cases of the first seeds; None for all."""
+        return replace(self, cases=tuple(c for c in self.cases if seeds is None or c.seed < seeds))
 
 
 def _runs(kind: Group, steps: int, seeds: Sequence[int]) -> tuple[walking.Case, ...]:

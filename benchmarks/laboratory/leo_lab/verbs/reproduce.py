@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = """\
   leo reproduce walk            LEO learns to walk, ten seeds
+  leo reproduce walk --seeds 3  the first three of them
   leo reproduce table3 --plan   what is left to run, and how long that takes
   leo reproduce table7          the pendulum whose mass is not the model's
   leo reproduce all --jobs 2    everything that has not been run yet"""
@@ -57,6 +58,7 @@ def _parser(name: str) -> Parser:
         f'  {typed} --jobs 2\n  {typed} --plan',
     )
     parser.add_argument('--plan', action='store_true', help='say what is left to run, run nothing')
+    parser.add_argument('--seeds', type=int, metavar='N', help='the first N of each kind of case')
     add_worker_arguments(parser, jobs=1)
     parser.add_argument(
         '--folder',
@@ -91,7 +93,8 @@ def _experiment(name: str, argv: list[str]) -> int:
 
     options = _parser(name).parse_args(argv)
     _check(options)
-    chosen = list(EXPERIMENTS.values()) if name == 'all' else [EXPERIMENTS[name]]
+    named = EXPERIMENTS.values() if name == 'all' else [EXPERIMENTS[name]]
+    chosen = [each.first(options.seeds) for each in named]
     if not options.json:
         _announce(chosen, options)
     if not options.plan:
@@ -121,6 +124,8 @@ def _experiment(name: str, argv: list[str]) -> int:
 
 def _check(options: Any) -> None:
     chosen_workers(options, 'leo reproduce')
+    if options.seeds is not None and options.seeds < 1:
+        raise UserError('leo reproduce: --seeds takes 1 or more')
     for name, path in (('--results', options.results), ('--folder', options.folder)):
         if path.is_file():
             raise UserError(f'leo reproduce: {name} {path} is a file; give a folder')

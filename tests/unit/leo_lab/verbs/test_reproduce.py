@@ -7,6 +7,7 @@ import pytest
 
 from leo_lab.thesis.table7 import share, shares
 from leo_lab.verbs.reproduce import main
+from leo_msgs_py.errors import UserError
 
 CASE = {
     'truth': 'moved',
@@ -50,3 +51,12 @@ def test_finished_cases_are_read_and_others_stand_beside(results, capsys):
 def test_a_gap_left_open_is_a_negative_answer(results):
     results.write_text(json.dumps(ROWS[1] | {'seed': 0, 'return_repaired': -600.0}))
     assert main(['table7', '--seeds', '1', '--results', str(results)]) == 1
+
+
+def test_the_first_seeds_alone(tmp_path, capsys):
+    told = ['--results', str(tmp_path), '--folder', str(tmp_path), '--plan', '--json']
+    for seeds, cases in (('1', 2), ('3', 6), ('9', 8)):
+        assert main(['table6', *told, '--seeds', seeds]) == 0
+        assert json.loads(capsys.readouterr().out)[0]['cases'] == cases
+    with pytest.raises(UserError, match='--seeds takes 1 or more'):
+        main(['table6', *told, '--seeds', '0'])
