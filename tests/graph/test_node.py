@@ -84,6 +84,16 @@ def test_a_fixed_parameter_cannot_be_set_and_a_declared_one_can(holder):
     assert holder.get_parameter('gain').value == 2.0
 
 
+def test_what_is_given_for_no_parameter_is_said(capfd):
+    with graph(['--ros-args', '-p', 'nois:=1.0', '-p', 'gain:=2', '-p', 'secret:=hush']):
+        node = Node('holder')
+        fixed_parameter(node, 'gain', 1.0)
+        private_parameter(node, 'secret', '')
+        join(node)
+    said = capfd.readouterr().err
+    assert 'there is no parameter nois;' in said and said.count('there is no parameter') == 1
+
+
 @pytest.mark.parametrize(
     ('text', 'default', 'value'),
     [

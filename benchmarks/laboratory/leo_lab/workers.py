@@ -44,7 +44,7 @@ class Workers(NamedTuple):
         if not items:
             return iter(())
         if self.scheduler is None:
-            return _by_processes(function, items, self.jobs)
+            return _by_processes(function, items, min(self.jobs, len(items)))
         return _by_cluster(function, items, self.scheduler)
 
 

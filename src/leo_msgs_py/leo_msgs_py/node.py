@@ -16,6 +16,7 @@ import signal
 from threading import current_thread, Event, main_thread, Thread
 import time
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
@@ -50,6 +51,8 @@ AGAIN = 1.0
 
 _stop = Event()
 _executor: Executor | None = None
+_read = WeakKeyDictionary[Node, set[str]]()
+"""The parameters that a node has asked for, private ones among them."""
 
 
 @contextmanager
@@ -97,9 +100,10 @@ def end() -> None:
 
 
 def join(node: Node) -> Node:
-    """Have the process's executor serve a node."""
+    """Have the process's executor serve a node, which has read its parameters."""
     assert _executor is not None, 'nodes live within graph()'
     harden(node)
+    _say_unknown(node)
     _executor.add_node(node)
     return node
 
@@ -232,8 +236,18 @@ def private_parameter(node: Node, name: str, default: Any) -> Any:
 
     A declared parameter is served to all. UserError for a value of another type than `default`.
     """
+    _read.setdefault(node, set()).add(name)
     given = node._parameter_overrides.get(name)  # rclpy shows overrides only by declaring them
     return default if given is None else _of_type(name, given.value, default)
+
+
+def _say_unknown(node: Node) -> None:
+    """Warn of what the command line or a parameter file gives that the node has not read."""
+    for name in node._parameter_overrides.keys() - _read.get(node, set()):
+        if not node.has_parameter(name):
+            node.get_logger().warn(
+                f'there is no parameter {name}; what is given for it is ignored'
+            )
 
 
 def _run_what_is_ready(executor: Executor, timeout: float) -> None:

@@ -270,11 +270,12 @@ class _ExplanationFile(BaseModel):
 
 
 def read_explanation(path: Path) -> dict[str, Any]:
-    """The content of an explain.json, all that is needed from it there and of its type.
+    """The content of an explain.json, by its path or its folder, of the form that is needed.
 
     Raises:
         UserError: no such file, no JSON, or no explain.json: file, where, what.
     """
+    path = path / 'explain.json' if path.is_dir() else path
     if not path.is_file():
         raise UserError(f'no file {path}; run leo explain … -o DIR first')
     try:

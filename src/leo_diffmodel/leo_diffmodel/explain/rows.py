@@ -14,6 +14,8 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate
 def rows(findings: Findings) -> dict[str, Any]:
     """The fields of explain.json that say what was found, by their names."""
     certificate = findings.final.certificate
+    shown = [part.candidate for part in findings.effects]
+    shown += [r.candidate for part in findings.effects for r in part.rivals if r.same]
     sets, threshold = findings.choices.sets, findings.search.threshold
     why = 'its largest trace in this data is {:.1f} nats, {:.1f} are needed; {}'
     return {
@@ -23,7 +25,7 @@ def rows(findings: Findings) -> dict[str, Any]:
         'not_testable': [
             not_shown(s.candidate, why.format(s.evidence, threshold, s.candidate.effect.reveal))
             for s in findings.search.scans
-            if s.evidence < threshold
+            if s.evidence < threshold and s.candidate not in shown
         ],
         'errors': _errors(findings),
         'stability': [{'effects': list(labels), 'share': share} for labels, share in sets],

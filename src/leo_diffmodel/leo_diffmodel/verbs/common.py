@@ -171,7 +171,7 @@ def fresh_folder(path: str | None) -> Path | None:
         raise UserError(f'{folder} is a file; -o takes a folder')
     there = next(p for p in (folder, *folder.absolute().parents) if p.exists())
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        raise UserError(f'cannot write to {folder}: {there} is no folder of yours; choose another')
+        raise UserError(f'cannot write to {folder}: {there} is not writable; choose another')
     return folder
 
 

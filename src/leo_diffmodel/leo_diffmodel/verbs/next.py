@@ -123,7 +123,6 @@ def _answer(
         with progress('explaining') as heard:
             return explain(recordings, model, (), own, heard).to_json()
     path = Path(arguments.explain)
-    path = path / 'explain.json' if path.is_dir() else path
     answer = read_explanation(path)
     known = {bag['sha256'] for bag in answer['provenance']['bags']}
     for recording in recordings:

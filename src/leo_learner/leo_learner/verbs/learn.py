@@ -88,7 +88,7 @@ def command_line() -> Parser:
     parser.add_argument(
         '--config', choices=AGENTS['ddpg'], help='recommended, or thesis: the reference'
     )
-    parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather')
+    parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather, all in all')
     parser.add_argument('--seed', type=int, metavar='S', help='of everything drawn (0)')
     parser.add_argument('--on-robot', action='store_true', help='train on the running robot')
     parser.add_argument('--start', metavar='DIR', help='begin with the networks of that run')

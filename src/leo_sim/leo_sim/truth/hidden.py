@@ -34,7 +34,7 @@ def hidden_model(
     `sealed` given, is written sealed and the file's name is printed.
 
     Raises:
-        UserError: no such file, an unknown effect, or both ways at once.
+        UserError: no such file, an unknown effect, no such seed, or both ways at once.
     """
     effects = _effects(robot, private.get('hidden', ''), private.get('hidden_seed', -1))
     drawn = private.get('hidden_seed', -1) >= 0
@@ -46,6 +46,8 @@ def hidden_model(
 def _effects(robot: Robot, file: str, seed: int) -> tuple[Placed, ...]:
     if file and seed >= 0:
         raise UserError('hidden and hidden_seed are both given; give one of them')
+    if seed < -1:
+        raise UserError(f'hidden_seed takes 0 or more, or -1 for nothing hidden, found {seed}')
     if seed >= 0:
         return (draw(robot, np.random.default_rng(seed)),)
     return load_effects(file, robot) if file else ()

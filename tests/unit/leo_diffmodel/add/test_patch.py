@@ -44,6 +44,13 @@ def explanation(folder, **changes):
     return path
 
 
+def test_the_folder_of_an_explanation_stands_for_its_file(tmp_path):
+    file, folder = (
+        from_explanation(Model(PENDULUM), p)[0] for p in (explanation(tmp_path), tmp_path)
+    )
+    assert file.effects == folder.effects != ()
+
+
 def test_from_an_explanation(tmp_path, capsys):
     new = tmp_path / 'new.yaml'
     assert main(['add', 'pendulum', '--from', str(explanation(tmp_path)), '-o', str(new)]) == 0

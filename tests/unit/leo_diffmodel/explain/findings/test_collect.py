@@ -15,6 +15,7 @@ from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.rows import rows
 from leo_diffmodel.explain.select.evidence import score
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -59,6 +60,12 @@ def test_what_only_one_of_many_effects_can_do_is_asked_where_there_are_many(data
     many = replace(found, weight=replace(found.weight, gates=gates))
     floors = collect(data, MODEL, many, Facts(TORQUE, False), STEP).floors
     assert findings.floors == () and len(floors) == 2 and min(floors) > 2
+
+
+def test_what_is_named_is_no_effect_that_could_not_be_tested(findings):
+    scans = tuple(replace(s, evidence=0.0) for s in findings.search.scans)
+    unseen = replace(findings, search=replace(findings.search, scans=scans))
+    assert [row['name'] for row in rows(unseen)['not_testable']] == ['coulomb_friction']
 
 
 def test_findings_stay_as_they_are(findings):
