@@ -100,6 +100,8 @@ def executable(run: Callable[[list[str]], int]) -> Callable[..., int]:
 def main(argv: list[str]) -> int:
     """Run a verb; its own exit status, 2 for bad input (one line on stderr), 130 interrupted."""
     verbs = {entry.name: entry for entry in entry_points(group='leo.verbs')}
+    if argv[:1] == ['help'] and argv[1:2] and argv[1:] != ['all']:
+        argv = [*argv[1:], '--help']
     if not argv or argv[0] in _HELP:
         print(_help(verbs, in_full=argv[1:] == ['all']), end='')
         return 0 if argv else _BAD_INPUT

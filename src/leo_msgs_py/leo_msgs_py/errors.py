@@ -3,6 +3,9 @@
 
 from leo_msgs_py.terminal import visible
 
+LONGEST = 120
+"""Of what a library says, within a message."""
+
 
 class UserError(Exception):
     """Bad input: one sentence saying what, where and what to do.
@@ -17,4 +20,6 @@ class UserError(Exception):
 
 def one_line(error: Exception) -> str:
     """What a library says is wrong, as part of a `UserError`: its first line, not too long."""
-    return (str(error) or type(error).__name__).splitlines()[0][:120]
+    said = error.msg if isinstance(error, SyntaxError) else str(error)
+    line = (said or type(error).__name__).splitlines()[0]
+    return line if len(line) <= LONGEST else f'{line[:LONGEST].rsplit(" ", 1)[0]} …'

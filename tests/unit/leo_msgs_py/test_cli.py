@@ -170,7 +170,11 @@ def test_every_verb_has_help_with_examples(verb, capsys):
     with pytest.raises(SystemExit) as end:
         cli.main([verb, '--help'])
     assert end.value.code == 0
-    assert f'  leo {verb} ' in capsys.readouterr().out.partition('examples:')[2]
+    shown = capsys.readouterr().out
+    assert f'  leo {verb} ' in shown.partition('examples:')[2]
+    with pytest.raises(SystemExit):
+        cli.main(['help', verb])
+    assert capsys.readouterr().out == shown
 
 
 @pytest.mark.parametrize(

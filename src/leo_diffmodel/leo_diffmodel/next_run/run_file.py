@@ -28,6 +28,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.names import nearest
+from leo_sim.common.yaml_file import read_text
 from leo_sim.description.constants import INPUT_UNITS
 from leo_sim.description.robot import Robot
 
@@ -136,10 +137,7 @@ def read_run(path: Path) -> RunFile:
     Raises:
         UserError: no such file, or the line that is wrong in it.
     """
-    try:
-        lines = path.read_text(encoding='utf-8').splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f'cannot read {path}: {error}') from error
+    lines = read_text(path).splitlines()
     noted = (line[2:].partition(': ') for line in lines if line.startswith('# '))
     notes = {name: text.strip() for name, colon, text in noted if colon}
     table = [(n, line) for n, line in enumerate(lines, 1) if line and not line.startswith('#')]

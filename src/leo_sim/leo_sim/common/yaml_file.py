@@ -41,6 +41,10 @@ class Quantity(Schema):
 
 
 S = TypeVar('S', bound=BaseModel)
+NO_MAPPING, MAPPING = (
+    ('model_type', 'dataclass_type', 'dict_type'),
+    'must be a mapping of keys to values',
+)
 
 
 def read(path: Path, schema: type[S]) -> S:
@@ -52,10 +56,9 @@ def read(path: Path, schema: type[S]) -> S:
     """
     data = parsed(path)
     if not isinstance(data, dict):
-        raise UserError(
-            f'{path}: expected a mapping of {", ".join(schema.model_fields)}, found '
-            f'{type(data).__name__}'
-        )
+        found = 'nothing' if data is None else shown(data)
+        keys = ', '.join(schema.model_fields)
+        raise UserError(f'{path}: expected a mapping of {keys}, found {found}')
     return check(data, schema, path)
 
 
@@ -104,7 +107,8 @@ def _first_problem(error: ValidationError, schema: type[BaseModel]) -> str:
         return f'unknown key {where!r}{nearest(str(problem["loc"][-1]), _keys(schema))}'
     if problem['type'] == 'missing':
         return f'{where}: is missing'
-    return f'{where}: {problem["msg"]}, found {shown(problem["input"])}'
+    said = MAPPING if problem['type'] in NO_MAPPING else problem['msg']
+    return f'{where}: {said}, found {shown(problem["input"])}'
 
 
 def _keys(schema: type[BaseModel]) -> set[str]:

@@ -120,7 +120,7 @@ def change(data: Path, **changes: object) -> None:
         ({'codebase_version': 'v4.0'}, "codebase_version 'v4.0' is not read here"),
         ({'codebase_version': 3}, 'codebase_version: Input should be a valid string'),
         ({'features': {}}, 'lacks episode_index'),
-        ({'features': []}, 'features: Input should be a valid dictionary'),
+        ({'features': []}, 'features: must be a mapping of keys to values'),
         ({'fps': 0}, 'fps: Input should be greater than 0'),
         (
             {'features': {'speed': {'dtype': 'float32', 'shape': [2], 'names': None}}},
