@@ -107,12 +107,12 @@ class MainJob:
         self._processes.node(name, 'leo_sim', 'robot', **ROBOT, seed=seed, **hidden)
 
     def _learn_ideal(self) -> None:
-        self._say('1. a pendulum robot with a hidden effect runs; learn on the ideal model')
+        self._say('1 of 5: a pendulum robot with a hidden effect runs; learn on the ideal model')
         plan, words = self._plan, ('learn', '--robot', 'pendulum', '-o', self._path('ideal'))
         self._processes.ask(*words, '--seed', str(plan.seed), '--steps', str(plan.steps))
 
     def _roll_out(self) -> None:
-        self._say('2. roll the policy out on the robot, record it')
+        self._say('2 of 5: roll the policy out on the robot, record it')
         self._start_diffmodel('pendulum')
         self._processes.wait_for(self._folder / 'rollout', 'diffmodel')
         steps = str(self._plan.transitions)
@@ -124,7 +124,7 @@ class MainJob:
         self._processes.node('diffmodel', 'leo_diffmodel', 'diffmodel', **given)
 
     def _repair(self) -> str:
-        self._say('3. compare, explain, repair the model')
+        self._say('3 of 5: compare, explain, repair the model')
         bag, out = self._path('rollout'), self._path('repair')
         self.found.repair = self._processes.ask('repair', bag, '--model', 'pendulum', '-o', out)
         self._console.print(self.found.repair['sentence'])
@@ -157,7 +157,7 @@ class MainJob:
         self._processes.start('learn_real', *words, *self._more())
 
     def _retrain(self, model: str) -> None:
-        self._say('4. retrain on the repaired model')
+        self._say('4 of 5: retrain on the repaired model')
         self._processes.ask('learn', '--model', model, *self._more(), '-o', self._path('repaired'))
         self._processes.wait('learn_real')
 
@@ -166,7 +166,7 @@ class MainJob:
         return ['--start', self._path('ideal'), *sizes]
 
     def _play(self) -> None:
-        self._say('5. play all three policies on the robot, from the same starts')
+        self._say('5 of 5: play all three policies on the robot, from the same starts')
         self._processes.stop('robot')
         for number, name in enumerate(('ideal', 'repaired', 'real')):
             self._start_robot(f'robot{number}', 1000 + self._plan.seed)

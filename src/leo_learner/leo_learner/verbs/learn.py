@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, replace
 import json
 import math
 from pathlib import Path
+import sys
 from typing import Any, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
@@ -61,7 +62,8 @@ def main(argv: list[str]) -> int:
     words, ros_args = ros_args_apart(argv)
     options = command_line().parse_args(words)
     run, folder = _run(options)
-    outcome = _train(run, folder, ros_args, quiet=options.json)
+    quiet = options.json and not sys.stderr.isatty()
+    outcome = _train(run, folder, ros_args, quiet)
     result = {'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}
     if options.json:
         print(json.dumps(result))
