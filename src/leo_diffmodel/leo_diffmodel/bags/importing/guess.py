@@ -24,6 +24,7 @@ from leo_sim.drivers.base import INTERFACES
 from .calibration import ARM, Calibration, calibration_beside
 from .guess_columns import choose, Columns, known_robot, KnownRobot, Roles
 from .guess_each import Units
+from .guess_flags import with_flags
 from .guess_roles import roles_of
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
@@ -83,7 +84,7 @@ def _lines(
 ) -> Iterator[str]:
     """Yield the lines of the map, from the first episode and all of them in one table."""
     table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
-    roles = roles_of(name for name in table if np.isfinite(table[name]).any())
+    roles = with_flags(roles_of(n for n in table if np.isfinite(table[n]).any()), table)
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
@@ -145,7 +146,7 @@ def _part(name: str, joints: Columns, units: Units) -> Iterator[str]:
         for quantity, column in columns.items():
             unit, values = units.of(joint, quantity, column), units.table[column]
             low, high = np.nanmin(values), np.nanmax(values)
-            value = {'column': column, **unit.entry}
+            value = {'column': column, **unit.entry} if unit.entry else column
             yield '    ' + _entry(quantity, value, f'{low:.4g} to {high:.4g}; {unit.why}')
 
 

@@ -72,6 +72,8 @@ class Units:
 
     def of(self, joint: str, quantity: str, column: str) -> Unit:
         """Return the unit of a column as one quantity of a joint."""
+        if quantity == 'enabled':
+            return Unit('', '0 = motor free')
         said = self.roles[column].unit
         if said and self._may_be(said, joint, quantity):
             return Unit(said, 'its name says so')
