@@ -27,6 +27,8 @@ DRIVEN_BY = (
     ('effort', False),
 )
 """Quantities that drive a joint and whether as a goal: of several the first is taken."""
+INPUTS = {interface: name for name, interface in INTERFACES.items()}
+"""What `leo robot init --input` calls them."""
 WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')
 """Quantities of the motor that an input has besides."""
 OF_ALL = ('enabled', 'supply_voltage')

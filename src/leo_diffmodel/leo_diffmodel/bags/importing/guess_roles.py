@@ -7,7 +7,7 @@ logs have them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import re
 from typing import NamedTuple
 import unicodedata
@@ -143,6 +143,21 @@ def roles_of(columns: Iterable[str]) -> dict[str, Role]:
     first = names[0].split('.')[0] + '.' if names else ''
     common = first if len(names) > 1 and all(name.startswith(first) for name in names) else ''
     return {name: role_of(name.removeprefix(common)) for name in names}
+
+
+def is_bare_goal(column: str) -> bool:
+    """Say whether a name says that something was asked for, as `cmd`, and not what."""
+    name, unit, letter = _unit(column)
+    words = words_of(name)
+    return bool(GOAL & set(words)) and not _quantity(words, unit, letter)
+
+
+def as_taken(roles: Mapping[str, Role], takes: str) -> dict[str, Role]:
+    """Return goals of nothing as ones of what a robot takes, where no name says that quantity."""
+    bare = {n for n, role in roles.items() if role.quantity == 'position' and is_bare_goal(n)}
+    if any(roles[name].quantity == takes for name in roles.keys() - bare):
+        return dict(roles)
+    return {n: r._replace(quantity=takes) if n in bare else r for n, r in roles.items()}
 
 
 def plain(word: str) -> str:

@@ -113,6 +113,7 @@ def test_a_csv_log_with_torques_imports_as_guessed(tmp_path):
         ('torque_enable', 'false', 'true', 'enabled'),
         ('elbow_enabled', '0', '1', 'enabled'),
         ('motor_on', '0', '0', 'enabled'),
+        ('enable_cmd', '0', '1', 'enabled'),
         ('elbow_torque', '0', '1', None),
         ('elbow_torque', '0', '0', 'effort'),
         ('torque on elbow', '0.2', '1', 'effort'),
