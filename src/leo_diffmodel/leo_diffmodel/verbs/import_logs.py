@@ -165,6 +165,7 @@ def _summary(info: BagInfo) -> dict[str, Any]:
         'samples': sum(episode.samples for episode in info.episodes),
         'constants': _constants(info),
         'joined': info.metadata.get('joined', ''),
+        'left_out': info.metadata.get('left_out', '').splitlines(),
     }
 
 
@@ -175,11 +176,11 @@ def _constants(info: BagInfo) -> dict[str, float]:
 
 def _sentence(info: BagInfo, passive: bool) -> str:
     samples = sum(episode.samples for episode in info.episodes)
-    joined = '\n' + info.metadata['joined'] if info.metadata.get('joined') else ''
+    notes = (f'\n{info.metadata[n]}' for n in ('joined', 'left_out') if n in info.metadata)
     return (
         f'wrote {info.path}: {len(info.episodes)} episode(s), {samples} samples of '
         f'{", ".join(info.joints)} at {info.state_rate:.0f} Hz'
         f'{", passive (no input)" if passive else ""}'
         f'{"".join(f", {path} = {value:.6g}" for path, value in _constants(info).items())}'
-        f'{joined}'
+        f'{"".join(notes)}'
     )

@@ -20,7 +20,7 @@ from .expression import evaluate
 from .join import are_parts, joined
 from .json_log import JSON
 from .lerobot import is_lerobot, LEROBOT
-from .log_format import LogFormat, Reader, Table
+from .log_format import LogFormat, Reader, Table, without_infinite
 from .mat_log import MAT
 
 READERS = CSV, JSON, MAT, LEROBOT
@@ -33,7 +33,7 @@ def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
     tables = reader_of(log, log_format).read(log, log_format)
     if not tables or not all(tables):
         raise UserError(f'{log} has no columns of numbers')
-    return tables
+    return [{name: without_infinite(column) for name, column in t.items()} for t in tables]
 
 
 def reader_of(log: Path, log_format: LogFormat) -> Reader:

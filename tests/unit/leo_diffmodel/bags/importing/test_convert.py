@@ -148,6 +148,13 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
         ),
         ('', SIMPLE, 'is empty'),
         ('t,q\n0,1\n', SIMPLE, '1 samples with a time; at least 2 are needed'),
+        ('t,q\n5,1\n5,1\n', SIMPLE, 'log.csv: the time column t does not change; name the one'),
+        ('t,q\n0,inf\n1,nan\n2,1\n', SIMPLE, 'log.csv: 1 rows have a number for q; at least 2'),
+        (
+            't,q,u\n0,1,nan\n1,1,inf\n',
+            SIMPLE + 'inputs: {pivot: {voltage: u}}\n',
+            'log.csv: the column u (voltage of pivot) holds no number; leave it out of the',
+        ),
         (
             't,q\n0,1\n1,1\n',
             'time: t\njoints: {pivot: {position: {column: q, unit: V}}}\n',
