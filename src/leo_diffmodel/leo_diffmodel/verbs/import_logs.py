@@ -11,6 +11,7 @@ from typing import Any
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
 from leo_diffmodel.bags.importing.guess import guess_map
+from leo_diffmodel.bags.importing.undone import undone_on_error
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
@@ -61,11 +62,12 @@ def main(argv: list[str]) -> int:
             f'{leo("import", options.logs[0], "--guess")}'
         )
     column_map = load_map(options.map)
-    jobs = _jobs(options.logs, Path(options.output), options.bag_per_log)
-    infos = []
-    with progress('importing', len(jobs)) as heard:
+    output, infos = Path(options.output), []
+    jobs = _jobs(options.logs, output, options.bag_per_log)
+    with undone_on_error(output) as made, progress('importing', len(jobs)) as heard:
         for logs, bag in jobs:
-            infos.append(bag_info(import_logs(logs, options.map, bag, options.join)))
+            made.append(import_logs(logs, options.map, bag, options.join))
+            infos.append(bag_info(bag))
             heard(bag.name)
     command = _next([info.path for info in infos], column_map)
     lines = [_sentence(info, passive=not column_map.inputs) for info in infos]
