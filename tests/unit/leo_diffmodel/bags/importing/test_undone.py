@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an import has made is removed again where it does not come to its end, and nothing else."""
 
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -56,9 +57,10 @@ def test_ctrl_c_after_a_bag_is_written_takes_it_away(words, monkeypatch):
 
 
 def test_a_folder_into_which_others_have_written_stays(tmp_path):
-    with pytest.raises(KeyboardInterrupt), undone_on_error(tmp_path / 'bags') as made:
-        for name in ('mine', 'theirs'):
-            (tmp_path / 'bags' / name).mkdir(parents=True)
-        made.append(tmp_path / 'bags/mine')
+    mine, theirs = tmp_path / 'bags/mine', tmp_path / 'bags/theirs'
+    with suppress(KeyboardInterrupt), undone_on_error(tmp_path / 'bags') as made:
+        mine.mkdir(parents=True)
+        theirs.mkdir()
+        made.append(mine)
         raise KeyboardInterrupt
     assert [path.name for path in (tmp_path / 'bags').iterdir()] == ['theirs']
