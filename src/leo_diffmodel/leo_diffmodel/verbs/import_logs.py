@@ -11,6 +11,7 @@ from typing import Any
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
 from leo_diffmodel.bags.importing.guess import guess_map
+from leo_diffmodel.bags.importing.undone import undone_on_error
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
@@ -61,11 +62,12 @@ def main(argv: list[str]) -> int:
             f'{leo("import", options.logs[0], "--guess")}'
         )
     column_map = load_map(options.map)
-    jobs = _jobs(options.logs, Path(options.output), options.bag_per_log)
-    infos = []
-    with progress('importing', len(jobs)) as heard:
+    output, infos = Path(options.output), []
+    jobs = _jobs(options.logs, output, options.bag_per_log)
+    with undone_on_error(output) as made, progress('importing', len(jobs)) as heard:
         for logs, bag in jobs:
-            infos.append(bag_info(import_logs(logs, options.map, bag, options.join)))
+            made.append(import_logs(logs, options.map, bag, options.join))
+            infos.append(bag_info(bag))
             heard(bag.name)
     command = _next([info.path for info in infos], column_map)
     lines = [_sentence(info, passive=not column_map.inputs) for info in infos]
@@ -165,6 +167,7 @@ def _summary(info: BagInfo) -> dict[str, Any]:
         'samples': sum(episode.samples for episode in info.episodes),
         'constants': _constants(info),
         'joined': info.metadata.get('joined', ''),
+        'left_out': info.metadata.get('left_out', '').splitlines(),
     }
 
 
@@ -175,11 +178,11 @@ def _constants(info: BagInfo) -> dict[str, float]:
 
 def _sentence(info: BagInfo, passive: bool) -> str:
     samples = sum(episode.samples for episode in info.episodes)
-    joined = '\n' + info.metadata['joined'] if info.metadata.get('joined') else ''
+    notes = (f'\n{info.metadata[n]}' for n in ('joined', 'left_out') if n in info.metadata)
     return (
         f'wrote {info.path}: {len(info.episodes)} episode(s), {samples} samples of '
         f'{", ".join(info.joints)} at {info.state_rate:.0f} Hz'
         f'{", passive (no input)" if passive else ""}'
         f'{"".join(f", {path} = {value:.6g}" for path, value in _constants(info).items())}'
-        f'{joined}'
+        f'{"".join(notes)}'
     )

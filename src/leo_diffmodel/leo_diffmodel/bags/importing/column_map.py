@@ -37,7 +37,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 
 from .expression import evaluate
-from .log_format import canonical_index, Column, LogFormat
+from .log_format import canonical_index, Column, LogFormat, without_infinite
 from .unit_names import canonical
 
 QUANTITIES: dict[str, tuple[str, ...]] = {
@@ -87,7 +87,7 @@ class ColumnSpec(BaseModel):
     def values(
         self, columns: Mapping[str, Column], quantity: str, log: str, unit: str | None = None
     ) -> Column:
-        """Return the values in SI, shape (T,).
+        """Return the values in SI, shape (T,), NaN where there is none.
 
         Args:
             columns: of the log, each of shape (T,).
@@ -99,7 +99,7 @@ class ColumnSpec(BaseModel):
         where = f'{log}, {self.column or self.expression}'
         factor = self.sign * self.scale * unit_factor(self.unit, quantity, where, targets)
         with np.errstate(over='ignore', invalid='ignore'):
-            return factor * self._raw(columns, quantity, log) + self.offset
+            return without_infinite(factor * self._raw(columns, quantity, log) + self.offset)
 
     def _raw(self, columns: Mapping[str, Column], quantity: str, log: str) -> Column:
         if self.expression is not None:

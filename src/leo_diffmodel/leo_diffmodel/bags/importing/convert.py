@@ -3,23 +3,24 @@
 
 from __future__ import annotations
 
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
 import json
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import read
 from leo_sim.description.robot import load_robot
 
-from ..arrays import LONGEST, Run, write_runs
+from ..arrays import Run, write_runs
 from ..types import APPLIED, Floats
-from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
+from .column_map import ColumnMap, ColumnSpec
 from .log_format import Column, Table
+from .samples import incomplete, LeftOut, refuse_unknown_inputs, sentences, times
 from .tables import episodes_of
 
 SAME = 1e-9
@@ -42,22 +43,24 @@ def import_logs(
             say so.
 
     Raises:
-        UserError: wrong map or log, time going backwards, a constant that the robot does not
-            have or that changes, or the folder exists.
+        UserError: wrong map or log, time going backwards, a column without numbers, a constant
+            that the robot does not have or that changes, or the folder exists.
     """
     where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
     mapping = load_map(column_map)
     paths = [Path(log) for log in logs]
     tables, how_joined = episodes_of(paths, mapping, join)
-    runs = [_run(log, table, mapping) for log, table in tables]
-    if not runs:
+    if not tables:
         raise UserError('no logs to import; name at least one file')
+    runs, left_out = _runs(tables, mapping)
     said = [joint for joint, columns in mapping.joints.items() if columns.position.says_unit]
     metadata = {
         'imported_from': ', '.join(log.name for log in paths),
         'column_map': where,
         'angle_units_said': ', '.join(said),
     }
+    if left_out:
+        metadata['left_out'] = '\n'.join(left_out)
     if how_joined:
         metadata['joined'] = how_joined
     if mapping.inputs:
@@ -97,8 +100,19 @@ def shipped_maps() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob('*.yaml'))}
 
 
-def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:
-    t, rows = _time(log, table, mapping)
+def _runs(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> tuple[list[Run], list[str]]:
+    """Return a run of each table, and a line for each log of which rows are left out."""
+    runs, left_out, rows = [], defaultdict[Path, LeftOut](LeftOut), Counter[Path]()
+    for log, table in tables:
+        run, found = _run(log, table, mapping)
+        runs.append(run)
+        left_out[log] += found
+        rows[log] += len(next(iter(table.values())))
+    return runs, sentences(left_out, rows)
+
+
+def _run(log: Path, table: Table, mapping: ColumnMap) -> tuple[Run, LeftOut]:
+    t, rows, left_out = times(log, table, mapping)
 
     def values(spec: ColumnSpec | None, quantity: str) -> Column:
         missing = np.full(len(rows), np.nan)
@@ -115,36 +129,9 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> Run:
         joint: {name: values(spec, name) for name, spec in interfaces.items()}
         for joint, interfaces in mapping.inputs.items()
     }
-    return Run(t, list(mapping.joints), q, matrix('velocity'), matrix('effort'), inputs)
-
-
-def _time(log: Path, table: Table, mapping: ColumnMap) -> tuple[Column, NDArray[np.int64]]:
-    """Return times [s] that increase and the rows they belong to; repeats and NaN are left out."""
-    length = len(next(iter(table.values())))
-    if mapping.time.period is not None:
-        t: Column = np.arange(length, dtype=float) * mapping.time.period
-    else:
-        spec = ColumnSpec(column=mapping.time.column)
-        factor = unit_factor(mapping.time.unit, 'time', str(log), QUANTITIES['time'])
-        t = spec.values(table, 'time', str(log)) * factor
-    rows = np.flatnonzero(np.isfinite(t))
-    if rows.size and not np.ptp(t[rows]) <= LONGEST:
-        raise UserError(
-            f'{log}: time runs from {t[rows].min():.6g} to {t[rows].max():.6g} s; '
-            'which unit is it in?'
-        )
-    steps = np.diff(np.round((t[rows] - t[rows[:1]]) * 1e9))
-    back = np.flatnonzero(steps < 0)
-    if back.size:
-        row = int(rows[back[0] + 1])
-        raise UserError(
-            f'{log}: time goes backwards at sample {row + 1}, from {t[rows[back[0]]]:.6g} s to '
-            f'{t[row]:.6g} s; sort or cut the log'
-        )
-    rows = rows[np.concatenate([[True], steps > 0])] if rows.size else rows
-    if rows.size < 2:
-        raise UserError(f'{log}: {rows.size} samples with a time; at least 2 are needed')
-    return t[rows], rows
+    run = Run(t, list(mapping.joints), q, matrix('velocity'), matrix('effort'), inputs)
+    refuse_unknown_inputs(log, run, mapping)
+    return run, left_out + incomplete(log, run, mapping)
 
 
 def _known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> dict[str, float]:

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV logs as a table: comments, header and units, whatever parts columns and decimals."""
+"""CSV logs as a table: comments, header and units, whatever parts columns and decimals.
+
+Dates, as 2026-11-27 10:00:00.000, are seconds.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 import csv
+from datetime import datetime, UTC
 from pathlib import Path
 import re
 
@@ -52,7 +56,7 @@ def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
     lines = read_log_text(log, log_format.encoding).splitlines()
     header, rows = _headed(_rows(log, lines, log_format), log_format)
     if not rows:
-        raise UserError(f'{log} is empty')
+        raise UserError(f'{log} {"has a head but no rows" if header else "is empty"}')
     each_once(header, str(log))
     numbers = _numbers(log, rows, header, log_format)
     if numbers.shape[1] != len(header):
@@ -122,7 +126,16 @@ def _number(cell: str, where: str, decimal: str) -> float:
             return _WORDS[text]
         return float(text if decimal == '.' else text.translate(_COMMA_FOR_POINT))
     except ValueError:
-        raise UserError(f'{where}: {shown(cell.strip())} is not a number') from None
+        return _seconds(cell.strip(), where)
+
+
+def _seconds(text: str, where: str) -> float:
+    """Return a date with its time of day [s]; without a zone it counts as one of UTC."""
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        raise UserError(f'{where}: {shown(text)} is not a number') from None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
 def _without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:

@@ -19,20 +19,18 @@ from leo_msgs_py.terminal import leo
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
-from leo_sim.drivers.base import INTERFACES
 
 from .calibration import ARM, Calibration, calibration_beside
-from .guess_columns import choose, Columns, known_robot, KnownRobot, Roles
+from .guess_columns import choose, Columns, INPUTS, known_robot, KnownRobot, Roles
 from .guess_each import Units
-from .guess_roles import roles_of
+from .guess_flags import with_flags
+from .guess_roles import as_taken, roles_of
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat, Table
 from .tables import read_tables, reader_of
 
 MOST_NAMED = 40
-INPUTS = {interface: name for name, interface in INTERFACES.items()}
-"""What `leo robot init --input` calls them."""
 
 
 def guess_map(
@@ -83,7 +81,8 @@ def _lines(
 ) -> Iterator[str]:
     """Yield the lines of the map, from the first episode and all of them in one table."""
     table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
-    roles = roles_of(name for name in table if np.isfinite(table[name]).any())
+    roles = with_flags(roles_of(n for n in table if np.isfinite(table[n]).any()), table)
+    roles = as_taken(roles, robot.takes if robot else 'position')
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
@@ -145,7 +144,7 @@ def _part(name: str, joints: Columns, units: Units) -> Iterator[str]:
         for quantity, column in columns.items():
             unit, values = units.of(joint, quantity, column), units.table[column]
             low, high = np.nanmin(values), np.nanmax(values)
-            value = {'column': column, **unit.entry}
+            value = {'column': column, **unit.entry} if unit.entry else column
             yield '    ' + _entry(quantity, value, f'{low:.4g} to {high:.4g}; {unit.why}')
 
 

@@ -27,8 +27,12 @@ DRIVEN_BY = (
     ('effort', False),
 )
 """Quantities that drive a joint and whether as a goal: of several the first is taken."""
-WITH_THE_DRIVE = ('supply_voltage', 'current')
+INPUTS = {interface: name for name, interface in INTERFACES.items()}
+"""What `leo robot init --input` calls them."""
+WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')
 """Quantities of the motor that an input has besides."""
+OF_ALL = ('enabled', 'supply_voltage')
+"""Quantities that all joints share where no joint is named."""
 Roles = Mapping[str, Role]
 Columns = dict[str, dict[str, str]]
 """Columns by joint and quantity."""
@@ -206,7 +210,7 @@ def _renamed(roles: Roles, names: Mapping[str, str]) -> Roles:
     """Return the roles with the robot's joints; columns of none of them have no part."""
     return {
         column: role
-        if role.quantity == 'time'
+        if role.quantity == 'time' or (role.quantity in OF_ALL and not role.joint)
         else role._replace(
             joint=names.get(role.joint or 'joint', ''),
             quantity=role.quantity if (role.joint or 'joint') in names else '',
@@ -229,9 +233,15 @@ def _driving(roles: Roles, joint: str, robot: KnownRobot | None) -> dict[str, st
     for quantity, goal in sorted(DRIVEN_BY, key=lambda each: each[0] != takes):
         column = _of(roles, quantity, goal).get(joint)
         if column is not None:
-            others = {name: _of(roles, name, goal=False).get(joint) for name in WITH_THE_DRIVE}
+            others = {name: _besides(roles, name, joint) for name in WITH_THE_DRIVE}
             return {quantity: column} | {name: c for name, c in others.items() if c}
     return {}
+
+
+def _besides(roles: Roles, quantity: str, joint: str) -> str | None:
+    """Return the column of a quantity for a joint, or else the one that all joints share."""
+    found = _of(roles, quantity, goal=False)
+    return found.get(joint) or (found.get('joint') if quantity in OF_ALL else None)
 
 
 def _of(roles: Roles, quantity: str, goal: bool) -> dict[str, str]:

@@ -12,7 +12,8 @@ import numpy as np
 from leo_msgs_py import units
 
 from .calibration import Calibrated, Calibration, GRIPPER
-from .guess_columns import Chosen, KnownRobot, of_joint, of_per_cent, Roles
+from .guess_columns import Chosen, INPUTS, KnownRobot, of_joint, of_per_cent, Roles
+from .guess_roles import is_bare_goal
 from .guess_units import (
     is_clipped,
     is_per_cent,
@@ -72,6 +73,10 @@ class Units:
 
     def of(self, joint: str, quantity: str, column: str) -> Unit:
         """Return the unit of a column as one quantity of a joint."""
+        if quantity == 'enabled':
+            return Unit('', '0 = motor free')
+        if quantity != 'position' and is_bare_goal(column):
+            return self._as_taken(joint, quantity)
         said = self.roles[column].unit
         if said and self._may_be(said, joint, quantity):
             return Unit(said, 'its name says so')
@@ -82,6 +87,14 @@ class Units:
         if self.robot and joint in self.robot.slides and quantity in OF_SLIDES:
             return Unit(OF_SLIDES[quantity], f'{joint} of {self.robot.ref} slides')
         return Unit(SI[quantity], 'nothing says another')
+
+    def _as_taken(self, joint: str, quantity: str) -> Unit:
+        """Return what is to be filled in for a goal of which only the robot says what it is."""
+        assert self.robot
+        units_of = {**SI, **OF_SLIDES} if joint in self.robot.slides else SI
+        unit = units_of[quantity]
+        why = f'{self.robot.ref} takes {INPUTS[quantity]}, and the name does not say what it is'
+        return Unit('?', f'{why}: unit: {unit}, or scale: {unit} for 1')
 
     def _may_be(self, unit: str, joint: str, quantity: str) -> bool:
         """Say whether a unit in a name is one of the joint's; per cent of a range is none."""

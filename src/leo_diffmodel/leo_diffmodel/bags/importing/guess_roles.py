@@ -7,7 +7,7 @@ logs have them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import re
 from typing import NamedTuple
 import unicodedata
@@ -53,6 +53,8 @@ BESIDES = _words(
     'gelenk articulaire angulaire angular dreh reel reelle de des du le la der die das am'
 )
 """Words that are no name of a joint."""
+ENABLED = _words('enable enabled on active activated freigabe aktiv actif')
+"""Words of a flag that says whether a motor is on."""
 _PARTS = sorted(
     _words(
         'soll ist ziel dreh gelenk motor winkel drehzahl geschwindigkeit moment kraft spannung '
@@ -125,7 +127,7 @@ class Role(NamedTuple):
 def role_of(column: str) -> Role:
     """Return what the words of a column's name say; a goal of nothing is one of a position."""
     name, unit, letter = _unit(column)
-    words = _words_of(name)
+    words = words_of(name)
     is_goal = bool(GOAL & set(words))
     quantity = _quantity(words, unit, letter)
     if letter and not _has(quantity, words, letter):
@@ -143,21 +145,36 @@ def roles_of(columns: Iterable[str]) -> dict[str, Role]:
     return {name: role_of(name.removeprefix(common)) for name in names}
 
 
+def is_bare_goal(column: str) -> bool:
+    """Say whether a name says that something was asked for, as `cmd`, and not what."""
+    name, unit, letter = _unit(column)
+    words = words_of(name)
+    return bool(GOAL & set(words)) and not _quantity(words, unit, letter)
+
+
+def as_taken(roles: Mapping[str, Role], takes: str) -> dict[str, Role]:
+    """Return goals of nothing as ones of what a robot takes, where no name says that quantity."""
+    bare = {n for n, role in roles.items() if role.quantity == 'position' and is_bare_goal(n)}
+    if any(roles[name].quantity == takes for name in roles.keys() - bare):
+        return dict(roles)
+    return {n: r._replace(quantity=takes) if n in bare else r for n, r in roles.items()}
+
+
 def plain(word: str) -> str:
     """Return a word in small letters without accents."""
     text = unicodedata.normalize('NFKD', word.lower())
     return ''.join(sign for sign in text if not unicodedata.combining(sign))
 
 
-def fits_quantity(unit: str, quantity: str) -> bool:
-    """Say whether a unit is one of a quantity."""
-    return fits(unit, QUANTITIES.get(quantity, ()))
-
-
-def _words_of(name: str) -> list[str]:
+def words_of(name: str) -> list[str]:
     """Return the words of a name: jointPos and Sollwinkel have two each."""
     words = map(plain, _WORD.findall(_CAMEL.sub('_', name)))
     return [p for w in words for p in (_PART.findall(w) if _COMPOUND.fullmatch(w) else [w])]
+
+
+def fits_quantity(unit: str, quantity: str) -> bool:
+    """Say whether a unit is one of a quantity."""
+    return fits(unit, QUANTITIES.get(quantity, ()))
 
 
 def _unit(column: str) -> tuple[str, str, str]:
@@ -202,6 +219,6 @@ def _has(quantity: str, words: Sequence[str], letter: str) -> bool:
 
 def _joint(words: Sequence[str], unit: str) -> str:
     """Return the words that say no quantity, joined; a formula's letter next to a unit is none."""
-    spent = set().union(*WORDS.values(), GOAL, BESIDES, SYMBOLS if unit else ())
+    spent = set().union(*WORDS.values(), GOAL, BESIDES, ENABLED, SYMBOLS if unit else ())
     rest = '_'.join(word for word in words if word not in spent)
     return f'joint{rest}' if rest.isdecimal() else rest

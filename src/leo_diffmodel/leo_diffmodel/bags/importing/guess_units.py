@@ -36,7 +36,7 @@ class Unit(NamedTuple):
     @property
     def entry(self) -> dict[str, Any]:
         """The keys of the map."""
-        return dict(self.said) or {'unit': self.name}
+        return dict(self.said) or ({'unit': self.name} if self.name else {})
 
 
 def of_angles(columns: Sequence[Column]) -> Unit:

@@ -10,6 +10,7 @@ from pathlib import Path
 import re
 from typing import Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from leo_msgs_py.errors import UserError
@@ -86,6 +87,11 @@ def each_once(names: Sequence[str], where: str) -> None:
                 f'{where}: {shown(name)} is the name of columns {places}; rename '
                 'them, or name all columns in the column map (header: [...])'
             )
+
+
+def without_infinite(values: Column) -> Column:
+    """Return numbers with NaN for infinite ones, which no sensor measures."""
+    return np.where(np.isinf(values), np.nan, values)
 
 
 def numbered(width: int) -> list[str]:

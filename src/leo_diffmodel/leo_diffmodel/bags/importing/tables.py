@@ -20,8 +20,9 @@ from .expression import evaluate
 from .join import are_parts, joined
 from .json_log import JSON
 from .lerobot import is_lerobot, LEROBOT
-from .log_format import LogFormat, Reader, Table
+from .log_format import LogFormat, Reader, Table, without_infinite
 from .mat_log import MAT
+from .unread import refuse_unread
 
 READERS = CSV, JSON, MAT, LEROBOT
 GROUP = 'leo.log_formats'
@@ -33,7 +34,7 @@ def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
     tables = reader_of(log, log_format).read(log, log_format)
     if not tables or not all(tables):
         raise UserError(f'{log} has no columns of numbers')
-    return tables
+    return [{name: without_infinite(column) for name, column in t.items()} for t in tables]
 
 
 def reader_of(log: Path, log_format: LogFormat) -> Reader:
@@ -43,12 +44,7 @@ def reader_of(log: Path, log_format: LogFormat) -> Reader:
         if reader.takes(log, log_format):
             return reader
         tried.append(reader)
-    if log.is_dir():
-        raise UserError(
-            f'{log} is a folder without meta/info.json, so no LeRobot data set; name files'
-        )
-    if not log.is_file():
-        raise UserError(f'no log {log}')
+    refuse_unread(log)
     name = log_format.format or log.suffix.lower().lstrip('.')
     *names, last = [reader.name for reader in tried if reader.endings]
     raise UserError(

@@ -128,7 +128,7 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
         ('t,x\n0,1\n1,1\n', SIMPLE, "has no column 'q' for position; it has t, x"),
         ('t,q\n0,1\n1,one\n', SIMPLE, "line 3, q: 'one' is not a number"),
         ('t,q\n0,1\n1,1,1\n', SIMPLE, 'line 3: 3 values, 2 columns'),
-        ('t,q\n', SIMPLE, 'is empty'),
+        ('t,q\n', SIMPLE, 'log.csv has a head but no rows'),
         ('t,q\n0,1\n1e300,1\n', SIMPLE, 'time runs from 0 to 1e+300 s; which unit is it in?'),
         ('t,q\n0,1\n' + '1' * 10**6 + ',1\n', SIMPLE, 'line 3: field larger than field limit'),
         (
@@ -148,6 +148,13 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
         ),
         ('', SIMPLE, 'is empty'),
         ('t,q\n0,1\n', SIMPLE, '1 samples with a time; at least 2 are needed'),
+        ('t,q\n5,1\n5,1\n', SIMPLE, 'log.csv: the time column t does not change; name the one'),
+        ('t,q\n0,inf\n1,nan\n2,1\n', SIMPLE, 'log.csv: 1 rows have a number for q; at least 2'),
+        (
+            't,q,u\n0,1,nan\n1,1,inf\n',
+            SIMPLE + 'inputs: {pivot: {voltage: u}}\n',
+            'log.csv: the column u (voltage of pivot) holds no number; leave it out of the',
+        ),
         (
             't,q\n0,1\n1,1\n',
             'time: t\njoints: {pivot: {position: {column: q, unit: V}}}\n',
@@ -200,7 +207,7 @@ def test_missing_files_formats_and_maps(tmp_path):
     column_map = write(tmp_path, 'map.yaml', SIMPLE)
     for log, message in (
         (tmp_path / 'none.csv', 'no log'),
-        (write(tmp_path, 'log.xlsx', 'x'), "unknown format 'xlsx'"),
+        (write(tmp_path, 'log.dat', 'x'), "unknown format 'dat'"),
         (write(tmp_path, 'log.json', '{'), 'is not JSON'),
         (write(tmp_path, 'log.mat', 'x'), 'is not a MATLAB file'),
     ):

@@ -33,6 +33,16 @@ def test_any_delimiter_and_decimal_sign(tmp_path, text, said):
     np.testing.assert_array_equal(np.column_stack([*table.values()]), NUMBERS)
 
 
+@pytest.mark.parametrize('second', ['00.250000', '00.25Z', '00.25+00:00', '00,25'])
+@pytest.mark.parametrize('between', [' ', 'T'])
+def test_dates_are_seconds(tmp_path, between, second):
+    log = tmp_path / 'log.csv'
+    day = f'2026-10-25{between}02:00:'
+    log.write_text(f't;q\n{day}00;1.5\n{day}{second};2\n')
+    (table,) = read_csv(log, LogFormat())
+    np.testing.assert_allclose(np.diff(table['t']), [0.25], atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ('text', 'said', 'message'),
     [

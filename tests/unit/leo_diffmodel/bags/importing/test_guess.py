@@ -17,6 +17,7 @@ from leo_diffmodel.bags.importing.guess_units import of_angles, of_time
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 
 
 @pytest.mark.parametrize(
@@ -104,6 +105,37 @@ def test_a_csv_log_with_torques_imports_as_guessed(tmp_path):
     assert said['inputs']['joint1'] == {'effort': {'column': 'tau1', 'unit': 'N m'}}
     assert "# not used: 'note'" in log.with_suffix('.map.yaml').read_text()
     import_logs([log], log.with_suffix('.map.yaml'), tmp_path / 'bag')
+
+
+@pytest.mark.parametrize(
+    ('flag', 'off', 'on', 'found'),
+    [
+        ('torque_enable', 'false', 'true', 'enabled'),
+        ('elbow_enabled', '0', '1', 'enabled'),
+        ('motor_on', '0', '0', 'enabled'),
+        ('enable_cmd', '0', '1', 'enabled'),
+        ('elbow_torque', '0', '1', None),
+        ('elbow_torque', '0', '0', 'effort'),
+        ('torque on elbow', '0.2', '1', 'effort'),
+    ],
+)
+def test_a_flag_is_no_torque_and_may_say_when_the_motor_is_on(tmp_path, flag, off, on, found):
+    log = tmp_path / 'log.csv'
+    log.write_text(f't,elbow_pos,elbow_goal,{flag}\n0,1,1,{off}\n0.1,1.1,1,{on}\n')
+    said = guessed(log)
+    columns = {**said['joints']['elbow'], **said['inputs']['elbow']}
+    assert set(columns) == {'position', *([found] if found else [])}
+    import_logs([log], log.with_suffix('.map.yaml'), tmp_path / 'bag')
+
+
+def test_one_flag_is_of_all_joints_of_a_robot(tmp_path):
+    log = tmp_path / 'log.csv'
+    log.write_text('t,q1,q2,tau1,tau2,torque_enable\n0,1,1,0.2,0.2,1\n0.1,1,1,0.2,0.2,0\n')
+    file = guess_map(log, tmp_path / 'map.yaml', load_robot('double_pendulum'), 'double_pendulum')
+    inputs = yaml.safe_load(file.read_text())['inputs']
+    assert {joint: of['enabled'] for joint, of in inputs.items()} == dict.fromkeys(
+        ('shoulder', 'elbow'), 'torque_enable'
+    )
 
 
 def test_of_json_the_rows_are_found(tmp_path):

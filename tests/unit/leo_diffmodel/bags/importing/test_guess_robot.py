@@ -115,6 +115,37 @@ def test_the_input_that_the_robot_takes_comes_first(tmp_path, takes, column):
     assert spec['column'] == column
 
 
+@pytest.mark.parametrize(
+    ('takes', 'interface', 'unit', 'why'),
+    [
+        ('torque', 'effort', '?', 'takes torque, and the name does not say what it is: unit: N m'),
+        (
+            'voltage',
+            'voltage',
+            '?',
+            'takes voltage, and the name does not say what it is: unit: V',
+        ),
+        ('position', 'position', 'rad', 'within the stops'),
+    ],
+)
+def test_a_command_of_nothing_is_the_input_that_the_robot_takes(
+    tmp_path, takes, interface, unit, why
+):
+    log = log_of(tmp_path / 'log.csv', 't,pos,vel,cmd', T, np.sin(T), np.cos(T), np.cos(T))
+    robot = str(bench(tmp_path, 'revolute', takes))
+    assert said(log, robot)['inputs'] == {'shaft': {interface: {'column': 'cmd', 'unit': unit}}}
+    text = log.with_suffix('.yaml').read_text()
+    assert why in text and 'make the robot' not in text
+
+
+@pytest.mark.parametrize('head', ['t,q,tau,cmd', 't,q,cmd,tau_cmd', 't,q,x,cmd [Nm]'])
+def test_a_name_that_says_the_input_comes_before_the_robot(tmp_path, head):
+    log = log_of(tmp_path / 'log.csv', head, T, np.sin(T), T, T)
+    (spec,) = said(log, str(bench(tmp_path)))['inputs']['shaft'].values()
+    assert spec['column'] == next(n for n in head.split(',') if 'tau' in n or 'Nm' in n)
+    assert spec['unit'] == 'N m'
+
+
 ARM = KnownRobot('arm', ('shoulder_pan', 'shoulder_lift', 'elbow'), frozenset(), {}, 'voltage')
 LEGS = KnownRobot('legs', ('left_hip', 'right_hip'), frozenset(), {}, 'voltage')
 
