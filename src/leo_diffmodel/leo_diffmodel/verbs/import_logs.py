@@ -142,13 +142,21 @@ def _parser() -> Parser:
 def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Path]]:
     if not each:
         return [(logs, output)]
-    bags = [output / Path(log).stem for log in logs]
+    bags = [output / name for name in _names(logs)]
     for bag in bags:
-        if bags.count(bag) > 1:
-            raise UserError(f'two logs would become {bag}; import them one by one')
         if bag.exists():
             raise UserError(f'{bag} exists already; choose another folder')
     return [([log], bag) for log, bag in zip(logs, bags, strict=True)]
+
+
+def _names(logs: list[str]) -> list[str]:
+    """Of each log a name of its own: the file's, with as many folders above it as that takes."""
+    paths = [Path(log).absolute().with_suffix('').parts for log in logs]
+    for count in range(1, max(map(len, paths))):
+        names = ['.'.join(parts[-count:]) for parts in paths]
+        if len(set(names)) == len(names):
+            return names
+    raise UserError('leo import: two logs would become one bag; import them one by one')
 
 
 def _next(bags: list[Path], column_map: ColumnMap) -> str:

@@ -270,6 +270,19 @@ def test_the_verb_writes_one_bag_or_one_each(tmp_path, capsys):
         main([*logs, '--map', column_map, '-o', str(tmp_path / 'one')])
 
 
+def test_logs_of_one_name_become_bags_with_the_names_of_their_folders(tmp_path):
+    column_map, logs = str(write(tmp_path, 'map.yaml', MAP)), []
+    for name in ('pd', 'ddp'):
+        (tmp_path / name).mkdir()
+        logs.append(str(write(tmp_path / name, 'measured.csv', CSV)))
+    into = ['--map', column_map, '-o', str(tmp_path / 'bags'), '--bag-per-log']
+    assert main([*logs, *into]) == 0
+    names = sorted(path.name for path in (tmp_path / 'bags').iterdir())
+    assert names == ['ddp.measured', 'pd.measured']
+    with pytest.raises(UserError, match='two logs would become one bag'):
+        main([logs[0], logs[0], *into])
+
+
 def robot(joints: tuple[str, ...], drive: str) -> SimpleNamespace:
     """As much of a robot as reading needs."""
     return SimpleNamespace(
