@@ -153,8 +153,8 @@ def test_the_topic_says_the_unit(tmp_path):
     assert set(read_bag(bag, PENDULUM).episodes[0].inputs[:, 0]) == {9.0}
     assert set(read_bag(bag, TORQUE).episodes[0].inputs[:, 0]) == {1.0}
     volts = write_messages(tmp_path / 'volts', still(5) + log[:1])
-    assert read_bag(volts, TORQUE).input == 'none'
-    assert 'has no usable effort of pivot (there is pivot)' in read_bag(volts, TORQUE).warnings[0]
+    with pytest.raises(UserError, match=rf'by voltage \(/leo1{VOLTS}\).*takes torque'):
+        read_bag(volts, TORQUE)
 
 
 def test_inputs_faster_than_states_are_averaged(tmp_path):
