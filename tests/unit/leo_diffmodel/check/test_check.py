@@ -141,6 +141,11 @@ def test_noise_is_a_share_of_what_moves(turned, rate, said):
     assert said in found.what and '0000' not in found.what
 
 
+def test_of_several_bags_the_one_that_is_too_short_is_named():
+    whole, short = record(PENDULUM, seconds=4.0), record(PENDULUM, seconds=0.2, seed=7)
+    assert 'simulated_7 holds' in check([Bag(whole), Bag(short)], Model(PENDULUM)).findings[0].what
+
+
 def test_too_short_a_bag_is_an_error_and_no_crash():
     result = check([Bag(record(PENDULUM, seconds=0.1))], Model(PENDULUM))
     assert not result.is_good and result.findings[0].code == 'short'
