@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import warnings
 
 from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.bags.rates import by_rate
 from leo_diffmodel.bags.recording import read_bag, Recording
 
 if TYPE_CHECKING:
@@ -160,4 +161,4 @@ def _read(bags: Bags, model: Model) -> list[Recording]:
                 warnings.warn(text, stacklevel=3)
         recordings.append(recording)
     distinct(recordings)
-    return recordings
+    return by_rate(recordings)

@@ -92,15 +92,16 @@ class Recording:
 
 
 def distinct(recordings: Iterable[Recording]) -> None:
-    """Refuse recordings of which two are the same bag."""
-    seen: dict[str, Recording] = {}
+    """Refuse recordings of which two are the same bag, or the same part of one."""
+    seen: dict[tuple[str, float], Recording] = {}
     for recording in recordings:
-        if first := seen.get(recording.sha256):
+        key = recording.sha256, float(recording.episodes[0].t[0])
+        if first := seen.get(key):
             raise UserError(
                 f'{recording.path} is the same bag as {first.path}; give each once, '
                 'and hold out bags that nothing is learned from'
             )
-        seen[recording.sha256] = recording
+        seen[key] = recording
 
 
 def between(

@@ -59,7 +59,7 @@ def read_inputs(
 
     Raises:
         UserError: the topic map asks for inputs that are not there, or the robot was driven by
-            goals that its model cannot take, or by what looks like a command and is not read.
+            what its model cannot take, or by what looks like a command and is not read.
     """
     bag = _Bag(contents, states, robot, topic_map)
     readers: dict[str, Callable[[], InputLog | None]] = {
@@ -72,13 +72,31 @@ def read_inputs(
     }
     wanted = topic_map.input
     for name, read in readers.items():
-        if wanted in ('auto', name) and (found := read()) is not None:
+        found = read() if wanted in ('auto', name) else None
+        if found is not None and found.kind == robot.input:
             return found
+    if wanted in ('auto', 'effort'):
+        _refuse_another_kind(bag)
     if wanted in readers:
         raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
     if wanted == 'auto':
         refuse_driven(contents, robot, topic_map)
     return None
+
+
+def _refuse_another_kind(bag: _Bag) -> None:
+    """Refuse a bag that says what drove the robot, but not in what its model takes."""
+    robot = bag.robot
+    for kind in ('voltage', 'torque'):
+        other = replace(bag, robot=replace(robot, input=kind))
+        for log in (other.applied(), other.dynamic(), other.effort()):
+            if log is not None and log.kind == kind != robot.input and log.values.any():
+                source = 'effort of the joint states' if log.source == 'effort' else log.source
+                raise UserError(
+                    f'{bag.contents.path} was driven by {kind} ({source}), and {robot.name} takes '
+                    f'{robot.input}; give a model that takes {kind}, or say input: none in a '
+                    'topic map if the motors were off'
+                )
 
 
 @dataclass(frozen=True)

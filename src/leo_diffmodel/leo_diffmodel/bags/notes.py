@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 
@@ -19,6 +22,7 @@ from .types import APPLIED, CONTROLLER_STATE, DYNAMIC_JOINT_STATE, JOINT_STATE
 from .unmeasured import DIFFERENTIATED, NO_INPUT
 
 _MANY_UNUSED = 0.02
+_SHOWN = 3
 
 
 def reading_notes(
@@ -57,6 +61,7 @@ def reading_notes(
         (made, f'the velocities are {made} differences of the positions; differentiated anew'),
         (states.dq is None and not made and not said, f'no velocities; {DIFFERENTIATED}'),
         (turns, f'{turns} wraps by whole turns undone'),
+        (len(segments.set_back), _set_back(states, segments.set_back)),
         (gaps, f'{gaps} gaps; split there'),
         (jumps, f'{jumps} jumps no model can make; split there'),
         (
@@ -65,6 +70,14 @@ def reading_notes(
         ),
     ]
     return [f'{contents.path}: {text}' for holds, text in found if holds]
+
+
+def _set_back(states: StateLog, back: NDArray[np.int64]) -> str:
+    """When the clock of the joint states was set back, and by how much."""
+    steps, since = np.diff(states.stamp_ns) * 1e-9, (states.stamp_ns - states.stamp_ns[0]) * 1e-9
+    first = ', '.join(f'at {since[k]:.2f} s by {-steps[k]:.3g} s' for k in back[:_SHOWN])
+    more = f' and {len(back) - _SHOWN} times more' if len(back) > _SHOWN else ''
+    return f'the stamps of the joint states go back, {first}{more}: was a clock set? split there'
 
 
 def input_notes(

@@ -30,10 +30,14 @@ _NEAR = 3
 
 @dataclass(frozen=True)
 class Segments:
-    """Stretches of states without a break, and how often each kind of break came."""
+    """Stretches of states without a break, and how often each kind of break came.
+
+    `set_back` are the steps in which stamps go back without a new episode, shape (N,).
+    """
 
     slices: tuple[slice, ...]
     breaks: dict[str, int]
+    set_back: NDArray[np.int64]
 
 
 def split(states: StateLog, episodes: TopicLog | None) -> Segments:
@@ -54,10 +58,13 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
         cuts['new episode'] = _episode_cuts(
             states, episodes, back | gap | (mismatch > 1.0), mismatch
         )
-        cuts['gap'] &= ~cuts['new episode']
+        for kind in ('gap', 'stamps jump back'):
+            cuts[kind] &= ~cuts['new episode']
     else:
         cuts['jump'] = (mismatch > 1.0) & ~back & ~gap
-    return Segments(_slices(cuts, len(states.q)), {k: int(v.sum()) for k, v in cuts.items()})
+    breaks = {k: int(v.sum()) for k, v in cuts.items()}
+    set_back = np.flatnonzero(cuts['stamps jump back'] & (step < 0))
+    return Segments(_slices(cuts, len(states.q)), breaks, set_back)
 
 
 def unwrapped(states: StateLog) -> tuple[StateLog, int]:

@@ -65,7 +65,7 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
         raise _other_joints(topic, joints, topic_map, rows)
     (log, published, stamp, columns), notes = found
     if columns[0] is None:
-        raise UserError(f'the messages on {topic.name} have no positions')
+        raise UserError(f'the messages on {topic.name} have {_positions(topic)}')
     q, dq, effort = in_our_units(columns, [topic_map.joint(name) for name in joints])
     stamped = bool(stamp.any())
     states = StateLog(log, published, stamp if stamped else log, q, dq, effort, 0, stamped, notes)
@@ -121,6 +121,7 @@ def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterat
         if topic_map.frame_id not in (None, frame):
             continue
         if names not in orders:  # which of ours a message fills, and where in it they are
+            _refuse_twice(topic, [name for name in wanted if names.count(name) > 1])
             ours = tuple(k for k, name in enumerate(wanted) if name in names)
             orders[names] = ours, [names.index(wanted[k]) for k in ours]
         ours, order = orders[names]
@@ -130,6 +131,23 @@ def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterat
             for f in fields
         )
         yield Row(Publisher(frame, names), ours, logged, stamp_of(message), *picked)
+
+
+def _refuse_twice(topic: TopicLog, doubled: Sequence[str]) -> None:
+    if doubled:
+        raise UserError(
+            f'a message on {topic.name} names {", ".join(doubled)} twice, and nothing says which '
+            'of its states is right; mend what publishes it, and record again'
+        )
+
+
+def _positions(topic: TopicLog) -> str:
+    """How many positions the messages have, in words, where they have not one for each joint."""
+    counts = [(len(m.position), len(m.name)) for _, m in deserialize(topic, JOINT_STATE)]
+    positions, names = max(counts)
+    if not positions:
+        return 'no positions'
+    return f'{positions} position(s) for {names} names of joints; each joint needs one'
 
 
 def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) -> Floats:

@@ -177,7 +177,8 @@ def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     recordings = [bag.recording for bag in bags]
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
-    short = Finding('short', ERROR, why, 'record 20 s or more with a changing input')
+    todo = 'record 20 s or more with a changing input, or leave that bag out'
+    short = Finding('short', ERROR, why, todo)
     found = [
         replace(f, bag=str(r.path))
         for r in recordings

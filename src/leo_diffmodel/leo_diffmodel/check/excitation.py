@@ -144,16 +144,21 @@ def noise_level(
         largest = sigma[used][:, [j, len(joints) + j]].max(axis=0)
         episodes = [e for i in used for e in recordings[i].episodes]
         moved = [np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq')]
-        swing = np.maximum([values.std() for values in moved], 1e-12)
-        out.append(_noise(joints[j], largest, float((largest / swing).max())))
+        swing = np.array([moved[0].std(), np.sqrt((moved[1] ** 2).mean())])
+        out.append(_noise(joints[j], largest, swing))
     return out
 
 
-def _noise(joint: str, sigma: Array, share: float) -> Finding:
-    what = (
-        f'{joint}: noise {sigma[0]:.2g} rad and {sigma[1]:.2g} rad/s rms, at most '
-        f'{100 * share:.1f} % of what it moves'
-    )
+def _noise(joint: str, sigma: Array, swing: Array) -> Finding:
+    """Noise (2,) of angle and rate against the angle's spread and the rms rate (2,)."""
+    noise = f'noise {sigma[0]:.2g} rad and {sigma[1]:.2g} rad/s rms'
+    share = float((sigma / np.maximum(swing, 1e-12)).max())
+    if (swing <= sigma).all():
+        what = f'{joint} does not move: all that shows is {noise}'
+    elif share > 1:
+        what = f'{joint}: {noise}, more than what it moves'
+    else:
+        what = f'{joint}: {noise}, at most {100 * share:.1f} % of what it moves'
     if share <= CHECK.noisy:
         return Finding('noise', OK, what)
     todo = 'move further and faster, or record the encoder rather than a filtered estimate'

@@ -104,7 +104,8 @@ def cut(
     past = int(np.ceil(history / period)) if history > 0 else 0
     pieces = list(_pieces(recordings, count, skip, past))
     if not pieces:
-        raise ValueError(f'no episode holds a window of {seconds:g} s')
+        bags = ', '.join(dict.fromkeys(r.name for r in recordings))
+        raise ValueError(f'no episode of {bags} holds a window of {seconds:g} s')
     return _stack(pieces, count, past, recordings)
 
 

@@ -16,6 +16,7 @@ from rich.table import Column
 from rich.text import Text
 
 from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.bags.rates import by_rate
 from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
@@ -84,8 +85,9 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
     common.print_warnings([recording for recording, _ in both])
     recordings = common.span(arguments, [recording for recording, _ in both])
     distinct(recordings)
-    others = [_spanned(arguments, other) for _, other in both]
-    return [Bag(r, other, as_read.hold) for r, other in zip(recordings, others, strict=True)]
+    spans = [_spanned(arguments, other) for _, other in both]
+    others = {other.path: other for other in by_rate(filter(None, spans))}
+    return [Bag(r, others.get(r.path), as_read.hold) for r in by_rate(recordings)]
 
 
 def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:

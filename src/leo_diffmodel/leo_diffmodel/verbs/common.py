@@ -14,6 +14,7 @@ import time
 from typing import TYPE_CHECKING
 
 from leo_diffmodel.bags.episode import between, distinct
+from leo_diffmodel.bags.rates import by_rate
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -128,9 +129,9 @@ def print_warnings(recordings: Sequence[Recording]) -> None:
 
 
 def read_all(
-    arguments: argparse.Namespace, model: Model
+    arguments: argparse.Namespace, model: Model, whole: bool = False
 ) -> tuple[list[Recording], list[Recording]]:
-    """The bags to learn from and those held out.
+    """The bags to learn from and those held out, by their rates unless each is wanted `whole`.
 
     Raises:
         UserError: as `read_bag`, or the same bag is there twice.
@@ -139,7 +140,7 @@ def read_all(
     held = read_bags(arguments.hold_out, model, arguments.topic_map)
     recordings, held = span(arguments, recordings), span(arguments, held)
     distinct([*recordings, *held])
-    return recordings, held
+    return (recordings, held) if whole else (by_rate(recordings), by_rate(held))
 
 
 def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list[Recording]:

@@ -13,6 +13,7 @@ import sys
 from rich.text import Text
 
 from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.bags.rates import by_rate
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
@@ -53,7 +54,7 @@ def main(argv: list[str]) -> int:
     folder = common.fresh_folder(arguments.output)
     target = _fresh_effect(arguments.write_effect)
     model = load_model(arguments.model)
-    recordings, held = common.read_all(arguments, model)
+    recordings, held = common.read_all(arguments, model, whole=arguments.each)
     changed = common.read_bags(arguments.edit_test, model, arguments.topic_map)
     distinct([*recordings, *held, *changed])
     if arguments.each:
@@ -112,12 +113,12 @@ def _each(
     names = unique_names([r.path for r in recordings])
     results: list[Explanation] = []
     for name, recording in zip(names, recordings, strict=True):
-        share = 1 / (len(names) - len(results))
-        result = _explained(arguments, model, [recording], (), f'explaining {name}', share)
+        parts, share = by_rate([recording]), 1 / (len(names) - len(results))
+        result = _explained(arguments, model, parts, (), f'explaining {name}', share)
         results.append(result)
         if folder and (inside := common.fresh_folder(str(folder / name))):
             arguments.bags = [str(recording.path)]
-            _write(inside, result, [recording], common.watch(arguments))
+            _write(inside, result, parts, common.watch(arguments))
     if arguments.json:
         answers = zip(names, results, strict=True)
         print(json.dumps({name: result.to_json() for name, result in answers}))

@@ -3,11 +3,11 @@
 
 import numpy as np
 import pytest
-from tests.messages import bag_of, command, message, state, trajectory
+from tests.messages import bag_of, command, dynamic, message, state, trajectory
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.bags.types import FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
+from leo_diffmodel.bags.types import DYNAMIC_JOINT_STATE, FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
@@ -39,6 +39,42 @@ def test_goals_are_refused_where_the_model_takes_no_goals(tmp_path, robot):
     with pytest.raises(UserError, match=f'by position goals.*{robot.name} takes {robot.input}'):
         read_bag(bag(tmp_path, ASKED), robot)
     assert read_bag(bag(tmp_path, OTHERS), robot).input == 'none'  # another robot's
+
+
+def pushed(kind, *values):
+    if kind == 'dynamic':
+        rows = [dynamic(k * STEP, {'pivot': {'effort': v}}) for k, v in enumerate(values)]
+        return [
+            ('/dynamic_joint_states', DYNAMIC_JOINT_STATE, k * STEP, d) for k, d in enumerate(rows)
+        ]
+    return [
+        (f'/robot/applied_{kind}', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [], [], [v]))
+        for k, v in enumerate(values)
+    ]
+
+
+@pytest.mark.parametrize(
+    'kind, robot, unit',
+    [('effort', PENDULUM, 'torque'), ('dynamic', PENDULUM, 'torque'), ('voltage', TORQUE, 'volt')],
+)
+def test_an_input_that_the_model_does_not_take_is_refused(tmp_path, kind, robot, unit):
+    log = bag(tmp_path / 'driven', *pushed(kind, 0.0, np.nan, 0.3))
+    with pytest.raises(UserError, match=f'by {unit}.*{robot.name} takes {robot.input}') as told:
+        read_bag(log, robot)
+    assert '\n' not in str(told.value)
+    assert read_bag(log, robot, TopicMap(input='none')).input == 'none'
+    for name, value in (('zero', 0.0), ('nan', np.nan)):
+        still = bag(tmp_path / name, *pushed(kind, value, value))
+        assert read_bag(still, robot).input == 'none'
+
+
+def test_a_measured_torque_is_no_voltage(tmp_path):
+    log = bag(tmp_path / 'torque', effort=[0.3])
+    for said in (TopicMap(), TopicMap(input='effort')):
+        with pytest.raises(UserError, match=r'by torque \(effort of the joint states\)'):
+            read_bag(log, PENDULUM, said)
+        assert read_bag(log, TORQUE, said).input == 'torque'
+    assert read_bag(bag(tmp_path / 'zero', effort=[0.0]), PENDULUM).input == 'none'
 
 
 @pytest.mark.parametrize('topic', LOOKS)

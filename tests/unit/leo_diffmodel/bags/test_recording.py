@@ -153,8 +153,36 @@ def test_the_topic_says_the_unit(tmp_path):
     assert set(read_bag(bag, PENDULUM).episodes[0].inputs[:, 0]) == {9.0}
     assert set(read_bag(bag, TORQUE).episodes[0].inputs[:, 0]) == {1.0}
     volts = write_messages(tmp_path / 'volts', still(5) + log[:1])
-    assert read_bag(volts, TORQUE).input == 'none'
-    assert 'has no usable effort of pivot (there is pivot)' in read_bag(volts, TORQUE).warnings[0]
+    with pytest.raises(UserError, match=rf'by voltage \(/leo1{VOLTS}\).*takes torque'):
+        read_bag(volts, TORQUE)
+
+
+def test_a_clock_that_was_set_back_is_told(tmp_path):
+    def log(back, *more):
+        at = [k * PERIOD - (back if k > 200 else 0) for k in range(400)]
+        rows = [('/joint_states', k * PERIOD, state(t, 0.1 + 1e-3 * k)) for k, t in enumerate(at)]
+        return write_messages(tmp_path / str(len(more) + back), [*rows, *more])
+
+    told = read_bag(log(150 * PERIOD), PENDULUM).warnings
+    assert any('stamps of the joint states go back, at 2.00 s by 1.49 s' in w for w in told)
+    resets = [('/robot/episode', k * PERIOD, uint32(k)) for k in (0, 201)]
+    for path in (log(0), log(150 * PERIOD, *resets)):
+        assert not any('go back' in w for w in read_bag(path, PENDULUM).warnings)
+
+
+@pytest.mark.parametrize(
+    'names, q, said',
+    [
+        (['pivot', 'hand'], [0.1], '1 position(s) for 2 names of joints'),
+        (['pivot'], [], 'have no positions'),
+        (['pivot', 'pivot'], [0.1, 0.2], 'names pivot twice'),
+    ],
+)
+def test_states_that_do_not_say_where_each_joint_is_are_refused(tmp_path, names, q, said):
+    log = [('/joint_states', k * PERIOD, joint_state(k * PERIOD, names, q)) for k in range(9)]
+    with pytest.raises(UserError) as refusal:
+        read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
+    assert said in str(refusal.value) and '\n' not in str(refusal.value)
 
 
 def test_inputs_faster_than_states_are_averaged(tmp_path):

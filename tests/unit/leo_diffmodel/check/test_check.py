@@ -14,7 +14,7 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check import traces
 from leo_diffmodel.check.amplitudes import needed, reaches
 from leo_diffmodel.check.check import Bag, check, look_at
-from leo_diffmodel.check.excitation import excitation, judge
+from leo_diffmodel.check.excitation import excitation, judge, noise_level
 from leo_diffmodel.check.hold import shifted
 from leo_diffmodel.check.pairs import alike
 from leo_diffmodel.check.settings import CHECK
@@ -128,6 +128,22 @@ def test_a_rich_bag_is_good_for_every_effect():
     result = check([Bag(bag, shifted(bag, -0.05))], Model(PENDULUM))
     assert result.is_good, [f.what for f in result.findings]
     assert all(r.detectable and r.nameable and r.nameable >= r.detectable for r in result.reaches)
+
+
+@pytest.mark.parametrize(
+    'turned, rate, said',
+    [(0.0, 0.0, 'does not move'), (3.0, 3.0, 'at most 0.0 %'), (1.0, 0.0, 'more than what')],
+)
+def test_noise_is_a_share_of_what_moves(turned, rate, said):
+    t = DT * np.arange(400)
+    still = spoilt(record(PENDULUM, seconds=4.0), q=turned * t[:, None], dq=0 * t[:, None] + rate)
+    (found,) = noise_level([still], np.array([[1e-6, 1e-6]]))
+    assert said in found.what and '0000' not in found.what
+
+
+def test_of_several_bags_the_one_that_is_too_short_is_named():
+    whole, short = record(PENDULUM, seconds=4.0), record(PENDULUM, seconds=0.2, seed=7)
+    assert 'simulated_7 holds' in check([Bag(whole), Bag(short)], Model(PENDULUM)).findings[0].what
 
 
 def test_too_short_a_bag_is_an_error_and_no_crash():
