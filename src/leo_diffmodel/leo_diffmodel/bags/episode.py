@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+import itertools
 import json
 from pathlib import Path
 
@@ -92,16 +93,18 @@ class Recording:
 
 
 def distinct(recordings: Iterable[Recording]) -> None:
-    """Refuse recordings of which two are the same bag, or the same part of one."""
-    seen: dict[tuple[str, float], Recording] = {}
-    for recording in recordings:
-        key = recording.sha256, float(recording.episodes[0].t[0])
-        if first := seen.get(key):
+    """Refuse recordings of which two have a time of the same bag."""
+    for first, second in itertools.combinations(recordings, 2):
+        if first.sha256 == second.sha256 and _overlap(first, second):
             raise UserError(
-                f'{recording.path} is the same bag as {first.path}; give each once, '
+                f'{second.path} is the same bag as {first.path}; give each once, '
                 'and hold out bags that nothing is learned from'
             )
-        seen[key] = recording
+
+
+def _overlap(a: Recording, b: Recording) -> bool:
+    pairs = itertools.product(a.episodes, b.episodes)
+    return any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
 
 
 def between(

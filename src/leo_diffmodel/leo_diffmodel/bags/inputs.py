@@ -75,12 +75,12 @@ def read_inputs(
         found = read() if wanted in ('auto', name) else None
         if found is not None and found.kind == robot.input:
             return found
+    if wanted == 'auto':
+        refuse_driven(contents, robot, topic_map)
     if wanted in ('auto', 'effort'):
         _refuse_another_kind(bag)
     if wanted in readers:
         raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
-    if wanted == 'auto':
-        refuse_driven(contents, robot, topic_map)
     return None
 
 
@@ -90,7 +90,9 @@ def _refuse_another_kind(bag: _Bag) -> None:
     for kind in ('voltage', 'torque'):
         other = replace(bag, robot=replace(robot, input=kind))
         for log in (other.applied(), other.dynamic(), other.effort()):
-            if log is not None and log.kind == kind != robot.input and log.values.any():
+            if log is None or log.kind != kind or kind == robot.input:
+                continue
+            if (log.values * log.enabled).any():
                 source = 'effort of the joint states' if log.source == 'effort' else log.source
                 raise UserError(
                     f'{bag.contents.path} was driven by {kind} ({source}), and {robot.name} takes '

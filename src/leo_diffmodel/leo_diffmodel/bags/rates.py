@@ -47,16 +47,20 @@ def _alike(a: Episode, b: Episode) -> bool:
 
 
 def _part(recording: Recording, number: int, episodes: list[Episode]) -> Recording:
-    """The episodes of one rate; commands come as often between its states as in all of the bag."""
+    """The episodes of one rate; a command with each state is one with each state of theirs.
+
+    Gaps in the bag are none of a part's.
+    """
     period, whole = _period(episodes), _period(recording.episodes)
     path = recording.path.with_name(f'{recording.name} (part {number + 1}, {1 / period:.4g} Hz)')
-    told = (w.replace(f'{recording.path}: ', f'{path}: ', 1) for w in recording.warnings)
+    of_all = recording.command_period
+    told = [w for w in recording.warnings if not w.endswith('gaps; split there')]
     return replace(
         recording,
         path=path,
-        command_period=recording.command_period * period / whole,
+        command_period=period if whole / NEAR < of_all < whole * NEAR else of_all,
         episodes=tuple(episodes),
-        warnings=() if number else tuple(told),
+        warnings=tuple(w.replace(str(recording.path), str(path), 1) for w in told if not number),
     )
 
 

@@ -10,6 +10,7 @@ from PIL import Image
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.topic_map import TopicMap
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_sim.model.model_file import load_model
@@ -56,7 +57,9 @@ def show(
         raise UserError(f'{bag} does not say which robot it is of; name it with --model')
     robot = load_model(named).robot
     alone = output.suffix == '.png' and at is not None and seconds is None
-    shown = take(read_bag(bag, robot), robot, at, 0.0 if alone else seconds)
+    shown = take(
+        read_bag(bag, robot, TopicMap(input='none')), robot, at, 0.0 if alone else seconds
+    )
     try:
         _write(output, shown, poses)
     except OSError as error:

@@ -151,8 +151,8 @@ def _jobs(logs: list[str], output: Path, each: bool) -> list[tuple[list[str], Pa
 
 def _names(logs: list[str]) -> list[str]:
     """Of each log a name of its own: the file's, with as many folders above it as that takes."""
-    paths = [Path(log).absolute().with_suffix('').parts for log in logs]
-    for count in range(1, max(map(len, paths))):
+    paths = [Path(log).absolute().with_suffix('').parts[1:] for log in logs]
+    for count in range(1, max(map(len, paths)) + 1):
         names = ['.'.join(parts[-count:]) for parts in paths]
         if len(set(names)) == len(names):
             return names

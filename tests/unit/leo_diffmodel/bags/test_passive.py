@@ -77,6 +77,23 @@ def test_a_measured_torque_is_no_voltage(tmp_path):
     assert read_bag(bag(tmp_path / 'zero', effort=[0.0]), PENDULUM).input == 'none'
 
 
+def test_what_an_amplifier_that_is_off_reads_drives_nothing(tmp_path):
+    off = {'pivot': {'effort': 0.02, 'enabled': 0.0}}
+    rows = [
+        ('/dynamic_joint_states', DYNAMIC_JOINT_STATE, k * STEP, dynamic(k * STEP, off))
+        for k in range(3)
+    ]
+    assert read_bag(bag(tmp_path, *rows), PENDULUM).input == 'none'
+
+
+def test_a_command_that_is_not_read_is_named_before_a_measured_torque(tmp_path):
+    log = bag(
+        tmp_path, ('/arm/commands', *LOOKS['/arm/commands'][:1], 0, command(1.0)), effort=[0.3]
+    )
+    with pytest.raises(UserError, match='not passive: /arm/commands'):
+        read_bag(log, PENDULUM)
+
+
 @pytest.mark.parametrize('topic', LOOKS)
 def test_what_looks_like_a_command_is_named_and_the_bag_not_passive(tmp_path, topic):
     kind, data, hint = LOOKS[topic]

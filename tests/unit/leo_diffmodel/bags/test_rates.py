@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.bags.episode import distinct
+from leo_diffmodel.bags.episode import between, distinct
 from leo_diffmodel.bags.rates import by_rate
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import every
@@ -41,6 +41,25 @@ def test_each_rate_is_a_recording_with_its_own_period():
     distinct(parts)
     with pytest.raises(UserError, match='is the same bag'):
         distinct([*parts, given])
+
+
+def test_commands_that_come_more_rarely_than_states_keep_their_period():
+    seldom = replace(bag(fast(), slow()), command_period=0.04)
+    assert [p.command_period for p in by_rate([seldom])] == [0.04, 0.04]
+
+
+def test_gaps_of_the_bag_are_none_of_a_part():
+    told = f'{WHOLE.path}: 2 gaps; split there'
+    parts = by_rate([replace(bag(fast(), slow()), warnings=(told,))])
+    assert [p.warnings for p in parts] == [(), ()]
+
+
+def test_two_cuts_of_a_bag_are_distinct_where_they_share_no_time():
+    whole = record(TORQUE, seconds=8.0)
+    distinct([between(whole, None, 4.0), between(whole, 4.5, None)])
+    for overlapping in (whole, between(whole, 3.0, None)):
+        with pytest.raises(UserError, match='is the same bag'):
+            distinct([between(whole, None, 4.0), overlapping])
 
 
 def test_a_rate_that_only_wanders_stays_one():

@@ -51,6 +51,14 @@ def test_every_robot_is_drawn(name, tmp_path):
     assert max(share_of(image, '#ffffff') for image in (strip, single)) < 0.99
 
 
+def test_a_model_that_takes_another_input_is_drawn_too(tmp_path):
+    t = np.arange(0.0, 1.0, 0.02)
+    driven = {'pivot': {'voltage': 1 + 0 * t}}
+    q = np.sin(t)[:, None]
+    bag = write_runs(tmp_path / 'bag', [Run(t, ['pivot'], q, 0 * q, inputs=driven)], {})
+    assert show(bag, tmp_path / 'strip.png', 'torque_pendulum').is_file()
+
+
 def test_contacts_are_drawn_where_feet_touch(tmp_path):
     bag = bag_of('leo', tmp_path / 'bag')
     on, off = (Image.open(show(bag, tmp_path / f'{at}.png', at=at)) for at in (0.2, 0.8))

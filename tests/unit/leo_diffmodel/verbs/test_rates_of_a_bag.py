@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every verb that reads bags takes logs of several rates in one of them each by itself."""
+"""Logs of several rates in one bag, as verbs and Python read them."""
 
 from argparse import Namespace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Columns of nothing but 0 and 1: flags, as `torque_enable`, which are no torques."""
+"""Columns of nothing but 0 and 1 that say so, as `torque_enable`: flags, which are no torques."""
 
 from __future__ import annotations
 
@@ -20,10 +20,9 @@ def with_flags(roles: Mapping[str, Role], table: Table) -> dict[str, Role]:
 
 
 def _with_flag(name: str, role: Role, table: Table) -> Role:
-    """Return what a flag enables, or nothing for an effort that is one; zeros may be an effort."""
+    """Return what a flag enables: a joint, or all where it names none or only a motor."""
     numbers = set(table[name][np.isfinite(table[name])])
-    if role.unit or not numbers <= {0.0, 1.0}:
+    if role.unit or not numbers <= {0.0, 1.0} or not ENABLED & set(words_of(name)):
         return role
-    if ENABLED & set(words_of(name)):
-        return Role('enabled', False, '' if role.joint in MOTORS else role.joint, '')
-    return role._replace(quantity='') if role.quantity == 'effort' and 1.0 in numbers else role
+    words = [word for word in role.joint.split('_') if word not in ENABLED]
+    return Role('enabled', False, '' if words[:1] and words[0] in MOTORS else '_'.join(words), '')

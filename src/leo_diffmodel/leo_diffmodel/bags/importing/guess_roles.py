@@ -219,6 +219,6 @@ def _has(quantity: str, words: Sequence[str], letter: str) -> bool:
 
 def _joint(words: Sequence[str], unit: str) -> str:
     """Return the words that say no quantity, joined; a formula's letter next to a unit is none."""
-    spent = set().union(*WORDS.values(), GOAL, BESIDES, ENABLED, SYMBOLS if unit else ())
+    spent = set().union(*WORDS.values(), GOAL, BESIDES, SYMBOLS if unit else ())
     rest = '_'.join(word for word in words if word not in spent)
     return f'joint{rest}' if rest.isdecimal() else rest

@@ -153,7 +153,7 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
         (
             't,q,u\n0,1,nan\n1,1,inf\n',
             SIMPLE + 'inputs: {pivot: {voltage: u}}\n',
-            'log.csv: the column u (voltage of pivot) holds no number; leave it out of the',
+            'log.csv: u (voltage of pivot) holds no number; name another column',
         ),
         (
             't,q\n0,1\n1,1\n',

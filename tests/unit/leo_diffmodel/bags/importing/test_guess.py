@@ -114,9 +114,8 @@ def test_a_csv_log_with_torques_imports_as_guessed(tmp_path):
         ('elbow_enabled', '0', '1', 'enabled'),
         ('motor_on', '0', '0', 'enabled'),
         ('enable_cmd', '0', '1', 'enabled'),
-        ('elbow_torque', '0', '1', None),
-        ('elbow_torque', '0', '0', 'effort'),
-        ('torque on elbow', '0.2', '1', 'effort'),
+        ('elbow_torque', '0', '1', 'effort'),
+        ('elbow_torque', '0.2', '1', 'effort'),
     ],
 )
 def test_a_flag_is_no_torque_and_may_say_when_the_motor_is_on(tmp_path, flag, off, on, found):
@@ -124,8 +123,15 @@ def test_a_flag_is_no_torque_and_may_say_when_the_motor_is_on(tmp_path, flag, of
     log.write_text(f't,elbow_pos,elbow_goal,{flag}\n0,1,1,{off}\n0.1,1.1,1,{on}\n')
     said = guessed(log)
     columns = {**said['joints']['elbow'], **said['inputs']['elbow']}
-    assert set(columns) == {'position', *([found] if found else [])}
+    assert set(columns) == {'position', found}
     import_logs([log], log.with_suffix('.map.yaml'), tmp_path / 'bag')
+
+
+def test_a_joint_may_be_called_active(tmp_path):
+    log = tmp_path / 'log.csv'
+    log.write_text('t,active_pos,passive_pos,active_torque\n0,1,1,0.2\n0.1,1.1,1,0.3\n')
+    said = guessed(log)
+    assert set(said['joints']) == {'active', 'passive'} and set(said['inputs']) == {'active'}
 
 
 def test_one_flag_is_of_all_joints_of_a_robot(tmp_path):
