@@ -87,18 +87,18 @@ def read_inputs(
 def _refuse_another_kind(bag: _Bag) -> None:
     """Refuse a bag that says what drove the robot, but not in what its model takes."""
     robot = bag.robot
-    for kind in ('voltage', 'torque'):
+    for kind in sorted({'voltage', 'torque'} - {robot.input}):
         other = replace(bag, robot=replace(robot, input=kind))
-        for log in (other.applied(), other.dynamic(), other.effort()):
-            if log is None or log.kind != kind or kind == robot.input:
-                continue
-            if (log.values * log.enabled).any():
-                source = 'effort of the joint states' if log.source == 'effort' else log.source
-                raise UserError(
-                    f'{bag.contents.path} was driven by {kind} ({source}), and {robot.name} takes '
-                    f'{robot.input}; give a model that takes {kind}, or say input: none in a '
-                    'topic map if the motors were off'
-                )
+        logs = [g for g in (other.applied(), other.dynamic(), other.effort()) if g is not None]
+        driving = [g for g in logs if g.kind == kind and (g.values * g.enabled).any()]
+        if driving:
+            told = driving[0].source
+            source = 'effort of the joint states' if told == 'effort' else told
+            raise UserError(
+                f'{bag.contents.path} was driven by {kind} ({source}), and {robot.name} takes '
+                f'{robot.input}; give a model that takes {kind}, or say input: none in a '
+                'topic map if the motors were off'
+            )
 
 
 @dataclass(frozen=True)

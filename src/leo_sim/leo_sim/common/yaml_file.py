@@ -41,10 +41,8 @@ class Quantity(Schema):
 
 
 S = TypeVar('S', bound=BaseModel)
-NO_MAPPING, MAPPING = (
-    ('model_type', 'dataclass_type', 'dict_type'),
-    'must be a mapping of keys to values',
-)
+NO_MAPPING = ('model_type', 'dataclass_type', 'dict_type')
+MAPPING = 'must be a mapping of keys to values'
 
 
 def read(path: Path, schema: type[S]) -> S:

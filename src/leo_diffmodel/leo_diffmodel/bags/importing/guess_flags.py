@@ -24,5 +24,5 @@ def _with_flag(name: str, role: Role, table: Table) -> Role:
     numbers = set(table[name][np.isfinite(table[name])])
     if role.unit or not numbers <= {0.0, 1.0} or not ENABLED & set(words_of(name)):
         return role
-    words = [word for word in role.joint.split('_') if word not in ENABLED]
-    return Role('enabled', False, '' if words[:1] and words[0] in MOTORS else '_'.join(words), '')
+    joint = '_'.join(word for word in role.joint.split('_') if word not in ENABLED)
+    return Role('enabled', False, '' if joint in MOTORS else joint, '')

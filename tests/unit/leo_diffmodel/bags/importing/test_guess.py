@@ -127,6 +127,14 @@ def test_a_flag_is_no_torque_and_may_say_when_the_motor_is_on(tmp_path, flag, of
     import_logs([log], log.with_suffix('.map.yaml'), tmp_path / 'bag')
 
 
+def test_a_flag_of_one_motor_is_of_no_other(tmp_path):
+    log = tmp_path / 'log.csv'
+    head = 't,motor_left_pos,motor_right_pos,motor_left_torque,motor_right_torque,motor_left_on'
+    log.write_text(f'{head}\n0,1,1,0.2,0.2,0\n0.1,1,1,0.2,0.2,1\n')
+    inputs = guessed(log)['inputs']
+    assert [joint for joint, columns in inputs.items() if 'enabled' in columns] == ['motor_left']
+
+
 def test_a_joint_may_be_called_active(tmp_path):
     log = tmp_path / 'log.csv'
     log.write_text('t,active_pos,passive_pos,active_torque\n0,1,1,0.2\n0.1,1.1,1,0.3\n')
