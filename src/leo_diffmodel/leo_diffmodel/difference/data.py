@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
@@ -56,19 +56,34 @@ def transitions(
     """The control steps of some recordings, the first `limit` of them, with the model's answer.
 
     Raises:
-        UserError: not one step in which the motors were on and the input was held.
+        UserError: not one step in which the motors were on and the input was held, or recordings
+            of several control periods.
     """
     recordings = list(recordings)
-    rows = [row for r in recordings for e in r.episodes for row in _steps(e, r.command_period)]
+    steps = [(r, [s for e in r.episodes for s in _steps(e, r.command_period)]) for r in recordings]
+    rows = [row for _, found in steps for row in found]
     if not rows:
         names = ', '.join(str(r.path) for r in recordings) or 'no bag'
         raise UserError(
             f'{names}: no control step with a held input; record the robot while it is driven'
         )
+    period = _period([r for r, found in steps if found])
     columns = zip(*rows[:limit], strict=True)
     q, dq, inputs, q_next, dq_next = (np.array(column) for column in columns)
-    period = recordings[0].command_period
     return predicted(Transitions(q, dq, inputs, q_next, dq_next, q_next, dq_next, period), model)
+
+
+def _period(recordings: Sequence[Recording]) -> float:
+    """The control period of all [s], that of the first."""
+    period = recordings[0].command_period
+    for r in recordings:
+        if abs(r.command_period - period) > LATE * period:
+            raise UserError(
+                f'{r.path}: commands every {r.command_period * 1e3:.4g} ms, in '
+                f'{recordings[0].path} every {period * 1e3:.4g} ms; a difference model has steps '
+                'of one length, give it bags of one control period'
+            )
+    return period
 
 
 def predicted(steps: Transitions, model: Model) -> Transitions:

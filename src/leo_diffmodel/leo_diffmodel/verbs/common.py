@@ -115,7 +115,11 @@ def left(arguments: argparse.Namespace) -> float:
 
 
 def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
-    """Read bags of the model's robot; their warnings go to stderr."""
+    """Read bags of the model's robot, by their rates; their warnings go to stderr."""
+    return by_rate(_read(paths, model, topic_map))
+
+
+def _read(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
     recordings = [read_bag(path, model.robot, topic_map) for path in paths]
     print_warnings(recordings)
     return recordings
@@ -136,8 +140,8 @@ def read_all(
     Raises:
         UserError: as `read_bag`, or the same bag is there twice.
     """
-    recordings = read_bags(arguments.bags, model, arguments.topic_map)
-    held = read_bags(arguments.hold_out, model, arguments.topic_map)
+    recordings = _read(arguments.bags, model, arguments.topic_map)
+    held = _read(arguments.hold_out, model, arguments.topic_map)
     recordings, held = span(arguments, recordings), span(arguments, held)
     distinct([*recordings, *held])
     return (recordings, held) if whole else (by_rate(recordings), by_rate(held))

@@ -116,6 +116,16 @@ def test_steps_with_motors_off_or_late_are_left_out(model):
         transitions([recording(t, q, q, q, np.zeros((6, 1), bool))], model)
 
 
+def test_steps_of_several_lengths_are_refused_and_a_passive_bag_is_none(model):
+    t, q = np.arange(9) * 0.05, np.zeros((9, 1))
+    usual = recording(t, q, q, q)
+    twice = replace(recording(2 * t, q, q, q), command_period=0.1)
+    with pytest.raises(UserError, match=r'100 ms, in a\.bag every 50 ms'):
+        transitions([usual, twice], model)
+    passive = replace(recording(2 * t, q, q, q, np.zeros((9, 1), bool)), command_period=0.1)
+    assert len(transitions([passive, usual], model)) == 8
+
+
 def test_recommended_network_takes_the_gap_away(steps, model, real):
     fitted, report = fit(steps, model, RECOMMENDED)
     assert report.mse_after < 0.02 * report.mse_before  # with the steps beyond the data's edge

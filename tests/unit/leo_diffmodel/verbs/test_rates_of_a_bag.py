@@ -26,6 +26,7 @@ def test_logs_of_several_rates_in_one_bag_are_read_apart(tmp_path):
     names = ['bag (part 1, 100 Hz)', 'bag (part 2, 250 Hz)']
     assert [r.name for r in common.read_all(said, MODEL)[0]] == names
     assert [r.name for r in common.read_all(said, MODEL, whole=True)[0]] == ['bag']
+    assert [r.name for r in common.read_bags([bag], MODEL, None)] == names
     assert [r.name for r in _read(bag, MODEL)] == names
     both = check._bags(said, MODEL)
     assert [(b.recording.name, b.other.name) for b in both] == [(n, n) for n in names]
