@@ -25,13 +25,17 @@ from leo_sim.drivers import EXTRAS, load_driver, MEANT, METHODS
 from leo_sim.drivers.base import Driver, DriverFault, DriverOptions
 
 OURS = {'leo_sim', 'leo_msgs_py', 'builtins'}
+HALT_LOOKS, HALT_LOOK = 10, 0.05
+"""How often a halt's answer is looked for, and how long each time [s]. A halt waits for nothing; a
+look is over at once where the whole computer stood still, so that alone takes no process down."""
 
 
 class Apart:
     """A driver whose calls are made in another process; itself a driver, with the same extras.
 
     That process writes 0 where it drives the motors and hears nothing for the time `hold`, and
-    stops them when this process is gone. Goals are held, in either case.
+    stops them when this process is gone. Goals are held, in either case. If it does not answer a
+    halt it is killed: then whatever outlives it (`Guardian`, a servo's own watchdog) stops them.
 
     Args:
         driver: one of the same, built but not connected: what is known before that.
@@ -81,17 +85,28 @@ class Apart:
 
     def _halt(self) -> Applied | None:
         with self._halting:
-            return self._answer(self._halts, 'halt', ())
+            return self._answer(self._halts, 'halt', (), self._kill_unless_answered)
+
+    def _kill_unless_answered(self) -> None:
+        if not any(self._halts.poll(HALT_LOOK) for _ in range(HALT_LOOKS)):
+            self._process.kill()
 
     def _call(self, method: str, *args: Any) -> Any:
         return self._answer(self._calls, method, args)
 
-    def _answer(self, line: Connection, method: str, args: tuple[Any, ...]) -> Any:
+    def _answer(
+        self,
+        line: Connection,
+        method: str,
+        args: tuple[Any, ...],
+        wait: Callable[[], object] = bool,
+    ) -> Any:
         """The result of a call; an answer to one that a signal interrupted is passed over."""
         number, answered = next(self._numbers), 0
         try:
             line.send((number, method, args))
             while answered != number:
+                wait()
                 answered, result, error, self.starts, halted = line.recv()
                 self.halted += halted
         except (EOFError, OSError) as lost:

@@ -2,6 +2,7 @@
 """A driver in a process of its own: the same calls, and motors at 0 where nobody calls."""
 
 from pathlib import Path
+import signal
 import time
 
 import numpy as np
@@ -90,6 +91,17 @@ def test_motors_with_goals_are_freed_where_a_stop_that_was_asked_for_fails(apart
         driver.stop()
     driver._calls.close()
     assert driver._process.wait(PATIENCE) == 0 and noted()[-1] == 'write nan'
+
+
+def test_a_process_that_stands_still_is_killed_by_a_halt(apart):
+    driver = apart(LONG)
+    driver.write(VOLT)
+    driver._process.send_signal(signal.SIGSTOP)
+    end = time.monotonic() + PATIENCE
+    with pytest.raises(DriverFault, match="the driver's process has ended"):
+        while time.monotonic() < end:
+            driver.halt()
+    assert driver._process.wait(PATIENCE) == -signal.SIGKILL
 
 
 def test_faults_are_those_of_the_driver(apart):
