@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -22,6 +22,27 @@ from leo_sim.model import Model
 Array = np.ndarray
 OTHER = {'next': 'previous', 'previous': 'next'}
 MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its stamp'}
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """What short windows miss.
+
+    Attributes:
+        start: of each window [s], (W,).
+        loss: without what is free [nats], (W,).
+        error: measured less predicted, over the noise, (W, K).
+        columns: what the free states and torques do to it, (W, K, F).
+    """
+
+    start: Array
+    loss: Array
+    error: Array
+    columns: Array
+
+    def part(self, windows: Array) -> Misfit:
+        """Some of the windows."""
+        return Misfit(*(getattr(self, f.name)[windows] for f in fields(self)))
 
 
 def hold(
@@ -48,7 +69,7 @@ def _agrees(recording: Recording, hold_now: str, model: Model, sigma: Array) -> 
     """Whether inputs moved half a command the way that the other reading says fit better, too."""
     half = 0.5 * recording.command_period
     moved = shifted(recording, -half if hold_now == 'next' else half)
-    before, after = (misfit(r, model, sigma)[1].sum() for r in (recording, moved))
+    before, after = (misfit(r, model, sigma).loss.sum() for r in (recording, moved))
     return bool(after < before)
 
 
@@ -57,14 +78,36 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
 
     0 where the difference is small against what the model lacks anyway.
     """
-    (t, loss), (t_other, loss_other) = (misfit(r, model, sigma) for r in (recording, other))
-    both, mine, theirs = np.intersect1d(np.round(t, 6), np.round(t_other, 6), return_indices=True)
-    if not len(both):
+    read, way = (misfit(r, model, sigma) for r in (recording, other))
+    _, mine, theirs = np.intersect1d(
+        np.round(read.start, 6), np.round(way.start, 6), return_indices=True
+    )
+    if not len(mine):
         return 0.0
-    a, b = loss[mine], loss_other[theirs]
-    if _removed(a, b, model) < CHECK.hold_trifle:
+    read, way = read.part(mine), way.part(theirs)
+    if _removed(read.loss, way.loss, model) < CHECK.hold_trifle:
         return 0.0
-    return float((b - a).sum()) / _excess(np.minimum(a, b), model)
+    spared = way.loss - read.loss
+    return _nats(spared, _apart(read, way), _excess(np.minimum(read.loss, way.loss), model))
+
+
+def _apart(read: Misfit, way: Misfit) -> Array:
+    """How far two predictions are apart beyond what is free, in squares of the noise, (W,)."""
+    apart = read.error - way.error
+    free = read.columns @ (np.linalg.pinv(read.columns, 1e-7) @ apart[..., None])
+    return np.square(apart - free[..., 0]).sum(axis=-1)
+
+
+def _nats(spared: Array, apart: Array, excess: float) -> float:
+    """Log odds of two readings from the loss that the first spares in each window.
+
+    With white noise it spares half of `apart` where it is right, and as much less where the other
+    is, with the variance `apart`. Noise that a controller feeds back into the input favours a
+    reading in every window, however little they differ in it, so that this much is free.
+    """
+    weight = 1 / (apart + 1)
+    beyond = apart - float(weight @ apart) / float(weight.sum())
+    return float((weight * beyond) @ spared) / excess
 
 
 def _removed(loss: Array, other: Array, model: Model) -> float:
@@ -115,7 +158,7 @@ def shifted(recording: Recording, seconds: float) -> Recording:
     return replace(recording, episodes=episodes)
 
 
-def misfit(recording: Recording, model: Model, sigma: Array) -> tuple[Array, Array]:
+def misfit(recording: Recording, model: Model, sigma: Array) -> Misfit:
     """Robust loss of short windows with free start states and free missing torques.
 
     Torques that are constant, that grow in time and that go along with the input are free at
@@ -125,16 +168,14 @@ def misfit(recording: Recording, model: Model, sigma: Array) -> tuple[Array, Arr
         recording: the bag.
         model: its model, good or not.
         sigma: noise of angles and rates, shape (2J,).
-
-    Returns:
-        start time of each window [s], shape (W,), and its loss [nats], shape (W,).
     """
     seconds = CHECK.hold_intervals * sample_period([recording])
     most = CHECK.hold_windows_on_ground if model.robot.contacts else CHECK.hold_windows
     windows = spread_out(cut([recording], seconds, history=COMPARE.history), most)
     predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))
-    rest = _without(*whitened(windows.measured - predicted, columns, sigma))
-    return windows.start, huber(rest, SETTINGS.numerics.huber)
+    error, columns = whitened(windows.measured - predicted, columns, sigma)
+    loss = huber(_without(error, columns), SETTINGS.numerics.huber)
+    return Misfit(windows.start, loss, error, columns)
 
 
 def _torques(model: Model, windows: Windows) -> Array:

@@ -50,6 +50,12 @@ def comes(call: str) -> bool:
     return noted()[-1] == call
 
 
+def halt_for_long(driver: Apart) -> None:
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        driver.halt()
+
+
 def test_motors_go_to_0_where_nobody_calls_though_the_driver_has_no_halt(apart):
     driver = apart(0.05, text=TEXT.replace('def halt', 'def brake'))
     assert not isinstance(driver, Haltable)
@@ -97,10 +103,8 @@ def test_a_process_that_stands_still_is_killed_by_a_halt(apart):
     driver = apart(LONG)
     driver.write(VOLT)
     driver._process.send_signal(signal.SIGSTOP)
-    end = time.monotonic() + PATIENCE
     with pytest.raises(DriverFault, match="the driver's process has ended"):
-        while time.monotonic() < end:
-            driver.halt()
+        halt_for_long(driver)
     assert driver._process.wait(PATIENCE) == -signal.SIGKILL
 
 

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""When inputs act, where a controller feeds measurement noise back into them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.check.check import Bag, look_at
+from leo_diffmodel.check.hold import shifted
+from leo_diffmodel.compare.noise import estimate, short_windows
+from leo_sim.description.robot import load_robot
+from leo_sim.model import Model
+
+MODEL = Model(load_robot('torque_pendulum'))
+DT = 0.01
+SIGMA = np.array([1e-3, 0.03])
+"""Of angle [rad] and speed [rad/s]."""
+
+
+def fed_back(seed: int, late: int = 1) -> Recording:
+    """24 s after a moving goal, each torque `late` periods after the state it is computed from."""
+    rng, state = np.random.default_rng(seed), MODEL.start()
+    t = np.arange(2400) * DT
+    goal = 0.25 * np.sin(np.outer(t, rng.uniform(2, 9, 4)) + rng.uniform(0, 6, 4)).sum(axis=1)
+    torque, rows = [np.zeros(1)] * late, []
+    for wanted in goal:
+        q, dq = np.concatenate([state.q, state.dq]) + rng.normal(0, SIGMA)
+        torque.append(np.clip([15 * (wanted - q) - 2 * dq], -6, 6))
+        rows.append((q, dq, torque[len(rows)][0]))
+        state = MODEL.step(state, torque[len(rows) - 1], DT)
+    q, dq, u = (column[:, None] for column in np.array(rows).T)
+    on = np.ones(u.shape, bool)
+    episode = Episode(t=t, q=q, dq=dq, inputs=u, enabled=on)
+    return Recording(Path('a.bag'), '', ('pivot',), ('pivot',), 'torque', DT, (episode,), {})
+
+
+def said(recording: Recording) -> str:
+    sigma = estimate(MODEL, short_windows([recording]))[0]
+    found = look_at(Bag(recording, shifted(recording, -DT)), MODEL, sigma)
+    return next(f.severity for f in found if f.code == 'hold')
+
+
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('late', [0, 1])
+def test_fed_back_noise_is_no_reason_to_move_inputs(seed, late):
+    assert said(fed_back(seed, late)) == 'ok'
