@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from leo_diffmodel.bags.episode import between, distinct
 from leo_diffmodel.bags.rates import by_rate
 from leo_diffmodel.bags.recording import read_bag, Recording
+from leo_diffmodel.check.angles import angle_units
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -122,6 +123,9 @@ def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list
 def _read(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:
     recordings = [read_bag(path, model.robot, topic_map) for path in paths]
     print_warnings(recordings)
+    for recording in recordings:
+        for found in angle_units(recording, model.robot):
+            print(f'warning: {recording.path}: {found.what} -> {found.todo}', file=sys.stderr)
     return recordings
 
 

@@ -97,7 +97,7 @@ def probe(settled: bool = True) -> Iterator[Any]:
 
 
 def settle(node: Any) -> None:
-    """Spin until discovery has been quiet for a moment, a few seconds at most."""
+    """Spin until somebody is seen and discovery is quiet for a moment, a few seconds at most."""
     from leo_msgs_py.node import running, spin_once
 
     start = changed = time.monotonic()
@@ -111,7 +111,8 @@ def settle(node: Any) -> None:
         )
         if state != seen:
             seen, changed = state, now
-        quiet = now - start >= _AT_LEAST_S and now - changed >= _QUIET_S
+        somebody = any(name != node.get_name() for name, _ in state[0])
+        quiet = somebody and now - start >= _AT_LEAST_S and now - changed >= _QUIET_S
         if quiet or now - start >= _AT_MOST_S:
             return
         spin_once(0.05)

@@ -6,6 +6,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from leo_msgs_py.errors import UserError
 from leo_sim.common.names import nearest
 from leo_sim.common.user_code import classes_of, guarded, load_file
@@ -32,6 +34,7 @@ from leo_sim.effects.link_inertia import LinkInertia
 from leo_sim.effects.link_mass import LinkMass
 from leo_sim.effects.load_dependent_friction import LoadDependentFriction
 from leo_sim.effects.measurement_delay import MeasurementDelay
+from leo_sim.effects.motor import Motor
 from leo_sim.effects.parameter import Parameter, ROLES
 from leo_sim.effects.quadratic_drag import QuadraticDrag
 from leo_sim.effects.quadratic_load_friction import QuadraticLoadFriction
@@ -59,6 +62,10 @@ __all__ = [
 
 REQUIRED = ('name', 'family', 'hook', 'parameters')
 """What the class in a user's file has to say."""
+STATES = np.linspace(-1.0, 1.0, 9)[:, None]
+"""Angles [rad], rates [rad/s], torques [N m] of one joint for which a user's law is tried."""
+OFF = 1e-9
+"""N m: a law that gives less is off."""
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
@@ -184,6 +191,8 @@ def read_effect(path: Path) -> Effect:
             'subclass of leo_sim.effects.Effect'
         )
     kind = found[0]
+    if getattr(kind, 'name', '') in EFFECTS:
+        raise UserError(f'{path}: the catalogue has an effect {kind.name}; name yours otherwise')
     lacking = [name for name in REQUIRED if not hasattr(kind, name)]
     if lacking:
         raise UserError(
@@ -198,7 +207,25 @@ def read_effect(path: Path) -> Effect:
     effect: Effect = kind()
     effect.source = str(path.resolve())
     setattr(effect, kind.hook, guarded(path, 'effect', getattr(effect, kind.hook)))
+    _check_neutral(path, effect)
     return effect
+
+
+def _check_neutral(path: Path, effect: Effect) -> None:
+    """Raise UserError for a torque law that is not off at its neutral values."""
+    if effect.hook != 'torque' or effect.remembers:
+        return
+    off = {p.name: p.neutral for p in effect.parameters}
+    try:
+        with np.errstate(all='ignore'):
+            torque = effect.torque(off, STATES, STATES[::-1], Motor(STATES, 0.0), STATES)
+    except UserError:
+        return  # it needs more joints than one
+    if not np.all(np.abs(torque) < OFF):
+        raise UserError(
+            f'{path}: {effect.name} gives a torque of {np.abs(torque).max():.3g} N m with its '
+            'neutral values, which must switch it off'
+        )
 
 
 def _has_law(kind: type[Effect]) -> bool:
