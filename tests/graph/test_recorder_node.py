@@ -39,11 +39,12 @@ class Robot:
     """A robot node in this process that swings at 100 Hz."""
 
     def __init__(self) -> None:
-        self.node = join(Node('robot'))
+        self.node = Node('robot')
         said = 'pendulum', 'nominal', [0.0, 0.0], 7, 100.0, 1.0
         for name, value in zip(FACTS, said, strict=True):
             self.node.declare_parameter(name, value)
         private_parameter(self.node, 'hidden', '')
+        join(self.node)
         self._states = self.node.create_publisher(*topics.JOINT_STATES[:2], topics.LOSSLESS)
         self._applied = self.node.create_publisher(*APPLIED[:2], topics.LOSSLESS)
         self._episode = self.node.create_publisher(*topics.EPISODE)

@@ -10,6 +10,7 @@ import pytest
 from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import end, graph, join, spin_until
 from leo_msgs_py.values import Applied, command_message, JointStates
 from leo_sim.drivers.base import DriverInfo
@@ -68,6 +69,15 @@ def begun(factor: float) -> Iterator[RobotNode]:
         robot = RobotNode()
         robot.begin()
         yield robot
+
+
+@pytest.mark.usefixtures('domain')
+def test_a_robot_given_what_it_has_not_calls_no_driver(driver):
+    with graph(['--ros-args', '-p', 'robt:=servo_pendulum']):
+        said = "^robot has no parameter 'robt'; did you mean robot[?]$"
+        with pytest.raises(UserError, match=said):
+            RobotNode()
+    assert driver.calls == [] and driver.starts == 0
 
 
 @pytest.fixture

@@ -34,6 +34,7 @@ from rclpy.utilities import get_rmw_implementation_identifier
 from leo_msgs_py import middleware
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.hostile import complain, harden, is_of_rclpy, RCLError, UNREADABLE
+from leo_msgs_py.names import nearest
 from leo_msgs_py.topics import Topic
 
 try:
@@ -100,10 +101,14 @@ def end() -> None:
 
 
 def join(node: Node) -> Node:
-    """Have the process's executor serve a node, which has read its parameters."""
+    """Have the process's executor serve a node, which has read its parameters.
+
+    Raises:
+        UserError: the command line or a parameter file gives others, see `refuse_unknown`.
+    """
     assert _executor is not None, 'nodes live within graph()'
+    refuse_unknown(node)
     harden(node)
-    _say_unknown(node)
     _executor.add_node(node)
     return node
 
@@ -241,13 +246,16 @@ def private_parameter(node: Node, name: str, default: Any) -> Any:
     return default if given is None else _of_type(name, given.value, default)
 
 
-def _say_unknown(node: Node) -> None:
-    """Warn of what the command line or a parameter file gives that the node has not read."""
-    for name in node._parameter_overrides.keys() - _read.get(node, set()):
-        if not node.has_parameter(name):
-            node.get_logger().warn(
-                f'there is no parameter {name}; what is given for it is ignored'
-            )
+def refuse_unknown(node: Node) -> None:
+    """Raise UserError where a parameter is given that a node, which has read all its own, has not.
+
+    Those that rclpy has declared (`use_sim_time`, ...) are the node's own, too.
+    """
+    own = _read.get(node, set())
+    known = own | node._parameters.keys()
+    for name in sorted(node._parameter_overrides.keys() - known):
+        near = nearest(name, own or known)
+        raise UserError(f'{node.get_name()} has no parameter {name!r}{near}')
 
 
 def _run_what_is_ready(executor: Executor, timeout: float) -> None:

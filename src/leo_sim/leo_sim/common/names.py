@@ -1,12 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The nearest known name, for messages about unknown ones."""
+"""The nearest known name, as nodes say it too."""
 
-from collections.abc import Iterable
-from difflib import get_close_matches
+from leo_msgs_py.names import nearest
 
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """'; did you mean ...?' or, when nothing is close, '; known: ...'."""
-    names = sorted(known)
-    close = get_close_matches(name, names, n=1, cutoff=0.4)
-    return f'; did you mean {close[0]}?' if close else f'; known: {", ".join(names)}'
+__all__ = ['nearest']

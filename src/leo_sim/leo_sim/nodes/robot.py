@@ -18,7 +18,16 @@ from std_msgs.msg import Bool
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.node import every, graph, join, running, SLICE, spare_collector, spin_once
+from leo_msgs_py.node import (
+    every,
+    graph,
+    join,
+    refuse_unknown,
+    running,
+    SLICE,
+    spare_collector,
+    spin_once,
+)
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
 from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, Inspected, Placeable
@@ -43,6 +52,7 @@ class RobotNode(Node):
     def __init__(self) -> None:
         super().__init__('robot')
         settings = read_settings(self)
+        refuse_unknown(self)
         self._lockstep = settings.lockstep
         self._driver = load_driver(settings.driver, settings.options)
         self._info = self._driver.info

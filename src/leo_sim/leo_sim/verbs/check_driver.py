@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import asdict
 import json
@@ -101,9 +102,16 @@ def main(argv: list[str]) -> int:
         lost = f'; {trial.lost} packets were lost' if trial.lost else ''
         print(f'{failed} of {len(results)} checks failed{lost}')
         if not failed:
-            words = '-p', f'robot:={options.robot}', '-p', f'driver:={options.driver}'
-            print(f'next: {leo("run", "leo_sim", "robot", "--ros-args", *words)}')
+            print(f'next: {_next(options)}')
     return 1 if failed else 0
+
+
+def _next(options: Namespace) -> str:
+    """The robot node with the same driver, given what was given here."""
+    names = 'robot', 'driver', 'port', 'bag', 'state_rate'
+    given = {name: value for name in names if (value := getattr(options, name))}
+    words = (word for name, value in given.items() for word in ('-p', f'{name}:={value}'))
+    return leo('run', 'leo_sim', 'robot', '--ros-args', *words)
 
 
 def _agree(question: str) -> None:

@@ -50,7 +50,7 @@ def _init(argv: list[str]) -> int:
     )
     parser.add_argument(
         '--driver',
-        choices=('dynamixel',),
+        choices=('dynamixel', 'feetech'),
         help='write how its hardware is connected, to be filled in',
     )
     parser.add_argument(
@@ -66,7 +66,7 @@ def _init(argv: list[str]) -> int:
     from leo_sim.verbs.skeleton.folder import make_folder
 
     made = make_folder(
-        options.urdf, options.output, options.input, bool(options.driver), options.without
+        options.urdf, options.output, options.input, options.driver, options.without
     )
     following = leo('compare', 'BAG', '--model', options.output)
     if options.json:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from leo_msgs_py.errors import one_line, UserError
 from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, NotPossible
 from leo_sim.drivers.check import contract, motion
-from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
+from leo_sim.drivers.check.trial import Broken, in_time, LeftOut, Trial
 
 PASSED, FAILED, LEFT_OUT = 'pass', 'FAIL', 'left out'
 
@@ -68,7 +68,7 @@ def examine(trial: Trial) -> list[Result]:
             if check in NEEDED and results[-1].verdict == FAILED:
                 break
     finally:
-        with suppress(DriverFault, OSError, *CARELESS):  # a check has said so
+        with suppress(Broken, DriverFault, OSError, *CARELESS), in_time('stop'):  # was said
             trial.driver.stop()
     return results
 

@@ -6,25 +6,31 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.values import JointStates
+from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers.base import DriverBug, DriverFault
 from leo_sim.drivers.check.contract import check_applied
 from leo_sim.drivers.check.trial import Broken, LeftOut, Moving, Trial
 from leo_sim.model.model import Model
+from leo_sim.model.state import State
 
 PUSHES = 4  # a joint that does not move is pushed harder so often, up to the whole share
 PUSH_SECONDS = 0.3  # how long a push lasts at most
 STILL = 0.02  # a joint that moved less [share of the range] did not
 UNIT = 8.0
 """A factor between measured and expected motion that is another unit, not another friction."""
+TOLD = 3.0
+"""A factor between what is commanded and what is said to be applied that is neither counts, nor
+noise of what is measured, nor a limit of the servo: a push ends with the first that moves."""
+UNITS = 'look at units: rad, not deg (57) nor counts; volts, not PWM; the gear'
 
 
 @dataclass(frozen=True)
 class Push:
-    """A command [V, N m or rad], (A,), on one actuator, and the states while it was held."""
+    """A command [V, N m or rad], (A,), on one actuator, and what came of it while it was held."""
 
     command: np.ndarray
     states: list[JointStates]
+    applied: list[Applied | None]
 
     def moved(self, joint: int) -> float:
         """How far a joint went [rad or m]."""
@@ -45,8 +51,10 @@ class Push:
 def signs_and_units(trial: Trial) -> None:
     """A command above 0 moves its joint as the model says: which way, and about how far.
 
-    Gravity may be stronger than the push: then the model says so, too.
+    Gravity may be stronger than the push: then the model says so, too. What is said to be applied
+    is what was commanded.
     """
+    _possible(trial, trial.read())
     moving = _allowed(trial)
     for k, name in enumerate(trial.info.actuators):
         _rest(trial)
@@ -68,10 +76,8 @@ def signs_and_units(trial: Trial) -> None:
                 'give the velocity in rad/s (m/s), with the sign of the position',
             )
         if not abs(expected) / UNIT < abs(push.moved(joint)) < UNIT * abs(expected):
-            raise Broken(
-                f'{name} moved {push.moved(joint):.3g}, the model {expected:.3g}',
-                'look at units: rad, not deg (57) nor counts; volts, not PWM; the gear',
-            )
+            raise Broken(f'{name} moved {push.moved(joint):.3g}, the model {expected:.3g}', UNITS)
+        _check_told(trial, push, k)
 
 
 def limits(trial: Trial) -> None:
@@ -137,44 +143,66 @@ def _rest(trial: Trial) -> None:
 
 
 def _push(trial: Trial, k: int, moving: Moving) -> Push:
-    """Push an actuator, harder each time, until its joint moves."""
+    """Push an actuator the way that has more room, harder each time, until its joint moves."""
     name = trial.info.actuators[k]
     joint = trial.info.joints.index(name)
     for count in range(1, PUSHES + 1):
         command = trial.hold.copy()
         command[k] += count / PUSHES * _strongest(trial, k, moving)
-        push = Push(command, [])
+        push = Push(command, [], [])
         for _ in range(2 + round(PUSH_SECONDS / trial.period)):
-            push.states.append(trial.tick(command)[0])
+            state, applied = trial.tick(command)
+            push.states.append(state)
+            push.applied.append(applied)
             if abs(push.moved(joint)) > 0.5 * moving.range:
                 break
         trial.tick(trial.hold)
         if abs(push.moved(joint)) > STILL * moving.range:
             return push
+    more = f'; or allow more: --share {min(1.0, 2.0 * moving.share):g}'
     raise Broken(
         f'{name} does not move with {moving.share:.0%} of its limit',
-        'look at its cable and its id; or allow more: --share 0.5',
+        'look at its cable and its id' + (more if moving.share < 1.0 else ''),
     )
 
 
 def _strongest(trial: Trial, k: int, moving: Moving) -> float:
-    """The largest push on an actuator; a goal goes the way that has more room."""
-    if trial.info.goals is None:
-        return moving.share * float(trial.info.limits[k])
-    low, high = trial.info.goals[:, k] - trial.hold[k]
-    return moving.range if high > -low else -moving.range
+    """The largest push on an actuator, the way that has more room to the stops, or of goals."""
+    name = trial.info.actuators[k]
+    goals, (joint,) = trial.info.goals, (j for j in trial.robot.joints if j.name == name)
+    low, high = joint.limits if goals is None else goals[:, k]
+    here = float(trial.read().of((name,)).position[0])
+    most = moving.range if goals is not None else moving.share * float(trial.info.limits[k])
+    return most if high - here >= here - low else -most
 
 
 def _expected(trial: Trial, push: Push, name: str) -> float:
     """How far the model's joint goes under the same push."""
     if push.seconds <= 0.0:
         raise LeftOut('its stamps do not grow')
-    first = push.states[0].of(trial.robot.joint_names)
-    model = Model(trial.robot)
-    try:
-        start = model.state_from(first.position, first.velocity)
-    except UserError as error:
-        raise LeftOut(f'the model cannot be where the robot is: {error}') from error
-    end = model.step(start, push.command, push.seconds)
+    start = _possible(trial, push.states[0])
+    end = Model(trial.robot).step(start, push.command, push.seconds)
     j = trial.robot.joint_names.index(name)
     return float(end.q[j] - start.q[j])
+
+
+def _possible(trial: Trial, state: JointStates) -> State:
+    """The model's state where the robot is; far outside its stops it cannot be."""
+    found = state.of(trial.robot.joint_names)
+    try:
+        return Model(trial.robot).state_from(found.position, found.velocity)
+    except UserError as error:
+        raise Broken(str(error), f'{UNITS}; then at zero, and at the stops') from error
+
+
+def _check_told(trial: Trial, push: Push, k: int) -> None:
+    """What was applied at a push, if the driver knows it, is about what was commanded."""
+    told = [applied.values[k] for applied in push.applied if applied is not None]
+    asked = push.command[k] - trial.hold[k]
+    shares = (np.array(told) - trial.hold[k]) / asked
+    if told and not 1.0 / TOLD < shares.max() < TOLD:
+        raise Broken(
+            f'{trial.info.actuators[k]} was commanded {push.command[k]:.3g}, and '
+            f'{told[int(shares.argmax())]:.3g} is said to be applied',
+            'return from write what was sent, in its unit and with its sign: it is what is fitted',
+        )

@@ -13,6 +13,7 @@ from leo_msgs_py.terminal import leo
 from leo_sim.common.yaml_file import read_text
 from leo_sim.description import urdf
 from leo_sim.description.robot import load_robot, Robot
+from leo_sim.description.servos import Family
 from leo_sim.description.urdf import Joint, Link
 from leo_sim.verbs.skeleton import robot_yaml
 from leo_sim.verbs.skeleton.description import Description, read_urdf, without
@@ -52,7 +53,11 @@ def read_description(path: Path) -> Description:
 
 
 def make_folder(
-    source: Path, folder: Path, kind: str, servos: bool = False, left_out: Sequence[str] = ()
+    source: Path,
+    folder: Path,
+    kind: str,
+    servos: Family | None = None,
+    left_out: Sequence[str] = (),
 ) -> Skeleton:
     """Write robot.urdf and robot.yaml; UserError, and nothing written, where something is wrong.
 
@@ -60,10 +65,12 @@ def make_folder(
         source: A URDF or MJCF file.
         folder: Where; new, or empty.
         kind: What the actuators take, 'torque' (N m), 'voltage' (V) or 'position' (rad).
-        servos: Whether they are Dynamixel servos: then their bus is there to be filled in.
+        servos: Whose servos they are: then their bus is there to be filled in.
         left_out: Links that are taken out, with everything beyond them.
     """
     _check_free(folder)
+    if kind == 'torque' and servos == 'feetech':
+        raise UserError('Feetech servos do not take torques; give --input voltage or position')
     description = read_description(source)
     if left_out:
         description = without(description, left_out, str(source))
@@ -75,10 +82,10 @@ def make_folder(
         robot, left = _drafted(draft, source, kind, description, links, joints)
         if servos:
             with (draft / 'robot.yaml').open('a', encoding='utf-8') as file:
-                file.write(robot_yaml.driver_lines(joints, kind))
+                file.write(robot_yaml.driver_lines(joints, kind, servos))
             left.append(
                 'driver: port, baud and every servo are guesses; leo check-driver '
-                'dynamixel --by-hand tries them'
+                f'{servos} --by-hand tries them'
             )
         _put(draft, folder)
     robot = load_robot(folder)

@@ -10,6 +10,7 @@ import re
 
 from leo_sim.description.constants import DAMPING
 from leo_sim.description.joint import sliding
+from leo_sim.description.servos import Family
 from leo_sim.description.urdf import Joint
 from leo_sim.verbs.skeleton.description import Description
 from leo_sim.verbs.skeleton.figures import pose_range
@@ -137,11 +138,16 @@ TAIL = """
 """
 DRIVER = """
 driver:
-  dynamixel:
-    port: /dev/ttyUSB0  # {mark}
+  {family}:
+    port: {port}  # {mark}
     baud: 1000000  # {mark}: that of the servos
     servos:  # {mark}: ids, models, the count at angle 0, -1 where counts fall as the joint rises
 """
+SERVOS: dict[Family, tuple[str, str]] = {
+    'dynamixel': ('/dev/ttyUSB0', 'XM430-W210'),
+    'feetech': ('/dev/ttyACM0', 'STS3215'),
+}
+"""Port and servos that are guessed."""
 
 
 def head(
@@ -183,8 +189,9 @@ def pose_lines(joints: tuple[Joint, ...]) -> str:
     )
 
 
-def driver_lines(joints: Sequence[Joint], kind: str) -> str:
-    """A bus of Dynamixel servos, one for every joint that moves."""
+def driver_lines(joints: Sequence[Joint], kind: str, family: Family) -> str:
+    """A bus of servos, one for every joint that moves."""
+    port, model = SERVOS[family]
     constant = ', torque_constant: {value: 1.3, unit: N m/A}' if kind == 'torque' else ''
     lines = []
     for number, joint in enumerate((j for j in joints if j.independent), 1):
@@ -194,12 +201,12 @@ def driver_lines(joints: Sequence[Joint], kind: str) -> str:
         )
         gear = f', gear: {1 / PINION:.3g}' if joint.kind == 'prismatic' else ''
         lines.append(
-            f'      {quoted(joint.name)}: {{id: {number}, model: XM430-W210, '
+            f'      {quoted(joint.name)}: {{id: {number}, model: {model}, '
             f'direction: 1, zero: 2048, low: {low}, high: {high}{gear}{constant}}}\n'
         )
     slides = any(joint.kind == 'prismatic' for joint in joints if joint.independent)
     also = '      # gear of slides: rad of the servo per m\n' if slides else ''
-    return DRIVER.format(mark=MARK) + also + ''.join(lines)
+    return DRIVER.format(mark=MARK, family=family, port=port) + also + ''.join(lines)
 
 
 def start(limits: tuple[float, float]) -> float:

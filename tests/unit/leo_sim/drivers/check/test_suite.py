@@ -4,7 +4,9 @@
 from dataclasses import replace
 import json
 from pathlib import Path
+import re
 from threading import Event
+import time
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import base, load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, EndOfRun, NotPossible, TransientFault
-from leo_sim.drivers.check import CHECKS, contract, examine, FAILED, PASSED
+from leo_sim.drivers.check import CHECKS, contract, examine, FAILED, PASSED, trial
 from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.simulated import SimulatedDriver
 
@@ -132,6 +134,17 @@ class InCounts(SimulatedDriver):
         return super().write(values / 885 * 7.4)
 
 
+def told(share):
+    """A driver that says that this share of what was commanded is applied."""
+
+    class Told(SimulatedDriver):
+        def write(self, values):
+            applied = super().write(values)
+            return replace(applied, values=share * applied.values)
+
+    return Told
+
+
 class NeverFree(SimulatedDriver):
     def set_torque(self, on):
         """Nothing."""
@@ -167,6 +180,9 @@ class Slow(SimulatedDriver):
         (changed(velocity=lambda w: -w), 'signs and units', 'velocity in rad/s'),
         (Backwards, 'signs and units', 'commanded up'),
         (InCounts, 'signs and units', 'PWM'),
+        (told(0.0), 'signs and units', '0 is said to be applied'),
+        (told(-0.1), 'signs and units', 'with its sign'),
+        (told(0.1), 'signs and units', 'in its unit'),
         (Uncut, 'limits', 'clip to info.limits'),
         (Offset, 'writing', '0 must stay 0'),
         (NeverFree, 'torque', 'enabled'),
@@ -185,6 +201,48 @@ class Slow(SimulatedDriver):
 def test_each_way_to_be_wrong_fails_its_own_check(kind, check, said):
     found = failures(simulated(kind), moving=FULL)
     assert said in found.get(check, ''), found
+
+
+class MeasuredLate(SimulatedDriver):
+    """Measures what is applied, with an error, a period late."""
+
+    before = 0.0
+
+    def write(self, values):
+        applied, late = super().write(values), self.before
+        self.before = 1.1 * applied.values
+        return replace(applied, values=np.clip(late, *self.info.bounds))
+
+
+def test_what_is_applied_may_be_measured_and_late():
+    assert failures(simulated(MeasuredLate), moving=Moving(0.2, 0.9)) == {}
+
+
+ARM = load_robot('so101')
+
+
+class Degrees(SimulatedDriver):
+    def read(self):
+        state = super().read()
+        return replace(state, position=np.rad2deg(state.position) + 10.0)
+
+
+@pytest.mark.parametrize('moving', [None, FULL])
+def test_a_robot_far_outside_its_stops_is_told_another_unit(moving):
+    found = failures(Degrees(DriverOptions(ARM, engine='rigid')), ARM, moving)
+    assert 'outside its stops' in found['signs and units']
+    assert 'rad, not deg' in found['signs and units']
+
+
+@pytest.mark.parametrize(('low', 'high'), [(0, 1), (-1, 0)])
+def test_a_joint_that_lies_on_a_stop_is_pushed_away_from_it(tmp_path, low, high):
+    urdf, file = ((PENDULUM.folder / f'robot.{kind}').read_text() for kind in ('urdf', 'yaml'))
+    stops = f'<limit lower="{low}" upper="{high}" effort="1" velocity="9"/></joint>'
+    text = urdf.replace('continuous', 'revolute').replace('</joint>', stops)
+    (tmp_path / 'robot.urdf').write_text(text)
+    (tmp_path / 'robot.yaml').write_text(re.sub(r'\[-3\S+ 3\S+\]', '0', file))
+    robot = load_robot(tmp_path)
+    assert failures(SimulatedDriver(DriverOptions(robot, engine='rigid')), robot, FULL) == {}
 
 
 def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path):
@@ -271,6 +329,20 @@ def test_each_way_of_hardware_to_be_wrong(rig, kind, check, said, monkeypatch):
     if kind is HaltWaits:
         monkeypatch.setattr(contract, 'HALT', 0.1)
     assert said in failures(rig(kind)).get(check, '')
+
+
+@pytest.mark.parametrize(('name', 'others'), [('read', 'shapes'), ('write', 'stamps')])
+def test_a_call_that_hangs_is_said_and_the_rest_is_tried(rig, monkeypatch, name, others):
+    def hang(self, *values):
+        try:
+            time.sleep(60.0)
+        except Exception as error:
+            raise TransientFault('tries again') from error
+
+    monkeypatch.setattr(trial, 'HANG', 0.02)
+    found = failures(rig(type('Hanging', (Rig,), {name: hang})))
+    assert f'{name} has not returned after 0.02 s' in found[others]
+    assert Path('calls').read_text().split()[-1] == 'stop'
 
 
 def test_lost_packets_are_counted_not_held_against_it(rig):
@@ -362,6 +434,9 @@ def test_the_verb(rig, capsys, monkeypatch):
     words = ['check-driver', str(RIG), '--robot', 'servo_pendulum']
     assert main(words) == 0
     assert '0 of 15 checks failed' in capsys.readouterr().out
+    assert main([*words, '--port', '/dev/my bus']) == 0
+    following = capsys.readouterr().out.splitlines()[-1]
+    assert following.endswith(f"-p driver:={RIG} -p 'port:=/dev/my bus'")
     assert main([*words, '--json']) == 0
     assert json.loads(capsys.readouterr().out)['failed'] == 0
     assert main([*words, '--move', '--yes']) == 1, 'it stands still'

@@ -179,17 +179,33 @@ def test_the_robots_with_a_name_are_listed(capsys):
     assert robots['pendulum']['joints'] == ['pivot']
 
 
-@pytest.mark.parametrize('kind', ['torque', 'voltage', 'position'])
-def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, capsys, kind):
-    words = ['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--driver', 'dynamixel']
+@pytest.mark.parametrize(
+    ('family', 'kind'),
+    [
+        ('dynamixel', 'torque'),
+        ('dynamixel', 'voltage'),
+        ('dynamixel', 'position'),
+        ('feetech', 'voltage'),
+        ('feetech', 'position'),
+    ],
+)
+def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, capsys, family, kind):
+    words = ['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--driver', family]
     assert main([*words, '--input', kind]) == 0
     robot = load_robot(tmp_path / 'arm')
-    bus = robot.driver.dynamixel
+    bus = robot.driver.bus
+    assert robot.driver.family == family
     assert [servo.id for servo in bus.servos.values()] == [1, 2, 3]
     assert (bus.servos['joint1'].low, bus.servos['joint1'].high) == (-2.827, 2.827)
     assert (bus.servos['joint1'].torque_constant is not None) == (kind == 'torque')
-    assert 'leo check-driver dynamixel' in capsys.readouterr().out
-    assert load_driver('dynamixel', DriverOptions(robot)).info.joints == JOINTS
+    assert f'leo check-driver {family}' in capsys.readouterr().out
+    assert load_driver(family, DriverOptions(robot)).info.joints == JOINTS
+
+
+def test_feetech_servos_are_given_no_torques(tmp_path, capsys):
+    words = ['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--driver', 'feetech']
+    assert main(words) == 2 and not (tmp_path / 'arm').exists()
+    assert 'give --input voltage or position' in capsys.readouterr().err
 
 
 def test_without_servos_there_is_no_bus(tmp_path):
@@ -208,7 +224,7 @@ def test_a_servo_that_takes_goals_holds_its_pose(tmp_path):
 
 def test_a_servo_turns_so_far_for_a_metre_of_a_slide(tmp_path):
     (tmp_path / 'g.urdf').write_text(SLIDES)
-    made = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'voltage', servos=True)
+    made = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'voltage', 'dynamixel')
     servos = made.robot.driver.dynamixel.servos
     assert list(servos) == ['left'] and servos['left'].gear == pytest.approx(1 / 0.015, rel=0.01)
     assert 'gear of slides: rad of the servo per m' in (tmp_path / 'g/robot.yaml').read_text()
