@@ -258,7 +258,11 @@ class Model:
             return self.rigid
         from leo_sim.dynamics.pybullet import Bullet
 
-        return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)
+        robot, laws = self.robot, self.laws
+        try:
+            return Bullet(robot.urdf, robot.joints, laws.bodies, laws.gravity)
+        except UserError as error:
+            raise UserError(f'{robot.name}: {error}, or use the engine rigid') from error
 
     @cached_property
     def integrate(self) -> Any:
