@@ -74,7 +74,7 @@ def recorded(model: Model, seed: int) -> Recording:
     rng, robot = np.random.default_rng([seed, 1]), model.robot
     reference, run = (
         Model(robot, model.effects, model.constants, 'rk4', TRUE_STEP),
-        motion(robot, JOINT),
+        motion(model, JOINT),
     )
     state, rows = reference.start('nominal', rng), []
     for inputs, on in zip(run.inputs, run.enabled, strict=True):

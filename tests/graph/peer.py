@@ -47,7 +47,13 @@ def _talk(node: Node) -> None:
         return response
 
     node.create_timer(0.02, tick)
+
+    def stuck(_: Any, response: Any) -> Any:
+        response.success, response.message = False, 'stuck'
+        return response
+
     node.create_service(Trigger, 'home', home)
+    node.create_service(Trigger, 'stuck', stuck)
     node.create_client(SetBool, 'torque')
 
 

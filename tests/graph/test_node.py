@@ -88,8 +88,8 @@ def test_a_fixed_parameter_cannot_be_set_and_a_declared_one_can(holder):
 
 
 def test_what_is_given_for_no_parameter_ends_the_node_before_it_is_served():
-    given = '-p', 'secre:=x', '-p', 'gain:=2', '-p', 'secret:=hush', '-p', 'use_sim_time:=false'
-    with graph(['--ros-args', *given]):
+    given = 'secre:=x', 'gain:=2', 'secret:=hush', 'of_another:=1', 'use_sim_time:=false'
+    with graph(['--ros-args', *(word for one in given for word in ('-p', one))]):
         node = Node('holder')
         fixed_parameter(node, 'gain', 1.0)
         private_parameter(node, 'secret', '')

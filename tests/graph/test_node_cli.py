@@ -111,6 +111,7 @@ def test_service_list_and_call(peer, leo):
         'success': True,
         'message': 'homed',
     }
+    assert 'success: false' in leo('service', 'call', '/stuck', status=1)
     assert '/home' in leo('service', 'call', '/hom', status=2, saying='/home')
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 import gc
 import signal
 from threading import current_thread, Event, main_thread, Thread
@@ -49,6 +50,9 @@ SLICE = 0.1
 
 AGAIN = 1.0
 """A SIGINT so long after the first [s] interrupts; ros2 launch may pass on one Ctrl-C twice."""
+
+MISSPELT = 0.75
+"""How alike two names are (`difflib`) where one is the other, misspelt."""
 
 _stop = Event()
 _executor: Executor | None = None
@@ -247,15 +251,18 @@ def private_parameter(node: Node, name: str, default: Any) -> Any:
 
 
 def refuse_unknown(node: Node) -> None:
-    """Raise UserError where a parameter is given that a node, which has read all its own, has not.
+    """Raise UserError where a parameter is given that must be a misspelt one of the node's own.
 
-    Those that rclpy has declared (`use_sim_time`, ...) are the node's own, too.
+    Others are warned of: one parameter file may be for several nodes. Those that rclpy has
+    declared (`use_sim_time`, ...) are the node's own, too.
     """
     own = _read.get(node, set())
     known = own | node._parameters.keys()
     for name in sorted(node._parameter_overrides.keys() - known):
-        near = nearest(name, own or known)
-        raise UserError(f'{node.get_name()} has no parameter {name!r}{near}')
+        what = f'{node.get_name()} has no parameter {name!r}'
+        if get_close_matches(name, known, cutoff=MISSPELT):
+            raise UserError(what + nearest(name, known))
+        node.get_logger().warning(what)
 
 
 def _run_what_is_ready(executor: Executor, timeout: float) -> None:

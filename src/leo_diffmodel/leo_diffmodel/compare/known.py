@@ -16,7 +16,7 @@ import sys
 
 from leo_diffmodel.bags.recording import Recording
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Quantity
 from leo_sim.description.constants import checked, Constant
 from leo_sim.model import Model

@@ -25,7 +25,7 @@ from leo_diffmodel.explain.select.search import estimator
 from leo_diffmodel.explain.settings import settings_for
 from leo_msgs_py.console import Reporter
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.description.robot import Constant, Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model

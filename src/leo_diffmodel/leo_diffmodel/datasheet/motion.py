@@ -3,13 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
+from leo_diffmodel.next_run.dry_run import dry_run
 from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.reach import Reach, rest_goals
+from leo_diffmodel.next_run.reach import Reach, rest_goals, Seen
 from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.safety import tamed
 from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.description.robot import Robot
+from leo_sim.model import Model
 
 PARTS = ('triangle, slow', 'steps, small', 'steps, large', 'chirp', 'kick and let go')
 """Friction near rest and under load; dead band and delay; inertia, delay and lag; back-EMF; and
@@ -22,17 +28,42 @@ GOALS = 1.2
 """rad to either side, at most: where gravity changes by more than nine tenths of its most."""
 
 
-def motion(robot: Robot, joint: str) -> Run:
-    """75 s of the motor at a joint, the others at rest, 0 V, or their goals at rest."""
-    reach = bench_reach(robot, joint)
-    lead = len(reach.lead(robot))
-    parts = {run.name: run for run in menu(robot, reach, SECONDS)}
-    chosen = [parts[name] for name in PARTS]
-    after = [0, *[lead] * (len(chosen) - 1)]  # only the first is led to where it goes around
-    inputs = np.concatenate([r.inputs[n:] for r, n in zip(chosen, after, strict=True)])
-    enabled = np.concatenate([r.enabled[n:] for r, n in zip(chosen, after, strict=True)])
+def motion(model: Model, joint: str) -> Run:
+    """75 s of the motor at a joint, the others at rest, 0 V, or their goals at rest.
+
+    Its parts, and then all of it, get milder until the model predicts that it keeps off the stops.
+    Where no milder one does it is the full one, and `about` says what that runs into.
+    """
+    parts, lead = _parts(model.robot, joint)
     about = f'the standard motion of a data sheet at {joint}: {", ".join(PARTS)}'
-    return Run('data sheet', about, inputs, enabled)
+    full = _joined(parts, lead)
+    (mild,) = _tamed([_joined(_tamed(parts, model), lead)], model)
+    chosen = full if dry_run(mild, model).hits else mild
+    about = '; '.join([about, *dry_run(chosen, model).hits[:1]])
+    return replace(chosen, name='data sheet', about=about)
+
+
+def _parts(robot: Robot, joint: str) -> tuple[list[Run], int]:
+    """The parts, and in how many periods each is led to where it goes around."""
+    reach = bench_reach(robot, joint)
+    parts = {run.name: run for run in menu(robot, reach, SECONDS)}
+    return [parts[name] for name in PARTS], len(reach.lead(robot))
+
+
+def _joined(parts: Sequence[Run], lead: int) -> Run:
+    """One after the other; only the first is led to where it goes around."""
+    inputs, enabled, around = (
+        np.concatenate([getattr(run, of)[lead * (k > 0) :] for k, run in enumerate(parts)])
+        for of in ('inputs', 'enabled', 'around')
+    )
+    return replace(parts[0], inputs=inputs, enabled=enabled, around=around)
+
+
+def _tamed(runs: Sequence[Run], model: Model) -> list[Run]:
+    """Milder runs that keep off the stops, at any speed and input."""
+    robot, far = model.robot, np.full(len(model.robot.joint_names), np.inf)
+    anything = Seen(-robot.limits, robot.limits, far, -far, far, 1.0 / robot.state_rate)
+    return [run for run in tamed(runs, [model], anything)[0] if isinstance(run, Run)]
 
 
 def bench_reach(robot: Robot, joint: str) -> Reach:

@@ -10,6 +10,7 @@
     0.05,0.300,on
     1.50,0.000,off
 
+Inputs are in V, N m or rad, those of slides that take forces or goals in N or m.
 A row holds from its time to that of the next; the last row ends the run. `torque` (on or off,
 default on) frees the motors. Of a robot that takes goals the inputs are goals [rad], and the run
 begins at the first of them.
@@ -17,7 +18,7 @@ begins at the first of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import csv
 from dataclasses import dataclass, replace
 import math
@@ -25,14 +26,17 @@ from pathlib import Path
 
 import numpy as np
 
+from leo_diffmodel.compare.sizes import input_unit
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 from leo_msgs_py.whole_file import write_whole
-from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import read_text
 from leo_sim.description.constants import INPUT_UNITS
+from leo_sim.description.joint import sliding
 from leo_sim.description.robot import Robot
 
 FIRST = '# leo run file'
+UNITS = dict.fromkeys([*INPUT_UNITS.values(), *map(sliding, INPUT_UNITS.values())])
 TORQUE = {'on': True, 'off': False}
 MOST_PERIODS = 1e6
 """Of one run: 2.8 hours at 100 Hz."""
@@ -46,8 +50,7 @@ class RunFile:
     Attributes:
         robot: name of the robot it was made for.
         name: of the run.
-        unit: of the inputs, 'V', 'N m' or 'rad'.
-        actuators: joints of the columns.
+        actuators: joints of the columns, with the unit of each, one of `UNITS`.
         time: of each row [s], shape (N,), increasing from 0.
         inputs: shape (N, A).
         enabled: motors on, shape (N,).
@@ -56,8 +59,7 @@ class RunFile:
 
     robot: str
     name: str
-    unit: str
-    actuators: tuple[str, ...]
+    actuators: dict[str, str]
     time: np.ndarray
     inputs: np.ndarray
     enabled: np.ndarray
@@ -70,11 +72,11 @@ class RunFile:
             UserError: made for other actuators, another unit or another robot's start pose, or too
                 long to be one.
         """
-        wanted = tuple(a.joint for a in robot.actuators)
-        if set(wanted) != set(self.actuators) or self.unit != robot.input_unit:
+        wanted = {a.joint: input_unit(robot, a.joint) for a in robot.actuators}
+        if not _fits(self.actuators, wanted):
             raise UserError(
-                f'the run has inputs {", ".join(self.actuators)} in {self.unit}, {robot.name} '
-                f'takes {", ".join(wanted)} in {robot.input_unit}; leo next writes one for it'
+                f'the run has inputs {_listed(self.actuators)}, {robot.name} takes '
+                f'{_listed(wanted)}; leo next writes one for it'
             )
         if self.start and self.start not in robot.start_poses:
             raise UserError(
@@ -84,9 +86,28 @@ class RunFile:
         count = _periods(float(self.time[-1]), robot)
         at = np.arange(count) * robot.control_period + 1e-6
         row = np.searchsorted(self.time, at, side='right') - 1
-        order = [self.actuators.index(joint) for joint in wanted]
+        order = [[*self.actuators].index(joint) for joint in wanted]
         inputs = np.clip(self.inputs[row][:, order], *robot.bounds)
         return Run(self.name, self.name, inputs, self.enabled[row], self.start)
+
+
+def _fits(said: Mapping[str, str], wanted: Mapping[str, str]) -> bool:
+    """Whether units by joint are those wanted, or on slides those of turning.
+
+    Earlier files have the latter.
+    """
+    return said.keys() == wanted.keys() and all(
+        wanted[joint] in (unit, sliding(unit)) for joint, unit in said.items()
+    )
+
+
+def _listed(units: Mapping[str, str]) -> str:
+    return ', '.join(f'{joint} in {unit}' for joint, unit in units.items())
+
+
+def input_units(robot: Robot) -> str:
+    """Of all inputs of a robot, for a heading: `N m`, or `N m or N` with slides."""
+    return ' or '.join(dict.fromkeys(input_unit(robot, a.joint) for a in robot.actuators))
 
 
 def _periods(seconds: float, robot: Robot) -> int:
@@ -107,7 +128,7 @@ def write_run(path: Path, run: Run, robot: Robot) -> Path:
     """
     if not path.absolute().parent.is_dir():
         raise UserError(f'cannot write {path}: its folder is not there; make it first')
-    names = [f'{a.joint} [{robot.input_unit}]' for a in robot.actuators]
+    names = [f'{a.joint} [{input_unit(robot, a.joint)}]' for a in robot.actuators]
     lines = [
         FIRST,
         f'# robot: {robot.name}',
@@ -147,8 +168,7 @@ def read_run(path: Path) -> RunFile:
             'rows or more; leo next writes one'
         )
     header = next(csv.reader([table[0][1]]))
-    columns = [c for c in header[1:] if c != 'torque']
-    actuators, units = zip(*(_column(path, c) for c in columns), strict=True)
+    actuators = dict(_column(path, c) for c in header[1:] if c != 'torque')
     rows = [_row(path, n, next(csv.reader([line])), header) for n, line in table[1:]]
     time = np.array([r[0] for r in rows])
     _check_times(path, time, [n for n, _ in table[1:]])
@@ -158,14 +178,15 @@ def read_run(path: Path) -> RunFile:
         notes.get('start', ''),
     )
     inputs, enabled = (np.array([row[k] for row in rows]) for k in (1, 2))
-    return RunFile(robot, name, units[0], tuple(actuators), time, inputs, enabled, start)
+    return RunFile(robot, name, actuators, time, inputs, enabled, start)
 
 
 def _column(path: Path, name: str) -> tuple[str, str]:
     joint, _, unit = name.partition(' [')
-    if unit[:-1] not in INPUT_UNITS.values() or not unit.endswith(']'):
+    if unit[:-1] not in UNITS or not unit.endswith(']'):
+        others = ', '.join(f'[{u}]' for u in UNITS if u != 'V')
         raise UserError(
-            f'{path}: column {name!r} has no unit; write "{joint} [V]", [N m] or [rad]'
+            f'{path}: column {name!r} has no unit of an input; write "{joint} [V]" or {others}'
         )
     return joint, unit[:-1]
 

@@ -92,7 +92,7 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
         UserError: the robot has no motors, or the bags are too short to plan from.
     """
     from leo_diffmodel.next_run.proposal import propose
-    from leo_diffmodel.verbs.next import check_driven, in_words, SECONDS
+    from leo_diffmodel.verbs.next import check_driven, in_words, predict_words, SECONDS
     from leo_diffmodel.watch.next_run import Plan
 
     arguments = parser().parse_args(argv)
@@ -106,7 +106,8 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
         return Plan(words, model.robot)
     run = found.best.run
     heard(f'predicting {run.name}')
-    return Plan(words, model.robot, run, _predicted(run, model, answer, recordings))
+    predict = tuple(predict_words(arguments.model, model))
+    return Plan(words, model.robot, run, _predicted(run, model, answer, recordings), predict)
 
 
 def _predicted(

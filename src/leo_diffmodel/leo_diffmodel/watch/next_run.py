@@ -30,13 +30,15 @@ GONE = f'the data that were searched are not kept; {NOWHERE}'
 class Plan:
     """What leo next says in sentences, and the run that it proposes, if any.
 
-    `predicted` is what the model with what was named makes of the run.
+    `predicted` is what the model with what was named makes of the run; `predict` are the options
+    with which `leo play` predicts it by the model as given.
     """
 
     words: tuple[str, ...]
     robot: Robot
     run: Run | MotionRun | None = None
     predicted: Recording | None = None
+    predict: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -62,7 +64,7 @@ class Plan:
         """The words after `leo` that send it to the robot; none where there is nothing to send."""
         if isinstance(self.run, MotionRun):
             return self.run.command.split()
-        return ['play', str(file)] if file else []
+        return ['play', str(file), *self.predict] if file else []
 
 
 Asked = Callable[[list[str], dict[str, Any], Heard], Plan]

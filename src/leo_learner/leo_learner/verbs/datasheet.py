@@ -14,6 +14,7 @@ from leo_diffmodel.bags.episode import distinct
 from leo_diffmodel.compare.known import provenance
 from leo_diffmodel.next_run.run_file import write_run
 from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs.next import predict_words
 from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -85,11 +86,12 @@ def _motion(options: Any, model: Model, joint: str) -> int:
     from leo_diffmodel.datasheet.measure import opened
     from leo_diffmodel.datasheet.motion import motion
 
-    run = motion(opened(model, joint).robot, joint)
+    run = motion(opened(model, joint), joint)
     write_run(options.motion, run, model.robot)
     seconds = run.count * model.robot.control_period
     print(f'wrote {options.motion}: {seconds:.0f} s of {joint}, {run.about}')
-    print(f'next: {leo("play", options.motion, "--bag", "bags/unit1")}')
+    predicted = predict_words(options.model, model)
+    print(f'next: {leo("play", options.motion, *predicted, "--bag", "bags/unit1")}')
     return 0
 
 
@@ -106,7 +108,7 @@ def _played(
     bag = folder / 'bag'
     if bag.exists():
         raise UserError(f'{bag} exists: give it as BAG to read it, or choose another -o')
-    run = motion(opened(model, joint).robot, joint)
+    run = motion(opened(model, joint), joint)
     folder.mkdir(parents=True, exist_ok=True)
     file = write_run(folder / 'motion.csv', run, model.robot)
     asked = ['--yes'] * options.yes

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.dry_run import DryRun, Travel
+from leo_diffmodel.next_run.run_file import input_units
 from leo_diffmodel.next_run.settings import NEXT
 from leo_msgs_py.console import Table, Terminal
 from leo_msgs_py.errors import UserError
@@ -70,7 +72,7 @@ def table(found: DryRun, robot: Robot) -> Table:
     """What each joint does, against where it ends."""
     shown = Table('joint', title='dry run: what the model predicts')
     angle = 'rad or m' if robot.slides else 'rad'
-    given = f'input [{robot.input_unit}]'
+    given = f'input [{input_units(robot)}]'
     for heading in (f'goes [{angle}]', 'stops', f'fastest [{angle}/s]', given):
         shown.add_column(heading, justify='right')
     for travel in found.travels:
@@ -119,7 +121,7 @@ def away(robot: Robot, pose: str, measured: State) -> list[str]:
     if off[j] <= NEXT.near:
         return []
     name = robot.joint_names[j]
-    unit = 'm' if name in robot.slides else 'rad'
+    unit = length_unit(robot, name)
     return [
         f'it begins in the pose {pose!r}, from which {name} is {off[j]:.2f} {unit} away: a '
         'simulated robot goes there by its reset, another one must be put there'

@@ -10,6 +10,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.dry_run import dry_run, DryRun
 from leo_diffmodel.next_run.run_file import read_run, Run
 from leo_diffmodel.next_run.simulate import start_of
@@ -25,13 +26,8 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
     Raises:
         UserError: a wrong file, one made for another robot, or nobody there to say yes.
     """
-    from leo_sim.model.model_file import load_model
-
     file = read_run(options.policy)
-    wanted = options.model or options.predict or file.robot
-    if not wanted:
-        raise UserError(f'{options.policy} names no robot; add a line "# robot: NAME"')
-    model = load_model(wanted)
+    model = _model(options, file.robot)
     try:
         run = file.run_for(model.robot)
     except UserError as error:
@@ -46,6 +42,20 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
     }
     player = _on_model if options.model else _on_robot
     return result | player(run, model, options, ros_args)
+
+
+def _model(options: Any, robot: str) -> Model:
+    """The model to play on, or to predict by: that of the robot that the file names."""
+    from leo_sim.model.model_file import load_model
+
+    if given := options.model or options.predict:
+        return load_model(given)
+    if not robot:
+        raise UserError(f'{options.policy} names no robot; add a line "# robot: NAME"')
+    try:
+        return load_model(robot)
+    except UserError as error:
+        raise UserError(f'{options.policy}: {error}; name its model with --predict') from error
 
 
 def run_text(result: dict[str, Any]) -> str:
@@ -73,8 +83,8 @@ def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, A
             rows.append(np.concatenate(model.sense(state)))
             step()
     seen = np.array(rows)
-    joints = model.robot.joint_names
-    names = [f'{j} [rad]' for j in joints] + [f'{j} [rad/s]' for j in joints]
+    units = {j: length_unit(model.robot, j) for j in model.robot.joint_names}
+    names = [f'{j} [{u}{per}]' for per in ('', '/s') for j, u in units.items()]
     spans = zip(names, seen.min(axis=0), seen.max(axis=0), strict=True)
     return {'complete': True, 'ranges': {n: [float(a), float(b)] for n, a, b in spans}}
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from leo_learner.verbs.playing import playing
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 from leo_msgs_py.terminal import leo
-from leo_sim.common.names import nearest
 from leo_sim.description.robot import typed
 from leo_sim.task.motions import MOTIONS, Routine
 

@@ -34,6 +34,7 @@ def _others(node: Any) -> common.Pairs:
 
 
 def _call(argv: list[str]) -> int:
+    """Exit status 1 for an answer whose `success` is false."""
     parser = common.Parser('leo service call', 'Call a service.', _CALL_EXAMPLES)
     parser.add_argument('service')
     parser.add_argument('type', nargs='?', help='type; found out where left away')
@@ -56,7 +57,7 @@ def _call(argv: list[str]) -> int:
             raise UserError(f'{error}; is its node still running?') from error
     data = to_plain(response)
     common.show(options, data, [common.as_yaml(data).rstrip()])
-    return 0
+    return 1 if data.get('success') is False else 0
 
 
 def _found_type(node: Any, service: str) -> str:

@@ -9,8 +9,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 import yaml
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 from leo_msgs_py.terminal import is_name
-from leo_sim.common.names import nearest
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, le=1e12)]

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import ConfigDict
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import read, read_text
 from leo_sim.description import urdf
 from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether robot.yaml and robot.urdf of a folder belong together; one line says where not."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Quantity, Schema
 from leo_sim.description.constants import BUS_UNITS, checked, SERVO_UNITS
 from leo_sim.description.robot_file import BusFile, RobotFile
@@ -75,19 +75,25 @@ def _known(path: Path, named: Iterable[tuple[str, str]], known: list[str], what:
 def _check_masses(
     folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]
 ) -> None:
-    """A link behind a moving joint weighs something, or what is fixed to it does."""
     heavy = {link.name for link in links if link.body.mass}
     heavy |= {name for name, link in file.links.items() if link.mass is not None}
+    if wrong := weightless(joints, heavy):
+        raise UserError(
+            f'{folder / "robot.urdf"}: {wrong}; give it an <inertial>, or a mass under links in '
+            'robot.yaml'
+        )
+
+
+def weightless(joints: Sequence[Joint], heavy: Set[str]) -> str:
+    """A link behind a moving joint that weighs nothing, nor what is fixed to it; '' for none."""
+    weighs = {*heavy}
     for joint in reversed(joints):
-        if joint.kind == 'fixed' and joint.child in heavy:
-            heavy.add(joint.parent)
+        if joint.kind == 'fixed' and joint.child in weighs:
+            weighs.add(joint.parent)
     for joint in joints:
-        if joint.independent and joint.child not in heavy:
-            raise UserError(
-                f'{folder / "robot.urdf"}: link {joint.child!r}, which joint '
-                f'{joint.name!r} moves, has no mass; give it an <inertial>, or a '
-                'mass under links in robot.yaml'
-            )
+        if joint.independent and joint.child not in weighs:
+            return f'link {joint.child!r}, which joint {joint.name!r} moves, has no mass'
+    return ''
 
 
 def _check_base(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:

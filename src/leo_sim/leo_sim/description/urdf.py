@@ -18,7 +18,8 @@ from leo_sim.description.joint import coupled, mimics, Vector
 from leo_sim.description.joint import Joint as Joint
 from leo_sim.description.joint import Link as Link
 
-KINDS = ('revolute', 'continuous', 'prismatic', 'fixed')
+BOUNDED = ('revolute', 'prismatic')
+KINDS = (*BOUNDED, 'continuous', 'fixed')
 AXIS = '1 0 0'
 """Where a URDF names none."""
 Read = TypeVar('Read')
@@ -217,9 +218,15 @@ def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
 
 
 def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
+    """Its stops; both at 0, which is what a URDF without them says, are none."""
     lower, upper = (_number(_attribute(element, 'limit', k)) for k in ('lower', 'upper'))
-    bounded = kind in ('revolute', 'prismatic') and lower < upper
-    return (lower, upper) if bounded else (-math.inf, math.inf)
+    if kind not in BOUNDED or lower == upper == 0:
+        return -math.inf, math.inf
+    if lower >= upper:
+        raise ValueError(
+            f'limit: lower {lower:g} is not below upper {upper:g}; correct them, or make it fixed'
+        )
+    return lower, upper
 
 
 def _sorted(joints: list[Joint], links: set[str], source: str) -> tuple[Joint, ...]:
@@ -283,7 +290,7 @@ def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
     if mass < 0 or moments.min() < 0 or moments[most] > others * (1 + 1e-9):
         raise UserError(
             f'link {name!r}: no body has the mass {mass:g} kg and the principal '
-            f'moments {moments} kg m2; use the engine rigid, or correct them'
+            f'moments {moments} kg m2; correct them'
         )
     moments = moments.copy()
     moments[most] = min(moments[most], others)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.common.names import nearest
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.drivers.base import (
     Driver,

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
 from leo_sim.description.servos import servo_model

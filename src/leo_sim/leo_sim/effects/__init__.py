@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.description.robot import Robot
 from leo_sim.effects.actuator_lag import ActuatorLag

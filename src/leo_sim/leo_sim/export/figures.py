@@ -95,7 +95,7 @@ def refuse_mimics(robot: Robot, what: str, about_urdf: str = '') -> None:
     """Refuse a robot with a joint that mimics another, for what holds none."""
     if robot.copies:
         raise UserError(
-            f'{robot.name}: joint {robot.copies[0]!r} mimics another, which the {what} written '
+            f'joint {robot.copies[0]!r} mimics another, which the {what} written '
             f'here does not hold; write a .urdf{about_urdf}'
         )
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import re
 from xml.etree import ElementTree
 
+from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import visible
 from leo_sim.export.held import Held, held
 from leo_sim.export.isaac_lab import isaac_lab
@@ -61,7 +62,18 @@ class Export:
 
 
 def export(model: Model, ref: str, format_: Format, output: Path) -> Export:
-    """A model in a format, to be written to `output` and, for Isaac Lab, to a URDF beside it."""
+    """A model in a format, to be written to `output` and, for Isaac Lab, to a URDF beside it.
+
+    Raises:
+        UserError: The format holds no such robot, or nothing has its inertial figures.
+    """
+    try:
+        return _export(model, ref, format_, output)
+    except UserError as error:
+        raise UserError(f'{ref}: {error}') from error
+
+
+def _export(model: Model, ref: str, format_: Format, output: Path) -> Export:
     found = held(model, format_.name)
     said = [
         f'Made from {ref} by leo export, for {format_.version}.',

@@ -100,7 +100,8 @@ def _part(
     level = friction_at_speed(placed)
     if level is not None:
         part = place(robot, 'coulomb_friction', placed.where, c=level)
-        return part, f'{format_name} holds the {level:.4g} N m at speed alone, as dry friction'
+        unit = part.units['c']
+        return part, f'{format_name} holds the {level:.4g} {unit} at speed alone, as dry friction'
     return None, f'{format_name} holds no {" and no ".join(sorted(lacking)) or "second lag"}'
 
 
@@ -167,10 +168,12 @@ def _of_motors(model: Model, format_name: str) -> Iterator[str]:
     for a in robot.actuators:
         path = f'actuators.{a.joint}.'
         if ARMATURE not in speaks and (inertia := values[f'{path}rotor_inertia']):
-            yield f'rotor inertia of {a.joint}, {inertia:.4g} kg m2: {format_name} holds none'
+            unit = robot.constants[f'{path}rotor_inertia'].unit
+            yield f'rotor inertia of {a.joint}, {inertia:.4g} {unit}: {format_name} holds none'
         if MOTOR not in speaks and robot.has_motor_law:
             yield (
-                f'motor of {a.joint}, {values[f"{path}torque_constant"]:.4g} N m/A and '
+                f'motor of {a.joint}, {values[f"{path}torque_constant"]:.4g} '
+                f'{robot.constants[f"{path}torque_constant"].unit} and '
                 f'{values[f"{path}resistance"]:.4g} ohm: {format_name} holds no motors; its '
                 'joints take torques'
             )

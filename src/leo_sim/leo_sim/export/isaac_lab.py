@@ -69,7 +69,7 @@ def _check(robot: Robot) -> None:
     for name in robot.joint_names:
         if not USD_NAME.fullmatch(name):
             raise UserError(
-                f'{robot.name}: Isaac Sim renames joint {name!r}; give it a name of letters, '
+                f'Isaac Sim renames joint {name!r}; give it a name of letters, '
                 'digits and _ in the URDF'
             )
 

@@ -55,7 +55,7 @@ def needs(placed: Placed, robot: Robot) -> set[str]:
 
 
 def friction_at_speed(placed: Placed) -> float | None:
-    """The level to which dry friction that varies falls at speed, N m; None where to none."""
+    """The level to which dry friction that varies falls at speed, N m (N); None where to none."""
     if not placed.effect.dry or placed.effect.uses_load or placed.effect.remembers:
         return None
     levels = _tried(placed, fast=1e6)[1]

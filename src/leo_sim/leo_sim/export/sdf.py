@@ -54,7 +54,7 @@ def _check(robot: Robot) -> None:
     base = next(iter(links - {j.child for j in robot.joints}))
     for name in sorted(links & (joints | {f'{base}_in_the_world'})):
         raise UserError(
-            f'{robot.name}: a link and a joint are both named {name!r}, which SDF does not take; '
+            f'a link and a joint are both named {name!r}, which SDF does not take; '
             'rename one in the URDF'
         )
 

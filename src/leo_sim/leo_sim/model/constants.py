@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Finite, Quantity
 from leo_sim.description.constants import checked
 from leo_sim.description.robot import Constant, load_robot, Robot

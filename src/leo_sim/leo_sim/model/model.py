@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.common.names import nearest
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
 from leo_sim.dynamics.rigid import Single
@@ -258,7 +258,11 @@ class Model:
             return self.rigid
         from leo_sim.dynamics.pybullet import Bullet
 
-        return Bullet(self.robot.urdf, self.robot.joints, self.laws.bodies, self.laws.gravity)
+        robot, laws = self.robot, self.laws
+        try:
+            return Bullet(robot.urdf, robot.joints, laws.bodies, laws.gravity)
+        except UserError as error:
+            raise UserError(f'{robot.name}: {error}, or use the engine rigid') from error
 
     @cached_property
     def integrate(self) -> Any:

@@ -11,7 +11,7 @@ from pydantic import Field
 import yaml
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import Finite, read, Schema
 from leo_sim.description.robot import load_robot, named_robots, Robot
 from leo_sim.effects import check_bounds, get_effect, place, Placed

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 from leo_sim.common.broadcasting import Array
-from leo_sim.common.names import nearest
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
 

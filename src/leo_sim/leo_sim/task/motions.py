@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
 

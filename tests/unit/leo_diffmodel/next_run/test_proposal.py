@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.gripper import SLIDES
 from tests.simulate import DT, PENDULUM, record, steps
 
 from leo_diffmodel.compare.windows import sample_period
@@ -15,13 +16,14 @@ from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.proposal import Proposal, propose
 from leo_diffmodel.next_run.questions import fit_in_turn, Question, questions
 from leo_diffmodel.next_run.reach import Reach, seen
-from leo_diffmodel.next_run.run_file import read_run, Run, write_run
+from leo_diffmodel.next_run.run_file import input_units, read_run, Run, write_run
 from leo_diffmodel.next_run.safety import too_far
 from leo_diffmodel.next_run.simulate import simulate
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
+from leo_sim.verbs.skeleton.folder import make_folder
 
 MODEL = Model(PENDULUM)
 DEAD_BAND = place(PENDULUM, 'voltage_deadband', 'pivot', v=0.05)
@@ -168,6 +170,30 @@ def test_a_run_file_by_hand_is_held_from_row_to_row(tmp_path):
         read_run(path).run_for(load_robot('torque_pendulum'))
     with pytest.raises(UserError, match='folder is not there'):
         write_run(tmp_path / 'no' / 'run.csv', run, PENDULUM)
+
+
+@pytest.mark.parametrize(
+    ('kind', 'unit', 'of_turning'), [('torque', 'N', 'N m'), ('position', 'm', 'rad')]
+)
+def test_inputs_of_a_slide_are_in_its_own_unit_and_older_files_are_read(
+    kind, unit, of_turning, tmp_path
+):
+    (tmp_path / 'slide.urdf').write_text(SLIDES)
+    robot = make_folder(tmp_path / 'slide.urdf', tmp_path / 'slide', kind).robot
+    run = Run('r', '', np.full((9, 1), 0.02), np.ones(9, bool))
+    path = write_run(tmp_path / 'run.csv', run, robot)
+    text = path.read_text()
+    assert f'left [{unit}]' in text and input_units(robot) == unit
+    for said in (unit, of_turning):
+        path.write_text(text.replace(f'[{unit}]', f'[{said}]'))
+        assert read_run(path).run_for(robot).inputs == pytest.approx(run.inputs)
+    for said, wrong in (
+        ('V', f'has inputs left in V.*takes left in {unit}'),
+        ('kg', 'no unit of'),
+    ):
+        path.write_text(text.replace(f'[{unit}]', f'[{said}]'))
+        with pytest.raises(UserError, match=wrong):
+            read_run(path).run_for(robot)
 
 
 @pytest.mark.parametrize('last', ['2e8', '1e300'])

@@ -6,6 +6,7 @@ import sys
 from xml.etree import ElementTree
 
 import pytest
+from tests.places import DATA
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.verbs.export import main
@@ -27,6 +28,17 @@ def model(tmp_path):
     path = tmp_path / 'model.yaml'
     path.write_text(MODEL)
     return path
+
+
+@pytest.mark.parametrize('ending', ['xml', 'urdf', 'sdf', 'py'])
+def test_a_body_that_cannot_be_is_one_line_about_the_model(tmp_path, ending):
+    urdf = ElementTree.parse(DATA / 'arm2.urdf')
+    urdf.find('.//inertia').set('ixx', '1')
+    urdf.write(tmp_path / 'arm.urdf')
+    robot_verb(['init', str(tmp_path / 'arm.urdf'), '-o', str(tmp_path / 'arm')])
+    with pytest.raises(UserError, match=r"/arm: link 'link1': no body .* correct them$"):
+        main([str(tmp_path / 'arm'), '-o', str(tmp_path / f'out.{ending}')])
+    assert not (tmp_path / f'out.{ending}').exists()
 
 
 def test_what_is_left_out_is_printed_and_in_the_file(model, tmp_path, capsys):

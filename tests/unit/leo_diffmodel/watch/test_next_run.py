@@ -80,6 +80,11 @@ def test_the_run_is_written_and_can_be_played_and_a_second_one_is_another_file(p
     assert ask(page, 'ambiguous').file == tmp_path / 'out' / 'next_run_2.csv'
 
 
+def test_the_run_of_a_robot_without_a_name_says_what_predicts_it(tmp_path):
+    plan = Plan((), PENDULUM, RUN, predict=('--predict', 'own'))
+    assert plan.command(tmp_path / 'a.csv')[2:] == ['--predict', 'own']
+
+
 def test_a_newer_answer_of_the_search_makes_the_run_an_old_one(page):
     found = ask(page, 'ambiguous')
     page.state.answer = SimpleNamespace(data={'verdict': 'fine'})

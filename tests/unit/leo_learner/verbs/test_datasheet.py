@@ -4,11 +4,14 @@
 import json
 
 import pytest
+from tests.places import DATA
 
 from leo_diffmodel.next_run.run_file import read_run
 from leo_learner.verbs.datasheet import main
+from leo_learner.verbs.play import main as play
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
+from leo_sim.verbs.skeleton.folder import make_folder
 
 RESISTANCE = {'value': 2.5, 'unit': 'ohm', 'ci95': [2.4, 2.6]}
 SHEET = {
@@ -34,6 +37,18 @@ def test_the_motion_is_a_run_file_of_the_robot(tmp_path, capsys):
     run = read_run(file).run_for(load_robot('so101'))
     assert run.count > 3000
     assert f'next: leo play {file} --bag' in capsys.readouterr().out
+
+
+def test_the_motion_of_a_robot_of_ones_own_is_played_by_what_is_printed(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    make_folder(DATA / 'arm2.urdf', tmp_path / 'own', 'torque')
+    assert main(['--model', 'own', '--joint', 'joint2', '--motion', 'a.csv']) == 0
+    assert 'next: leo play a.csv --predict own --bag bags/unit1' in capsys.readouterr().out
+    with pytest.raises(UserError, match=r"a\.csv: no .*'arm2'.*name its model with --predict"):
+        play(['a.csv', '--yes'])
+    assert play(['a.csv', '--model', 'own']) == 0
 
 
 def test_sheets_of_two_units_side_by_side(tmp_path, capsys):

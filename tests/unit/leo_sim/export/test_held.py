@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """What of a model each format holds, and what is said of the rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from tests.gripper import SLIDES
 
 from leo_sim.effects import place
 from leo_sim.export.held import held, SPEAKS
 from leo_sim.export.urdf import urdf
 from leo_sim.model import Model
+from leo_sim.verbs.skeleton.folder import make_folder
 
+ROTOR = 'actuators.left.rotor_inertia'
 IN_BOTH = {'viscous_friction': {'b': 0.1}, 'coulomb_friction': {'c': 0.1}, 'link_mass': {'m': 0.1}}
 IN_MJCF = {
     'joint_spring': {'k': 1.0, 'rest': 0.2},
@@ -80,6 +85,17 @@ def test_stribeck_friction_keeps_its_level_at_speed():
     kept, lines = sorted_out('stribeck_friction', values, 'MJCF')
     assert kept == ['coulomb_friction']
     assert '0.1 N m at speed' in lines[0]
+
+
+def test_figures_of_a_slide_are_in_its_units(tmp_path):
+    (tmp_path / 'g.urdf').write_text(SLIDES)
+    robot = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'voltage').robot
+    robot = robot.with_constants({ROTOR: replace(robot.constants[ROTOR], value=0.2)})
+    stribeck = place(robot, 'stribeck_friction', 'left', c=0.1, c_static=0.3, v_s=0.2)
+    lines = held(Model(robot, effects=[stribeck]), 'URDF').left_out
+    said = '\n'.join(lines)
+    assert 'holds the 0.1 N at speed' in said
+    assert 'rotor inertia of left, 0.2 kg:' in said and ' N/A and ' in said
 
 
 def test_a_constant_torque_needs_a_motor():

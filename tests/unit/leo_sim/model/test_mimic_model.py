@@ -64,7 +64,7 @@ def test_mujoco_and_its_file_have_no_mimics_and_say_what_to_do(tmp_path, capsys)
         Model(robot, engine='mujoco')
     folder = str(tmp_path / 'robot')
     assert main(['export', folder, '-o', str(tmp_path / 'g.xml')]) == 2
-    assert "'right' mimics another" in capsys.readouterr().err
+    assert f"{folder}: joint 'right' mimics another" in capsys.readouterr().err
     assert main(['export', folder, '-o', str(tmp_path / 'new.urdf')]) == 0
     assert make_folder(tmp_path / 'new.urdf', tmp_path / 'again', 'torque').robot.copies
     assert load_robot(tmp_path / 'again').joint_names == ('left',)

@@ -34,7 +34,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_valida
 
 from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 
 from .expression import evaluate
 from .log_format import canonical_index, Column, LogFormat, without_infinite

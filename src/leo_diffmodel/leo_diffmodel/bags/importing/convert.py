@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import read
 from leo_sim.description.robot import load_robot
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import shown
 
 from .log_format import canonical_index, Column

@@ -12,6 +12,7 @@ from bokeh.plotting import figure
 from markupsafe import Markup
 import numpy as np
 
+from leo_diffmodel.next_run.run_file import input_units
 from leo_diffmodel.picture import palette
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.live.commands import Sent
@@ -182,7 +183,7 @@ class StripsView:
         return plot
 
     def _applied(self) -> figure:
-        unit = self._state.scene.model.robot.input_unit
+        unit = input_units(self._state.scene.model.robot)
         options = {'height': HEIGHT, 'x_range': self._upper.x_range, 'name': 'live applied'}
         plot = canvas('before the newest sample [s]', f'applied [{unit}]', **options)
         plot.multi_line('ts', 'us', source=self._inputs, line_color='colour', line_width=1.5)

@@ -11,6 +11,7 @@ from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.next_run.run_file import input_units
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas
@@ -104,7 +105,7 @@ class NextRunView:
         t, x, inputs = joined(track)
         self._inputs.data = stepped(t, inputs, track.actuators)
         self._motion.data = _lines([t] * len(names), [*x[:, shown].T], names)
-        self._plots[0].yaxis.axis_label = f'input [{plan.robot.input_unit}]'
+        self._plots[0].yaxis.axis_label = f'input [{input_units(plan.robot)}]'
         self._legend.text = joints_legend(names)
 
 

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.names import nearest
 from leo_msgs_py.units import conversion
-from leo_sim.common.names import nearest
 from leo_sim.common.yaml_file import Positive, Quantity, read, Schema
 
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ from typing import TypeVar
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.names import nearest
+from leo_msgs_py.names import nearest
 from leo_sim.description.constants import outside
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')

@@ -3,6 +3,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
+import math
 from pathlib import Path
 import shutil
 import tempfile
@@ -13,8 +15,9 @@ from leo_msgs_py.terminal import leo
 from leo_sim.common.yaml_file import read_text
 from leo_sim.description import urdf
 from leo_sim.description.robot import load_robot, Robot
+from leo_sim.description.robot_check import weightless
 from leo_sim.description.servos import Family
-from leo_sim.description.urdf import Joint, Link
+from leo_sim.description.urdf import BOUNDED, Joint, Link
 from leo_sim.verbs.skeleton import robot_yaml
 from leo_sim.verbs.skeleton.description import Description, read_urdf, without
 from leo_sim.verbs.skeleton.figures import (
@@ -77,19 +80,19 @@ def make_folder(
     links, joints = urdf.parse(description.text, str(source))
     if not any(joint.independent for joint in joints):
         raise UserError(f'{source}: no joint moves; a robot has at least one that does')
+    if wrong := weightless(joints, {link.name for link in links if link.body.mass}):
+        raise UserError(f'{source}: {wrong}; give it an <inertial>')
     with tempfile.TemporaryDirectory() as temporary:
         draft = Path(temporary) / 'robot'
         robot, left = _drafted(draft, source, kind, description, links, joints)
         if servos:
             with (draft / 'robot.yaml').open('a', encoding='utf-8') as file:
                 file.write(robot_yaml.driver_lines(joints, kind, servos))
-            left.append(
-                'driver: port, baud and every servo are guesses; leo check-driver '
-                f'{servos} --by-hand tries them'
-            )
+            tried = leo('check-driver', servos, '--by-hand')
+            left.append(f'driver: port, baud and every servo are guesses; {tried} tries them')
         _put(draft, folder)
     robot = load_robot(folder)
-    notes = (*description.notes, *_effects(folder, description, joints))
+    notes = (*description.notes, *_without_stops(robot), *_effects(folder, description, joints))
     asked = doubt(robot.links, robot.joints, _loads(robot))
     return Skeleton(robot, (*left, *_unphysical(robot)), notes, (asked,) if asked else ())
 
@@ -98,8 +101,15 @@ def _loads(robot: Robot) -> dict[str, float]:
     return dict(zip(robot.joint_names, gravity_torque(robot).tolist(), strict=True))
 
 
+def _without_stops(robot: Robot) -> list[str]:
+    """Joints that should have stops, and have none."""
+    joints = [j for j in robot.joints if j.independent and j.name not in robot.base_joints]
+    free = [j.name for j in joints if j.kind in BOUNDED and not math.isfinite(j.limits[0])]
+    return [f'no stops are given for {", ".join(free)}: taken to move without end'] * bool(free)
+
+
 def _effects(folder: Path, description: Description, joints: Sequence[Joint]) -> list[str]:
-    """What is an effect here, and how to add it."""
+    """What is an effect here, and the one command that adds all of it."""
     found = {
         f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
         for joint, friction in _frictions(description, joints).items()
@@ -108,11 +118,11 @@ def _effects(folder: Path, description: Description, joints: Sequence[Joint]) ->
         f'the spring of {joint}': [f'joint_spring:{joint}', f'k={stiffness:g}', f'rest={rest:g}']
         for joint, (stiffness, rest) in description.springs.items()
     }
+    words = chain.from_iterable(found.values())
     return [
-        f'{what} left out of robot.urdf: it is an effect here; '
+        f'{", ".join(found)} left out of robot.urdf: an effect each; '
         f'{leo("add", folder, *words, "-o", "model.yaml")}'
-        for what, words in found.items()
-    ]
+    ] * bool(found)
 
 
 def _frictions(description: Description, joints: Sequence[Joint]) -> dict[str, str]:
@@ -192,10 +202,10 @@ def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: s
         left.append(
             f'actuators: the limit of {", ".join(guessed)} is a guess: the file has no effort'
         )
-    if any(f['rotor_inertia'].open for f in motors.values()):
+    if light := [j for j, f in motors.items() if f['rotor_inertia'].open]:
         left.append(
-            'actuators: rotor_inertia of each is 0; it is the rotor times the gear ratio '
-            'squared; then leo robot step measures integration_step again'
+            f'actuators: rotor_inertia of {", ".join(light)} is 0; it is the rotor times the '
+            'gear ratio squared; then leo robot step measures integration_step again'
         )
     return [
         *left,

@@ -148,6 +148,16 @@ def _motors(model: Any) -> dict[int, int]:
     return found
 
 
+def _is_servo(model: Any, i: int) -> bool:
+    """Whether an actuator has a loop or a back-EMF: a bias that is not 0."""
+    return bool(model.actuator_biastype[i] and model.actuator_biasprm[i].any())
+
+
+def _strength(model: Any, i: int) -> float:
+    """Torque at its joint for a `ctrl` of 1, of an actuator that is no servo, N m (N)."""
+    return float(model.actuator_gainprm[i, 0] * model.actuator_gear[i, 0])
+
+
 def _effort(model: Any, i: int) -> float:
     """Largest torque of an actuator, N m (N); 0 where the file does not say."""
     gear = abs(float(model.actuator_gear[i, 0]))
@@ -156,9 +166,9 @@ def _effort(model: Any, i: int) -> float:
         if model.actuator_forcelimited[i]
         else []
     )
-    if model.actuator_ctrllimited[i] and not model.actuator_biastype[i]:
+    if model.actuator_ctrllimited[i] and not _is_servo(model, i):
         range_of = float(np.max(np.abs(model.actuator_ctrlrange[i])))
-        most.append(abs(float(model.actuator_gainprm[i, 0])) * range_of * gear)
+        most.append(abs(_strength(model, i)) * range_of)
     joint = int(model.actuator_trnid[i, 0])
     if model.jnt_actfrclimited[joint]:
         most.append(float(np.max(np.abs(model.jnt_actfrcrange[joint]))))
@@ -183,11 +193,15 @@ def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
         'actuators that are not of a joint of their own': model.nu - len(motors),
     }
     gone = [f'{count} {what}' for what, count in counts.items() if count]
-    servos = [_joint(model, j) for j, i in motors.items() if model.actuator_biastype[i]]
+    servos = [_joint(model, j) for j, i in motors.items() if _is_servo(model, i)]
     if servos:
         gone.append(f'the gain and bias of the actuators of {", ".join(servos)}')
     if gone:
         yield f'not taken over from the MJCF: {", ".join(gone)}'
+    for j, i in motors.items():
+        if not _is_servo(model, i) and (strength := _strength(model, i)) != 1:
+            unit = 'N' if model.jnt_type[j] == SLIDE else 'N m'
+            yield f'a ctrl of 1 in the MJCF is {strength:g} {unit} at {_joint(model, j)} here'
     for joint in range(model.njnt):
         if zero := _zero(model, joint):
             yield (

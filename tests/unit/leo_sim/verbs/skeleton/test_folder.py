@@ -3,6 +3,7 @@
 
 import json
 from pathlib import Path
+import shlex
 
 import numpy as np
 import pytest
@@ -124,7 +125,13 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
     urdf = changed(tmp_path, ('velocity="4.8"/>', 'velocity="4.8"/><dynamics friction="0.02"/>'))
     made = make_folder(urdf, tmp_path / 'arm', 'torque')
     assert 'mesh' not in made.robot.urdf and 'transmission' not in made.robot.urdf
-    assert 'coulomb_friction:joint2 c=0.02' in '\n'.join(made.notes)
+    (note,) = (note for note in made.notes if 'leo add' in note)
+    *_, command = note.partition('leo ')
+    words = shlex.split(command)[:-1]
+    assert main([*words, str(tmp_path / 'model.yaml')]) == 0
+    effects = load_model(tmp_path / 'model.yaml').effects
+    assert [placed.where for placed in effects] == [(joint,) for joint in JOINTS]
+    assert all(placed.parameters == {'c': 0.02} for placed in effects)
 
 
 @pytest.mark.parametrize(
@@ -142,8 +149,10 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
         ([('<robot name="arm3">', '<robot name="${prefix}arm">')], 'xacro'),
         (
             [('<inertial>', '<i>'), ('</inertial>', '</i>')],
-            "which joint 'joint1' moves, has no mass",
+            r"changed\.urdf: link 'link2', which joint 'joint1' moves, has no mass",
         ),
+        ([('lower="-1.791"', 'lower="2"')], 'joint2.*lower 2 is not below upper 1.571'),
+        ([('lower="-1.791"', 'lower="1.571"')], 'joint2.*is not below upper.*or make it fixed'),
         ([('<mass value="0.0984"/>', '<mass value="heavy"/>')], "link2.*'heavy'"),
         ([('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>')], 'joint1.*direction'),
         ([('link name="link3"', 'link name="link2"')], "two links are named 'link2'"),
@@ -177,6 +186,18 @@ def test_the_robots_with_a_name_are_listed(capsys):
     assert main(['robot', 'list', '--json']) == 0
     robots = {robot['name']: robot for robot in json.loads(capsys.readouterr().out)}
     assert robots['pendulum']['joints'] == ['pivot']
+
+
+def test_a_joint_without_stops_is_said(tmp_path):
+    urdf = changed(
+        tmp_path, ('lower="-1.791" upper="1.571" ', ''), ('lower="-0.942"', 'lower="0"')
+    )
+    made = make_folder(urdf, tmp_path / 'arm', 'torque')
+    assert [j.limits for j in made.robot.joints if j.independent][1:] == [
+        (-np.inf, np.inf),
+        (0.0, 1.382),
+    ]
+    assert 'no stops are given for joint2: taken to move without end' in made.notes
 
 
 @pytest.mark.parametrize(

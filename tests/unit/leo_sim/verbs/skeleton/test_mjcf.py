@@ -91,8 +91,10 @@ def test_motors_limits_and_friction(tmp_path):
     assert (
         'not taken over from the MJCF: 1 geoms, the gain and bias of the actuators of turn' in said
     )
-    assert f'leo add {tmp_path}/robot coulomb_friction:elbow c=0.02' in said
-    assert f'joint_spring:turn k=0.3 rest={np.radians(20):g}' in said
+    spring = f'joint_spring:turn k=0.3 rest={np.radians(20):g}'
+    assert f'leo add {tmp_path}/robot coulomb_friction:elbow c=0.02 {spring} -o' in said
+    assert 'a ctrl of 1 in the MJCF is 2 N m at shoulder here' in said
+    assert not any('rotor_inertia' in line for line in made.open)
     assert 'elbow has its angle 0 where the MJCF has its ref' in said
 
 
@@ -112,6 +114,16 @@ def test_an_exported_model_comes_back(tmp_path):
     q, dq = np.array([0.4, -0.9]), np.array([1.0, 2.0])
     for ours, theirs in zip(full_mass(back, q, dq), full_mass(model, q, dq), strict=True):
         assert ours == pytest.approx(theirs, rel=1e-9)
+
+
+def test_motors_of_an_exported_model_come_back_and_others_say_their_sign(tmp_path):
+    text = written(mjcf(held(Model('torque_pendulum', engine='rigid'), 'MJCF').model))
+    made = folder_of(text, tmp_path)
+    assert made.robot.limits == pytest.approx(Model('torque_pendulum').robot.limits)
+    assert not any('gain and bias' in note or 'ctrl' in note for note in made.notes)
+    (tmp_path / 'other').mkdir()
+    turned = folder_of(WALKER.replace('<motor', '<motor gear="-10"'), tmp_path / 'other')
+    assert 'a ctrl of 1 in the MJCF is -10 N m at hip here' in turned.notes
 
 
 @pytest.mark.parametrize(
