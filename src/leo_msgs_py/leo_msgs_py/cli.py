@@ -40,7 +40,7 @@ recording, 'leo --version' says which leo this is.
 _FIRST = ('import', 'robot', 'check', 'compare', 'explain', 'add', 'next', 'watch')
 """The verbs a newcomer needs, in the order in which they are used."""
 _OTHERS = {
-    'models and bags': ('repair', 'bag', 'export'),
+    'models and bags': ('repair', 'bag', 'export', 'datasheet'),
     'controllers': ('learn', 'play'),
     'drivers': ('check-driver',),
     'try it': ('demo', 'reveal'),

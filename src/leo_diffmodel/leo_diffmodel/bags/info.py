@@ -28,7 +28,7 @@ _MANY = 12
 _MOST_FACTS = 50
 _STATES = {
     'finished': 'finished',
-    'repaired': 'was not finished (the recorder was killed?); finished now, nothing lost',
+    'repaired': 'was not finished (the recorder was killed?); finished now, with what was written',
     'recording': 'being recorded now',
     'unfinished': 'not finished, and the folder is read-only or the disk full; read up to the cut',
     'damaged': 'damaged; left as it is, and read without what is damaged',

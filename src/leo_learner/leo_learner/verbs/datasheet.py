@@ -63,7 +63,9 @@ def _parser() -> Parser:
         help='recordings of the motor with a known load; none: the running robot is driven; '
         'or datasheet.json files, side by side',
     )
-    parser.add_argument('--model', metavar='M', help='a model file, a robot name or folder')
+    parser.add_argument(
+        '--model', '--robot', metavar='M', help='a model file, a robot name or folder'
+    )
     parser.add_argument('--joint', metavar='J', help='which motor, where there are several')
     parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
     parser.add_argument('--motion', type=Path, metavar='CSV', help='write the motion, no more')

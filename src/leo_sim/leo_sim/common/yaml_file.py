@@ -1,19 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """YAML files read through pydantic schemas, with one-line errors."""
 
+from collections import Counter
 from pathlib import Path
 import reprlib
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 import yaml
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.terminal import is_name
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=1e12)]
+
+def _number(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise ValueError('a number is wanted')
+    return value
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False), BeforeValidator(_number)]
+Positive = Annotated[float, Field(gt=0, le=1e12), BeforeValidator(_number)]
 
 
 def _name(text: str) -> str:
@@ -60,15 +68,26 @@ def read(path: Path, schema: type[S]) -> S:
     return check(data, schema, path)
 
 
+class _Loader(yaml.SafeLoader):
+    """YAML in which no mapping has a key twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> Any:
+        """As the loader does, but with an error for a repeated key."""
+        keys = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
+        if twice := [key for key, times in keys.items() if times > 1]:
+            raise yaml.YAMLError(f'{twice[0]!r} is there twice')
+        return super().construct_mapping(node, deep)
+
+
 def parsed(path: Path) -> Any:
     """What a YAML file says.
 
     Raises:
-        UserError: No such file, or no YAML.
+        UserError: No such file, or no YAML, or a key that is there twice.
     """
     text = read_text(path)
     try:
-        return yaml.safe_load(text)
+        return yaml.load(text, _Loader)
     except RecursionError as error:
         raise UserError(f'{path}: not a YAML file: it is nested too deeply') from error
     except (yaml.YAMLError, ValueError) as error:  # ValueError: a date or number that is none

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import os
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 import yaml
 
 from leo_msgs_py.errors import UserError
@@ -23,12 +23,18 @@ from leo_sim.model.model import Model
 Limits = dict[str, tuple[float, float]]
 
 
+def _ordered(interval: tuple[float, float]) -> tuple[float, float]:
+    if interval[0] > interval[1]:
+        raise ValueError('the lower bound comes first')
+    return interval
+
+
 class ParameterFile(Schema):
     """A value of an effect's parameter, with its 95 % confidence interval."""
 
     value: Finite
     unit: str
-    ci95: tuple[Finite, Finite] | None = None
+    ci95: Annotated[tuple[Finite, Finite], AfterValidator(_ordered)] | None = None
 
 
 class EffectFile(Schema):

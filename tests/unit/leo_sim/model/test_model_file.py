@@ -191,6 +191,11 @@ def parameter(**changes):
             {'effects': entry(parameters=parameter(unit='N m'))},
             ['viscous_friction.b', "'N m s/rad'", "'N m'"],
         ),
+        ({'effects': entry(parameters=parameter(value=True))}, ['b.value', 'a number is wanted']),
+        (
+            {'effects': entry(parameters=parameter(ci95=[2.0, 1.0]))},
+            ['b.ci95', 'the lower bound comes first'],
+        ),
         ({'effects': entry(parameters=parameter(value=-1.0))}, ['viscous_friction.b', '-1']),
         ({'effects': entry(parameters={'mu': {'value': 1, 'unit': ''}})}, ["'mu'", 'it has: b']),
         (
