@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from leo_sim.model import Model
 
 CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
+NOT_BETTER = 'does not predict held-out steps better than the model'
+"""Why a fit is not kept that has come to its end."""
 PROGRESS_PERIOD = 0.5
 """Wall time between two lines of progress [s]."""
 
@@ -172,6 +174,11 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
     config = CONFIGS[options.config]
     fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Printer())
+    if not report.mse_after < report.mse_before:
+        raise UserError(
+            f'the difference model {NOT_BETTER} (mean squared error {report.mse_after:.3g}, '
+            f'without it {report.mse_before:.3g}): it is not kept; record more, or do without'
+        )
     write_whole(options.output, fitted.to_bytes())
     named = {'effects': len(model.effects)} if options.repair else {}
     return named | {name: value for name, value in asdict(report).items() if value is not None}

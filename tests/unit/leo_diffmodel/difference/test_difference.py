@@ -122,6 +122,10 @@ def test_steps_of_several_lengths_are_refused_and_a_passive_bag_is_none(model):
     twice = replace(recording(2 * t, q, q, q), command_period=0.1)
     with pytest.raises(UserError, match=r'100 ms, in a\.bag every 50 ms'):
         transitions([usual, twice], model)
+    many = recording(np.arange(50) * 0.1, *[np.zeros((50, 1))] * 3)
+    slow = transitions([replace(many, command_period=0.1)], model)
+    with pytest.raises(UserError, match=r'every 100 ms, the control period of pendulum is 50 ms'):
+        fit(slow, model, RECOMMENDED)
     passive = replace(recording(2 * t, q, q, q, np.zeros((9, 1), bool)), command_period=0.1)
     assert len(transitions([passive, usual], model)) == 8
 
@@ -245,6 +249,14 @@ def test_child_fits_a_torque_form_to_a_bag(real, capsys, tmp_path):
     assert told['mse_after'] < told['mse_before'] and told['transitions'] >= 100
     again = from_bytes(weights.read_bytes())
     assert (again.config.form, again.trained_on) == ('torque', told['transitions'])
+
+
+def test_a_fit_that_makes_it_worse_is_not_kept(model, capsys, tmp_path):
+    bag, weights = recorded(model, tmp_path / 'bag'), tmp_path / 'w.safetensors'
+    argv = [str(bag), '--model', 'pendulum', '--config', 'torque', '-o', str(weights)]
+    assert job.main(argv) == 2
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert job.NOT_BETTER in told['error'] and not weights.exists()
 
 
 def test_child_prints_its_error_on_one_line(capsys, tmp_path):
