@@ -106,6 +106,11 @@ def _check_period(steps: Transitions, model: Model) -> None:
         )
 
 
+def held_out(steps: Transitions) -> Transitions:
+    """The steps that no fit to `steps` sees, the last in time."""
+    return steps.part(slice(round(TRAIN * len(steps)), None))
+
+
 def one_step_mse(
     steps: Transitions, difference: DifferenceModel, model: Model
 ) -> tuple[float, float]:
@@ -159,12 +164,12 @@ def _report(
     model: Model,
     epochs: int,
 ) -> Report:
-    held_out = steps.part(slice(cut, None))
-    report = Report(*one_step_mse(held_out, difference, model), len(steps), epochs)
+    last = held_out(steps)
+    report = Report(*one_step_mse(last, difference, model), len(steps), epochs)
     if difference.trust is None:
         return report
     found = calibration(difference, data.part(slice(cut, None)))
-    factor = difference.judge(held_out.q, held_out.dq, held_out.inputs).factor
+    factor = difference.judge(last.q, last.dq, last.inputs).factor
     return replace(
         report,
         calibration_least=float(found.min()),
