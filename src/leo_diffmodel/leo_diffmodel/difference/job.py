@@ -225,6 +225,7 @@ def repaired(recordings: Sequence[Recording], model: Model, path: Path) -> tuple
     from leo_sim.model.model_file import save_model
 
     found = explain(recordings, model).model
+    path.unlink(missing_ok=True)  # of an update that was not kept
     save_model(path, found)
     content = yaml.safe_load(path.read_text())
     if content['robot'] not in named_robots():

@@ -5,6 +5,7 @@ from dataclasses import replace
 import json
 from pathlib import Path
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,10 +20,12 @@ from leo_diffmodel.difference.job import Updates
 from leo_diffmodel.difference.model import from_bytes
 from leo_diffmodel.difference.network import RECOMMENDED, THESIS, TORQUE
 from leo_diffmodel.difference.service import correction
+from leo_diffmodel.explain import explanation
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
+from leo_sim.model.model_file import load_model
 
 FEW = 4096
 """Room for a log, not for weights [bytes]."""
@@ -257,6 +260,14 @@ def test_a_fit_that_makes_it_worse_is_not_kept(model, capsys, tmp_path):
     assert job.main(argv) == 2
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert job.NOT_BETTER in told['error'] and not weights.exists()
+
+
+def test_a_repair_that_was_not_kept_gives_way_to_the_next(model, real, monkeypatch, tmp_path):
+    monkeypatch.setattr(explanation, 'explain', lambda *_: SimpleNamespace(model=found.pop()))
+    found, path = [real, model], tmp_path / 'difference-001.yaml'
+    assert job.repaired([], model, path)[0] is model
+    assert job.repaired([], model, path)[0] is real
+    assert len(load_model(path).effects) == 2
 
 
 def test_child_prints_its_error_on_one_line(capsys, tmp_path):
