@@ -6,13 +6,16 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference.model import from_bytes
+from leo_diffmodel.difference.data import layout_of
+from leo_diffmodel.difference.model import DifferenceModel, from_bytes
+from leo_diffmodel.difference.network import Config, Network
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
 from leo_msgs_py.values import JointStates
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
+from leo_sim.model.physics import of_model
 
 pytestmark = pytest.mark.graph
 NODE = """
@@ -105,6 +108,29 @@ def test_update_weights_and_query(asker, spawn, tmp_path):
     after = [m.step(m.state_from([q], [dq]), [volts], 0.05) for m in (model, real)]
     wanted = after[1].dq[0] - after[0].dq[0]
     assert answer.velocity[0] == pytest.approx(wanted, abs=0.3 * abs(wanted))
+
+
+def test_weights_of_another_model_are_told_and_every_query_is_answered(asker, spawn, tmp_path):
+    difference = untrained(heavier())
+    (tmp_path / 'rollout.difference').mkdir()
+    (tmp_path / 'rollout.difference' / 'difference-001.safetensors').write_bytes(
+        difference.to_bytes()
+    )
+    spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
+    name = 'diffmodel: difference model'
+    asker.until(lambda: 'another list of effects' in asker.told.get(name, ('', b''))[0])
+    for q, dq, volts in ((float('nan'), 1.0, 1.0), (1.0, 1e300, 1.0), (1.0, 1.0, float('nan'))):
+        asker.corrections.clear()
+        asker.query.publish(question(q, dq, volts, sec=7))
+        asker.until(lambda: asker.corrections)
+        assert list(asker.corrections[0].velocity) == [0.0]
+    assert not asker.weights
+
+
+def untrained(model: Model) -> DifferenceModel:
+    config, layout = Config(hidden=(4,)), layout_of(model.robot)
+    made = Network(layout, config), layout, config, model.robot.name, 1, 0
+    return DifferenceModel(*made, over=of_model(model))
 
 
 def test_broken_bag_is_an_error_on_diagnostics_and_the_node_lives(asker, spawn, tmp_path):

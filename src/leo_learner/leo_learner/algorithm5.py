@@ -30,6 +30,7 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 from leo_sim.model.model_file import write_effects
+from leo_sim.model.physics import differing, of_model
 
 DONE = 'algorithm5.json'
 """What of a run has been done, in its folder."""
@@ -279,18 +280,14 @@ class Algorithm5:
                 f'{path} cannot be read ({one_line(error)}); give another folder, or '
                 'remove it to start anew'
             ) from error
-        for name, value in of.items():
-            if done.of.get(name, value) != value:
-                raise UserError(
-                    f'{self.folder} holds a run with another {name} '
-                    f'({done.of[name]}); give another folder'
-                )
+        if said := differing(done.of, of):
+            raise UserError(f'{self.folder} holds a run with {said}; give another folder')
         return done
 
     def _of(self) -> dict[str, Any]:
         """What a run that is gone on with must have in common with this one."""
         of = {
-            'robot': self.model.robot.name,
+            **of_model(self.model),
             'model': write_effects(self.model.effects),
             'start': self.start and str(self.start),
             'seed': self.settings.seed,

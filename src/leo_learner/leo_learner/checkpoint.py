@@ -8,6 +8,7 @@ import json
 import math
 from pathlib import Path
 import shutil
+from typing import Any
 
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save
@@ -17,6 +18,7 @@ from leo_learner.training_loop import TrainingLoop
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.whole_file import write_whole
+from leo_sim.model.physics import differing, Physics
 
 TENSORS, REPLAY = 'agent.safetensors', 'replay.npz'
 PREFIX = 'checkpoint-'
@@ -117,10 +119,16 @@ def _counters(training: TrainingLoop) -> dict[str, object]:
         'best_return': best if math.isfinite(best) else None,
         'seed': training.seed,
         'config': asdict(training.config),
+        'on': _on(training),
     }
 
 
-def _check(path: Path, counters: dict[str, object], training: TrainingLoop) -> None:
+def _on(training: TrainingLoop) -> Physics:
+    """What is trained on; nothing where the environment is somebody else's."""
+    return getattr(training.env.unwrapped, 'made_of', {})
+
+
+def _check(path: Path, counters: dict[str, Any], training: TrainingLoop) -> None:
     own = json.loads(json.dumps(asdict(training.config)))
     for name, here in (('seed', training.seed), ('config', own)):
         if counters[name] != here:
@@ -128,3 +136,8 @@ def _check(path: Path, counters: dict[str, object], training: TrainingLoop) -> N
                 f'{path} is of a run with another {name} ({counters[name]}); resume with the '
                 'same --config and --seed, or choose another folder with -o'
             )
+    if said := differing(counters.get('on', {}), _on(training)):
+        raise UserError(
+            f'{path} is of a run on {said}; resume on the model as it was, or begin a new run '
+            'from this one with --start and another -o'
+        )

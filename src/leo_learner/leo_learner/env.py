@@ -4,18 +4,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
+import sys
 from typing import Any
 
 import gymnasium
 import numpy as np
 
-from leo_diffmodel.difference.data import layout_of
-from leo_diffmodel.difference.model import DifferenceModel, from_bytes
-from leo_msgs_py.errors import UserError
+from leo_diffmodel.difference.files import load_difference
+from leo_diffmodel.difference.model import DifferenceModel
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
+from leo_sim.model.physics import of_model, of_robot, Physics
 from leo_sim.task.task import Task
 
 Step = tuple[np.ndarray, float, bool, bool, dict[str, Any]]
@@ -41,6 +40,11 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
         self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (size,), np.float64)
         self.action_space = gymnasium.spaces.Box(-robot.limits, robot.limits, dtype=np.float64)
         self._task = Task(robot)
+
+    @property
+    def made_of(self) -> Physics:
+        """What a run that is gone on with must find again."""
+        return of_robot(self.robot)
 
     def _begin(self, start: State) -> np.ndarray:
         self._steps, self._stance, self.sensed = 0, 0, start
@@ -75,6 +79,12 @@ class ModelEnv(RobotSpaces):
         super().__init__(model.robot)
         self.model, self.difference = model, difference
         self.state = model.start()
+
+    @property
+    def made_of(self) -> Physics:
+        """The model, and what the difference model says."""
+        added = self.difference.digest if self.difference else 'none'
+        return of_model(self.model) | {'difference model (hash)': added}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -111,55 +121,14 @@ def model_env(model: Model) -> ModelEnv:
     """The environment of a model with the difference model that goes with it, if any.
 
     Raises:
-        UserError: that difference model is not there, or is none of this robot.
+        UserError: that difference model is not there, or is none of this model.
     """
-    path = model.difference_model
-    return ModelEnv(model, None if path is None else load_difference(path, model))
-
-
-def load_difference(path: Path, model: Model) -> DifferenceModel:
-    """Read the difference model of a model from a file.
-
-    Raises:
-        UserError: as `read_difference`, or it goes on top of other effects.
-    """
-    difference = read_difference(path, model.robot)
-    _check_base(difference, path, model)
-    return difference
-
-
-def read_difference(path: Path, robot: Robot) -> DifferenceModel:
-    """Read a difference model of a robot from a file.
-
-    Raises:
-        UserError: it is not there, no difference model, or one of another robot.
-    """
-    if not path.is_file():
-        raise UserError(f'no difference model {path}; model.yaml or --difference names it')
-    difference = from_bytes(path.read_bytes(), str(path))
-    if difference.robot != robot.name:
-        raise UserError(f'{path} is of robot {difference.robot!r}, not {robot.name!r}')
-    if difference.layout != layout_of(robot):
-        raise UserError(
-            f'{path} is of a {robot.name} with other joints or actuators; fit it again'
-        )
-    return difference
-
-
-def _check_base(difference: DifferenceModel, path: Path, model: Model) -> None:
-    def known(model: Model) -> list[Any]:
-        return sorted(
-            (e.effect.name, e.where, sorted(e.parameters.items())) for e in model.effects
-        )
-
-    with TemporaryDirectory() as folder:
-        beneath = difference.model_beside(Path(folder, 'model.yaml'), model)
-    if known(beneath) != known(model):
-        names = ', '.join(f'{e.effect.name} at {" ".join(e.where)}' for e in beneath.effects)
-        raise UserError(
-            f'{path} goes on top of {names or "no effect"}; give the model with these, which was '
-            f'written with it ({path.with_suffix(".yaml").name})'
-        )
+    if model.difference_model is None:
+        return ModelEnv(model)
+    difference = load_difference(model.difference_model, model)
+    if difference.doubt:
+        print(f'warning: {difference.doubt}', file=sys.stderr)
+    return ModelEnv(model, difference)
 
 
 def training_model(model: Model) -> Model:

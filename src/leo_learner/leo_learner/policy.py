@@ -23,6 +23,7 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
+from leo_sim.model.physics import differing, of_robot
 
 DAMAGE = SafetensorError, KeyError, TypeError, ValueError, RuntimeError, OverflowError
 """What reading a damaged file raises."""
@@ -41,7 +42,8 @@ class Policy:
         observation: what each observation number is, as `cos(pivot)`.
         unit: of the result, `V` or `N m`.
         limit: largest input per actuator [unit], (A,).
-        metadata: as in the file: also `agent`, `config`, `steps`, `test_return`, `version`.
+        metadata: as in the file: also `agent`, `config`, `steps`, `test_return`, `version`, and
+            `control_period`, which older files lack.
     """
 
     act: Act
@@ -110,6 +112,10 @@ class Policy:
                 f'the policy observes {", ".join(self.observation)}; {robot.name!r} observes '
                 f'{", ".join(own)}. Give a policy trained for it'
             )
+        kept = {'input': self.unit, 'control period': self.metadata.get('control_period')}
+        known = {name: value for name, value in kept.items() if value is not None}
+        if said := differing(known, of_robot(robot)):
+            raise UserError(f'the policy is of {said}; give one trained for this {robot.name}')
         strongest = max((actuator.strongest for actuator in robot.actuators), default=0.0)
         if self.limit.max(initial=0.0) > strongest:
             raise UserError(
@@ -144,6 +150,7 @@ def save_policy(path: Path, training: TrainingLoop, robot: Robot) -> None:
         'actions': actions,
         'observation': json.dumps(observation_names(robot, actions)),
         'unit': robot.input_unit,
+        'control_period': of_robot(robot)['control period'],
         'limit': json.dumps(training.limit.tolist()),
         'config': json.dumps(asdict(training.config)),
         'seed': str(training.seed),

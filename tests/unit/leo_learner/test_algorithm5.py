@@ -2,11 +2,15 @@
 """Algorithm 5: who drives the robot, when it ends, what it starts from."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
+from std_msgs.msg import UInt8MultiArray
 
 from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
+from leo_diffmodel.difference.job import NOT_BETTER
 from leo_diffmodel.difference.network import RECOMMENDED as NETWORK
 from leo_lab.thesis.table7 import effects
 from leo_learner import algorithm5, sarsa
@@ -16,7 +20,7 @@ from leo_learner.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.ddpg import Training
 from leo_learner.env import ModelEnv, training_env
 from leo_learner.learning import POLICY
-from leo_learner.nodes.learner import checked
+from leo_learner.nodes.learner import checked, DifferenceClient
 from leo_learner.policy import save_policy
 from leo_learner.rollouts import Rollouts
 from leo_learner.sym import driven
@@ -130,6 +134,10 @@ def test_more_updates_may_be_asked_for_but_not_another_run(loop):
     assert loop([-300.0, -200.0], updates=1).run()
     with pytest.raises(UserError, match='another seed'):
         loop(updates=1, seed=4)
+    algorithm = loop(updates=1)
+    heavier = algorithm.model.changed(constants={'links.bob.mass': 0.12})
+    with pytest.raises(UserError, match=r'another links\.bob\.mass'):
+        replace(algorithm, model=heavier)
     more = loop([-250.0, -260.0], updates=4)
     assert more.done.phase == 'collect' and more.run()
     assert more.done.tests == [-300.0, -200.0, -250.0, -260.0]
@@ -145,6 +153,45 @@ def test_what_was_gathered_may_be_gathered_again(loop):
     algorithm.gather_again()
     assert algorithm.done.phase == 'collect' and algorithm._collect()
     assert algorithm.done.samples == samples
+
+
+class Answers(DifferenceClient):
+    """Has the service's answers ready."""
+
+    def __init__(self, model, answers=()) -> None:
+        super().__init__(MagicMock(), model)
+        self.answers = iter(answers)
+
+    def _ask(self) -> None:
+        success, message = next(self.answers)
+        answer = SimpleNamespace(success=success, message=message)
+        self._on_answer(SimpleNamespace(result=lambda: answer))
+
+
+def test_an_update_that_came_to_nothing_ends_the_learner_but_not_one_of_before(monkeypatch):
+    failed = f'accepted; the last one failed: it {NOT_BETTER}'
+    client = Answers(Model(PENDULUM), [(True, failed), (False, 'busy'), (True, failed)])
+    monkeypatch.setattr('leo_learner.nodes.learner.ASK_AGAIN', 0.0)
+    monkeypatch.setattr('leo_learner.nodes.learner.running', lambda: True)
+    monkeypatch.setattr('leo_learner.nodes.learner.spin_once', lambda: None)
+    with pytest.raises(UserError, match='the policies learned so far stay'):
+        client.newer(0)
+    assert list(client.answers) == []
+
+
+def test_weights_that_do_not_go_with_the_model_are_ignored(loop):
+    ideal = Model(PENDULUM)
+    play(loop().robot, lambda seen: seen[:1], 1)
+    weights = loop.source.newer(0)
+    for model, data, version in (
+        (ideal.changed(constants={'links.bob.mass': 0.12}), weights, 0),
+        (ideal, weights.replace(b'"trained_on"', b'"trained_by"'), 0),
+        (ideal, weights, 1),
+    ):
+        client = Answers(model)
+        client._on_weights(UInt8MultiArray(data=data))
+        assert client._version == version
+        assert client._node.get_logger().error.called == (version == 0)
 
 
 @pytest.mark.parametrize(

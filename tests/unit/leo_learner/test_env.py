@@ -18,13 +18,14 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 
 from leo_diffmodel.difference.data import layout_of
+from leo_diffmodel.difference.files import load_difference
 from leo_diffmodel.difference.model import DifferenceModel, Trust
 from leo_diffmodel.difference.network import Config, Network
-from leo_learner.checkpoint import load_checkpoint
+from leo_learner.checkpoint import load_checkpoint, save_checkpoint
 from leo_learner.collect import collect
 from leo_learner.configs import RECOMMENDED
 from leo_learner.ddpg import Training
-from leo_learner.env import load_difference, model_env, ModelEnv
+from leo_learner.env import model_env, ModelEnv, training_env
 from leo_learner.learning import learn
 from leo_learner.policy import observation_names, Policy, save_policy
 from leo_learner.robot_env import RobotEnv, Stopped
@@ -164,6 +165,39 @@ def test_a_policy_stronger_than_its_robot_is_refused(limit, policy, model, tmp_p
     with pytest.raises(UserError, match=r'drives with up to 1e.*give a policy|up to 1000 V'):
         Policy.load(respelled(policy, tmp_path / 'other', limit)).check(model.robot)
     Policy.load(policy).check(model.robot)
+
+
+def test_a_policy_of_another_unit_or_period_is_refused_and_old_ones_have_none(policy, model):
+    loaded, robot = Policy.load(policy), model.robot
+    for other, said in (
+        ({'input': 'torque'}, 'V, here N m'),
+        ({'control_period': 0.01}, '0.05 s'),
+    ):
+        with pytest.raises(UserError, match=said):
+            loaded.check(replace(robot, **other))
+    old = {name: text for name, text in loaded.metadata.items() if name != 'control_period'}
+    replace(loaded, metadata=old).check(replace(robot, control_period=0.01))
+
+
+@pytest.mark.parametrize(
+    ('other', 'said'),
+    [
+        ({'constants': {'links.bob.mass': 0.12}}, r'another links\.bob\.mass \(0.055 kg, here'),
+        (
+            {'effects': [place(load_robot('pendulum'), 'viscous_friction', 'pivot', b=1e-4)]},
+            'none',
+        ),
+    ],
+)
+def test_a_run_goes_on_only_on_the_model_it_was_begun_on(other, said, model, tmp_path):
+    training = Training(ModelEnv(model), RECOMMENDED, seed=0)
+    save_checkpoint(tmp_path, training)
+    load_checkpoint(tmp_path, Training(training_env(model), RECOMMENDED, seed=0))
+    with pytest.raises(UserError, match=said):
+        load_checkpoint(tmp_path, Training(ModelEnv(model.changed(**other)), RECOMMENDED, seed=0))
+    corrected = Training(ModelEnv(model, shifted(model, 0.5)), RECOMMENDED, seed=0)
+    with pytest.raises(UserError, match='another difference model'):
+        load_checkpoint(tmp_path, corrected)
 
 
 def test_returns_repeat_and_collecting_counts(model):
@@ -338,7 +372,7 @@ def test_play_says_what_is_wrong_with_a_difference_model(policy, argv, words):
 def test_a_difference_model_of_another_robot_is_refused(model, tmp_path):
     path = tmp_path / 'difference.safetensors'
     path.write_bytes(unsure(model).to_bytes())
-    with pytest.raises(UserError, match="of robot 'pendulum'"):
+    with pytest.raises(UserError, match=r'another robot \(pendulum, here torque_pendulum\)'):
         load_difference(path, Model('torque_pendulum'))
 
 
@@ -348,7 +382,9 @@ def test_a_difference_model_goes_on_top_of_the_effects_named_before_it(model, tm
     path = tmp_path / 'difference.safetensors'
     path.write_bytes(replace(unsure(model), base=text).to_bytes())
     assert load_difference(path, load_model(tmp_path / 'difference.yaml')).base == text
-    with pytest.raises(UserError, match=r'viscous_friction at pivot; .*\(difference.yaml\)'):
+    with pytest.raises(
+        UserError, match=r'viscous_friction at pivot b=1e-05, here none\); .*\(difference.yaml\)'
+    ):
         load_difference(path, model)
 
 

@@ -130,8 +130,8 @@ def _names_effect(word: str) -> bool:
 
 
 def changed(model: Model, placed: Sequence[Placed]) -> Model:
-    """A model with more effects."""
-    return model.changed(effects=(*model.effects, *placed))
+    """A model with more effects; a difference model was fitted without them and is left out."""
+    return model.changed(effects=(*model.effects, *placed), difference_model=None)
 
 
 def _refitted(model: Model, source: str | Path, given: Mapping[str, dict[str, Any]]) -> Model:

@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
-from leo_diffmodel.difference.data import layout_of, Transitions
+from leo_diffmodel.difference.data import LATE, layout_of, Transitions
 from leo_diffmodel.difference.model import calibrated, DifferenceModel, Trust
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.training import OnEpoch, Targets, targets, train
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
+from leo_sim.model.physics import of_model
 
 TRAIN = 0.75
 """Share of the transitions, the first in time, that is fitted; the rest is held out."""
@@ -68,28 +69,46 @@ def fit(
         on_epoch: called after every pass over the data.
 
     Raises:
-        UserError: too few transitions.
+        UserError: too few transitions, or steps of another length than the robot's.
     """
     if len(steps) < LEAST:
         raise UserError(
             f'{len(steps)} control steps are too few to learn a difference model from; '
             f'record {LEAST} or more'
         )
+    _check_period(steps, model)
     torch.set_num_threads(1)
     layout, data = layout_of(model.robot), targets(steps, model, config.form)
+    over = of_model(model)
     cut = round(TRAIN * len(steps))
     seen = round((1 - config.stop_on) * cut)
+    former = start if start is not None and start.over == over else None
     fitted, watched = data.part(slice(0, seen)), data.part(slice(seen, cut))
     with torch.random.fork_rng():
         torch.manual_seed(seed)
-        network = _first_network(Network(layout, config), config, start, data.part(slice(0, cut)))
+        network = _first_network(Network(layout, config), config, former, data.part(slice(0, cut)))
         epochs = train(network, fitted, watched, config, on_epoch)
     network.eval()
     trust = _trust(network, fitted, watched) if config.members > 1 else None
     version = start.version + 1 if start else 1
-    made = network, layout, config, model.robot.name, version, len(steps), trust, base
+    made = network, layout, config, model.robot.name, version, len(steps), trust, base, over
     difference = DifferenceModel(*made)
     return difference, _report(difference, steps, data, cut, model, epochs)
+
+
+def _check_period(steps: Transitions, model: Model) -> None:
+    robot = model.robot
+    if abs(steps.period - robot.control_period) > LATE * robot.control_period:
+        raise UserError(
+            f'the bags have a command every {steps.period * 1e3:.4g} ms, the control period of '
+            f'{robot.name} is {robot.control_period * 1e3:.4g} ms, for which a difference model '
+            'is; set control_period in its robot.yaml to that of the bags'
+        )
+
+
+def held_out(steps: Transitions) -> Transitions:
+    """The steps that no fit to `steps` sees, the last in time."""
+    return steps.part(slice(round(TRAIN * len(steps)), None))
 
 
 def one_step_mse(
@@ -145,12 +164,12 @@ def _report(
     model: Model,
     epochs: int,
 ) -> Report:
-    held_out = steps.part(slice(cut, None))
-    report = Report(*one_step_mse(held_out, difference, model), len(steps), epochs)
+    last = held_out(steps)
+    report = Report(*one_step_mse(last, difference, model), len(steps), epochs)
     if difference.trust is None:
         return report
     found = calibration(difference, data.part(slice(cut, None)))
-    factor = difference.judge(held_out.q, held_out.dq, held_out.inputs).factor
+    factor = difference.judge(last.q, last.dq, last.inputs).factor
     return replace(
         report,
         calibration_least=float(found.min()),

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from leo_sim.model import Model
 
 CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
+NOT_BETTER = 'does not predict held-out steps better than the model'
+"""Why a fit is not kept that has come to its end."""
 PROGRESS_PERIOD = 0.5
 """Wall time between two lines of progress [s]."""
 
@@ -157,14 +159,15 @@ def main(argv: list[str]) -> int:
 
 
 def _fit(options: argparse.Namespace) -> dict[str, float]:
-    from leo_diffmodel.difference.data import transitions
-    from leo_diffmodel.difference.fit import fit
+    from leo_diffmodel.difference.data import predicted, transitions
+    from leo_diffmodel.difference.fit import fit, held_out, one_step_mse
     from leo_diffmodel.difference.model import from_bytes
     from leo_diffmodel.difference.network import CONFIGS
     from leo_sim.model.model_file import load_model
 
     os.nice(5)
-    model, base = load_model(options.model), ''
+    given = model = load_model(options.model)
+    base = ''
     recordings = _readable(options.bags, model.robot)
     if options.repair:
         model, base = repaired(recordings, model, options.output.with_suffix('.yaml'))
@@ -172,6 +175,12 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
     config = CONFIGS[options.config]
     fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Printer())
+    without, _ = one_step_mse(predicted(held_out(steps), given), fitted, model)
+    if not report.mse_after < without:  # with a repair counts what both take away
+        raise UserError(
+            f'the difference model {NOT_BETTER} (mean squared error {report.mse_after:.3g}, '
+            f'without it {without:.3g}): it is not kept; record more, or do without'
+        )
     write_whole(options.output, fitted.to_bytes())
     named = {'effects': len(model.effects)} if options.repair else {}
     return named | {name: value for name, value in asdict(report).items() if value is not None}
@@ -216,6 +225,7 @@ def repaired(recordings: Sequence[Recording], model: Model, path: Path) -> tuple
     from leo_sim.model.model_file import save_model
 
     found = explain(recordings, model).model
+    path.unlink(missing_ok=True)  # of an update that was not kept
     save_model(path, found)
     content = yaml.safe_load(path.read_text())
     if content['robot'] not in named_robots():

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+import hashlib
 import json
 from pathlib import Path
-from typing import NamedTuple
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
 
 import numpy as np
 from safetensors import SafetensorError
@@ -14,13 +17,15 @@ from safetensors.torch import load, save
 import torch
 from torch import Tensor
 
-from leo_diffmodel.difference.data import Layout, Transitions
+from leo_diffmodel.difference.data import Layout, layout_of, Transitions
 from leo_diffmodel.difference.network import Config, Network
-from leo_msgs_py.errors import UserError
+from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import write_whole
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
 from leo_sim.model.batch import rollout
 from leo_sim.model.model_file import load_model
+from leo_sim.model.physics import differing, of_model, of_robot
 
 TRUST = 'trust.'
 WITHIN = 0.99
@@ -28,6 +33,8 @@ WITHIN = 0.99
 SMALL = 0.1
 """Expected errors below this share of the usual correction do no harm, wherever they are."""
 TINY = 1e-12
+DAMAGE = SafetensorError, KeyError, TypeError, ValueError, RuntimeError, OverflowError
+"""What reading damaged weights raises."""
 
 
 class Judged(NamedTuple):
@@ -55,6 +62,8 @@ class DifferenceModel:
         trust: where its data end; None of a single network, which cannot know.
         base: text of the model file it goes on top of, effects named on the way; empty where
             that is the model it was asked for.
+        over: `of_model` of the model it goes on top of; empty in files of earlier versions.
+        source: file or topic it was read from.
     """
 
     network: Network
@@ -65,6 +74,8 @@ class DifferenceModel:
     trained_on: int
     trust: Trust | None = None
     base: str = ''
+    over: Mapping[str, Any] = field(default_factory=dict)
+    source: str = 'the difference model'
 
     def __call__(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """The correction, (..., C), for angles and rates (..., J) and inputs (..., A)."""
@@ -73,14 +84,17 @@ class DifferenceModel:
     def judge(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> Judged:
         """The correction and how far it is to be believed.
 
-        Angles and rates as measured, (..., J); held inputs [V, N m or rad], (..., A).
+        Angles and rates as measured, (..., J); held inputs [V, N m or rad], (..., A). What is
+        not finite, or too large for the network, is outside the data and not corrected.
         """
         each = self.members(q, dq, inputs)
+        known = np.isfinite(each).all(axis=(0, -1))
+        each = np.where(known[..., None], each, 0.0)
         mean = each.mean(axis=0)
         if self.trust is None:
-            return Judged(mean, np.ones(mean.shape[:-1]), None)
+            return Judged(mean, known.astype(float), None)
         strain = self.trust.strain(each.std(axis=0, ddof=1))
-        factor = self.trust.factor(strain)
+        factor = known * self.trust.factor(strain)
         correction = np.clip(mean, -self.trust.bound, self.trust.bound)
         if self.config.form != 'full':  # which has no model to fall back on
             correction = factor[..., None] * correction
@@ -88,7 +102,8 @@ class DifferenceModel:
 
     def members(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """What each member says, (M, ..., C)."""
-        x = self.layout.network_input(q, dq, inputs).astype(np.float32)
+        with np.errstate(over='ignore', invalid='ignore'):
+            x = self.layout.network_input(q, dq, inputs).astype(np.float32)
         with torch.inference_mode():
             each = self.network.members(torch.from_numpy(x.reshape(-1, x.shape[-1])))
         return each.double().numpy().reshape(len(each), *x.shape[:-1], -1)
@@ -128,18 +143,61 @@ class DifferenceModel:
         """The model it goes on top of: `given`, or the repaired one, which is written to `path`.
 
         Raises:
-            UserError: the repaired model is none for this program, or cannot be written.
+            UserError: it is of another robot or was fitted over another model; the repaired model
+                is none for this program, or cannot be written.
         """
-        if not self.base:
-            return given
+        self.check(given.robot)
+        beneath = self._written(path) if self.base else given
+        if said := differing(self.over, of_model(beneath)):
+            raise UserError(
+                f'{self.source} was fitted over a model with {said}; fit it anew over this one '
+                '(/difference_model/update), or leave it out'
+            )
+        return beneath
+
+    def beneath(self, given: Model) -> Model:
+        """As `model_beside`, without a file that stays."""
+        with TemporaryDirectory() as folder:
+            return self.model_beside(Path(folder, 'model.yaml'), given)
+
+    def check(self, robot: Robot) -> None:
+        """Raise UserError unless it is of `robot`, as far as it says of which it is."""
+        kept, now = {'robot': self.robot} | dict(self.over), of_robot(robot)
+        said = differing({name: kept[name] for name in now if name in kept}, now)
+        if not said and self.layout != layout_of(robot):
+            said = f'a {robot.name} with other joints or actuators'
+        if said:
+            raise UserError(f'{self.source} is of {said}; fit it anew for this robot')
+
+    @property
+    def doubt(self) -> str:
+        """What cannot be checked, of a file of an earlier version; '' of all others."""
+        if self.over or self.base:
+            return ''
+        return (
+            f'{self.source} does not say over which model it was fitted, as it is of an earlier '
+            'version; fit it anew to be sure'
+        )
+
+    @property
+    def digest(self) -> str:
+        """Hash of what it says."""
+        return hashlib.sha256(save(self._tensors())).hexdigest()[:12]
+
+    def _written(self, path: Path) -> Model:
         try:
             write_whole(path, self.base)
         except OSError as error:
             raise UserError(f'cannot write {path}: {error.strerror}') from error
         return load_model(path)
 
+    def _tensors(self) -> dict[str, Tensor]:
+        trust = {} if self.trust is None else self.trust.arrays()
+        found = {TRUST + name: torch.from_numpy(array) for name, array in trust.items()}
+        return dict(self.network.state_dict()) | found
+
     def to_bytes(self) -> bytes:
-        """As safetensors with `version`, `trained_on`, `robot`, `form` in the metadata."""
+        """As safetensors; `version`, `trained_on`, `robot`, `form`, `over` in the metadata."""
         metadata = {
             'kind': 'difference_model',
             'version': str(self.version),
@@ -147,12 +205,11 @@ class DifferenceModel:
             'robot': self.robot,
             'form': self.config.form,
             'base': self.base,
+            'over': json.dumps(self.over),
             'layout': json.dumps(asdict(self.layout)),
             'config': json.dumps(asdict(self.config)),
         }
-        trust = {} if self.trust is None else self.trust.arrays()
-        found = {TRUST + name: torch.from_numpy(array) for name, array in trust.items()}
-        return save(self.network.state_dict() | found, metadata)
+        return save(self._tensors(), metadata)
 
 
 def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel:
@@ -165,27 +222,40 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
         tensors = load(data)
         head = json.loads(data[8 : 8 + int.from_bytes(data[:8], 'little')])
         metadata = head['__metadata__']
+        _check_finite(tensors)
         layout, config = json.loads(metadata['layout']), json.loads(metadata['config'])
         layout = Layout(**layout | {'continuous': tuple(layout['continuous'])})
         config = Config(**config | {'hidden': tuple(config['hidden'])})
-        trust = _trust(tensors) if config.members > 1 else None
         network = Network(layout, config)
+        trust = _trust(tensors, len(network.target_spread)) if config.members > 1 else None
         network.load_state_dict(tensors)
-    except (SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
-        said = ' '.join(str(error).split())
+        version, trained_on = int(metadata['version']), int(metadata['trained_on'])
+        known = metadata['robot'], version, trained_on, trust, metadata.get('base', '')
+        over = dict(json.loads(metadata.get('over', '{}')))
+    except DAMAGE as error:
         raise UserError(
-            f'{source}: not the weights of a difference model ({said}); '
+            f'{source}: not the weights of a difference model ({one_line(error)}); '
             'they come from /difference_model/weights'
         ) from error
-    version, trained_on = int(metadata['version']), int(metadata['trained_on'])
-    known = metadata['robot'], version, trained_on, trust, metadata.get('base', '')
-    return DifferenceModel(network.eval(), layout, config, *known)
+    return DifferenceModel(network.eval(), layout, config, *known, over, source)
 
 
-def _trust(tensors: dict[str, Tensor]) -> Trust:
+def _check_finite(tensors: Mapping[str, Tensor]) -> None:
+    for name, tensor in tensors.items():
+        if not torch.isfinite(tensor).all():
+            raise ValueError(f'{name} has numbers that are none')
+
+
+def _trust(tensors: dict[str, Tensor], outputs: int) -> Trust:
     """Take the ensemble's trust out of the tensors of a file."""
     names = [name for name in tensors if name.startswith(TRUST)]
-    return Trust(**{name.removeprefix(TRUST): tensors.pop(name).numpy() for name in names})
+    trust = Trust(**{name.removeprefix(TRUST): tensors.pop(name).numpy() for name in names})
+    for name, array in trust.arrays().items():
+        if array.shape not in ((outputs,), ()) or (array < 0.0).any():
+            raise ValueError(f'{TRUST}{name} is not of {outputs} numbers, 0 or more')
+    if not (np.all(trust.error > 0.0) and np.all(trust.limit > 0.0)):
+        raise ValueError(f'{TRUST}error or {TRUST}limit is 0')
+    return trust
 
 
 @dataclass(frozen=True)

@@ -134,6 +134,8 @@ class DifferenceService:
             self._updates.progress = Progress('failed', error=str(error))
             self._node.get_logger().error(str(error))
             return
+        if difference.doubt:
+            self._node.get_logger().warning(difference.doubt)
         self._difference, self._corrected = difference, corrected
         self._weights.publish(UInt8MultiArray(data=data))
         self._node.get_logger().info(
@@ -143,18 +145,25 @@ class DifferenceService:
 
     def _on_query(self, message: Any) -> None:
         try:
-            q, dq, inputs = read_query(message, self._model)
-            dq_wanted, q_wanted = np.zeros_like(dq), np.zeros_like(q)
-            if self._difference is not None:
-                q_wanted, dq_wanted = correction(
-                    self._model, self._corrected, self._difference, q, dq, inputs
-                )
+            asked = read_query(message, self._model)
         except UserError as error:
             self._node.get_logger().error(str(error), throttle_duration_sec=1.0)
             return
+        q_wanted, dq_wanted = self._answer(*asked)
         names = list(self._model.robot.joint_names)
         wanted = {'position': q_wanted.tolist(), 'velocity': dq_wanted.tolist()}
         self._corrections.publish(JointState(header=message.header, name=names, **wanted))
+
+    def _answer(
+        self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What is to be added, (J,) each; nothing to a state that no step begins from."""
+        if self._difference is not None:
+            try:
+                return correction(self._model, self._corrected, self._difference, q, dq, inputs)
+            except UserError as error:
+                self._node.get_logger().error(str(error), throttle_duration_sec=1.0)
+        return np.zeros_like(q), np.zeros_like(dq)
 
 
 def correction(
@@ -168,25 +177,30 @@ def correction(
     """What is to be added to the next angles [rad] and rates [rad/s] of `model`, both (J,).
 
     `corrected` is the model that `difference` goes on top of: the same, or a repaired one. State
-    (J,) and held inputs [V, N m or rad], (A,).
+    (J,) and held inputs [V, N m or rad], (A,). Where they lead to no finite state it is 0.
+
+    Raises:
+        UserError: a state that no step begins from.
     """
-    following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
-    state = corrected.state_from(q, dq)
-    wanted = difference.applied(corrected, state, inputs, difference(q, dq, inputs))
-    return wanted.q - following.q, wanted.dq - following.dq
+    with np.errstate(all='ignore'):
+        following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
+        state = corrected.state_from(q, dq)
+        wanted = difference.applied(corrected, state, inputs, difference(q, dq, inputs))
+        found = wanted.q - following.q, wanted.dq - following.dq
+    return found if np.isfinite(found).all() else (np.zeros_like(q), np.zeros_like(dq))
 
 
 def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Angles and rates (J,) and inputs (A,) of a query.
 
     Raises:
-        UserError: a joint, its position or velocity, or the input of a driven one is missing.
+        UserError: a joint, its position or velocity, or the inputs are missing.
     """
     robot = model.robot
     asked = JointStates.from_message(message).of(robot.joint_names)
     driven = [robot.joint_names.index(actuator.joint) for actuator in robot.actuators]
     inputs = None if asked.effort is None else asked.effort[driven]
-    if inputs is None or not np.isfinite(inputs).all():
+    if inputs is None:
         unit = robot.input_unit
         raise UserError(
             f'a difference query for {robot.name} gives position and velocity of '

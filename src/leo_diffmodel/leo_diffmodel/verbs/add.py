@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from leo_diffmodel.add.patch import from_explanation, from_words
 from leo_diffmodel.verbs import common
@@ -24,7 +25,7 @@ EXAMPLES = (
 def main(argv: list[str]) -> int:
     """Run `leo add`; exit status 0."""
     arguments = _parser().parse_intermixed_args(argv)
-    model = load_model(_model(arguments))
+    given = model = load_model(_model(arguments))
     if bool(arguments.source) == bool(arguments.words):
         raise UserError('give either --from explain.json, or EFFECT[:WHERE] PARAM=VALUE …')
     if arguments.source:
@@ -33,6 +34,12 @@ def main(argv: list[str]) -> int:
     else:
         model, entries = from_words(model, arguments.words)
     save_model(arguments.output, model, [*model.history, *entries])
+    if given.difference_model is not None:
+        print(
+            f'warning: {arguments.output} is without the difference model '
+            f'{given.difference_model}, which was fitted without these effects; fit it anew',
+            file=sys.stderr,
+        )
     wrote = f'wrote {arguments.output}: {", ".join(str(e["added"]) for e in entries)}'
     following = ['--model', arguments.output, *effect_words(model.effects)]
     lines = [wrote, f'next: {leo("compare", "BAG", *following)}']

@@ -24,7 +24,6 @@ from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
 
 if TYPE_CHECKING:
     from leo_diffmodel.check.amplitudes import Reach
@@ -55,7 +54,7 @@ def main(argv: list[str]) -> int:
 
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     bags = _bags(arguments, model)
     own = common.own_effects(arguments)
     with progress('checking', 1 + len(candidates(model, own))) as heard:

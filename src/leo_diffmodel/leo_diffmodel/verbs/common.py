@@ -24,6 +24,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.effects.consent import add_effect_argument, words
 from leo_sim.model import Model
+from leo_sim.model.model_file import load_model
 
 if TYPE_CHECKING:
     from leo_diffmodel.explain.explanation import Explanation
@@ -113,6 +114,25 @@ def until(text: str) -> float:
 def left(arguments: argparse.Namespace) -> float:
     """What is left of the time for an answer [s]."""
     return arguments.until - time.monotonic()
+
+
+def named_model(ref: str) -> Model:
+    """The model of a command line without its difference model, and says so: none is used.
+
+    Raises:
+        UserError: as `load_model`, or its difference model is not there or is none of this model.
+    """
+    model = load_model(ref)
+    if model.difference_model is None:
+        return model
+    from leo_diffmodel.difference.files import load_difference
+
+    load_difference(model.difference_model, model)
+    print(
+        f'warning: {ref} is taken without its difference model {model.difference_model}',
+        file=sys.stderr,
+    )
+    return model.changed(difference_model=None)
 
 
 def read_bags(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Recording]:

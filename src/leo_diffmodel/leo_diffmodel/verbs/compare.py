@@ -21,7 +21,6 @@ from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
 
 EXAMPLES = (
     'leo compare bags/run1 --model pendulum',
@@ -43,7 +42,7 @@ def main(argv: list[str]) -> int:
     if len(arguments.model) > 1:
         return compare_several(arguments, folder)
     [arguments.model] = arguments.model
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     recordings, _ = common.read_all(arguments, model)
     with progress('comparing', STAGES + 1) as heard:
         result = compare(recordings, model, arguments.step, heard)
@@ -201,7 +200,7 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
     names = arguments.model
     if twice := [name for name in names if names.count(name) > 1]:
         raise UserError(f'--model {twice[0]} is there twice')
-    models = {name: load_model(name) for name in names}
+    models = {name: common.named_model(name) for name in names}
     recordings, _ = common.read_all(arguments, models[names[0]])
     with progress('comparing', RANKING_STAGES * len(models)) as heard:
         data = rank(recordings, models, arguments.step, heard)

@@ -28,7 +28,6 @@ from leo_msgs_py.verbs.common import Parser
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
 
 EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
@@ -53,7 +52,7 @@ def main(argv: list[str]) -> int:
         )
     folder = common.fresh_folder(arguments.output)
     target = _fresh_effect(arguments.write_effect)
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model, whole=arguments.each)
     changed = common.read_bags(arguments.edit_test, model, arguments.topic_map)
     distinct([*recordings, *held, *changed])

@@ -21,7 +21,6 @@ from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects import Effect
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
 
 if TYPE_CHECKING:
     from leo_diffmodel.next_run.proposal import Option, Proposal
@@ -46,7 +45,7 @@ def main(argv: list[str]) -> int:
 
     arguments = _parser().parse_args(argv)
     target = _target(arguments)
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     check_driven(model)
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)

@@ -20,7 +20,7 @@ from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
-from leo_sim.model.model_file import load_model, save_model
+from leo_sim.model.model_file import save_model
 
 MOST_ACROSS = 6
 """States that a table shows side by side."""
@@ -41,7 +41,7 @@ def main(argv: list[str]) -> int:
     target = folder / 'model.yaml'
     if target.exists():
         raise UserError(f'{target} exists; a model is never overwritten: choose another -o')
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with progress('repairing', within=common.left(arguments)) as heard:

@@ -14,7 +14,6 @@ from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser, ros_args_apart, where
 from leo_sim.effects.consent import words
-from leo_sim.model.model_file import load_model
 
 if TYPE_CHECKING:
     from leo_diffmodel.nodes.live_robot import LiveRobot
@@ -49,7 +48,7 @@ def main(argv: list[str]) -> int:
         return _live(argv)
     arguments = watch_common.parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     with progress('reading the noise'):
@@ -85,7 +84,7 @@ def _live(argv: list[str]) -> int:
     arguments = _live_parser().parse_args(typed)
     arguments.ros_args = ros_args
     common.fresh_folder(arguments.output)
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     own = tuple(common.own_effects(arguments))
     source = Source(model, read_topic_map(arguments.topic_map), own, arguments.step)
     with alone(), live_robot(arguments.seconds, ros_args) as robot:

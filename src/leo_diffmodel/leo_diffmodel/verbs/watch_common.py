@@ -16,7 +16,6 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
 from leo_msgs_py.verbs.common import Parser
 from leo_sim.model import Model
-from leo_sim.model.model_file import load_model
 
 if TYPE_CHECKING:
     from leo_diffmodel.next_run.menu import MotionRun
@@ -79,7 +78,7 @@ def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
     from leo_diffmodel.explain.explanation import explain
 
     arguments = parser().parse_args(argv)
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     return explain(recordings, model, held, own, heard, arguments.step).to_json()
@@ -96,7 +95,7 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
     from leo_diffmodel.watch.next_run import Plan
 
     arguments = parser().parse_args(argv)
-    model = load_model(arguments.model)
+    model = common.named_model(arguments.model)
     check_driven(model)
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)

@@ -20,6 +20,7 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from leo_diffmodel.difference.fit import LEAST as LEAST_TRANSITIONS
+from leo_diffmodel.difference.job import NOT_BETTER
 from leo_diffmodel.difference.model import from_bytes
 from leo_learner.algorithm5 import Algorithm5, Done, Settings
 from leo_learner.checkpoint import newest
@@ -44,6 +45,7 @@ from leo_msgs_py.node import (
 from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import Robot
 from leo_sim.effects.consent import trust_parameter
+from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
 LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
@@ -127,7 +129,7 @@ def _algorithm(node: Node, status: Status) -> Algorithm5:
         config,
         Settings(**asdict(settings) | {'thesis': name == 'thesis'}),
         RobotEnv(node, model.robot),
-        DifferenceClient(node, model.robot.name),
+        DifferenceClient(node, model),
         _alive,
         status.say,
         checked(start, model.robot, config),
@@ -180,12 +182,13 @@ class Status:
 
 
 class DifferenceClient:
-    """Waits for weights of a later version, of the robot's name, asking until it gets them."""
+    """Waits for weights of a later version that go with a model, asking until it gets them."""
 
-    def __init__(self, node: Node, robot: str) -> None:
-        self._node, self._robot = node, robot
+    def __init__(self, node: Node, model: Model) -> None:
+        self._node, self._model = node, model
         self._weights, self._said = b'', ''
         self._version = 0
+        self._accepted, self._vain = False, ''
         listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
         self._update = node.create_client(*topics.DIFFERENCE_UPDATE)
 
@@ -194,12 +197,16 @@ class DifferenceClient:
 
         Raises:
             Stopped: the process was asked to end.
+            UserError: an update has come to nothing better than the model.
         """
         version = max(version, self._version)
         asked = -ASK_AGAIN
+        self._accepted, self._vain = False, ''
         while self._version <= version:
             if not running():
                 raise Stopped
+            if self._vain:
+                raise UserError(f'{self._vain}; the policies learned so far stay')
             if time.monotonic() - asked > ASK_AGAIN:
                 asked = time.monotonic()
                 self._ask()
@@ -214,7 +221,11 @@ class DifferenceClient:
             self._log('waiting for the difference model (leo run leo_diffmodel diffmodel)')
 
     def _on_answer(self, future: Any) -> None:
-        self._log(f'difference model: {future.result().message}')
+        answer = future.result()
+        self._log(f'difference model: {answer.message}')
+        if self._accepted and NOT_BETTER in answer.message:  # of the update this call has begun
+            self._vain = answer.message
+        self._accepted = self._accepted or answer.success
 
     def _log(self, text: str) -> None:
         """Say it once, however often it is the answer."""
@@ -226,10 +237,8 @@ class DifferenceClient:
         data = bytes(message.data)
         try:
             difference = from_bytes(data, topics.DIFFERENCE_WEIGHTS.name)
+            difference.beneath(self._model)
         except UserError as error:
-            self._node.get_logger().error(str(error))
-            return
-        if difference.robot != self._robot:
-            self._log(f'weights for robot {difference.robot!r} ignored, this is {self._robot!r}')
+            self._node.get_logger().error(f'weights ignored: {error}')
             return
         self._weights, self._version = data, difference.version

@@ -183,7 +183,8 @@ class _Stage:
 
 @contextmanager
 def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
-    from leo_learner.env import model_env, read_difference
+    from leo_diffmodel.difference.files import read_difference
+    from leo_learner.env import model_env
     from leo_learner.rollouts import Rollouts
 
     if not options.model:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import json
 from pathlib import Path
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,10 +20,12 @@ from leo_diffmodel.difference.job import Updates
 from leo_diffmodel.difference.model import from_bytes
 from leo_diffmodel.difference.network import RECOMMENDED, THESIS, TORQUE
 from leo_diffmodel.difference.service import correction
+from leo_diffmodel.explain import explanation
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
+from leo_sim.model.model_file import load_model
 
 FEW = 4096
 """Room for a log, not for weights [bytes]."""
@@ -122,6 +125,10 @@ def test_steps_of_several_lengths_are_refused_and_a_passive_bag_is_none(model):
     twice = replace(recording(2 * t, q, q, q), command_period=0.1)
     with pytest.raises(UserError, match=r'100 ms, in a\.bag every 50 ms'):
         transitions([usual, twice], model)
+    many = recording(np.arange(50) * 0.1, *[np.zeros((50, 1))] * 3)
+    slow = transitions([replace(many, command_period=0.1)], model)
+    with pytest.raises(UserError, match=r'every 100 ms, the control period of pendulum is 50 ms'):
+        fit(slow, model, RECOMMENDED)
     passive = replace(recording(2 * t, q, q, q, np.zeros((9, 1), bool)), command_period=0.1)
     assert len(transitions([passive, usual], model)) == 8
 
@@ -245,6 +252,22 @@ def test_child_fits_a_torque_form_to_a_bag(real, capsys, tmp_path):
     assert told['mse_after'] < told['mse_before'] and told['transitions'] >= 100
     again = from_bytes(weights.read_bytes())
     assert (again.config.form, again.trained_on) == ('torque', told['transitions'])
+
+
+def test_a_fit_that_makes_it_worse_is_not_kept(model, capsys, tmp_path):
+    bag, weights = recorded(model, tmp_path / 'bag'), tmp_path / 'w.safetensors'
+    argv = [str(bag), '--model', 'pendulum', '--config', 'torque', '-o', str(weights)]
+    assert job.main(argv) == 2
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert job.NOT_BETTER in told['error'] and not weights.exists()
+
+
+def test_a_repair_that_was_not_kept_gives_way_to_the_next(model, real, monkeypatch, tmp_path):
+    monkeypatch.setattr(explanation, 'explain', lambda *_: SimpleNamespace(model=found.pop()))
+    found, path = [real, model], tmp_path / 'difference-001.yaml'
+    assert job.repaired([], model, path)[0] is model
+    assert job.repaired([], model, path)[0] is real
+    assert len(load_model(path).effects) == 2
 
 
 def test_child_prints_its_error_on_one_line(capsys, tmp_path):

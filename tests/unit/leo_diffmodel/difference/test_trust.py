@@ -7,11 +7,13 @@ import json
 import numpy as np
 import pytest
 from safetensors.torch import load, save
+import torch
 
 from leo_diffmodel.difference.data import channel_names, layout_of, predicted, Transitions
 from leo_diffmodel.difference.fit import calibration, fit, TRAIN
 from leo_diffmodel.difference.model import calibrated, DifferenceModel, from_bytes
 from leo_diffmodel.difference.network import Config, CONFIGS, Network, RECOMMENDED, THESIS
+from leo_diffmodel.difference.service import correction
 from leo_diffmodel.difference.training import targets
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -180,6 +182,76 @@ def test_files_of_before_there_were_forms_are_read(model, steps):
     judged = again.judge(steps.q, steps.dq, steps.inputs)
     np.testing.assert_array_equal(judged.correction, single(steps.q, steps.dq, steps.inputs))
     assert judged.channel is None and np.all(judged.factor == 1.0)
+
+
+def respelled(data: bytes, name: str, value: np.ndarray | str | None) -> bytes:
+    """Weights with another tensor or another text in the metadata, or without that text."""
+    tensors, told = load(data), metadata(data)
+    if isinstance(value, np.ndarray):
+        return save(tensors | {name: torch.from_numpy(value)}, told)
+    del told[name]
+    return save(tensors, told | ({} if value is None else {name: value}))
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [
+        ('input_mean', np.full(4, np.nan, np.float32)),
+        ('trust.bound', np.array([1.0, np.inf, 1.0])),
+        ('trust.limit', np.ones(2)),
+        ('trust.limit', np.zeros(3)),
+        ('trust.error', -np.ones(3)),
+        ('version', 'abc'),
+        ('trained_on', None),
+        ('robot', None),
+        ('layout', '[]'),
+        ('over', '[1]'),
+    ],
+)
+def test_damaged_weights_are_one_line(fitted, name, value):
+    with pytest.raises(UserError, match=r'^topic: not the weights') as error:
+        from_bytes(respelled(fitted['recommended'][0].to_bytes(), name, value), 'topic')
+    assert '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize('form', FORMS)
+def test_nothing_is_added_to_what_is_not_finite_or_too_large(fitted, form):
+    q, dq, u = np.ones((3, 4, 1))
+    q[1], dq[2], u[3] = np.nan, 1e300, np.inf
+    judged = fitted[form][0].judge(q, dq, u)
+    assert np.array_equal(judged.factor[1:], np.zeros(3)) and judged.factor[0] > 0.0
+    assert not judged.correction[1:].any() and judged.correction[0].any()
+
+
+def test_a_query_that_leads_nowhere_is_answered_with_nothing(fitted, model):
+    state = np.array([1e300])
+    with np.errstate(all='raise'):
+        for inputs in (state, np.array([np.nan])):
+            answer = correction(model, model, fitted['recommended'][0], state, state, inputs)
+            assert not np.any(answer)
+
+
+def test_it_goes_with_the_model_it_was_fitted_over_alone(fitted, model):
+    difference = from_bytes(fitted['recommended'][0].to_bytes(), 'weights')
+    assert difference.doubt == '' and difference.beneath(model) is model
+    drag = place(model.robot, 'viscous_friction', 'pivot', b=FRICTION)
+    for other, said in (
+        (model.changed(effects=[drag]), r'another list of effects \(none, here viscous'),
+        (model.changed(constants={'links.bob.mass': 0.12}), r'another links\.bob\.mass'),
+        (Model('servo_pendulum'), 'another robot'),
+        (Model(replace(model.robot, control_period=0.01)), 'another control period'),
+    ):
+        with pytest.raises(UserError, match=f'^weights .*{said}.* fit it anew'):
+            difference.beneath(other)
+
+
+def test_weights_of_before_say_what_cannot_be_checked(fitted, model):
+    old = from_bytes(respelled(fitted['recommended'][0].to_bytes(), 'over', None), 'old')
+    assert old.beneath(model) is model and old.doubt.startswith('old does not say')
+    with pytest.raises(UserError, match='another robot'):
+        old.beneath(Model('servo_pendulum'))
+    repaired = replace(old, base='robot: pendulum\n')
+    assert repaired.doubt == '' and repaired.beneath(model) is not model
 
 
 def test_bad_files_and_too_little_data_are_one_line(model, steps, fitted):

@@ -146,7 +146,7 @@ def test_nor_do_hidden_effects_of_a_robot(folder):
 
 def test_nor_do_weights_that_came_over_the_network(folder):
     recording = record(PENDULUM, seconds=8)
-    model = Model('pendulum')
+    model = Model(replace(PENDULUM, control_period=recording.command_period))
     weights, _ = fit(transitions([recording], model), model, replace(RECOMMENDED, epochs=1))
     hostile = replace(weights, base=(folder / 'model.yaml').read_text())
     with pytest.raises(UserError, match='would run'):
@@ -158,11 +158,11 @@ def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
     recording = record(PENDULUM, seconds=8)
     (episode,) = recording.episodes
     run = Run(
-        episode.t,
+        episode.t[::5],
         recording.joints,
-        episode.q,
-        episode.dq,
-        inputs={'pivot': {'voltage': episode.inputs[:, 0]}},
+        episode.q[::5],
+        episode.dq[::5],
+        inputs={'pivot': {'voltage': episode.inputs[::5, 0]}},
     )
     write_runs(folder / 'bag', [run], {})
     trust('wind.py')

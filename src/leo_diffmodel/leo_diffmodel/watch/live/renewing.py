@@ -7,9 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 import os
-from pathlib import Path
 import sys
-import tempfile
 import threading
 import time
 from typing import TYPE_CHECKING
@@ -94,8 +92,7 @@ class Sharer:
 
         self._bytes, self._difference = weights, None
         difference = from_bytes(weights)
-        with tempfile.TemporaryDirectory() as folder:
-            self._base = difference.model_beside(Path(folder, 'base.yaml'), self._model)
+        self._base = difference.beneath(self._model)
         self._difference = difference
 
 

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The model of a command line that uses no difference model."""
+
+import pytest
+
+from leo_diffmodel.difference.data import layout_of
+from leo_diffmodel.difference.model import DifferenceModel
+from leo_diffmodel.difference.network import Config, Network
+from leo_diffmodel.verbs import common
+from leo_msgs_py.cli import main
+from leo_msgs_py.errors import UserError
+from leo_sim.model import load_model, Model
+from leo_sim.model.physics import of_model
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A model file with a difference model that was fitted over it."""
+    model, config = Model('pendulum'), Config(hidden=(4,))
+    layout = layout_of(model.robot)
+    made = Network(layout, config), layout, config, 'pendulum', 1, 0
+    (tmp_path / 'd.safetensors').write_bytes(
+        DifferenceModel(*made, over=of_model(model)).to_bytes()
+    )
+    (tmp_path / 'm.yaml').write_text('robot: pendulum\ndifference_model: d.safetensors\n')
+    return tmp_path / 'm.yaml'
+
+
+def test_it_is_taken_without_its_difference_model_and_that_is_said_once(file, capsys):
+    assert common.named_model(str(file)).difference_model is None
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f'warning: {file} is taken without its difference model')
+    assert common.named_model('pendulum').difference_model is None
+    assert capsys.readouterr().err == ''
+
+
+def test_a_difference_model_that_is_none_is_refused_all_the_same(file):
+    weights = file.with_name('d.safetensors')
+    weights.write_bytes(b'no weights')
+    with pytest.raises(UserError, match='not the weights'):
+        common.named_model(str(file))
+    weights.unlink()
+    with pytest.raises(UserError, match='no difference model'):
+        common.named_model(str(file))
+
+
+def test_with_an_effect_added_a_model_has_no_difference_model_and_that_is_said(file, capsys):
+    new = file.with_name('new.yaml')
+    assert main(['add', str(file), 'viscous_friction:pivot', 'b=1e-4', '-o', str(new)]) == 0
+    assert 'without the difference model' in capsys.readouterr().err
+    assert load_model(new).difference_model is None

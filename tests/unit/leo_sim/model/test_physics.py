@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a model is made of, kept with what is learned on it."""
+
+from dataclasses import replace
+import json
+
+import pytest
+
+from leo_sim.description.robot import load_robot
+from leo_sim.effects import place
+from leo_sim.model import load_model, Model, save_model
+from leo_sim.model.physics import differing, of_model, of_robot
+
+PENDULUM = load_robot('pendulum')
+MODEL = Model(PENDULUM)
+DRAG = place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4)
+
+
+@pytest.mark.parametrize(
+    ('other', 'said'),
+    [
+        (Model('torque_pendulum'), r'another robot (pendulum, here torque_pendulum)'),
+        (Model(replace(PENDULUM, input='torque')), 'another input (V, here N m)'),
+        (
+            Model(replace(PENDULUM, control_period=0.01)),
+            'another control period (0.05 s, here 0.01 s)',
+        ),
+        (
+            MODEL.changed(effects=[DRAG]),
+            'another list of effects (none, here viscous_friction at pivot b=0.0001)',
+        ),
+        (
+            MODEL.changed(constants={'links.bob.mass': 0.12}),
+            'another links.bob.mass (0.055 kg, here 0.12 kg)',
+        ),
+        (Model(replace(PENDULUM, urdf='<robot/>')), 'another description (hash)'),
+    ],
+)
+def test_the_first_thing_that_differs_is_named(other, said):
+    assert differing(of_model(MODEL), of_model(other)).startswith(said)
+
+
+def test_what_does_not_move_it_otherwise_is_no_difference(tmp_path):
+    made = MODEL.changed(effects=[DRAG], constants={'links.bob.mass': 0.1 + 0.2})
+    kept = json.loads(json.dumps(of_model(made)))
+    again = load_model(save_model(tmp_path / 'model.yaml', made, [{'added': 'drag'}]))
+    assert kept == of_model(again) == of_model(again.changed(engine='rigid'))
+
+
+def test_what_an_earlier_version_did_not_keep_is_not_asked_for():
+    assert differing({}, of_model(MODEL)) == differing({'robot': 'pendulum'}, of_robot(PENDULUM))
+    assert differing({'constants': {}}, of_model(MODEL)) == ''
