@@ -28,6 +28,7 @@ ALLOWED = {
     'leo_sim.common.user_code': {'importlib.util.spec_from_file_location'},
     'leo_msgs_py.interfaces': {'importlib.import_module'},
     'leo_msgs_py.verbs.common': {'yaml.load'},
+    'leo_sim.common.yaml_file': {'yaml.load'},
 }
 """A user's file of effects or a driver, which he names; installed interfaces; a safe loader."""
 FIELD = '\0'
