@@ -2,6 +2,7 @@
 """The recording node and `leo bag record|play`, as processes of a live graph."""
 
 from collections.abc import Callable, Iterator
+import json
 import math
 import os
 from pathlib import Path
@@ -163,6 +164,8 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, node, spawn):
         '/joint_states',
         '/robot/applied_voltage',
         'robot/episode',
+        '--json',
+        stdout=subprocess.PIPE,
     )
     assert spin_until(lambda: node.count_subscribers('/robot/applied_voltage') > 0, PATIENCE)
     began = time.monotonic()
@@ -173,7 +176,9 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, node, spawn):
     original = load(source)
     until(lambda: live_bag.counts(tmp_path / 'copy') == live_bag.counts(source))
     stop(recorder)
-    copy = load(tmp_path / 'copy')
+    copy, told = load(tmp_path / 'copy'), json.loads(recorder.stdout.read())
+    assert told['bag'] == str(tmp_path / 'copy') and (told['lost'], told['foreign']) == (0, 0)
+    assert told['messages'] == sum(len(topic.messages) for topic in copy.topics.values())
     for name, topic in original.topics.items():
         assert [m.data for m in copy.topics[name].messages] == [m.data for m in topic.messages]
         assert copy.topics[name].qos == topic.qos

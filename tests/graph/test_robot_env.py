@@ -12,6 +12,8 @@ from tests.patience import PATIENCE
 
 from leo_learner.env import ModelEnv
 from leo_learner.robot_env import RobotEnv
+from leo_learner.training_loop import play
+from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
@@ -24,9 +26,10 @@ def robot_env(node):
     return RobotEnv(node, Model('pendulum').robot)
 
 
-def start(spawn, *parameters: str):
+def start(spawn, *parameters: str, name: str = 'robot'):
     given = [word for parameter in parameters for word in ('-p', parameter)]
-    return spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=pendulum', *given)
+    named = '-r', f'__node:={name}'
+    return spawn('-c', ROBOT, '--ros-args', *named, '-p', 'robot:=pendulum', *given)
 
 
 def test_lockstep_gives_the_models_transitions(robot_env, spawn):
@@ -82,6 +85,20 @@ def test_a_restarted_robot_loses_the_episode_and_the_next_one_goes_on(robot_env,
     assert answer[3] and answer[4] == {'lost': True}
     robot_env.reset()
     assert robot_env.step(np.zeros(1))[4] == {}
+
+
+def test_another_robot_is_refused(node, spawn):
+    start(spawn, 'realtime_factor:=0')
+    env = RobotEnv(node, Model('servo_pendulum').robot)
+    with pytest.raises(UserError, match="the running robot is 'pendulum', this is for 'servo_p"):
+        env.reset()
+
+
+def test_two_robots_are_refused(robot_env, spawn):
+    for name in ('robot', 'robot2'):
+        start(spawn, 'realtime_factor:=0', name=name)
+    with pytest.raises(UserError, match=r'two robots .* \(/robot, /robot2\)'):
+        play(robot_env, lambda seen: np.zeros(1), episodes=1000)
 
 
 def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(domain):

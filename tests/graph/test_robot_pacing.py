@@ -115,10 +115,11 @@ def test_lockstep_drops_a_command_that_came_before_its_state(robot, driver, comm
     assert driver.calls == ['read', *ONE_COMMAND], 'the second answers a repeated state'
 
 
-def test_lockstep_repeats_its_state_while_it_waits(robot, driver):
-    heard = []
+def test_lockstep_repeats_its_state_and_its_clock_while_it_waits(robot, driver):
+    heard, clocks = [], []
     robot.create_subscription(*topics.JOINT_STATES[:2], heard.append, topics.LOSSLESS)
-    assert spin_until(lambda: len(heard) >= 3, PATIENCE)
+    robot.create_subscription(*topics.CLOCK[:2], clocks.append, topics.CLOCK.qos)
+    assert spin_until(lambda: len(heard) >= 3 and len(clocks) >= 3, PATIENCE)
     assert {state.header.stamp.nanosec for state in heard} == {0}
     assert driver.calls == ['read']
 

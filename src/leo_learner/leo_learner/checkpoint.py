@@ -72,7 +72,7 @@ def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
         training.load_tensors(load_file(path / TENSORS))
         if training.replay is not None:
             training.replay.load(path / REPLAY)
-        training.steps, training.episodes = counters['steps'], counters['episodes']
+        training.steps, training.episodes = int(counters['steps']), int(counters['episodes'])
         best_return = counters['best_return']
     except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise UserError(

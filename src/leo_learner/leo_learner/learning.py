@@ -34,7 +34,7 @@ class Outcome:
         policy: the best policy by test, with `test_return` as its mean return there.
         steps: transitions gathered.
         seconds: wall time of this part of the run.
-        finished: False where it was stopped before its last step.
+        finished: False where it was stopped before its last step, or before that was tested.
         interrupted: whether Ctrl-C (or SIGTERM) stopped it.
     """
 
@@ -58,15 +58,17 @@ def learn(
 ) -> Outcome:
     """Run `training` to `steps` transitions in `folder`, going on from a checkpoint there.
 
-    Ctrl-C ends the present episode, on a running robot at once, saves and returns. The folder
-    receives TensorBoard's events, `checkpoint-*` and `policy.safetensors`. `alive` is asked after
-    every episode; False stops the run as Ctrl-C does.
+    Ctrl-C ends the present episode, on a running robot at once, saves and returns; an error is
+    raised once all is saved. The folder receives TensorBoard's events, `checkpoint-*` and
+    `policy.safetensors`. `alive` is asked after every episode; False stops the run as Ctrl-C does.
     """
     began = time.perf_counter()
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.glob(f'{PREFIX}*')):
         load_checkpoint(folder, training)
+    finished = False
     with ExitStack() as stack:
+        stack.callback(_save, folder, training, robot)
         show = stack.enter_context(_progress(training, steps, title, quiet))
         curves = stack.enter_context(SummaryWriter(str(folder), purge_step=training.steps + 1))
         signals = stack.enter_context(_stopped_by_signal(training))
@@ -76,17 +78,20 @@ def learn(
             curves.add_scalar(name, value, step)
             show(name, value, step)
 
-        training.run(steps, log, _Saver(training, folder, alive))
-    save_checkpoint(folder, training)
-    save_policy(folder / POLICY, training, robot)
+        finished = training.run(steps, log, _Saver(training, folder, alive))
     return Outcome(
         folder / POLICY,
         training.best_return,
         training.steps,
         time.perf_counter() - began,
-        training.steps >= steps,
+        finished,
         bool(signals),
     )
+
+
+def _save(folder: Path, training: TrainingLoop, robot: Robot) -> None:
+    save_checkpoint(folder, training)
+    save_policy(folder / POLICY, training, robot)
 
 
 class _Saver:

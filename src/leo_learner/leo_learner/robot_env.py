@@ -8,14 +8,17 @@ import time
 from typing import Any
 
 import numpy as np
+from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 
+from leo_diffmodel.nodes.robot_facts import FACTS, facts_of
 from leo_learner.env import RobotSpaces, Step
+from leo_learner.robot_states import RobotStates
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import listen, running, spin_once
 from leo_msgs_py.values import command_message, JointStates
-from leo_sim.description.robot import Robot
+from leo_sim.description.robot import load_robot, Robot
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.model import State
 
@@ -23,14 +26,15 @@ SAME_START = 0.5
 """After this time [s] a state equal to the one before the reset is taken for the start pose."""
 RESEND = 0.3
 """A robot that repeats its state this long after a command [s] gets it again."""
+SET_BACK = 1.0
+"""States older than the one before for so long [s]: the robot's clock was set back."""
 REMIND = 10.0
 """Wall time between two lines that say what is waited for [s]."""
 FIRST_REMINDER = 2.0
 """The first of them comes this soon [s]."""
-
-
 AGAIN = 0.5
 """A reset that the robot refuses is asked for again after this time [s]."""
+ROBOT = 'the robot (leo run leo_sim robot)'
 
 
 class Stopped(KeyboardInterrupt):
@@ -41,25 +45,25 @@ class RobotEnv(RobotSpaces):
     """Episodes on a running robot node, in lockstep or in real time.
 
     The robot's own parameter `start` decides on the start pose, whatever `reset` asks for. An
-    episode during which the robot was restarted ends with `info['lost']`, and the last
-    transition is none; until a robot answers, the environment waits, and its `node`, which has
-    joined the graph, is served. UserError where the robot that runs has other joints.
+    episode during which the robot was restarted, or its clock set back, ends with
+    `info['lost']`, and the last transition is none; until a robot answers, the environment
+    waits, and its `node`, which has joined the graph, is served. States without the robot's
+    joints, or that are not finite, are left out. UserError where the robot that runs says that
+    it is another one, only other joints are heard of, or two robots speak at the same time.
     """
 
     def __init__(self, node: Node, robot: Robot) -> None:
         super().__init__(robot)
         self._node = node
         self._episode = -1
-        self._latest: JointStates | None = None
-        self._foreign: UserError | None = None
-        self._repeated = False
         self._state: JointStates | None = None
         self._period_ns = round(robot.control_period * 1e9)
-        listen(node, topics.JOINT_STATES, self._on_state)
+        self._states = RobotStates(node, robot.joint_names)
         listen(node, topics.EPISODE, self._on_episode)
         # The robot wants the newest command, a recorder every one: so many are kept for it.
         kind, name, _ = topics.COMMANDS[INTERFACES[robot.input]]
         self._commands = node.create_publisher(kind, name, topics.DEEP)
+        self._parameters = node.create_client(GetParameters, 'robot/get_parameters')
         self._reset = node.create_client(*topics.RESET)
 
     def reset(
@@ -80,13 +84,33 @@ class RobotEnv(RobotSpaces):
 
     def heard(self) -> State:
         """The state of the robot now: waits for the next one."""
-        self._latest = None
-        return _state(self._found())
-
-    def _found(self) -> JointStates:
-        self._wait(self._robot_there, 'the robot (leo run leo_sim robot)')
+        before = self._latest
+        self._found()
+        self._wait(lambda: self._latest is not before, ROBOT)
         assert self._latest is not None
-        return self._latest
+        return _state(self._latest)
+
+    def _found(self) -> None:
+        """Wait for the robot; UserError where it says that it is another one."""
+        self._wait(self._reset.service_is_ready, ROBOT)
+        name = self._name_of_it()
+        if name not in ('', self.robot.name):
+            raise UserError(
+                f'the running robot is {name!r}, this is for {self.robot.name!r}; start that one, '
+                f'or give what was made for {name!r}'
+            )
+        self._wait(self._robot_there, ROBOT)
+
+    def _name_of_it(self) -> str:
+        """What the node /robot says that it is; '' where it says nothing, as others need not."""
+        if not self._parameters.service_is_ready():
+            return ''
+        answer = self._call(self._parameters, GetParameters.Request(names=FACTS[:1]), 'its name')
+        said = facts_of(answer.values) if answer else {}
+        try:
+            return load_robot(said['robot']).name if said else ''
+        except UserError:
+            return ''  # of a folder that is not on this machine
 
     def step(self, action: np.ndarray) -> Step:
         """Command `action` [V, N m or rad] and wait for the state one control period later."""
@@ -128,27 +152,45 @@ class RobotEnv(RobotSpaces):
         return heard and self._reset.service_is_ready()
 
     def _call_reset(self) -> Any:
-        future = self._reset.call_async(topics.RESET.type.Request())
-        return future.result() if self._wait(future.done, 'the reset', limit=5.0) else None
+        return self._call(self._reset, topics.RESET.type.Request(), 'the reset')
+
+    def _call(self, client: Any, request: Any, what: str) -> Any:
+        """What a service of the robot answers; None where it does not."""
+        future = client.call_async(request)
+        return future.result() if self._wait(future.done, what, limit=5.0) else None
 
     def _follow(self, before: JointStates, inputs: np.ndarray, episode: int) -> JointStates | None:
         """Command until the state one period after `before` is there; None if it never comes."""
         due = before.stamp_ns + self._period_ns - self._period_ns // 100
         command = command_message(inputs)
         self._commands.publish(command)
-        sent, self._repeated = time.monotonic(), False
+        began = sent = time.monotonic()
+        self._states.repeated = False
 
         def done() -> bool:
             nonlocal sent
             latest = self._latest
             assert latest is not None
-            if self._repeated and time.monotonic() - sent > RESEND:
+            if self._states.repeated and time.monotonic() - sent > RESEND:
                 self._commands.publish(command)
-                sent, self._repeated = time.monotonic(), False
-            return self._episode != episode or latest.stamp_ns >= due
+                sent, self._states.repeated = time.monotonic(), False
+            lost = self._episode != episode or self._set_back(before, latest, began)
+            return lost or latest.stamp_ns >= due
 
         self._wait(done, 'the next state')
-        return self._latest if self._episode == episode else None
+        latest = self._latest
+        there = latest is not None and latest.stamp_ns >= due and self._episode == episode
+        return latest if there else None
+
+    def _set_back(self, before: JointStates, latest: JointStates, began: float) -> bool:
+        """Whether what came since `began` has been older than `before` for long; says so."""
+        back = before.stamp - latest.stamp
+        if back <= 0.0 or time.monotonic() - began < SET_BACK:
+            return False
+        self._node.get_logger().warning(
+            f"the stamps of the robot's states fell back by {back:g} s: this episode ends"
+        )
+        return True
 
     def _wait(self, ready: Callable[[], bool], what: str, limit: float | None = None) -> bool:
         """Spin until `ready`; False after `limit` seconds, without one a reminder now and then."""
@@ -157,25 +199,27 @@ class RobotEnv(RobotSpaces):
         while not ready():
             if not running():
                 raise Stopped
-            if self._foreign:
-                raise self._foreign
+            self._states.check()
             spin_once()
             now = time.monotonic()
             if limit is not None and now - began > limit:
                 return False
             if now - reminded > REMIND:
                 reminded = now
-                self._node.get_logger().info(f'waiting for {what}')
+                self._remind(what, now - began)
         return True
 
-    def _on_state(self, message: Any) -> None:
-        try:
-            measured = JointStates.from_message(message).of(self.robot.joint_names)
-        except UserError as error:
-            self._foreign = error
-            return
-        latest, self._latest, self._foreign = self._latest, measured, None
-        self._repeated |= latest is not None and latest.stamp_ns == measured.stamp_ns
+    def _remind(self, what: str, waited: float) -> None:
+        """Say what is waited for; UserError where states came for long and never one of use."""
+        unusable = self._states.unusable
+        if unusable and self._latest is None and waited > REMIND:
+            raise unusable
+        why = f'; {unusable}' if unusable else ''
+        self._node.get_logger().info(f'waiting for {what}{why}')
+
+    @property
+    def _latest(self) -> JointStates | None:
+        return self._states.latest
 
     def _on_episode(self, message: Any) -> None:
         self._episode = message.data

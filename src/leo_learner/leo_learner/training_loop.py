@@ -109,12 +109,13 @@ class TrainingLoop(ABC):
         steps: int,
         on_scalar: OnScalar = lambda name, value, step: None,
         between: Callable[[], None] = lambda: None,
-    ) -> None:
+    ) -> bool:
         """Whole episodes until `steps` transitions were gathered or `stop` is set.
 
-        `between` is called after every episode and its test: the moment to save.
+        Returns whether they were gathered and what was learned was tested. `between` is called
+        after every episode and its test: the moment to save.
         """
-        tested = True
+        tested = False
         while self.steps < steps and not self.stop:
             before = self.steps
             self._train_episode(on_scalar)
@@ -124,6 +125,8 @@ class TrainingLoop(ABC):
             between()
         if not self.stop and not tested:
             self._keep_best(on_scalar)
+            tested = True
+        return tested and self.steps >= steps
 
     def test(self, starts: int) -> np.ndarray:
         """Returns (starts,) of the present policy without noise; nothing is learned or stored."""

@@ -110,8 +110,9 @@ class Recorded(gymnasium.Wrapper[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
     def step(self, action: np.ndarray) -> Step:
         """One step of the environment."""
         observation, reward, terminated, truncated, info = self.env.step(action)
-        self._states.append(self._base.sensed)
-        self._inputs.append(self._base.applied)
+        if 'lost' not in info:
+            self._states.append(self._base.sensed)
+            self._inputs.append(self._base.applied)
         return observation, float(reward), terminated, truncated, info
 
     def walk(self) -> Walk:

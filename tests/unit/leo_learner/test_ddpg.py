@@ -152,9 +152,14 @@ def test_checkpoint_of_another_run_is_refused(tmp_path):
 
 def test_spoilt_checkpoint_is_one_line(tmp_path):
     folder = save_checkpoint(tmp_path, Training(Follow(), SMALL, seed=3))
-    (folder / 'agent.safetensors').write_bytes(b'no tensors')
-    with pytest.raises(UserError, match='cannot be read'):
-        load_checkpoint(tmp_path, Training(Follow(), SMALL, seed=3))
+    counters = (folder / 'run.json').read_text()
+    for name, text in (
+        ('run.json', counters.replace('"steps": 0', '"steps": "abc"')),
+        ('agent.safetensors', 'no tensors'),
+    ):
+        (folder / name).write_text(text)
+        with pytest.raises(UserError, match='cannot be read'):
+            load_checkpoint(tmp_path, Training(Follow(), SMALL, seed=3))
 
 
 def test_start_from_keeps_scales_and_the_best_policy(tmp_path):
@@ -201,6 +206,37 @@ def test_folder_run_writes_curves_policy_checkpoint(tmp_path):
     assert again.steps == 300
     counters = json.loads(next(tmp_path.glob('checkpoint-*/run.json')).read_text())
     assert counters['steps'] == 300
+
+
+def test_what_was_learned_is_saved_before_an_error(tmp_path):
+    class Refused(Follow):
+        def reset(self, **given):
+            if training.steps == 50:
+                raise UserError('two robots')
+            return super().reset(**given)
+
+    training = Training(Refused(), replace(SMALL, test_interval=1000), seed=0)
+    with pytest.raises(UserError, match='two robots'):
+        learn(training, load_robot('pendulum'), 200, tmp_path, quiet=True)
+    assert (tmp_path / 'policy.safetensors').is_file()
+    again = Training(Follow(), training.config, seed=0)
+    load_checkpoint(tmp_path, again)
+    assert again.steps == 50 and np.array_equal(weights(again), weights(training))
+
+
+def test_a_run_that_was_stopped_in_its_last_test_is_not_finished(tmp_path):
+    class Stopped(Follow):
+        def reset(self, **given):
+            if training.steps == 100:
+                raise KeyboardInterrupt
+            return super().reset(**given)
+
+    config, robot = replace(SMALL, test_interval=1000), load_robot('pendulum')
+    training = Training(Stopped(), config, seed=0)
+    outcome = learn(training, robot, 100, tmp_path, quiet=True)
+    assert not outcome.finished and outcome.steps == 100
+    outcome = learn(Training(Follow(), config, seed=0), robot, 100, tmp_path, quiet=True)
+    assert outcome.finished and np.isfinite(outcome.test_return)
 
 
 def test_replay_keeps_the_newest(tmp_path):

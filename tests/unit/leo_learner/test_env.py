@@ -263,7 +263,8 @@ def test_a_run_goes_on_as_it_was_begun(tmp_path, argv, words):
     with pytest.raises(UserError, match=words):
         learn_verb.main(['--resume', str(folder), *argv])
     assert (folder / 'run.json').read_text() == before
-    for text in ('', '[]', '{"model": "pendulum"}'):
+    spoilt = json.dumps(json.loads(before) | {'steps': 'abc'})
+    for text in ('', '[]', '{"model": "pendulum"}', spoilt):
         (folder / 'run.json').write_text(text)
         with pytest.raises(UserError, match=r'run\.json cannot be read'):
             learn_verb.main(['--resume', str(folder)])
@@ -388,18 +389,55 @@ def test_a_difference_model_goes_on_top_of_the_effects_named_before_it(model, tm
         load_difference(path, model)
 
 
-def test_joints_may_come_in_any_order_but_must_be_there(monkeypatch):
-    given = Model('leo').robot
-    env = RobotEnv(MagicMock(), given)
-    names = tuple(sorted(given.joint_names))
-    values = np.array([float(given.joint_names.index(name)) for name in names])
-    env._on_state(JointStates(1, names, values, values + 0.5).to_message())
-    assert env._latest.position.tolist() == list(range(len(names)))
-    assert env._latest.velocity.tolist() == [k + 0.5 for k in range(len(names))]
-    env._on_state(JointStates(2, ('pivot',), np.zeros(1), np.zeros(1)).to_message())
+@pytest.fixture
+def robot_env(monkeypatch):
+    """On a robot that is heard by hand; no time is waited."""
+    env = RobotEnv(MagicMock(), Model('pendulum').robot)
+    monkeypatch.setattr(env, '_name_of_it', lambda: '')
+    for name in ('REMIND', 'FIRST_REMINDER', 'SET_BACK'):
+        monkeypatch.setattr(f'leo_learner.robot_env.{name}', 0.0)
     monkeypatch.setattr('leo_learner.robot_env.running', lambda: True)
-    with pytest.raises(UserError, match=r'joint states of pivot: .*left_knee.* is missing'):
-        env.reset()
+    return env
+
+
+def heard(env, monkeypatch, *states):
+    """Hand over (stamp [s], joints) one after the other, as the environment waits."""
+    waiting = iter(enumerate(states))
+
+    def spin_once():
+        number, (stamp, names) = next(waiting)
+        zeros = np.zeros(len(names))
+        message = JointStates(round(stamp * 1e9), names, zeros, zeros).to_message()
+        env._states._hear(message, {'publication_sequence_number': number})
+
+    monkeypatch.setattr('leo_learner.robot_env.spin_once', spin_once)
+
+
+def test_the_joints_of_the_robot_must_come_at_last(robot_env, monkeypatch):
+    heard(robot_env, monkeypatch, *[(k, ('gripper',)) for k in range(3)])
+    with pytest.raises(UserError, match=r'joint states of gripper: pivot is missing'):
+        robot_env.reset()
+
+
+@pytest.mark.parametrize('back', [3600.0, 0.01])
+def test_stamps_that_fall_back_end_the_episode(robot_env, monkeypatch, back):
+    pivot = ('pivot',)
+    robot_env._on_episode(SimpleNamespace(data=1))
+    heard(robot_env, monkeypatch, (9000.0, pivot), (9000.0, ('gripper',)), (9000.0 - back, pivot))
+    robot_env.begin_here()
+    assert robot_env.step(np.zeros(1))[3:] == (True, {'lost': True})
+    assert 'fell back by' in robot_env._node.get_logger().warning.call_args[0][0]
+
+
+@pytest.mark.parametrize('name', ['', 'pendulum'])
+def test_a_robot_that_says_it_is_another_one_is_refused(robot_env, monkeypatch, name):
+    robot_env._on_episode(SimpleNamespace(data=1))
+    heard(robot_env, monkeypatch, (1.0, ('pivot',)))
+    monkeypatch.setattr(robot_env, '_name_of_it', lambda: name)
+    assert robot_env.heard().q == [0.0]
+    monkeypatch.setattr(robot_env, '_name_of_it', lambda: 'servo_pendulum')
+    with pytest.raises(UserError, match="the running robot is 'servo_pendulum', this is for 'pen"):
+        robot_env.reset()
 
 
 def test_a_robot_that_refuses_a_reset_is_heard(monkeypatch):

@@ -53,6 +53,15 @@ def test_footsteps_by_hand():
     assert footsteps(gait, q[:1]) == [] == footsteps(gait, q[[0, 0, 0]])
 
 
+def test_a_step_that_was_lost_is_none_of_the_episode(monkeypatch):
+    env = Recorded(ModelEnv(Model(ODE, engine='rigid')))
+    env.reset(seed=0)
+    monkeypatch.setattr(
+        env.env, 'step', lambda action: (np.zeros(1), 0.0, False, True, {'lost': 1})
+    )
+    assert env.step(np.zeros(6))[3] and len(env.com_path()) == 1
+
+
 def test_passes_by_hand():
     q, gait = walk(ODE), Gait(ODE)
     assert [float(gait.stride(row, 0)) > 0 for row in q] == [False, True, False]

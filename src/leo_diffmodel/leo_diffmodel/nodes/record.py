@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -18,10 +19,20 @@ from leo_msgs_py.terminal import leo
 LOOK_PERIOD = 0.5
 
 
-def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> int:
-    """Record topics until SIGINT or SIGTERM; 1 where messages were lost. No names: the graph's.
+@dataclass(frozen=True)
+class Recorded:
+    """What was recorded: the last bag, and the messages of all of them (see `Recorder`)."""
 
-    Without a folder a dated one is made; UserError where it exists.
+    bag: str
+    messages: int
+    lost: int
+    foreign: int
+
+
+def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> Recorded:
+    """Record topics until SIGINT or SIGTERM. No names: the graph's.
+
+    Without a folder a dated one is made; UserError where it exists, or nothing was published.
     """
     if folder is not None and folder.exists():
         raise UserError(f'{folder} exists already; choose another folder')
@@ -37,18 +48,20 @@ def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> in
             spin(node)
         finally:
             recording.close()
-    _report(recorder, wanted)
-    return 1 if recorder.lost else 0
-
-
-def _report(recorder: Recorder, wanted: _Wanted | None) -> None:
     if recorder.folder is None:
         missing = f'; never seen: {", ".join(wanted.missing)}' if wanted and wanted.missing else ''
         raise UserError(f'nothing was published, so there is no bag{missing}')
-    lost = f', {recorder.lost} lost' if recorder.lost else ''
-    foreign = f', {recorder.foreign} of another robot left out' if recorder.foreign else ''
-    print(f'wrote {recorder.folder}: {recorder.messages} messages{lost}{foreign}')
-    print(f'next: {leo("bag", "info", recorder.folder)}')
+    return Recorded(str(recorder.folder), recorder.messages, recorder.lost, recorder.foreign)
+
+
+def told(recorded: Recorded) -> list[str]:
+    """The same in words."""
+    lost = f', {recorded.lost} lost' if recorded.lost else ''
+    foreign = f', {recorded.foreign} of another robot left out' if recorded.foreign else ''
+    return [
+        f'wrote {recorded.bag}: {recorded.messages} messages{lost}{foreign}',
+        f'next: {leo("bag", "info", recorded.bag)}',
+    ]
 
 
 class _Wanted:

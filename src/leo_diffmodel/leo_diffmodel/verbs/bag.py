@@ -71,12 +71,15 @@ def _record(argv: list[str]) -> int:
     parser = common.Parser('leo bag record', 'Record topics until Ctrl-C.', _RECORD_EXAMPLES)
     parser.add_argument('topics', nargs='*', metavar='TOPIC', help="default: the graph's topics")
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder to make')
+    parser.add_json()
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
-    from leo_diffmodel.nodes.record import record
+    from leo_diffmodel.nodes.record import record, told
 
-    return record(options.topics, options.output, ros_args)
+    recorded = record(options.topics, options.output, ros_args)
+    common.show(options, asdict(recorded), told(recorded))
+    return 1 if recorded.lost else 0
 
 
 def _play(argv: list[str]) -> int:

@@ -11,7 +11,7 @@ import json
 import math
 from pathlib import Path
 import sys
-from typing import Any, TYPE_CHECKING
+from typing import Any, get_type_hints, TYPE_CHECKING
 
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.terminal import leo
@@ -117,16 +117,21 @@ def _run(options: argparse.Namespace) -> tuple[Run, Path]:
     agent, seed = options.agent or 'ddpg', options.seed or 0
     config = options.config or AGENTS[agent][0]
     actions = options.actions or ACTIONS[agent][0]
-    if config not in AGENTS[agent] or actions not in ACTIONS[agent]:
-        raise UserError('leo learn: --agent sarsa takes --config thesis and --actions sym only')
     if agent == 'sarsa' and options.start:
         raise UserError('leo learn: --start takes networks, which --agent sarsa has not')
     model = options.model or options.robot or ('pendulum' if actions == 'full' else 'leo_ode')
     steps = _steps(agent, config, model) if options.steps is None else options.steps
-    if steps < 1 or seed < 0:
-        raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
     run = Run(model, config, seed, steps, options.on_robot, options.start, agent, actions)
-    return run, options.output
+    return _checked(run), options.output
+
+
+def _checked(run: Run) -> Run:
+    choices = AGENTS.get(run.agent, ()), ACTIONS.get(run.agent, ())
+    if run.config not in choices[0] or run.actions not in choices[1]:
+        raise UserError('leo learn: --agent sarsa takes --config thesis and --actions sym only')
+    if run.steps < 1 or run.seed < 0:
+        raise UserError('leo learn: --steps must be 1 or more and --seed 0 or more')
+    return run
 
 
 def _steps(agent: str, config: str, model: str) -> int:
@@ -151,12 +156,17 @@ def _resumed(options: argparse.Namespace) -> Run:
                 '--resume; start a new run with -o'
             )
     try:
-        run = Run(**json.loads(path.read_text()))
+        run = _typed(Run(**json.loads(path.read_text())))
     except (OSError, TypeError, ValueError) as error:
         raise UserError(f'{path} cannot be read ({one_line(error)}); start a new run') from error
-    run = run if options.steps is None else replace(run, steps=options.steps)
-    if run.steps < 1:
-        raise UserError('leo learn: --steps must be 1 or more')
+    return _checked(run if options.steps is None else replace(run, steps=options.steps))
+
+
+def _typed(run: Run) -> Run:
+    """A run that was read; TypeError where a value is of another type than its field's."""
+    for name, kind in get_type_hints(Run).items():
+        if not isinstance(value := getattr(run, name), kind):
+            raise TypeError(f'{name} is {value!r}')
     return run
 
 
@@ -170,6 +180,8 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
         raise UserError(f'{model.robot.name} has no task to learn; give its robot.yaml a reward')
     with _stage(run, model, ros_args) as (env, alive):
         training = _training(run, model.robot, driven(env, run.actions), folder)
+        if run.on_robot:
+            env.heard()  # a robot that is refused is before anything is written
         try:
             write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
         except OSError as error:

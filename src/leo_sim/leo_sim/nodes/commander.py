@@ -14,7 +14,7 @@ from leo_msgs_py.topics import Topic
 
 LOOKS = 5
 """A node that was killed is listed for so many seconds, one look each; it is no neighbour."""
-WINDOW = 1.0  # two senders that take turns twice within this time [s] are both commanding
+WINDOW = 1.0  # two senders that take turns twice within this time [s] both speak
 
 
 class Ages:
@@ -48,7 +48,7 @@ class Ages:
 
 
 class Turns:
-    """Notice two senders that command in turns: the message numbers of one sender only grow."""
+    """Notice two senders that speak in turns: the message numbers of one sender only grow."""
 
     def __init__(self) -> None:
         self._number = 0
@@ -157,9 +157,10 @@ class Neighbours:
         """Robots besides this one, which may have its name."""
         publishers = self._robot.get_publishers_info_by_topic(self._states)
         listeners = self._robot.get_subscriptions_info_by_topic(self._commands)
-        robots = _names(publishers) & _names(listeners)
+        robots = names_of(publishers) & names_of(listeners)
         return robots - Counter([self._robot.get_fully_qualified_name()])
 
 
-def _names(endpoints: Iterable[Any]) -> Counter[str]:
+def names_of(endpoints: Iterable[Any]) -> Counter[str]:
+    """Names of the nodes that publishers or subscriptions are of, with their namespaces."""
     return Counter(f'{e.node_namespace.rstrip("/")}/{e.node_name}' for e in endpoints)

@@ -92,9 +92,9 @@ class Loop:
         self.measured.publish(self.state.stamp_ns)
 
     def repeat_state(self) -> None:
-        """Publish the last state again."""
+        """Publish the last state again, and its clock."""
         assert self.state is not None
-        self.topics.publish(self.topics.states, self.state.to_message())
+        self.topics.publish_state(self.state)
 
     def watch(self) -> None:
         """Stop what must not be driven; called in the watchdog's thread."""

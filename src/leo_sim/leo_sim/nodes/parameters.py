@@ -16,6 +16,7 @@ from leo_msgs_py.terminal import leo
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers.base import DriverInfo, DriverOptions
 from leo_sim.effects.consent import trust_parameter
+from leo_sim.nodes.publishers import MODULUS
 
 NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard deviations'
 
@@ -73,7 +74,7 @@ def read_settings(node: Node) -> Settings:
         realtime_factor=_number('realtime_factor', given('realtime_factor', 1.0), ''),
         command_timeout=_number('command_timeout', given('command_timeout', 0.2), 's'),
         slew=_number('slew', given('slew', 0.0), 'V/s, N m/s or rad/s'),
-        episode=given('episode', -1),
+        episode=_episode(given('episode', -1)),
         fault_periods=_whole('fault_periods', given('fault_periods', 5)),
     )
 
@@ -114,6 +115,14 @@ def _number(name: str, value: Any, unit: str) -> float:
 def _whole(name: str, value: Any) -> int:
     if not isinstance(value, int) or value < 0:
         raise UserError(f'{name} is {value!r}; give a whole number from 0 up')
+    return value
+
+
+def _episode(value: int) -> int:
+    if value >= MODULUS:
+        raise UserError(
+            f'episode is {value}; give a whole number up to {MODULUS - 1}, or -1 for the next one'
+        )
     return value
 
 

@@ -158,7 +158,7 @@ class EpisodeNumber:
         self._path = path
         text = path.read_text() if first < 0 and path.exists() else ''
         last = int(text) if text.strip().isdigit() else -1
-        self.value = first if first >= 0 else last + 1
+        self.value = first if first >= 0 else (last + 1) % MODULUS
         self._keep()
 
     def next(self, by: int = 1) -> int:

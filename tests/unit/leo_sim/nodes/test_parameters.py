@@ -65,7 +65,13 @@ def test_wrong_noise_is_refused(noise):
 
 
 @pytest.mark.parametrize(
-    'given', [{'seed': -1}, {'realtime_factor': -1.0}, {'state_rate': float('inf')}]
+    'given',
+    [
+        {'seed': -1},
+        {'realtime_factor': -1.0},
+        {'state_rate': float('inf')},
+        {'episode': 5_000_000_000},
+    ],
 )
 def test_impossible_numbers_are_refused(given):
     with pytest.raises(UserError, match=f'{next(iter(given))} is '):

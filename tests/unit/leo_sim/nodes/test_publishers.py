@@ -18,6 +18,11 @@ def test_a_given_number_wins(tmp_path):
     assert EpisodeNumber(tmp_path / 'episode', first=0).value == 0
 
 
+def test_the_number_after_the_last_is_0(tmp_path):
+    EpisodeNumber(tmp_path / 'episode', first=2**32 - 1)
+    assert EpisodeNumber(tmp_path / 'episode').value == 0
+
+
 def test_a_broken_file_counts_as_none(tmp_path):
     (tmp_path / 'episode').write_text('not a number')
     assert EpisodeNumber(tmp_path / 'episode').value == 0
