@@ -73,6 +73,7 @@ def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
         if training.replay is not None:
             training.replay.load(path / REPLAY)
         training.steps, training.episodes = int(counters['steps']), int(counters['episodes'])
+        training.tested = int(counters.get('tested', training.steps))
         best_return = counters['best_return']
     except (OSError, SafetensorError, KeyError, TypeError, ValueError, RuntimeError) as error:
         raise UserError(
@@ -116,6 +117,7 @@ def _counters(training: TrainingLoop) -> dict[str, object]:
     return {
         'steps': training.steps,
         'episodes': training.episodes,
+        'tested': training.tested,
         'best_return': best if math.isfinite(best) else None,
         'seed': training.seed,
         'config': asdict(training.config),

@@ -69,6 +69,8 @@ class TrainingLoop(ABC):
         self.limit: np.ndarray = env.action_space.high
         self.sizes = env.observation_space.shape[0], env.action_space.shape[0]
         self.steps = self.episodes = 0
+        self.tested = -1
+        """Steps after which the policy was last tested."""
         self.best_return = -np.inf
         self.stop = False
 
@@ -115,18 +117,15 @@ class TrainingLoop(ABC):
         Returns whether they were gathered and what was learned was tested. `between` is called
         after every episode and its test: the moment to save.
         """
-        tested = False
         while self.steps < steps and not self.stop:
             before = self.steps
             self._train_episode(on_scalar)
-            tested = self._test_due(before)
-            if tested:
+            if self._test_due(before):
                 self._keep_best(on_scalar)
             between()
-        if not self.stop and not tested:
+        if not self.stop and self.tested != self.steps:
             self._keep_best(on_scalar)
-            tested = True
-        return tested and self.steps >= steps
+        return self.tested == self.steps >= steps
 
     def test(self, starts: int) -> np.ndarray:
         """Returns (starts,) of the present policy without noise; nothing is learned or stored."""
@@ -166,6 +165,7 @@ class TrainingLoop(ABC):
     def _keep_best(self, on_scalar: OnScalar) -> None:
         result = float(self.test(self.config.test_starts).mean())
         on_scalar('charts/test_return', result, self.steps)
+        self.tested = self.steps
         if result > self.best_return:
             self.best_return = result
             self.keep()
