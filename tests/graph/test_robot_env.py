@@ -94,13 +94,6 @@ def test_another_robot_is_refused(node, spawn):
         env.reset()
 
 
-def test_two_robots_are_refused(robot_env, spawn):
-    for name in ('robot', 'robot2'):
-        start(spawn, 'realtime_factor:=0', name=name)
-    with pytest.raises(UserError, match=r'two robots .* \(/robot, /robot2\)'):
-        play(robot_env, lambda seen: np.zeros(1), episodes=1000)
-
-
 def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(domain):
     command = [
         sys.executable,
