@@ -12,7 +12,6 @@ from tests.patience import PATIENCE
 
 from leo_learner.env import ModelEnv
 from leo_learner.robot_env import RobotEnv
-from leo_learner.training_loop import play
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
