@@ -132,7 +132,7 @@ class RobotEnv(RobotSpaces):
 
     def _after_reset(self) -> JointStates | None:
         previous, episode, asked = self._latest, self._episode, time.monotonic()
-        answer = self._call_reset()
+        answer = self._call(self._reset, topics.RESET.type.Request(), 'the reset')
         if answer is None or not answer.success:
             if answer is not None:
                 log = self._node.get_logger()
@@ -150,9 +150,6 @@ class RobotEnv(RobotSpaces):
     def _robot_there(self) -> bool:
         heard = self._latest is not None and self._episode >= 0
         return heard and self._reset.service_is_ready()
-
-    def _call_reset(self) -> Any:
-        return self._call(self._reset, topics.RESET.type.Request(), 'the reset')
 
     def _call(self, client: Any, request: Any, what: str) -> Any:
         """What a service of the robot answers; None where it does not."""

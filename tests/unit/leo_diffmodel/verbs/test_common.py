@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The model of a command line that uses no difference model."""
+"""The model and the bags of a command line, and what is said of them."""
 
+import numpy as np
 import pytest
 
+from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.difference.data import layout_of
 from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.verbs import common
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
 from leo_sim.model import load_model, Model
 from leo_sim.model.physics import of_model
+
+ARM = Model(load_robot('so101'))
 
 
 @pytest.fixture
@@ -49,3 +54,13 @@ def test_with_an_effect_added_a_model_has_no_difference_model_and_that_is_said(f
     assert main(['add', str(file), 'viscous_friction:pivot', 'b=1e-4', '-o', str(new)]) == 0
     assert 'without the difference model' in capsys.readouterr().err
     assert load_model(new).difference_model is None
+
+
+def test_angles_in_degrees_are_said_on_reading(tmp_path, capsys):
+    t, joints = np.arange(0, 4, 0.01), list(ARM.robot.joint_names)
+    q = np.outer(np.sin(t), np.full(len(joints), 0.5))
+    for name, turned in (('rad', q), ('deg', np.rad2deg(q))):
+        log = Run(t, joints, turned, None)
+        bag = write_runs(tmp_path / name, [log], {'imported_from': 'log.csv'})
+        common.read_bags([str(bag)], ARM, None)
+        assert ('that is degrees' in capsys.readouterr().err) == (name == 'deg')

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The suite on drivers of hardware: each way to be wrong, a person at the rig, servos on a bus."""
+
+from dataclasses import replace
+from pathlib import Path
+from threading import Event
+import time
+
+import numpy as np
+import pytest
+from tests.drivers.bus import options, robot_with_servo, running
+from tests.drivers.rig import Rig
+from tests.drivers.trial import CLOCK, failures, FULL, PENDULUM
+from tests.places import RIG, ROOT
+
+from leo_msgs_py.errors import UserError
+from leo_sim.drivers import load_driver
+from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
+from leo_sim.drivers.check import contract, examine, FAILED, trial
+from leo_sim.drivers.check.trial import Trial
+
+
+def test_hardware_that_keeps_to_the_contract_passes(rig):
+    assert failures(rig()) == {}
+
+
+class WithoutHalt(Rig):
+    halt = None
+
+
+class HaltWaits(Rig):
+    def halt(self):
+        Event().wait()
+
+
+class OldStamps(Rig):
+    def read(self):
+        state = super().read()
+        return replace(state, stamp_ns=state.stamp_ns - 10**15)
+
+
+class Waits(Rig):
+    def advance(self, seconds):
+        CLOCK.sleep(seconds)
+        return 2 * seconds
+
+
+class StopsOnce(Rig):
+    def stop(self):
+        if self.__dict__.setdefault('stopped', 0) > 1:
+            raise ValueError('closed')
+        self.stopped += 1
+
+
+class Unreachable(Rig):
+    def connect(self):
+        raise UserError('no answer on /dev/ttyUSB0; switch it on')
+
+
+class Gone(Rig):
+    def read(self):
+        raise DriverFault('the servo is gone')
+
+
+class Lossy(Rig):
+    count = 0
+
+    def read(self):
+        CLOCK.sleep(1e-3)  # a reading takes time
+        self.count += 1
+        if self.count % 3 == 0:
+            raise TransientFault('no answer')
+        return super().read()
+
+
+@pytest.mark.parametrize(
+    ('kind', 'check', 'said'),
+    [
+        (WithoutHalt, 'halting', 'no halt()'),
+        (HaltWaits, 'halting', 'take no lock'),
+        (OldStamps, 'stamps', 'time.time_ns()'),
+        (Waits, 'pace', 'return at once'),
+        (StopsOnce, 'stop twice', 'ValueError'),
+        (Unreachable, 'connect', 'switch it on'),
+        (Gone, 'shapes', 'the servo is gone'),
+    ],
+)
+def test_each_way_of_hardware_to_be_wrong(rig, kind, check, said, monkeypatch):
+    if kind is HaltWaits:
+        monkeypatch.setattr(contract, 'HALT', 0.1)
+    assert said in failures(rig(kind)).get(check, '')
+
+
+@pytest.mark.parametrize(('name', 'others'), [('read', 'shapes'), ('write', 'stamps')])
+def test_a_call_that_hangs_is_said_and_the_rest_is_tried(rig, monkeypatch, name, others):
+    def hang(self, *values):
+        try:
+            time.sleep(60.0)
+        except Exception as error:
+            raise TransientFault('tries again') from error
+
+    monkeypatch.setattr(trial, 'HANG', 0.02)
+    found = failures(rig(type('Hanging', (Rig,), {name: hang})))
+    assert f'{name} has not returned after 0.02 s' in found[others]
+    assert Path('calls').read_text().split()[-1] == 'stop'
+
+
+def test_lost_packets_are_counted_not_held_against_it(rig):
+    trial = Trial(rig(Lossy), PENDULUM, computer=CLOCK)
+    assert FAILED not in {result.verdict for result in examine(trial)} and trial.lost > 10
+
+
+def test_the_driver_is_stopped_whatever_happens(rig):
+    driver = rig(Gone)
+    examine(Trial(driver, PENDULUM, computer=CLOCK))
+    assert Path('calls').read_text().split()[-1] == 'stop'
+
+
+def test_a_person_turns_joints_and_pulls_the_cable(rig):
+    class Turned(Rig):
+        angle = 0.0
+
+        def read(self):
+            state = super().read()
+            return replace(state, position=state.position + self.angle)
+
+    def person(driver, way, pulled='break'):
+        def ask(what):
+            if what.startswith('move pivot by the right hand about the axis'):
+                driver.angle += way
+            else:
+                Path('orders').write_text(pulled)
+
+        return ask
+
+    good, bad = rig(Turned), rig(Turned)
+    assert failures(good, ask=person(good, 0.3)) == {}
+    lost = rig(Turned)
+    assert failures(lost, ask=person(lost, 0.3, 'lose 1000')) == {}
+    assert 'going down' in failures(bad, ask=person(bad, -0.3))['by hand']
+    deaf = rig(Turned)
+    ask = person(deaf, 0.3)
+    said = failures(deaf, ask=lambda what: ask(what) if 'move' in what else None)
+    assert 'its cable is out' in said['unplugged']
+    careless = load_driver(str(RIG), DriverOptions(PENDULUM, computer=CLOCK))
+    said = failures(careless, ask=lambda what: Path('orders').write_text('bug read'))
+    assert 'ValueError: read' in said['unplugged']
+
+
+def on_bus(name, robot, bus=None):
+    """The checks that a driver fails on an emulated bus."""
+    bus = bus or running(robot, 7.4)
+    driver = load_driver(name, options(robot, bus))
+    return failures(driver, robot, FULL, clock=bus.computer)
+
+
+def test_the_dynamixel_driver_passes_on_the_emulated_bus(tmp_path):
+    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', direction=-1)
+    assert on_bus('dynamixel', robot) == {}
+
+
+@pytest.mark.parametrize(
+    ('family', 'model'), [('dynamixel', 'XL330-M288'), ('feetech', 'STS3215')]
+)
+def test_drivers_that_send_goals_pass_on_the_emulated_bus(tmp_path, family, model):
+    robot = robot_with_servo(tmp_path, 'xl330_pendulum', model, family, direction=-1)
+    assert on_bus(family, robot) == {}
+
+
+def test_a_servo_that_is_turned_around_is_found_out(tmp_path):
+    """Its direction in robot.yaml is not that of the rig."""
+    one = robot_with_servo(tmp_path / '1', 'servo_pendulum', 'XM430-W210', direction=-1)
+    other = robot_with_servo(tmp_path / '2', 'servo_pendulum', 'XM430-W210', direction=1)
+    bus = running(one, 7.4)
+    bus.plant._model = _Reversed(bus.plant._model)
+    assert 'signs and units' in on_bus('dynamixel', other, bus)
+
+
+class _Reversed:
+    """A robot whose motor cable is the wrong way round."""
+
+    def __init__(self, model):
+        self._model = model
+
+    def __getattr__(self, name):
+        return getattr(self._model, name)
+
+    def step(self, state, inputs, dt, enabled=None):
+        return self._model.step(state, -np.asarray(inputs), dt, enabled)
+
+
+def test_the_driver_that_the_docs_show_passes(tmp_path):
+    """docs/your_driver.md, to the letter."""
+    page = (ROOT / 'docs/your_driver.md').read_text()
+    file = tmp_path / 'my_driver.py'
+    file.write_text(page.split('```python\n')[1].split('```')[0])
+    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XL330-M288')
+    assert on_bus(str(file), robot) == {}
