@@ -5,7 +5,7 @@ import ast
 from pathlib import Path
 
 import pytest
-from tests.architecture.test_source import HOMES, imports, within
+from tests.architecture.source import HOMES, imports, within
 from tests.places import ROOT, TESTS
 
 FILES = [path.relative_to(TESTS) for path in sorted(TESTS.rglob('test_*.py'))]

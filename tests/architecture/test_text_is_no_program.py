@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import re
 
 import pytest
-from tests.architecture.test_source import imports, MODULES
+from tests.architecture.source import imports, MODULES
 
 RUN = (
     'exec',

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 import pytest
-from tests.architecture.test_source import ROS
+from tests.architecture.test_imports import ROS
 from tests.simulate import bag, PENDULUM, record
 
 BLOCKER = f"""

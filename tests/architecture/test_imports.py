@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who may import whom: the contracts of import-linter in pyproject.toml, and what needs ROS."""
+
+from pathlib import Path
+import subprocess
+import sys
+import tomllib
+
+import pytest
+from tests.architecture.source import HOMES, imports, LABORATORY, MODULES, within
+from tests.places import ROOT
+
+ROS = {
+    'rclpy',
+    'builtin_interfaces',
+    'control_msgs',
+    'diagnostic_msgs',
+    'rcl_interfaces',
+    'rosgraph_msgs',
+    'sensor_msgs',
+    'std_msgs',
+    'std_srvs',
+    'type_description_interfaces',
+}
+NEED_ROS = (
+    'leo_msgs_py.hostile',
+    'leo_msgs_py.node',
+    'leo_msgs_py.serialized',
+    'leo_msgs_py.topics',
+    'leo_sim.nodes',
+    'leo_diffmodel.bags.play',
+    'leo_diffmodel.difference.service',
+    'leo_diffmodel.nodes',
+    'leo_learner.nodes',
+    'leo_learner.robot_env',
+    'leo_learner.robot_states',
+    'leo_learner.running_robot',
+)
+"""What cannot be imported without ROS; everything else can."""
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    """Run a program of this environment in the project's folder."""
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, timeout=300)
+
+
+def test_imports_are_allowed() -> None:
+    done = run(str(Path(sys.executable).with_name('lint-imports')), '--no-cache')
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_product_does_not_know_what_examines_it() -> None:
+    files = sorted(ROOT.glob('src/**/*.py'))
+    assert files and [path for path in files if LABORATORY in path.read_text()] == []
+
+
+def test_ros_is_loaded_only_by_what_needs_it() -> None:
+    without = [m for m in MODULES if not any(within(m, known) for known in NEED_ROS)]
+    done = run(
+        sys.executable,
+        '-c',
+        'import importlib, sys\n'
+        f'for module in {without}:\n'
+        '    importlib.import_module(module)\n'
+        f'    assert not {ROS} & sys.modules.keys(), module\n',
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize('known', NEED_ROS)
+def test_what_needs_ros_is_still_there(known: str) -> None:
+    modules = [m for m in MODULES if within(m, known)]
+    loaded = {name for m in modules for name in imports(MODULES[m].read_text(), m)}
+    assert {name.split('.')[0] for name in loaded} & ROS or loaded & {*NEED_ROS}
+
+
+def test_python_offers_the_commands_as_functions_without_torch() -> None:
+    done = run(
+        sys.executable,
+        '-c',
+        'import sys\n'
+        'from leo_diffmodel.explain.settings import SETTINGS\n'
+        'from leo_diffmodel import add, compare, explain, read_bag\n'
+        'assert all(map(callable, (add, compare, explain, read_bag)))\n'
+        "assert not {'torch', 'rclpy', 'numba'} & sys.modules.keys()\n",
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_contracts_are_of_all_packages() -> None:
+    linter = tomllib.loads((ROOT / 'pyproject.toml').read_text())['tool']['importlinter']
+    assert linter['root_packages'] == [*HOMES]
