@@ -1,19 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of rates in docs, from the lines that `leo blind` left in benchmarks/results.
+"""The tables of rates in README and docs, from the lines of `leo blind` in benchmarks/results.
 
-    python benchmarks/blind_tables.py            # write every marked table of docs anew
+    python benchmarks/blind_tables.py            # write every marked table anew
     python benchmarks/blind_tables.py --check    # 1 where a page does not hold what lines say
 
 A page says in a comment which table of which lines it wants; what stands up to the end is written:
 
-    <!-- blind_tables: rates suite_fixed.jsonl --kind effect -->
+    <!-- blind_tables: rates suite_fixed.jsonl -->
     <!-- end of table -->
 
-Tables: rates; worlds and robots (what was asked, by who simulated and by robot); called (what each
-hidden effect was called); wrong (single cases); laws (outside the catalogue); strength (how
-strong an effect must be). `--of` takes the lines of the robots that take turns (fixed), or of
-one, `--kind` those of one kind, `--since` those from a seed on; `--commit` is said of lines that
-do not say theirs. Intervals are Wilson's, 95 %.
+Tables: overview (what was asked, a row for each file of lines); rates; worlds (what was asked, by
+who simulated); wrong (single cases); strength (how strong an effect must be). Intervals are
+Wilson's, 95 %.
 """
 
 from __future__ import annotations
@@ -22,7 +20,6 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 import re
-import shlex
 import sys
 
 import numpy as np
@@ -30,13 +27,13 @@ import numpy as np
 from leo_lab.blind.run_cases import read_lines
 from leo_lab.blind.strength import fitted, usable
 from leo_lab.blind.suite import check_readable, robot_of
-from leo_lab.blind.table import confusion, hidden, SHARES, wilson
+from leo_lab.blind.table import SHARES, wilson
 from leo_lab.markdown import markdown
 from leo_lab.verbs.blind_told import TITLES, WORDS
 from leo_msgs_py.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[1]
-RESULTS, PAGES = ROOT / 'benchmarks/results', ROOT / 'docs'
+RESULTS = ROOT / 'benchmarks/results'
 MARKED = re.compile(r'(<!-- blind_tables: (.*?) -->\n)(.*?)(<!-- end of table -->)', re.DOTALL)
 RIGHT = {
     'effect': 'right name and place',
@@ -50,8 +47,11 @@ RIGHT = {
     'fault': 'the fault is told first',
     'sound': 'no fault is told as sure',
 }
+ROBOTS = {None: 'four with a fixed base', 'xl330_pendulum': 'a position servo', 'leo': 'LEO'}
+"""Of a file of lines, by the robot that was asked for."""
 WORLDS = {'pybullet': 'ours', 'rigid': 'ours, another step', 'rk4': 'rk4', 'mujoco': 'MuJoCo'}
 """Who simulated, by the engine of a line."""
+OVERVIEW = ('effect', 'none', 'pair', 'outside')
 NINE_IN_TEN, DRAWN = 0.9, (0.1, 30.0)
 Rows = Sequence[dict]
 Cells = Iterator[Sequence[object]]
@@ -62,12 +62,17 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n')[0])
     parser.add_argument('--check', action='store_true', help='write nothing')
     check = parser.parse_args().check
-    stale = [page for page in sorted(PAGES.glob('*.md')) if page.read_text() != written(page)]
+    stale = [page for page in pages() if page.read_text() != written(page)]
     for page in stale:
         print(f'{page.relative_to(ROOT)}: ' + ('not what the lines say' if check else 'written'))
         if not check:
             page.write_text(written(page))
     return int(check and bool(stale))
+
+
+def pages() -> list[Path]:
+    """The pages that may want tables."""
+    return sorted([*ROOT.glob('*.md'), *ROOT.glob('docs/*.md')])
 
 
 def written(page: Path) -> str:
@@ -76,53 +81,27 @@ def written(page: Path) -> str:
 
 
 def table(asked: str) -> str:
-    """The Markdown of a table, as a page asks for it."""
-    given = _parser().parse_args(shlex.split(asked))
-    lines = RESULTS / given.lines
-    if not lines.exists():
-        return f'`{given.lines}` is not there yet.\n'
-    try:
-        check_readable(lines)
-    except UserError as error:
-        return f'{error}\n'
-    rows = _chosen(lines, given)
-    head, cells = TABLES[given.table]
+    """The Markdown of a table, as a page asks for it: its name, and files of lines."""
+    name, *files = asked.split()
+    rows: list[dict] = []
+    for lines in (RESULTS / file for file in files):
+        if not lines.exists():
+            return f'`{lines.name}` is not there yet.\n'
+        try:
+            check_readable(lines)
+        except UserError as error:
+            return f'{error}\n'
+        rows += sorted(read_lines(lines), key=lambda r: (list(TITLES).index(r['kind']), r['seed']))
+    head, cells = TABLES[name]
     text = markdown(head(rows) if callable(head) else head, cells(rows)) + '\n'
-    return text + ('\n' + _origin(given, rows) if given.table in ('rates', 'worlds') else '')
+    return text + ('\n' + _origin(files, rows) if name in SAY_ORIGIN else '')
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser()
-    parser.add_argument('table', choices=TABLES)
-    parser.add_argument('lines')
-    parser.add_argument('--of')
-    parser.add_argument('--kind')
-    parser.add_argument('--since', nargs='*', default=[])
-    parser.add_argument('--commit')
-    return parser
-
-
-def _chosen(lines: Path, given: argparse.Namespace) -> list[dict]:
-    since = dict(word.split('=') for word in given.since)
-    rows = [
-        r
-        for r in read_lines(lines)
-        if r['seed'] >= int(since.get(r['kind'], 0))
-        and given.of in (None, robot_of(r) or 'fixed')
-        and given.kind in (None, r['kind'])
-    ]
-    return sorted(rows, key=lambda r: (list(TITLES).index(r['kind']), r['seed']))
-
-
-def _origin(given: argparse.Namespace, rows: Rows) -> str:
+def _origin(files: Sequence[str], rows: Rows) -> str:
     """Where the lines of a table come from."""
-    commits = sorted({r['commit'] for r in rows if 'commit' in r}) or [given.commit or 'unknown']
-    machines = sorted({r['machine'] for r in rows if 'machine' in r})
-    on = f'; {"; ".join(machines)}' if machines else ''
-    return (
-        f'{len(rows)} lines of `benchmarks/results/{given.lines}`, commit '
-        f'{", ".join(commits)}{on}. In brackets: Wilson, 95 %.\n'
-    )
+    commits, machines = (sorted({r[key] for r in rows}) for key in ('commit', 'machine'))
+    named = ', '.join(f'`{file}`' for file in files)
+    return f'{len(rows)} lines of {named}, commit {", ".join(commits)}; {"; ".join(machines)}.\n'
 
 
 def _kinds(rows: Rows) -> Iterator[tuple[str, list[dict]]]:
@@ -153,6 +132,31 @@ def _told(counted: Sequence[bool]) -> str:
     return f'{hits} of {count}, {100 * hits / count:.1f} % ({100 * low:.1f} to {100 * high:.1f})'
 
 
+def _overview(rows: Rows) -> Cells:
+    for robot, words in ROBOTS.items():
+        mine = [r for r in rows if robot_of(r) == robot]
+        if not mine:
+            continue
+        some = {kind: [r for r in mine if r['kind'] == kind] for kind in OVERVIEW}
+        asked = [_plain([r[_asked(kind)] for r in some[kind]]) for kind in OVERVIEW]
+        family = _plain([r['family'] for r in some['effect']])
+        held = ', '.join(_percent(_inside(some[kind])) for kind in ('effect', 'pair'))
+        yield words, asked[0], family, *asked[1:], held
+
+
+def _inside(rows: Rows) -> list[bool]:
+    """Which intervals hold the truth."""
+    return [e['inside'] for r in rows for e in r['errors'] if e['inside'] is not None]
+
+
+def _plain(counted: Sequence[bool]) -> str:
+    return f'{sum(counted)} of {len(counted)}' if counted else '-'
+
+
+def _percent(counted: Sequence[bool]) -> str:
+    return f'{100 * sum(counted) / len(counted):.1f} %' if counted else '-'
+
+
 def _rates(rows: Rows) -> Cells:
     for kind, some in _kinds(rows):
         seconds = [r['seconds'] for r in some]
@@ -166,10 +170,9 @@ def _rates(rows: Rows) -> Cells:
 
 
 def _parameters(rows: Rows) -> Cells:
-    errors = [error for r in rows for error in r['errors']]
-    inside = [error['inside'] for error in errors if error['inside'] is not None]
+    inside = _inside(rows)
     if inside:
-        off = 100 * np.median([error['error'] for error in errors])
+        off = 100 * np.median([error['error'] for r in rows for error in r['errors']])
         yield '', 'median error of a parameter', f'{off:.2g} %', '', ''
         yield '', '95 % intervals that hold the truth', _told(inside), '', ''
 
@@ -185,23 +188,6 @@ def _by_world(rows: Rows) -> Cells:
 def _worlds(rows: Rows) -> list[str]:
     there = {WORLDS[r['engine']] for r in rows}
     return [world for world in WORLDS.values() if world in there]
-
-
-def _by_robot(rows: Rows) -> Cells:
-    for kind, some in _kinds(rows):
-        of = [[r for r in some if r['robot'] == robot] for robot in _robots(rows)]
-        yield TITLES[kind], _asked_words(kind), *(_share(part, _asked(kind)) for part in of)
-
-
-def _robots(rows: Rows) -> list[str]:
-    return sorted({r['robot'] for r in rows})
-
-
-def _called(rows: Rows) -> Cells:
-    for name, answers in confusion(rows).items():
-        mine = [r for r in rows if hidden(r) == name]
-        text = ', '.join(f'{answer} {count}' for answer, count in answers.items())
-        yield name, len(mine), sum(r['right'] for r in mine), text
 
 
 def _wrong(rows: Rows) -> Cells:
@@ -226,11 +212,6 @@ def _in_range(size: float) -> str:
     return f'< {least:g}' if size < least else f'> {most:g}' if size > most else f'{size:.2g}'
 
 
-def _laws(rows: Rows) -> Cells:
-    for name in sorted({hidden(r) for r in rows}):
-        yield name, _share([r for r in rows if hidden(r) == name], 'right')
-
-
 def _effect(effect: dict) -> str:
     values = ', '.join(
         f'{name} = {value:.3g} {effect["units"][name]}'.strip()
@@ -246,13 +227,23 @@ def _answer(row: dict) -> str:
 
 
 Head = Sequence[str] | Callable[[Rows], Sequence[str]]
+SAY_ORIGIN = ('overview', 'rates', 'worlds')
 TABLES: dict[str, tuple[Head, Callable[[Rows], Cells]]] = {
+    'overview': (
+        (
+            'robots',
+            'one effect: name and place',
+            'its family',
+            'none: `fine`',
+            'two: exactly these',
+            'outside the catalogue: said so',
+            '95 % intervals that hold the truth: one effect, two',
+        ),
+        _overview,
+    ),
     'rates': (('hidden', 'what', 'cases', 'seeds', 'seconds a case'), _rates),
     'worlds': (lambda rows: ('hidden', 'what', 'all', *_worlds(rows)), _by_world),
-    'robots': (lambda rows: ('hidden', 'what', *_robots(rows)), _by_robot),
-    'called': (('hidden', 'cases', 'right', 'answers'), _called),
     'wrong': (('seed', 'robot', 'simulated by', 'hidden', 'answer'), _wrong),
-    'laws': (('law', 'right'), _laws),
     'strength': (
         ('effect', 'cases', 'found in 20 s', 'named in 10 s', 'in 20 s', 'in 40 s'),
         _strength,
