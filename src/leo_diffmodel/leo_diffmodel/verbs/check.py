@@ -23,6 +23,7 @@ from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def main(argv: list[str]) -> int:
     with progress('checking', 1 + len(candidates(model, own))) as heard:
         result = check(bags, model, own, heard)
     if folder:
-        common.write_json(folder, 'check.json', result.to_json())
+        write_whole(folder / 'check.json', json_text(result.to_json()))
     if arguments.json:
         print(json.dumps(result.to_json()))
     else:

@@ -20,6 +20,7 @@ from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.whole_file import json_text, write_together, write_whole
 from leo_sim.model import Model
 
 EXAMPLES = (
@@ -70,10 +71,11 @@ def _parser() -> Parser:
 def _write(
     folder: Path, result: Comparison, recordings: Sequence[Recording], model: Model, watch: str
 ) -> None:
-    from leo_diffmodel.report.compared import write_comparison
+    from leo_diffmodel.report.compared import comparison_page
 
-    common.write_json(folder, 'compare.json', result.data)
-    write_comparison(folder / 'report.html', result, recordings, model, watch)
+    page = comparison_page(result, recordings, model, watch)
+    answer = json_text(result.data)
+    write_together({folder / 'compare.json': answer, folder / 'report.html': page})
 
 
 def show(data: dict) -> None:
@@ -202,7 +204,7 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
     with progress('comparing', RANKING_STAGES * len(models)) as heard:
         data = rank(recordings, models, arguments.step, heard)
     if folder:
-        common.write_json(folder, 'ranking.json', data)
+        write_whole(folder / 'ranking.json', json_text(data))
     if arguments.json:
         print(json.dumps(data))
         return 0
