@@ -125,6 +125,7 @@ def add(
             parameter, a value out of its bounds.
     """
     from leo_diffmodel.add import patch
+    from leo_diffmodel.add.plausible import implausible
     from leo_diffmodel.results import Explanation
 
     model = _model(model)
@@ -140,6 +141,8 @@ def add(
             'fitted without these effects; fit it anew',
             stacklevel=2,
         )
+    for line in implausible(model, changed.effects[len(model.effects) :]):
+        warnings.warn(line, stacklevel=2)
     return changed.changed(history=(*model.history, *entries))
 
 
