@@ -21,7 +21,7 @@ def implausible(model: Model, added: Sequence[Placed]) -> Iterator[str]:
             value, most = use.parameters[p.name], f'{p.low:.3g} to {p.high:.3g} {p.unit}'.rstrip()
             if value != p.neutral and not p.low <= value <= p.high:
                 yield (
-                    f'{use.effect.name}.{p.name}: {value:g} is outside {most}, what leo explain '
+                    f'{use.effect.name}.{p.name}: {value:g} is outside {most}, what a search '
                     f'takes for plausible on {model.robot.name}; is its unit right?'
                 )
 
