@@ -112,6 +112,8 @@ OTHERS = [
     (['next', 'nowhere', *P], ['no bag at nowhere']),
     (['next', 'good', *P, '-o', 'notes.txt'], ['notes.txt', '.csv']),
     (['next', 'good', *P, '-o', 'no/next.csv'], ['no/next.csv', 'make it first']),
+    (['next', 'good', *P, '-o', 'log.csv'], ['log.csv exists', 'no run file']),
+    (['datasheet', *P, '--motion', 'model.yaml'], ['model.yaml', '.csv']),
     (['next', 'good', *P, '--seconds', '0'], ['--seconds', '0']),
     (['next', 'good', *P, '--seconds', 'nan'], ['--seconds', 'nan']),
     (['next', 'good', *P, '--explain', 'nothing'], ['nothing', 'leo explain']),
@@ -141,7 +143,7 @@ OTHERS = [
     ([*ADD, 'viscous_friction', 'b=1', 'b=2'], ['given twice']),
     ([*ADD, 'viscous_friction', 'b=nan'], ['viscous_friction.b', 'nan']),
     (['add', 'pendulum', 'viscous_friction', 'b=1', '-o', 'model.yaml'], ['model.yaml exists']),
-    (['add', 'pendulum', 'viscous_friction', 'b=1', '-o', 'no/new.yaml'], ['no/new.yaml']),
+    ([*ADD[:-1], 'model.yaml/new.yaml', 'viscous_friction', 'b=1'], ['model.yaml/new.yaml']),
     (['run', 'leo_sim', 'robto'], ["'robto'", 'leo_sim robot']),
     (['run', 'leo_sim', 'robot', '--ros-args', '-p', 'robot:=pendulun'], ['pendulum?']),
 ]

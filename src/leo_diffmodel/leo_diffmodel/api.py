@@ -49,7 +49,7 @@ def compare(
     from leo_diffmodel.compare.comparison import compare as compared
     from leo_diffmodel.results import Comparison
 
-    model = _model(model)
+    model = _alone(model)
     return Comparison.of(compared(_read(bags, model), model, step, progress).data)
 
 
@@ -90,7 +90,7 @@ def explain(
     from leo_sim.effects import registered_effects
 
     own = [*registered_effects(), *(_effect(e) for e in effects)]
-    model = _model(model)
+    model = _alone(model)
     recordings, held = _read(bags, model), _read(hold_out, model)
     changed = _read(edit_test, model)
     distinct([*recordings, *held, *changed])
@@ -125,6 +125,7 @@ def add(
             parameter, a value out of its bounds.
     """
     from leo_diffmodel.add import patch
+    from leo_diffmodel.add.plausible import implausible
     from leo_diffmodel.results import Explanation
 
     model = _model(model)
@@ -134,6 +135,14 @@ def add(
         changed, entries = patch.from_explanation(model, what, sibling)
     else:
         changed, entries = patch.by_name(model, what, where, parameters)
+    if model.difference_model is not None:
+        warnings.warn(
+            f'the new model is without the difference model {model.difference_model}, which was '
+            'fitted without these effects; fit it anew',
+            stacklevel=2,
+        )
+    for line in implausible(model, changed.effects[len(model.effects) :]):
+        warnings.warn(line, stacklevel=2)
     return changed.changed(history=(*model.history, *entries))
 
 
@@ -142,6 +151,16 @@ def _model(model: Model | str | Path) -> Model:
     from leo_sim.model.model_file import load_model
 
     return model if isinstance(model, Model) else load_model(model)
+
+
+def _alone(model: Model | str | Path) -> Model:
+    """A model without its difference model, as none is used; that it has one is warned of."""
+    model = _model(model)
+    if model.difference_model is None:
+        return model
+    said = f'the model is taken without its difference model {model.difference_model}'
+    warnings.warn(said, stacklevel=3)
+    return model.changed(difference_model=None)
 
 
 def _effect(effect: Effect | str | Path) -> Effect:

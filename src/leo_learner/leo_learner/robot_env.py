@@ -15,10 +15,9 @@ from leo_diffmodel.nodes.robot_facts import FACTS, facts_of
 from leo_learner.env import RobotSpaces, Step
 from leo_learner.robot_states import RobotStates
 from leo_msgs_py import topics
-from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import listen, running, spin_once
 from leo_msgs_py.values import command_message, JointStates
-from leo_sim.description.robot import load_robot, Robot
+from leo_sim.description.robot import refuse_other, Robot
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.model import State
 
@@ -93,24 +92,15 @@ class RobotEnv(RobotSpaces):
     def _found(self) -> None:
         """Wait for the robot; UserError where it says that it is another one."""
         self._wait(self._reset.service_is_ready, ROBOT)
-        name = self._name_of_it()
-        if name not in ('', self.robot.name):
-            raise UserError(
-                f'the running robot is {name!r}, this is for {self.robot.name!r}; start that one, '
-                f'or give what was made for {name!r}'
-            )
+        refuse_other(self._said(), self.robot)
         self._wait(self._robot_there, ROBOT)
 
-    def _name_of_it(self) -> str:
+    def _said(self) -> str:
         """What the node /robot says that it is; '' where it says nothing, as others need not."""
         if not self._parameters.service_is_ready():
             return ''
         answer = self._call(self._parameters, GetParameters.Request(names=FACTS[:1]), 'its name')
-        said = facts_of(answer.values) if answer else {}
-        try:
-            return load_robot(said['robot']).name if said else ''
-        except UserError:
-            return ''  # of a folder that is not on this machine
+        return facts_of(answer.values).get('robot', '') if answer else ''
 
     def step(self, action: np.ndarray) -> Step:
         """Command `action` [V, N m or rad] and wait for the state one control period later."""

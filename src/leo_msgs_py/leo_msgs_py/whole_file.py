@@ -1,26 +1,52 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A file written whole or not at all."""
+"""Files written whole or not at all."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
+import errno
+import json
 import os
 from pathlib import Path
+from typing import Any
+
+Content = str | bytes
 
 
-def write_whole(path: Path, content: str | bytes) -> Path:
-    """Write a file, with the folders above it; what is there stays until the new one is complete.
+def write_whole(path: Path, content: Content) -> Path:
+    """Write a file, as `write_together` does."""
+    write_together({path: content})
+    return path
+
+
+def write_together(contents: Mapping[Path, Content]) -> None:
+    """Write files, with the folders above them; what is there stays until all are complete.
 
     Raises:
-        OSError: it cannot be written, naming the file; nothing of it is left behind.
+        OSError: one cannot be written, naming it; nothing of any is left behind.
     """
-    part = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    parts = {path: path.with_name(f'.{path.name}.{os.getpid()}.part') for path in contents}
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content.encode() if isinstance(content, str) else content)
-        part.replace(path)
+        for path, part in parts.items():
+            _write(path, part, contents[path])
+        for path, part in parts.items():
+            part.replace(path)
     except OSError as error:
-        with suppress(OSError):
-            part.unlink()
+        for part in parts.values():
+            with suppress(OSError):
+                part.unlink()
         raise OSError(error.errno, error.strerror, str(path)) from error
-    return path
+
+
+def json_text(data: Mapping[str, Any]) -> str:
+    """The contents of a JSON file."""
+    return json.dumps(data, indent=1, allow_nan=False) + '\n'
+
+
+def _write(path: Path, part: Path, content: Content) -> None:
+    """Write what is to become a file beside it."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part.write_bytes(content.encode() if isinstance(content, str) else content)

@@ -101,6 +101,22 @@ def test_what_a_bag_warns_of_is_warned_of(tmp_path):
         compare(folder, MODEL)
 
 
+@pytest.mark.parametrize('call', [compare, explain])
+def test_a_difference_model_that_is_left_out_is_warned_of(tmp_path, call):
+    short = bag(tmp_path / 'short', record(TORQUE, seconds=2))
+    model = Model(MODEL).changed(difference_model=tmp_path / 'd.safetensors')
+    with pytest.warns(UserWarning, match='without its difference model .*d.safetensors') as said:
+        call(short, model)
+    assert said[0].filename == __file__
+
+
+def test_a_difference_model_that_goes_with_an_added_effect_is_warned_of(tmp_path):
+    model = Model(MODEL).changed(difference_model=tmp_path / 'd.safetensors')
+    with pytest.warns(UserWarning, match='without the difference model .*; fit it anew') as said:
+        assert add(model, 'coulomb_friction', 'pivot', c=0.2).difference_model is None
+    assert said[0].filename == __file__
+
+
 def test_too_little_data_is_untestable_with_empty_tables(tmp_path):
     answer = explain(bag(tmp_path / 'short', record(TORQUE, seconds=1)), MODEL)
     assert answer.verdict == 'untestable' and not answer.sure

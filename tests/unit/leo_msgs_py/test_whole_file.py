@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A file is written whole or not at all."""
+"""Files are written whole or not at all."""
 
 import pytest
 from tests.damage import room_for
 
-from leo_msgs_py.whole_file import write_whole
+from leo_msgs_py.whole_file import write_together, write_whole
 
 
 @pytest.mark.parametrize(('content', 'read'), [('text é', 'text é'), (b'bytes', 'bytes')])
@@ -22,6 +22,17 @@ def test_what_cannot_be_written_leaves_the_one_before(tmp_path):
         write_whole(path, 'much too long')
     assert error.value.filename == str(path)
     assert path.read_text() == 'before' and list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize('second', ['file', 'folder', 'file/under'])
+def test_of_files_that_belong_together_all_are_written_or_none(tmp_path, second):
+    first = write_whole(tmp_path / 'first', 'before')
+    (tmp_path / 'file').write_text('before')
+    (tmp_path / 'folder').mkdir()
+    there = {*tmp_path.iterdir()}
+    with room_for(10), pytest.raises(OSError, match=f'{second}'):
+        write_together({first: 'after', tmp_path / second: 'much too long'})
+    assert first.read_text() == 'before' and {*tmp_path.iterdir()} == there
 
 
 def test_a_folder_that_is_a_file_is_said(tmp_path):

@@ -30,7 +30,7 @@ DEPTH = 1000
 def play(
     bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS
 ) -> int:
-    """Publish a bag and return the exit status.
+    """Publish a bag and return how many messages that were.
 
     Args:
         bag: a rosbag2 folder or .mcap file.
@@ -57,8 +57,7 @@ def play(
         while loop and running():
             played += _play_once(messages, rate)
         _acknowledge(publishers)
-    print(f'played {bag}: {played} messages')
-    return 0
+    return played
 
 
 def _publishers(node: Node, topics: list[TopicLog]) -> list[tuple[Publisher, TopicLog]]:

@@ -88,7 +88,7 @@ def held_each_way(
         states, spikes = without_spikes(states, lengths(robot))
         states, turns = unwrapped(states)
     except UserError as error:
-        raise UserError(f'{path}: {error}') from error
+        raise type(error)(f'{path}: {error}') from error
     if (step := median_step(states.stamp_ns)) > SELDOM:
         raise UserError(
             f'{path}: states come {step:.4g} s apart, and beyond {SELDOM:g} s no '

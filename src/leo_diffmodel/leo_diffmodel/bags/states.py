@@ -13,15 +13,12 @@ from rosbags.serde import SerdeError
 from leo_msgs_py.cdr import decode
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import nanoseconds
+from leo_sim.description.robot import OtherRobot
 
 from .contents import Logged, TopicLog
 from .publishers import Publisher, Row, together
 from .topic_map import JointMap, TopicMap
 from .types import at_rows, Floats, JOINT_STATE, Stamps
-
-
-class OtherJoints(UserError):
-    """States of another robot."""
 
 
 @dataclass(frozen=True)
@@ -161,10 +158,10 @@ def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) 
 
 def _other_joints(
     topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, rows: Sequence[Row]
-) -> OtherJoints:
+) -> OtherRobot:
     there = sorted({name for row in rows for name in row.publisher.names})
     wanted = [topic_map.theirs(name) for name in joints]
-    return OtherJoints(
+    return OtherRobot(
         f'joints {", ".join(w for w in wanted if w not in there)} are not on '
         f'{topic.name}; there are {", ".join(there) or "none"}. Rename in a topic map '
         '(joints: {ours: {name: theirs}})'

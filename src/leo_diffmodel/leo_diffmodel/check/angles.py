@@ -8,7 +8,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
 from leo_diffmodel.check.settings import CHECK
-from leo_diffmodel.compare.sizes import free_speed
+from leo_diffmodel.compare.sizes import free_speed, length_unit
 from leo_diffmodel.outside.frozen import resolution
 from leo_diffmodel.outside.samples import period, steps
 from leo_sim.description.robot import Robot
@@ -70,15 +70,16 @@ def _too_fast(recording: Recording, j: int, fastest: float) -> str:
     return f'at {speed:.3g} rad/s' if speed > fastest else ''
 
 
-def positions_only(recording: Recording) -> list[Finding]:
+def positions_only(recording: Recording, robot: Robot) -> list[Finding]:
     """How coarse the speeds of a log are that measured none, for the worst joint."""
     if recording.rates not in WITHOUT_SPEED:
         return []
     off, share, joint = max(
         (_coarseness(recording, j) for j in range(len(recording.joints))), key=lambda c: c[1]
     )
+    unit = length_unit(robot, joint)
     what = (
-        f'{WITHOUT_SPEED[recording.rates]}, coarse to {off:.2g} rad/s at {joint}, '
+        f'{WITHOUT_SPEED[recording.rates]}, coarse to {off:.2g} {unit}/s at {joint}, '
         f'{100 * share:.0f} % of how fast it moves'
     )
     todo = 'log the speed that the servo itself measures; delays and filters of speeds show there'
@@ -86,7 +87,7 @@ def positions_only(recording: Recording) -> list[Finding]:
 
 
 def _coarseness(recording: Recording, j: int) -> tuple[float, float, str]:
-    """What the speeds of joint j are off by [rad/s], the same as a share of its speed, its name.
+    """What the speeds of joint j are off by, the same as a share of its speed, its name.
 
     A central difference of angles with steps (or noise) of size d, h apart, is off by
     d / sqrt(12) / (sqrt(2) h) rms.

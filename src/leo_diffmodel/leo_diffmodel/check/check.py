@@ -111,7 +111,7 @@ def check(
         return _too_short(bags, model, str(error))
     findings = [f for bag, s in zip(bags, sigma, strict=True) for f in look_at(bag, model, s)]
     progress('timing and sensors')
-    ranges = excitation(recordings, sigma, model.robot.base_joints)
+    ranges = excitation(recordings, sigma, model.robot)
     findings += [length(recordings), *of_all(recordings, model, sigma, ranges)]
     try:
         data = traces_of(recordings, model, extra, progress, sigma)
@@ -155,7 +155,7 @@ def traps(recording: Recording, robot: Robot) -> list[Finding]:
             *angle_units(recording, robot),
             *even_stamps(recording),
             *slow(recording),
-            *positions_only(recording),
+            *positions_only(recording, robot),
             *asked(recording),
             *frame_shift(recording),
         ]
@@ -165,8 +165,8 @@ def of_all(
     recordings: Sequence[Recording], model: Model, sigma: Array, ranges: Sequence[Excitation]
 ) -> list[Finding]:
     """How noisy the joints are, and how much they move, in all bags together."""
-    base = model.robot.base_joints
-    return [*noise_level(recordings, sigma, base), *judge(ranges, base)]
+    robot = model.robot
+    return [*noise_level(recordings, sigma, robot), *judge(ranges, robot.base_joints)]
 
 
 def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:

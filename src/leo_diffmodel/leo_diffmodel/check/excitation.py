@@ -11,7 +11,8 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.finding import Finding, OK, WARNING
 from leo_diffmodel.check.settings import CHECK
-from leo_sim.description.constants import INPUT_UNITS
+from leo_diffmodel.compare.sizes import input_unit, length_unit
+from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 
@@ -22,10 +23,11 @@ class Excitation:
 
     Attributes:
         joint: its name.
-        angle: lowest and highest [rad].
-        rate: lowest and highest [rad/s].
+        angle: lowest and highest.
+        rate: lowest and highest.
+        angle_unit: rad, or m on a slide; that of the rate is by the second.
         input: lowest and highest applied; None without a motor.
-        unit: of the input, V, N m or rad.
+        unit: of the input.
         levels: number of different inputs, 0 without a motor.
         moving: share of the time in which the rate stands out of its noise.
         forward: share of the moving time in which the angle grows.
@@ -35,6 +37,7 @@ class Excitation:
     joint: str
     angle: tuple[float, float]
     rate: tuple[float, float]
+    angle_unit: str
     input: tuple[float, float] | None
     unit: str
     levels: int
@@ -43,19 +46,17 @@ class Excitation:
     free: float
 
 
-def excitation(
-    recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
-) -> list[Excitation]:
+def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Excitation]:
     """One row per joint; those of a base that was held in all bags have none.
 
     Args:
         recordings: of one robot.
         sigma: noise of each recording and channel, shape (R, 2J).
-        base: the joints of its base.
+        robot: which they are of.
     """
     return [
-        _joint([recordings[i] for i in used], sigma[used], j)
-        for j, used in _loose(recordings, base)
+        _joint([recordings[i] for i in used], sigma[used], j, robot)
+        for j, used in _loose(recordings, robot.base_joints)
     ]
 
 
@@ -82,7 +83,7 @@ def _of_base(row: Excitation) -> Finding:
     return _moves(row)
 
 
-def _joint(recordings: Sequence[Recording], sigma: Array, j: int) -> Excitation:
+def _joint(recordings: Sequence[Recording], sigma: Array, j: int, robot: Robot) -> Excitation:
     name, episodes = recordings[0].joints[j], [e for r in recordings for e in r.episodes]
     joints = len(recordings[0].joints)
     q, dq = (np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq'))
@@ -102,8 +103,9 @@ def _joint(recordings: Sequence[Recording], sigma: Array, j: int) -> Excitation:
         joint=name,
         angle=(float(q.min()), float(q.max())),
         rate=(float(dq.min()), float(dq.max())),
+        angle_unit=length_unit(robot, name),
         input=(float(u.min()), float(u.max())) if u.size else None,
-        unit=INPUT_UNITS.get(recordings[0].input, 'V'),
+        unit=input_unit(robot, name),
         levels=len(np.unique(np.round(u, 6))),
         moving=float(moving.mean()),
         forward=float((dq[moving] > 0).mean()) if moving.any() else 0.0,
@@ -117,8 +119,8 @@ def _judged(row: Excitation) -> Finding:
         todo = 'record 20 s with an input that swings it, such as steps of random size'
         return Finding('still', WARNING, what, todo)
     if min(row.forward, 1 - row.forward) < CHECK.one_way:
-        what = f'{row.joint} turns one way only: friction and a constant torque look alike'
-        return Finding('one_way', WARNING, what, 'let it turn both ways')
+        what = f'{row.joint} moves one way only: friction and a constant torque look alike'
+        return Finding('one_way', WARNING, what, 'let it move both ways')
     if row.input and row.levels < CHECK.fewest_levels and not row.free:
         what = f'the input of {row.joint} has {row.levels} levels: its motor law hardly shows'
         return Finding('few_levels', WARNING, what, 'vary the size of the input')
@@ -129,29 +131,27 @@ def _moves(row: Excitation) -> Finding:
     return Finding('excitation', OK, f'{row.joint} moves in {100 * row.moving:.0f} % of the time')
 
 
-def noise_level(
-    recordings: Sequence[Recording], sigma: Array, base: Sequence[str] = ()
-) -> list[Finding]:
+def noise_level(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Finding]:
     """One finding per joint: the noisiest of its bags against what it moves in all of them.
 
     Args:
         recordings: of one robot.
-        sigma: noise of angles [rad], then rates [rad/s], shape (R, 2J).
-        base: the joints of its base, which count where it is not held.
+        sigma: noise of positions, then rates, shape (R, 2J).
+        robot: which they are of; the joints of its base count where it is not held.
     """
     joints, out = recordings[0].joints, []
-    for j, used in _loose(recordings, base):
+    for j, used in _loose(recordings, robot.base_joints):
         largest = sigma[used][:, [j, len(joints) + j]].max(axis=0)
         episodes = [e for i in used for e in recordings[i].episodes]
         moved = [np.concatenate([getattr(e, n)[:, j] for e in episodes]) for n in ('q', 'dq')]
         swing = np.array([moved[0].std(), np.sqrt((moved[1] ** 2).mean())])
-        out.append(_noise(joints[j], largest, swing))
+        out.append(_noise(joints[j], largest, swing, length_unit(robot, joints[j])))
     return out
 
 
-def _noise(joint: str, sigma: Array, swing: Array) -> Finding:
-    """Noise (2,) of angle and rate against the angle's spread and the rms rate (2,)."""
-    noise = f'noise {sigma[0]:.2g} rad and {sigma[1]:.2g} rad/s rms'
+def _noise(joint: str, sigma: Array, swing: Array, unit: str) -> Finding:
+    """Noise (2,) of position and rate against the position's spread and the rms rate (2,)."""
+    noise = f'noise {sigma[0]:.2g} {unit} and {sigma[1]:.2g} {unit}/s rms'
     share = float((sigma / np.maximum(swing, 1e-12)).max())
     if (swing <= sigma).all():
         what = f'{joint} does not move: all that shows is {noise}'

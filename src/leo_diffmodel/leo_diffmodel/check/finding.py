@@ -58,7 +58,7 @@ def of_faults(recording: Recording, faults: Sequence[Found]) -> list[Finding]:
         return found
     wrong = {f.joint for f in faults if f.evidence == 'kinematics'}
     good = [
-        Finding('rate', OK, f'{joint}: the speed is the derivative of the angle')
+        Finding('rate', OK, f'{joint}: the speed is the derivative of the position')
         for joint in recording.joints
         if joint not in wrong and '' not in wrong
     ]

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
@@ -14,23 +13,20 @@ from leo_diffmodel.datasheet.words import errors_in_words, figures, friction, va
 from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.sections import missing, origin
 from leo_diffmodel.report.text import nats, source
-from leo_msgs_py.whole_file import write_whole
 
 USUAL = 'Coulomb, viscous'
 """The law that most simulators have, drawn beside the chosen one."""
 
 
-def write_sheet(
-    path: Path, data: Mapping[str, Any], found: Measured, recordings: Sequence[Recording]
-) -> None:
-    """Write the page of a datasheet.json, whole or not at all."""
+def sheet_page(data: Mapping[str, Any], found: Measured, recordings: Sequence[Recording]) -> str:
+    """The page of a datasheet.json."""
     sections = [
         _tables(data),
         _torque(found, recordings),
         origin.section(data['provenance'], recordings, data['seconds']),
     ]
     title = f'{data["robot"]}, motor at {data["joint"]}: data sheet'
-    write_whole(path, render(title, source(recordings), sections))
+    return render(title, source(recordings), sections)
 
 
 def _tables(data: Mapping[str, Any]) -> Section:

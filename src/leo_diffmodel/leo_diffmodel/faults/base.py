@@ -12,6 +12,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.faults.settings import LIMITS
+from leo_sim.description.joint import sliding
 
 Array = np.ndarray
 Patch = Mapping[str, Any]
@@ -104,6 +105,7 @@ class Found:
         where: stretches [s since the first state]; empty for all of it.
         otherwise: other readings of the same contradiction, in words.
         bag: path of the log.
+        slides: whether its joint does.
     """
 
     fault: Fault
@@ -117,6 +119,7 @@ class Found:
     where: tuple[tuple[float, float], ...] = ()
     otherwise: tuple[str, ...] = ()
     bag: str = field(default='', compare=False)
+    slides: bool = False
 
     @property
     def ci95(self) -> tuple[float, float]:
@@ -158,7 +161,7 @@ class Found:
             'name': self.fault.name,
             'channel': channel,
             'value': self.value,
-            'unit': self.fault.unit,
+            'unit': sliding(self.fault.unit) if self.slides else self.fault.unit,
             'ci95': list(self.ci95),
             'sure': self.error,
             'mend': self.line or self.fault.todo,

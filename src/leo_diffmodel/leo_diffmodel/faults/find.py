@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue.speed import unfiltered
 from leo_diffmodel.faults.dynamics import balances, dynamic_faults
@@ -15,6 +16,7 @@ from leo_diffmodel.faults.mending import mapped, without
 from leo_diffmodel.faults.readings import who_is_right
 from leo_diffmodel.faults.sensors import is_no_measurement, sensor_faults
 from leo_diffmodel.faults.settings import LIMITS
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 
 
@@ -58,38 +60,40 @@ def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> li
     each step looks at what the one before leaves: what a sensor did not measure says nothing of
     the motion, and torques need a motion that agrees with itself.
     """
-    stuck = sensor_faults(recording)
+    robot = model.robot
+    stuck = sensor_faults(recording, robot)
     moves = _kinematic(recording, model, by_torques, stuck)
-    found, good = _still_there(recording, stuck, moves), recording
+    found, good = _still_there(recording, stuck, moves, robot), recording
     if any(f.where for f in found):
         good = without(recording, found) or recording
         moves = _kinematic(good, model, by_torques, found)
-        found = _still_there(recording, found, moves)
+        found = _still_there(recording, found, moves, robot)
     found += moves
     if by_torques and not any(f.otherwise for f in moves):
         left = mapped(good, [f for f in found if f.error])
         found += dynamic_faults(left, balances(left, model))
-    return [replace(f, bag=str(recording.path)) for f in found]
+    return [replace(f, bag=str(recording.path), slides=f.joint in robot.slides) for f in found]
 
 
 def _kinematic(
     recording: Recording, model: Model, by_torques: bool, stuck: Sequence[Found]
 ) -> list[Found]:
     """Where angle and speed contradict each other, of all joints whose angle is measured."""
-    held = model.robot.base_joints if recording.held else ()
+    robot = model.robot
+    held = robot.base_joints if recording.held else ()
     moves = [
         f
         for j, name in enumerate(recording.joints)
         if name not in held
         and not is_no_measurement(stuck, name)
         and (r := relate(recording, j)) is not None
-        for f in kinematic_faults(r, name)
+        for f in kinematic_faults(r, name, f'{length_unit(robot, name)}/s')
     ]
     return who_is_right(recording, model if by_torques else None, moves)
 
 
 def _still_there(
-    recording: Recording, found: Sequence[Found], moves: Sequence[Found]
+    recording: Recording, found: Sequence[Found], moves: Sequence[Found], robot: Robot
 ) -> list[Found]:
     """Faults of single sensors that stay once the kinematics are put right.
 
@@ -102,5 +106,5 @@ def _still_there(
     for f in moves:
         if f.fault.name == 'speed_filter':
             right = unfiltered(right, f.joint, f.value)
-    frozen = {f.joint for f in sensor_faults(right) if f.fault.name == 'frozen'}
+    frozen = {f.joint for f in sensor_faults(right, robot) if f.fault.name == 'frozen'}
     return [f for f in found if f.fault.name != 'frozen' or f.joint in frozen]

@@ -81,9 +81,12 @@ def relate(recording: Recording, j: int) -> Relation | None:
     return Relation(law, kind, sure, motion.period, speed, grain([motion.dq]), usual)
 
 
-def kinematic_faults(relation: Relation, joint: str) -> list[Found]:
-    """What is wrong with the speed of a joint or its angle: kinematics do not say with which."""
-    return [*_scales(relation, joint), *_zero(relation, joint), *_late(relation, joint)]
+def kinematic_faults(relation: Relation, joint: str, unit: str) -> list[Found]:
+    """What is wrong with the speed of a joint or its angle: kinematics do not say with which.
+
+    `unit` is that of the speed.
+    """
+    return [*_scales(relation, joint), *_zero(relation, joint, unit), *_late(relation, joint)]
 
 
 def outside(value: float, half: float, low: float, high: float) -> bool:
@@ -121,12 +124,12 @@ def _scales(relation: Relation, joint: str) -> Iterator[Found]:
         yield Found(FAULTS['speed_scale'], joint, abs(scale), sd, what, True, 'kinematics')
 
 
-def _zero(relation: Relation, joint: str) -> Iterator[Found]:
+def _zero(relation: Relation, joint: str, unit: str) -> Iterator[Found]:
     zero, sd = relation.law.of('zero')
     fault = FAULTS['speed_zero']
     most = max(fault.harmless[1] * relation.speed * abs(relation.law.theta[0]), relation.grain)
     if abs(zero) > most + LIMITS.shows * sd:
-        figure = f'{zero:.3g} ± {LIMITS.sigmas * sd:.1g} rad/s'
+        figure = f'{zero:.3g} ± {LIMITS.sigmas * sd:.1g} {unit}'
         what = f'the logged speed of {joint} is {figure} where it stands'
         yield Found(fault, joint, zero, sd, what, True, 'kinematics')
 

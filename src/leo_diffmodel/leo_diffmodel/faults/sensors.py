@@ -9,21 +9,23 @@ from itertools import groupby
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.frozen import frozen, resolution
 from leo_diffmodel.outside.samples import steps
+from leo_sim.description.robot import Robot
 
 
-def sensor_faults(recording: Recording) -> list[Found]:
-    """What is wrong with single channels."""
+def sensor_faults(recording: Recording, robot: Robot) -> list[Found]:
+    """What is wrong with single channels of a robot's recording."""
     out: list[Found] = []
     for j, joint in enumerate(recording.joints):
         out += [
             *_goal(recording, j, joint),
             *_repeated(recording, j, joint),
-            *_coarse(recording, j, joint),
+            *_coarse(recording, j, joint, length_unit(robot, joint)),
         ]
     longest = {f.joint: _longest(recording, f) for f in out}
     return [*out, *(f for f in _frozen(recording) if f.value > longest.get(f.joint, 0.0))]
@@ -106,7 +108,7 @@ def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         yield Found(FAULTS['repeated'], joint, share, sd, what, False, 'sensor')
 
 
-def _coarse(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+def _coarse(recording: Recording, j: int, joint: str, unit: str) -> Iterator[Found]:
     q = np.concatenate([e.q[:, j] for e in recording.episodes])
     values, span = np.unique(q), float(np.ptp(q))
     if not span or len(values) > len(q) / 2:
@@ -116,5 +118,5 @@ def _coarse(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         step > min(LIMITS.coarse * span, FAULTS['quantised'].harmless[1])
         and len(q) > LIMITS.fewest
     ):
-        what = f'the angle of {joint} has {len(values)} different values, {step:.2g} rad apart'
+        what = f'the angle of {joint} has {len(values)} different values, {step:.2g} {unit} apart'
         yield Found(FAULTS['quantised'], joint, step, 0.0, what, False, 'sensor')

@@ -120,14 +120,27 @@ def _periods(seconds: float, robot: Robot) -> int:
     return max(1, round(count))
 
 
+def check_place(path: Path) -> None:
+    """See that a run file may be written there; one of before is replaced.
+
+    Raises:
+        UserError: another ending, no folder, or what is there is no run file.
+    """
+    if not is_run_file(path):
+        raise UserError(f'a run file ends in .csv, found {path}')
+    if not path.absolute().parent.is_dir():
+        raise UserError(f'cannot write {path}: its folder is not there; make it first')
+    if path.exists() and not read_text(path).startswith(FIRST):
+        raise UserError(f'{path} exists and is no run file; choose another')
+
+
 def write_run(path: Path, run: Run, robot: Robot) -> Path:
     """Write a run file, whole or not at all.
 
     Raises:
-        UserError: the folder is not there.
+        UserError: as `check_place`.
     """
-    if not path.absolute().parent.is_dir():
-        raise UserError(f'cannot write {path}: its folder is not there; make it first')
+    check_place(path)
     names = [f'{a.joint} [{input_unit(robot, a.joint)}]' for a in robot.actuators]
     lines = [
         FIRST,

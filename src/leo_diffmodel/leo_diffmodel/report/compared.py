@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.comparison import Comparison
@@ -12,18 +11,13 @@ from leo_diffmodel.report.page import render
 from leo_diffmodel.report.sections import budget, horizon, missing, origin, verdict, where
 from leo_diffmodel.report.text import source
 from leo_diffmodel.report.worst import stretches
-from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 
 
-def write_comparison(
-    path: Path,
-    comparison: Comparison,
-    recordings: Sequence[Recording],
-    model: Model,
-    watch: str = '',
-) -> None:
-    """Write the report of `leo compare`; the file is replaced whole or not at all.
+def comparison_page(
+    comparison: Comparison, recordings: Sequence[Recording], model: Model, watch: str = ''
+) -> str:
+    """The report of `leo compare`.
 
     `watch` is the command that opens the live page on the same data; '' names none.
     """
@@ -38,4 +32,4 @@ def write_comparison(
         origin.section(data['provenance'], recordings, data['seconds']),
     ]
     title = f'{robot.name}: model against data'
-    write_whole(path, render(title, source(recordings), sections, watch))
+    return render(title, source(recordings), sections, watch)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 import re
 
 import numpy as np
@@ -36,7 +35,6 @@ from leo_diffmodel.report.sections import (
 )
 from leo_diffmodel.report.text import source
 from leo_diffmodel.report.worst import before_and_after, stretches
-from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 
 OUTSIDE = re.compile(r'moved from outside', re.IGNORECASE)
@@ -45,10 +43,10 @@ MOST_CURVES = 4
 Array = np.ndarray
 
 
-def write_explanation(
-    path: Path, explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
-) -> None:
-    """Write the report of `leo explain`; the file is replaced whole or not at all.
+def explanation_page(
+    explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
+) -> str:
+    """The report of `leo explain`.
 
     Without a search (untestable, or moved from outside) the page has no figures. The recordings
     include held-out bags; `watch` opens the live page on the same data, '' names none.
@@ -70,7 +68,7 @@ def write_explanation(
         sections.append(decided.gates(explanation.settings, explanation.search))
     sections.append(origin.section(explanation.provenance, recordings, explanation.seconds))
     title = f'{explanation.model.robot.name}: what the model lacks'
-    write_whole(path, render(title, source(recordings), sections, watch))
+    return render(title, source(recordings), sections, watch)
 
 
 def _evidence(explanation: Explanation) -> list[Section]:

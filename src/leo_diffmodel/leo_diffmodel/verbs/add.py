@@ -7,6 +7,7 @@ import argparse
 import sys
 
 from leo_diffmodel.add.patch import from_explanation, from_words
+from leo_diffmodel.add.plausible import implausible
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -40,6 +41,8 @@ def main(argv: list[str]) -> int:
             f'{given.difference_model}, which was fitted without these effects; fit it anew',
             file=sys.stderr,
         )
+    for line in implausible(given, model.effects[len(given.effects) :]):
+        print(f'warning: {line}', file=sys.stderr)
     wrote = f'wrote {arguments.output}: {", ".join(str(e["added"]) for e in entries)}'
     following = ['--model', arguments.output, *effect_words(model.effects)]
     lines = [wrote, f'next: {leo("compare", "BAG", *following)}']

@@ -93,12 +93,16 @@ def _play(argv: list[str]) -> int:
         metavar='S',
         help='before the start, so long for a reader of every topic (1 s)',
     )
+    parser.add_json()
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
 
     from leo_diffmodel.bags.play import play
 
-    return play(options.bag, options.rate, options.loop, ros_args, options.wait)
+    played = play(options.bag, options.rate, options.loop, ros_args, options.wait)
+    data = {'bag': str(options.bag), 'messages': played}
+    common.show(options, data, [f'played {options.bag}: {played} messages'])
+    return 0
 
 
 def _info(argv: list[str]) -> int:

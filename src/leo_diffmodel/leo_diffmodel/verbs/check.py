@@ -23,11 +23,13 @@ from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.whole_file import json_text, write_whole
 from leo_sim.model import Model
 
 if TYPE_CHECKING:
     from leo_diffmodel.check.amplitudes import Reach
     from leo_diffmodel.check.check import Bag, Check
+    from leo_diffmodel.check.excitation import Excitation
     from leo_diffmodel.check.finding import Finding
 
 EXAMPLES = (
@@ -40,7 +42,7 @@ PAIRS_SHOWN = 8
 ROWS_SHOWN = 40
 JOINTS_SHOWN = 3
 TOGETHER = {
-    'rate': 'the speed is the derivative of the angle',
+    'rate': 'the speed is the derivative of the position',
     'noise': 'little noise against what they move',
     'excitation': 'move enough',
 }
@@ -60,7 +62,7 @@ def main(argv: list[str]) -> int:
     with progress('checking', 1 + len(candidates(model, own))) as heard:
         result = check(bags, model, own, heard)
     if folder:
-        common.write_json(folder, 'check.json', result.to_json())
+        write_whole(folder / 'check.json', json_text(result.to_json()))
     if arguments.json:
         print(json.dumps(result.to_json()))
     else:
@@ -114,8 +116,9 @@ def _point_on(
 def show(result: Check, console: Console) -> None:
     """Print findings, what each joint was put through, and what each effect would need."""
     _findings(result, console)
-    if result.excitation:
-        console.print(_excitation_table(result))
+    for unit in dict.fromkeys(row.angle_unit for row in result.excitation):
+        rows = [row for row in result.excitation if row.angle_unit == unit]
+        console.print(_excitation_table(rows, unit))
     if result.reaches:
         many = len(result.reaches) > ROWS_SHOWN
         console.print((_by_name if many else _effects_table)(result))
@@ -149,10 +152,11 @@ def _lines(result: Check) -> Iterator[tuple[str, str, str, str]]:
             yield from ((f.severity, f.bag, f.what, f.todo) for f in found)
 
 
-def _excitation_table(result: Check) -> Table:
-    measured = figures('angle [rad]', 'speed [rad/s]', 'input', 'moving', 'motor off')
-    table = Table('joint', *measured, title='what each joint was put through')
-    for row in result.excitation:
+def _excitation_table(rows: Sequence[Excitation], unit: str) -> Table:
+    """What hinges were put through, or what slides were, by the unit of their positions."""
+    ranges = figures(f'position [{unit}]', f'speed [{unit}/s]', 'input', 'moving', 'motor off')
+    table = Table('joint', *ranges, title='what each joint was put through')
+    for row in rows:
         table.add_row(
             row.joint,
             _span(row.angle),
@@ -190,15 +194,15 @@ def _effects_table(result: Check) -> Table:
 
 
 def _by_name(result: Check) -> Table:
-    """One row for each effect, over its places."""
+    """One row for each effect and unit, over its places."""
     caption = (
         'found, named: smallest size that is, in 19 runs of 20, at the best and the worst '
         'of its places (- none); --json lists all'
     )
     found = figures('places', 'found from', 'named from')
     table = _titled(result, caption, 'effect', *found, 'unit', 'hardest to name')
-    names = dict.fromkeys(row.name for row in result.reaches)
-    for rows in ([r for r in result.reaches if r.name == name] for name in names):
+    kinds = dict.fromkeys((row.name, row.unit) for row in result.reaches)
+    for rows in ([r for r in result.reaches if (r.name, r.unit) == kind] for kind in kinds):
         worst = max(rows, key=lambda r: r.seconds_to_name or 1e9)
         table.add_row(
             worst.name,

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-import json
 import math
 import os
 from pathlib import Path
@@ -20,7 +19,6 @@ from leo_diffmodel.check.angles import angle_units
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
-from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects import Effect, get_effect, registered_effects
 from leo_sim.effects.consent import add_effect_argument, words
 from leo_sim.model import Model
@@ -241,8 +239,3 @@ def next_command(
         return None
     given = ['--explain', folder] if folder and answer.search is not None else []
     return same_bags('next', arguments, *given)
-
-
-def write_json(folder: Path, name: str, data: dict) -> Path:
-    """Write a JSON file whole or not at all."""
-    return write_whole(folder / name, json.dumps(data, indent=1, allow_nan=False) + '\n')

@@ -20,6 +20,7 @@ from leo_diffmodel.verbs import common
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.whole_file import json_text, write_together, write_whole
 from leo_sim.model import Model
 
 EXAMPLES = (
@@ -30,7 +31,7 @@ EXAMPLES = (
 )
 SHOWN = 10
 WINDOWS = 3
-MOST_COLUMNS, HORIZONS = 8, 3
+MOST_COLUMNS, HORIZONS = 6, 3
 BARS = '▁▂▃▄▅▆▇█'
 AHEAD = 'rms error ahead of the measured start / noise floor'
 
@@ -52,7 +53,7 @@ def main(argv: list[str]) -> int:
     if arguments.json:
         print(json.dumps(result.data))
         return 0
-    _print(result.data)
+    show(result.data)
     if folder:
         print(f'wrote {folder}/compare.json and report.html')
     print(f'next: {common.same_bags("explain", arguments, "-o", "out/explain")}')
@@ -70,13 +71,15 @@ def _parser() -> Parser:
 def _write(
     folder: Path, result: Comparison, recordings: Sequence[Recording], model: Model, watch: str
 ) -> None:
-    from leo_diffmodel.report.compared import write_comparison
+    from leo_diffmodel.report.compared import comparison_page
 
-    common.write_json(folder, 'compare.json', result.data)
-    write_comparison(folder / 'report.html', result, recordings, model, watch)
+    page = comparison_page(result, recordings, model, watch)
+    answer = json_text(result.data)
+    write_together({folder / 'compare.json': answer, folder / 'report.html': page})
 
 
-def _print(data: dict) -> None:
+def show(data: dict) -> None:
+    """Print the errors ahead, and where the model fails."""
     console = Terminal(highlight=False)
     console.print(_horizons(data) if len(data['states']) <= MOST_COLUMNS else _states(data))
     if data['untrusted']:
@@ -126,28 +129,24 @@ def _states(data: dict) -> Table:
 
 
 def _joints(rows: list[dict]) -> Table:
-    unit = _unit(rows)
-    heads = figures('share', unit, 'as V', 'of stall', f'noise [{unit}]')
+    heads = figures('share', 'size', 'as V', 'of stall', 'noise')
     table = Table('joint', *heads, title='torque the model lacks, rms beyond noise')
     for row in sorted(rows, key=lambda r: -r['share']):
         stall = _or_dash(row['stall_percent'], ' %')
-        sizes = f'{row["torque_nm"]:.2g}', _or_dash(row['volts']), stall
-        table.add_row(row['joint'], percent(row['share']), *sizes, f'{row["noise_nm"]:.2g}')
+        size, noise = (f'{row[key]:.2g} {row["torque_unit"]}' for key in ('torque_nm', 'noise_nm'))
+        share = percent(row['share'])
+        table.add_row(row['joint'], share, size, _or_dash(row['volts']), stall, noise)
     return table
-
-
-def _unit(rows: list[dict]) -> str:
-    return ' or '.join(sorted({row['torque_unit'] for row in rows}))
 
 
 def _places(rows: list[dict], worst: list[dict]) -> Table:
     """One line for each joint and variable: how the torque goes with it, and where it is worst."""
     columns = 'joint', 'variable', 'low to high', 'worst at'
-    sizes = figures('of error', 'of time', _unit(worst))
+    sizes = figures('of error', 'of time', 'size', no_wrap=True)
     table = Table(*columns, *sizes, title='where it fails, worst first')
     for row in worst[:SHOWN]:
         shares = percent(row['share']), percent(row['data_share'])
-        torque = f'{row["torque_nm"]:.2g}'
+        torque = f'{row["torque_nm"]:.2g} {row["torque_unit"]}'
         table.add_row(
             row['joint'], row['variable'], _bars(rows, row), bin_in_words(row), *shares, torque
         )
@@ -205,7 +204,7 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
     with progress('comparing', RANKING_STAGES * len(models)) as heard:
         data = rank(recordings, models, arguments.step, heard)
     if folder:
-        common.write_json(folder, 'ranking.json', data)
+        write_whole(folder / 'ranking.json', json_text(data))
     if arguments.json:
         print(json.dumps(data))
         return 0
@@ -233,8 +232,8 @@ def ranking_table(data: dict) -> Table:
     """A line for each model; the sizes are taken together over the states of one unit."""
     units = [state['unit'] for state in data['states']]
     title = f'rms error {data["seconds"]:.2g} s ahead / noise floor, best first'
-    sizes = figures('[%]', *(f'[{unit}]' for unit in dict.fromkeys(units)), no_wrap=True)
-    table = Table('model', *sizes, title=title)
+    sizes = figures(*(f'[{unit}]' for unit in dict.fromkeys(units)))
+    table = Table('model', *figures('[%]', no_wrap=True), *sizes, title=title)
     table.add_column('', no_wrap=True)
     for row in data['models']:
         pairs = (_sizes(row, np.array(units) == unit) for unit in dict.fromkeys(units))

@@ -25,7 +25,7 @@ from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
-from leo_msgs_py.whole_file import write_whole
+from leo_msgs_py.whole_file import json_text, write_together, write_whole
 from leo_sim.effects.consent import effect_words, words
 from leo_sim.model import Model
 
@@ -127,10 +127,11 @@ def _each(
 
 
 def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:
-    from leo_diffmodel.report.explained import write_explanation
+    from leo_diffmodel.report.explained import explanation_page
 
-    common.write_json(folder, 'explain.json', result.to_json())
-    write_explanation(folder / 'report.html', result, recordings, watch)
+    page = explanation_page(result, recordings, watch)
+    answer = json_text(result.to_json())
+    write_together({folder / 'explain.json': answer, folder / 'report.html': page})
 
 
 def show(result: Explanation) -> None:

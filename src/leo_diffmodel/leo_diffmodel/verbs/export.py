@@ -14,7 +14,7 @@ from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
-from leo_msgs_py.whole_file import write_whole
+from leo_msgs_py.whole_file import write_together
 from leo_sim.effects.consent import add_effect_argument
 from leo_sim.export.formats import export, Format, FORMATS
 from leo_sim.model.model_file import load_model
@@ -51,8 +51,7 @@ def main(argv: list[str]) -> int:
         if path.exists():
             raise UserError(f'{path} exists; choose a new file')
     checked = _checked(options, model, made, format_) if options.check else None
-    for path, text in made.texts.items():
-        write_whole(path, text)
+    write_together(made.texts)
     data = {
         'file': str(output),
         'files': [str(path) for path in made.texts],

@@ -99,14 +99,11 @@ def _parser() -> Parser:
 
 
 def _target(arguments: argparse.Namespace) -> Path:
-    from leo_diffmodel.next_run.run_file import is_run_file
+    from leo_diffmodel.next_run.run_file import check_place
 
     path = Path(arguments.output)
-    if not is_run_file(path) or path.is_dir():
-        raise UserError(f'leo next: -o takes a file that ends in .csv, found {path}')
+    check_place(path)
     common.fresh_folder(str(path.parent))
-    if not path.parent.is_dir():
-        raise UserError(f'cannot write {path}: there is no folder {path.parent}; make it first')
     if not 1.0 <= arguments.seconds <= LONGEST:
         raise UserError(f'leo next: --seconds takes 1 to {LONGEST:g}, found {arguments.seconds:g}')
     return path

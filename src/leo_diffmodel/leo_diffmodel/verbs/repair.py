@@ -18,9 +18,10 @@ from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
+from leo_msgs_py.whole_file import json_text, write_together
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
-from leo_sim.model.model_file import save_model
+from leo_sim.model.model_file import model_text
 
 MOST_ACROSS = 6
 """States that a table shows side by side."""
@@ -33,7 +34,7 @@ EXAMPLES = (
 
 def main(argv: list[str]) -> int:
     """Run `leo repair`; exit status as `leo explain`."""
-    from leo_diffmodel.report.explained import write_explanation
+    from leo_diffmodel.report.explained import explanation_page
 
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
@@ -55,12 +56,16 @@ def main(argv: list[str]) -> int:
     found = [replace(e, next_command=common.next_command(arguments, None, e)) for e in found]
     result = merged(found)
     rows = ladder(result)
-    common.write_json(folder, 'compare.json', before.data)
-    common.write_json(folder, 'explain.json', result.to_json())
+    written = {
+        folder / 'compare.json': json_text(before.data),
+        folder / 'explain.json': json_text(result.to_json()),
+        target: model_text(target, result.model, [*model.history, *history(result.to_json())]),
+    }
     for number, each in enumerate(found, start=1):
         name = 'report.html' if number == 1 else f'report_{number}.html'
-        write_explanation(folder / name, each, [*recordings, *held], common.watch(arguments))
-    save_model(target, result.model, [*model.history, *history(result.to_json())])
+        page = explanation_page(each, [*recordings, *held], common.watch(arguments))
+        written[folder / name] = page
+    write_together(written)
     if arguments.json:
         print(json.dumps(result.to_json() | {'ladder': rows, 'model': str(target)}))
     else:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from leo_diffmodel.watch.scene import Scene
     from leo_diffmodel.watch.state import State
 
-LIVE_ABOUT = 'leo watch --live: the page of a running robot.'
+LIVE_ABOUT = 'leo watch --live: the page of a running robot; it takes no BAG.'
 LIVE_EXAMPLES = (
     'leo watch --live --model pendulum',
     'leo watch --live --model leo -o out/live --ros-args -r __ns:=/left',
@@ -130,7 +130,7 @@ def _look(live: Any, server: Any) -> None:
 
 def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
     """The first scene; None where it was interrupted, UserError where no robot makes one."""
-    from leo_diffmodel.bags.states import OtherJoints
+    from leo_sim.description.robot import OtherRobot
 
     if not _until(lambda: robot.tape.heard is not None, patience):
         if _ended():
@@ -141,7 +141,7 @@ def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
         while _until(lambda: _since(began) > ENOUGH, ENOUGH) and not _until(_ended, 0.5):
             try:
                 return source.scene(robot.tape.contents())
-            except OtherJoints:
+            except OtherRobot:
                 raise
             except UserError:
                 if _since(began) > AT_MOST:
@@ -169,7 +169,7 @@ def _ended() -> bool:
 
 
 def _live_parser() -> Parser:
-    arguments = common.parser('watch', LIVE_ABOUT, LIVE_EXAMPLES)
+    arguments = common.parser('watch --live', LIVE_ABOUT, LIVE_EXAMPLES)
     arguments.add_argument('--live', action='store_true', help='a running robot, not a bag')
     common.add_model_arguments(arguments)
     arguments.add_argument('--step', type=float, help='length of one step [s]')

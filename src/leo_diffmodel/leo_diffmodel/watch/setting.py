@@ -16,9 +16,9 @@ from leo_diffmodel.add.patch import from_data, from_words
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.watch.scene import Scene
 from leo_msgs_py.errors import UserError
-from leo_msgs_py.whole_file import write_whole
+from leo_msgs_py.whole_file import json_text, write_together
 from leo_sim.model import Model
-from leo_sim.model.model_file import save_model
+from leo_sim.model.model_file import model_text
 
 Values = Mapping[str, float]
 FOUND = 'the explanation'
@@ -109,15 +109,17 @@ def write_model(folder: Path, scene: Scene, setting: Setting, answer: Answer | N
     if not setting.on:
         raise UserError('nothing is switched on: there is nothing to add')
     target, explained = _fresh(folder)
+    written: dict[Path, str] = {}
     if answer and setting == answer.setting:
         model, entries = from_data(scene.given, answer.data, FOUND)
-        write_whole(explained, json.dumps(answer.data, indent=1, allow_nan=False) + '\n')
+        written[explained] = json_text(answer.data)
     else:
         if setting.refitted and answer and answer.data['constants']:
             raise UserError(MOVED)
         model, entries = from_words(scene.given, words(scene, setting))
-    folder.mkdir(parents=True, exist_ok=True)
-    return save_model(target, model, [*model.history, *entries])
+    written[target] = model_text(target, model, [*model.history, *entries])
+    write_together(written)
+    return target
 
 
 def _fresh(folder: Path) -> tuple[Path, Path]:

@@ -19,6 +19,7 @@ from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
+from leo_msgs_py.whole_file import json_text, write_together
 from leo_sim.effects.consent import add_effect_argument
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
@@ -139,10 +140,10 @@ def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[
         data['provenance'] = provenance(recordings, model)
         data['seconds'] = time.monotonic() - began
     if folder:
-        from leo_diffmodel.datasheet.page import write_sheet
+        from leo_diffmodel.datasheet.page import sheet_page
 
-        common.write_json(folder, 'datasheet.json', data)
-        write_sheet(folder / 'datasheet.html', data, found, recordings)
+        page, answer = sheet_page(data, found, recordings), json_text(data)
+        write_together({folder / 'datasheet.json': answer, folder / 'datasheet.html': page})
     return data
 
 

@@ -225,6 +225,29 @@ def named_robots() -> dict[str, Path]:
     return {entry.name: Path(entry.load()) for entry in entry_points(group='leo.robots')}
 
 
+class OtherRobot(UserError):
+    """What runs is another robot than the one that is meant."""
+
+
+def refuse_other(said: str, robot: Robot) -> None:
+    """Refuse what runs where it says, as its parameter `robot`, that it is another robot.
+
+    It need not say anything (''), and may be of a folder that is not on this machine.
+
+    Raises:
+        OtherRobot: it is another one.
+    """
+    try:
+        name = load_robot(said).name if said else robot.name
+    except UserError:
+        return
+    if name != robot.name:
+        raise OtherRobot(
+            f'the running robot is {name!r}, this is for {robot.name!r}; start that one, '
+            f'or give what was made for {name!r}'
+        )
+
+
 def typed(name: str) -> str:
     """A robot's name as a command takes it; MODEL for one that has no entry point."""
     return name if name in named_robots() else 'MODEL'

@@ -12,6 +12,7 @@ import yaml
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
+from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import Finite, read, Schema
 from leo_sim.description.robot import load_robot, named_robots, Robot
 from leo_sim.effects import check_bounds, get_effect, place, Placed
@@ -143,8 +144,18 @@ def save_model(
 
     Raises:
         UserError: The file exists.
+        OSError: It cannot be written.
     """
     path = Path(path)
+    if path.exists():
+        raise UserError(f'{path} exists; a model is always written to a new file')
+    return write_whole(path, model_text(path, model, history))
+
+
+def model_text(
+    path: Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
+) -> str:
+    """What `save_model` writes."""
     content: dict[str, Any] = {'robot': _reference(path, model.robot)}
     if changed := changed_constants(model.robot, model.constants, model.by_recording):
         content['constants'] = changed
@@ -159,14 +170,7 @@ def save_model(
         content['difference_model'] = str(_relative(model.difference_model, path.parent))
     if entries := [dict(h) for h in (model.history if history is None else history)]:
         content['history'] = entries
-    try:
-        with path.open('x', encoding='utf-8') as file:
-            yaml.safe_dump(content, file, sort_keys=False, allow_unicode=True)
-    except FileExistsError as error:
-        raise UserError(f'{path} exists; a model is always written to a new file') from error
-    except OSError as error:
-        raise UserError(f'cannot write {path}: {error.strerror}') from error
-    return path
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
 
 
 def _entry(placed: Placed, folder: Path | None) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def complaints(recording: Recording, other: Recording | None = None) -> dict[str
     model = Model(PENDULUM if recording.input == 'voltage' else TORQUE)
     sigma = estimate(model, short_windows([recording]))
     found = look_at(Bag(recording, other), model, sigma[0])
-    found += judge(excitation([recording], sigma))
+    found += judge(excitation([recording], sigma, model.robot))
     return {f.code: f for f in found if f.severity in SPOILT}
 
 
@@ -137,7 +137,7 @@ def test_a_rich_bag_is_good_for_every_effect():
 def test_noise_is_a_share_of_what_moves(turned, rate, said):
     t = DT * np.arange(400)
     still = spoilt(record(PENDULUM, seconds=4.0), q=turned * t[:, None], dq=0 * t[:, None] + rate)
-    (found,) = noise_level([still], np.array([[1e-6, 1e-6]]))
+    (found,) = noise_level([still], np.array([[1e-6, 1e-6]]), PENDULUM)
     assert said in found.what and '0000' not in found.what
 
 

@@ -34,7 +34,7 @@ def test_what_a_leg_does_between_two_samples_is_no_late_sensor(bags):
 
 def test_a_base_that_is_held_is_not_asked_to_move(bags):
     alone = [bags['swinging']]
-    ranges = excitation(alone, SIGMA[None], BASE)
+    ranges = excitation(alone, SIGMA[None], LEO)
     assert [row.joint for row in ranges] == list(LEO.joint_names[3:])
     found = of_all(alone, MODEL, SIGMA[None], ranges)
     assert not [f.what for f in found if f.what.startswith(BASE)]
@@ -42,10 +42,10 @@ def test_a_base_that_is_held_is_not_asked_to_move(bags):
 
 def test_bags_are_judged_together(bags):
     together, sigma = list(bags.values()), SIGMA[None].repeat(3, axis=0)
-    ranges = excitation(together, sigma, BASE)
+    ranges = excitation(together, sigma, LEO)
     assert {f.severity for f in of_all(together, MODEL, sigma, ranges)} == {'ok'}
     standing = of_all(
-        [bags['standing']], MODEL, SIGMA[None], excitation([bags['standing']], SIGMA[None], BASE)
+        [bags['standing']], MODEL, SIGMA[None], excitation([bags['standing']], SIGMA[None], LEO)
     )
     assert any(f.code == 'still' and 'stepping' in f.todo for f in standing)
 

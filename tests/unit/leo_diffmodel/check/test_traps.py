@@ -188,12 +188,12 @@ def test_differences_of_a_coarse_encoder_are_told():
     t = FRAMES / 100
     q = np.sin(t)
     coarse = recorded(2 * TICK * np.round(q / (2 * TICK)), q, t)
-    found = only(positions_only(coarse))
+    found = only(positions_only(coarse, PENDULUM))
     assert found.severity == 'warning' and 'coarse to 0.063 rad/s at pivot, 9 %' in found.what
     fine = recorded(1e-6 * np.round(q / 1e-6), q, t)
-    assert only(positions_only(fine)).severity == 'ok'
-    assert 'were made anew' in only(positions_only(replace(coarse, rates='made'))).what
-    assert positions_only(replace(coarse, rates='measured')) == []
+    assert only(positions_only(fine, PENDULUM)).severity == 'ok'
+    assert 'were made anew' in only(positions_only(replace(coarse, rates='made'), PENDULUM)).what
+    assert positions_only(replace(coarse, rates='measured'), PENDULUM) == []
 
 
 @pytest.mark.parametrize('seed', range(6))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.cart import cart
 from tests.simulate import PENDULUM, POSITION, record, steps, TORQUE
 import yaml
 
@@ -57,6 +58,17 @@ def test_a_fault_is_found_first_and_with_its_size(clean, name):
     assert first.fault.name == name
     half = 3 * first.sd + first.worst + 0.02 * abs(SIZES[name])
     assert first.value == pytest.approx(SIZES[name], abs=half)
+
+
+@pytest.mark.parametrize(
+    ('name', 'size', 'unit'), [('speed_zero', 0.8, 'm/s'), ('quantised', 0.15, 'm')]
+)
+def test_a_fault_of_a_slide_has_units_of_sliding(tmp_path, name, size, unit):
+    robot = cart(tmp_path)
+    log = spoilt(record(robot, seconds=20, noise=(1e-4, 1e-3)), name, size)
+    [fault] = [f for f in found(log, robot) if f.fault.name == name]
+    assert fault.to_json()['unit'] == unit
+    assert f' {unit} ' in f'{fault.what} ' and 'rad' not in fault.what
 
 
 @pytest.mark.parametrize('name', [n for n in SIZES if n not in ('repeated', 'speed_filter')])

@@ -172,6 +172,16 @@ def test_a_run_file_by_hand_is_held_from_row_to_row(tmp_path):
         write_run(tmp_path / 'no' / 'run.csv', run, PENDULUM)
 
 
+def test_a_run_file_replaces_only_a_run_file(tmp_path):
+    run, log = Run('r', '', np.ones((9, 1)), np.ones(9, bool)), tmp_path / 'log.csv'
+    for _ in range(2):
+        write_run(tmp_path / 'run.csv', run, PENDULUM)
+    log.write_text('time,pos\n0,1\n')
+    with pytest.raises(UserError, match=r'log\.csv exists and is no run file'):
+        write_run(log, run, PENDULUM)
+    assert log.read_text() == 'time,pos\n0,1\n'
+
+
 @pytest.mark.parametrize(
     ('kind', 'unit', 'of_turning'), [('torque', 'N', 'N m'), ('position', 'm', 'rad')]
 )

@@ -11,7 +11,7 @@ from tests.page import read
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.report import binned
-from leo_diffmodel.report.explained import trace, write_explanation
+from leo_diffmodel.report.explained import explanation_page, trace
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
@@ -60,9 +60,9 @@ def test_the_leading_candidate_runs_through_the_measured_means(recording, explan
 
 @pytest.mark.parametrize('verdict', ['named', 'unknown'])
 def test_the_whole_page(verdict, recording, explanation, tmp_path):
-    path = tmp_path / 'out' / 'report.html'
-    write_explanation(path, replace(explanation, verdict=verdict), [recording])
-    text = path.read_text()
+    text = explanation_page(replace(explanation, verdict=verdict), [recording])
+    path = tmp_path / 'report.html'
+    path.write_text(text)
     assert f'>{verdict}<' in text
     titles = (
         'Where the error goes',

@@ -6,11 +6,11 @@ import re
 
 import numpy as np
 import pytest
-from tests.cart import cart
+from tests.cart import cart, cart_pole
 from tests.page import read
 from tests.simulate import bag, PENDULUM, record, steps
 
-from leo_diffmodel.verbs.compare import main
+from leo_diffmodel.verbs.compare import main, show
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -51,7 +51,53 @@ def test_a_joint_that_slides_lacks_a_force(tmp_path, capsys):
     path = bag(tmp_path / 'rubbing', record(robot, rubs, seconds=20, noise=(1e-4, 1e-3)))
     assert main([str(path), '--model', str(tmp_path)]) == 0
     text = capsys.readouterr().out
-    assert 'noise [N]' in text and not re.search(r'N m\b', text)
+    assert re.search(r'[0-9] N ', text) and not re.search(r'N m\b', text)
+
+
+@pytest.fixture(scope='module')
+def both(tmp_path_factory):
+    """A robot with a slide and a hinge, and a bag of it in which both rub."""
+    folder = tmp_path_factory.mktemp('cart_pole')
+    robot = cart_pole(folder)
+    rubs = [place(robot, 'viscous_friction', j, b=b) for j, b in (('rail', 5), ('hinge', 0.02))]
+    run = record(robot, *rubs, seconds=20, noise=(1e-4, 1e-3), inputs=steps(robot, 20, 5))
+    return folder, bag(folder / 'rubbing', run)
+
+
+def test_models_of_hinges_and_slides_are_ranked_in_80_columns(both, capsys):
+    folder, path = both
+    repaired = folder / 'repaired.yaml'
+    repaired.write_text(
+        f'robot: {folder}\neffects: [{{name: viscous_friction, where: rail, '
+        'parameters: {b: {value: 5, unit: N s/m}}}]\n'
+    )
+    assert main([str(path), '--model', str(folder), '--model', str(repaired)]) == 0
+    text = capsys.readouterr().out
+    heads = ('model', '[%]', '[m]', '[rad]', '[m/s]', '[rad/s]')
+    [head] = [line.split('┃')[1:-2] for line in text.splitlines() if 'model  ' in line]
+    assert tuple(cell.strip() for cell in head) == heads
+    [best] = [line.split('│') for line in text.splitlines() if line.endswith('│ best  │')]
+    for cell in best[2:-2]:
+        assert re.fullmatch(r' *[0-9]\.?[0-9e.-]*( /)? ', cell), 'figures are never cut'
+
+
+def test_what_is_lacking_at_a_hinge_and_at_a_slide_has_its_own_unit(both, capsys):
+    folder, path = both
+    assert main([str(path), '--model', str(folder)]) == 0
+    text = capsys.readouterr().out
+    for joint, unit in (('rail', 'N'), ('hinge', 'N m')):
+        size, *_, noise = re.findall(rf'│ {joint} +│.*?%.*│', text)[0].split('│')[3:-1]
+        assert size.strip().endswith(unit) and noise.strip().endswith(unit)
+    assert ' or ' not in text.split('fails most')[0]
+
+
+@pytest.mark.parametrize('joints', [3, 4])
+def test_errors_of_many_states_are_whole_in_80_columns(joints, capsys):
+    states = [{'name': f'long_name_{i}', 'unit': 'rad'} for i in range(2 * joints)]
+    rows = [{'seconds': 0.01, 'rmse': [1.2e-05] * len(states)}]
+    data = {'states': states, 'horizon': rows, 'noise_floor': {'horizon': rows}}
+    show({**data, 'untrusted': 0.0, 'events': [], 'noise_only': True})
+    assert capsys.readouterr().out.count('1.2e-05') == 2 * len(states), 'figures are never cut'
 
 
 def test_json_to_stdout_is_the_file(rubbing, tmp_path, capsys):

@@ -6,9 +6,11 @@ import shlex
 from threading import Event
 import webbrowser
 
+import pytest
 from tests.patience import PATIENCE
 
-from leo_diffmodel.verbs import common, explain, watch_common
+from leo_diffmodel.verbs import common, explain, watch, watch_common
+from leo_msgs_py.errors import UserError
 
 
 def test_a_browser_that_returns_when_it_is_closed_does_not_hold_the_page_up(monkeypatch):
@@ -28,3 +30,10 @@ def test_other_verbs_name_the_command_of_the_page_on_the_same_data():
     )
     again = watch_common.parser().parse_args(shlex.split(typed)[2:])
     assert (again.bags, again.hold_out, again.begin) == (['a run', 'b'], ['c', 'd e'], 3.0)
+
+
+@pytest.mark.parametrize('words', [['a_bag'], ['--hold-out', 'a_bag'], ['--from', '3']])
+def test_a_running_robot_is_no_bag(words):
+    said = rf"leo watch --live: unrecognized arguments: {' '.join(words)}; see 'leo watch --live "
+    with pytest.raises(UserError, match=said):
+        watch.main([*words, '--live', '--model', 'pendulum'])

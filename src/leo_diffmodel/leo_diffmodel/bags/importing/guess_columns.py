@@ -14,7 +14,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 
-from .guess_roles import plain, Role
+from .guess_roles import plain, Role, role_of
 from .guess_units import peak_of, RADIANS, Unit
 from .log_format import Column, Table
 
@@ -98,7 +98,8 @@ def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str
     """Return the pairs whose names are most alike, taken together."""
     from scipy.optimize import linear_sum_assignment
 
-    alike = np.array([[_alike(name, joint) for joint in joints] for name in names])
+    known = [role_of(joint).joint or joint for joint in joints]
+    alike = np.array([[_alike(name, joint) for joint in known] for name in names])
     rows, columns = linear_sum_assignment(alike, maximize=True)
     return {
         names[i]: (joints[j], 'by its name')

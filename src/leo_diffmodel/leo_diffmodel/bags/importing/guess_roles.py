@@ -49,8 +49,9 @@ GOAL = _words(
     'reference setpoint soll sollwert ziel vorgabe consigne cible commande'
 )
 BESIDES = _words(
-    'observation measured meas present actual joint state ist istwert gemessen mesure mesuree '
-    'gelenk articulaire angulaire angular dreh reel reelle de des du le la der die das am'
+    'observation measured meas present actual joint jnt j axis state ist istwert gemessen mesure '
+    'mesuree gelenk achse axe articulaire angulaire angular dreh reel reelle de des du le la der '
+    'die das am'
 )
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')

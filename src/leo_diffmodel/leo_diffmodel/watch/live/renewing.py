@@ -21,6 +21,7 @@ from leo_diffmodel.difference.data import Transitions, transitions
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import refuse_other
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
@@ -117,8 +118,10 @@ class Source:
         """What the page shows of the messages.
 
         Raises:
-            UserError: they are not of this robot, or too few.
+            OtherRobot: they are not of this one.
+            UserError: they are too few.
         """
+        refuse_other(contents.metadata.get('leo', {}).get('robot', ''), self.model.robot)
         recording = assembled(contents, self.model.robot, self.mapping)
         return Scene.of([recording], self.model, (), self.extra, self.step)
 

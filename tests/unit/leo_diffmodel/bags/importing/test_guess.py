@@ -70,6 +70,9 @@ from leo_sim.description.robot import load_robot
         ('jointPos1', 'position', False, 'joint1', ''),
         ('theta1_dot', 'velocity', False, 'joint1', ''),
         ('ddq1', 'acceleration', False, 'joint1', ''),
+        ('j1 angle', 'position', False, 'joint1', ''),
+        ('axis_1_torque', 'effort', False, 'joint1', ''),
+        ('Achse 1 Winkel', 'position', False, 'joint1', ''),
     ],
 )
 def test_names_in_three_languages_say_what_columns_are(column, quantity, is_goal, joint, unit):

@@ -148,6 +148,7 @@ def test_a_name_that_says_the_input_comes_before_the_robot(tmp_path, head):
 
 ARM = KnownRobot('arm', ('shoulder_pan', 'shoulder_lift', 'elbow'), frozenset(), {}, 'voltage')
 LEGS = KnownRobot('legs', ('left_hip', 'right_hip'), frozenset(), {}, 'voltage')
+NUMBERED = KnownRobot('numbered', ('j1', 'j2', 'j3'), frozenset(), {}, 'torque')
 
 
 @pytest.mark.parametrize(
@@ -162,6 +163,7 @@ LEGS = KnownRobot('legs', ('left_hip', 'right_hip'), frozenset(), {}, 'voltage')
         (['shoulder_pan', 'shoulder_lift', 'j5'], ARM, ['shoulder_pan', 'shoulder_lift', 'elbow']),
         (['hip_right'], LEGS, ['right_hip']),
         (['elbow'], ARM, ['elbow']),
+        (['joint3', 'joint1'], NUMBERED, ['j3', 'j1']),
     ],
 )
 def test_joints_by_their_names_or_their_order(names, robot, found):

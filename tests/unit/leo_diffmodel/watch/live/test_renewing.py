@@ -16,6 +16,7 @@ from leo_diffmodel.difference.network import RECOMMENDED
 from leo_diffmodel.watch.live.renewing import Renewing, Sharer, Source
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import OtherRobot
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -78,6 +79,25 @@ def test_data_that_do_not_do_are_said_and_what_was_shown_stays(renewing, content
     before, renewing._contents = state.scene, lambda: nothing
     until(lambda: renewing.look(1))
     assert renewing.news.trouble and state.scene is before
+
+
+@pytest.mark.parametrize(
+    ('model', 'named', 'said'),
+    [
+        ('pendulum', 'torque_pendulum', "the running robot is 'torque_pendulum'"),
+        ('double_pendulum', '', 'joints shoulder, elbow are not on /joint_states'),
+    ],
+)
+def test_another_robot_is_known_by_its_name_or_its_joints(contents, model, named, said):
+    heard = replace(contents[0], metadata={'leo': {'robot': named}})
+    with pytest.raises(OtherRobot, match=said):
+        Source(Model(model), TopicMap()).scene(heard)
+
+
+@pytest.mark.parametrize('named', ['', 'torque_pendulum', 'a_folder/elsewhere'])
+def test_a_robot_that_names_no_other_one_is_taken(source, contents, named):
+    heard = replace(contents[0], metadata={'leo': {'robot': named}})
+    assert source.scene(heard).recordings
 
 
 @pytest.fixture(scope='module')
