@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import json
 from pathlib import Path
@@ -63,12 +63,12 @@ def main(argv: list[str]) -> int:
         result = _written(target, result)
     result = _edited(arguments, model, result, changed)
     result = replace(result, next_command=common.next_command(arguments, folder, result))
-    if folder:
-        _write(folder, result, [*recordings, *held], common.watch(arguments))
-    if arguments.json:
-        print(json.dumps(result.to_json()))
-    else:
-        show(result)
+    try:
+        if folder:
+            _write(folder, result, [*recordings, *held], common.watch(arguments))
+    finally:  # a search is long: its answer is told where it cannot be written, too
+        print(json.dumps(result.to_json())) if arguments.json else show(result)
+    if not arguments.json:
         _point_on(arguments, folder, result)
         _point_on_effect(arguments, target, result)
     return 1 if result.verdict in common.NEGATIVE else 0
@@ -111,19 +111,26 @@ def _each(
     """Explain every bag by itself; a folder of each in DIR."""
     names = unique_names([r.path for r in recordings])
     results: list[Explanation] = []
-    for name, recording in zip(names, recordings, strict=True):
-        parts, share = by_rate([recording]), 1 / (len(names) - len(results))
-        result = _explained(arguments, model, parts, (), f'explaining {name}', share)
-        results.append(result)
-        if folder and (inside := common.fresh_folder(str(folder / name))):
-            arguments.bags = [str(recording.path)]
-            _write(inside, result, parts, common.watch(arguments))
-    if arguments.json:
-        answers = zip(names, results, strict=True)
-        print(json.dumps({name: result.to_json() for name, result in answers}))
-    else:
-        show_each(names, results)
+    try:
+        for name, recording in zip(names, recordings, strict=True):
+            parts, share = by_rate([recording]), 1 / (len(names) - len(results))
+            result = _explained(arguments, model, parts, (), f'explaining {name}', share)
+            results.append(result)
+            if folder and (inside := common.fresh_folder(str(folder / name))):
+                arguments.bags = [str(recording.path)]
+                _write(inside, result, parts, common.watch(arguments))
+    finally:
+        _show_each(dict(zip(names, results, strict=False)), arguments.json)
     return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
+
+
+def _show_each(results: Mapping[str, Explanation], as_json: bool) -> None:
+    if not results:
+        return
+    if as_json:
+        print(json.dumps({name: result.to_json() for name, result in results.items()}))
+    else:
+        show_each([*results], [*results.values()])
 
 
 def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:

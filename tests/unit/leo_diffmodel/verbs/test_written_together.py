@@ -15,3 +15,16 @@ def test_where_the_report_cannot_be_written_there_is_no_json_either(tmp_path, ve
     with pytest.raises(OSError, match=r'report\.html'):
         verb.main([str(path), '--model', 'pendulum', '-o', str(report.parent)])
     assert [*report.parent.iterdir()] == [report]
+
+
+@pytest.mark.parametrize('each', [False, True])
+def test_an_explanation_that_cannot_be_written_is_told(tmp_path, each, capsys):
+    path = bag(tmp_path / 'run', record(PENDULUM, seconds=1.0))
+    (tmp_path / 'out/run' if each else tmp_path / 'out').joinpath('report.html').mkdir(
+        parents=True
+    )
+    with pytest.raises(OSError, match=r'report\.html'):
+        explain.main(
+            [str(path), '--model', 'pendulum', '-o', str(tmp_path / 'out'), *['--each'][:each]]
+        )
+    assert 'untestable' in capsys.readouterr().out
