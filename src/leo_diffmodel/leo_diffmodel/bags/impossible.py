@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.joint import sliding
 from leo_sim.description.robot import Actuator, Robot
 
 from .states import StateLog
@@ -68,7 +69,8 @@ def input_channels(robot: Robot, kind: str) -> list[Channel]:
             return ABSURD
         return motor.strongest if kind == 'voltage' else _stall(motor)
 
-    return [Channel(f'inputs of {a.joint}', unit, most(a)) for a in robot.actuators]
+    units = {a.joint: sliding(unit) if a.joint in robot.slides else unit for a in robot.actuators}
+    return [Channel(f'inputs of {a.joint}', units[a.joint], most(a)) for a in robot.actuators]
 
 
 def lengths(robot: Robot) -> dict[str, str]:

@@ -6,8 +6,10 @@ import warnings
 
 import numpy as np
 import pytest
+from tests.cart import cart
 
 from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.impossible import input_channels
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
@@ -120,3 +122,11 @@ def test_compare_goes_on_without_them(tmp_path, capsys):
     assert 'nan' not in out
     told = [line for line in err.splitlines() if line.startswith('warning: ')]
     assert len(told) == 2 and all('which no robot has' in line for line in told)
+
+
+def test_what_pushes_a_slide_is_told_in_its_units(tmp_path):
+    robot = cart(tmp_path)
+    units = {
+        kind: [c.unit for c in input_channels(robot, kind)] for kind in ('torque', 'position')
+    }
+    assert units == {'torque': ['N'], 'position': ['m']}
