@@ -41,7 +41,7 @@ class Apart:
     That process writes 0 where it drives the motors and hears nothing for the time `hold`, and
     stops them when this process is gone. Goals are held, in either case. If it does not answer in
     time it is killed: then whatever outlives it (`Guardian`, a servo's own watchdog) stops them.
-    A time limit have `stop` and `halt`; where there is no `halt`, `read` and `write`.
+    `stop` and `halt` have a time limit; without a `halt`, `read` and `write` have one, too.
 
     Args:
         driver: one of the same, built but not connected: what is known before that.
