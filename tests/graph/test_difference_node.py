@@ -127,6 +127,19 @@ def test_weights_of_another_model_are_told_and_every_query_is_answered(asker, sp
     assert not asker.weights
 
 
+def test_damaged_weights_are_said_and_those_before_are_published(asker, spawn, tmp_path):
+    folder, good = tmp_path / 'rollout.difference', untrained(Model('pendulum')).to_bytes()
+    folder.mkdir()
+    (folder / 'difference-001.safetensors').write_bytes(good)
+    (folder / 'difference-002.safetensors').write_bytes(good[:100])
+    spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
+    asker.until(lambda: asker.weights)
+    assert asker.weights == [good]
+    name = 'diffmodel: difference model'
+    asker.until(lambda: asker.told.get(name, ('', b''))[0].endswith('; passed over'))
+    assert 'difference-002.safetensors: not the weights' in asker.told[name][0]
+
+
 def untrained(model: Model) -> DifferenceModel:
     config, layout = Config(hidden=(4,)), layout_of(model.robot)
     made = Network(layout, config), layout, config, model.robot.name, 1, 0

@@ -103,6 +103,7 @@ def test_a_recording_of_a_held_robot_says_so_and_holds_it(node, env, spawn, tmp_
     assert recording.joints == LEO.joint_names
     assert len(recording.actuators) == 6
     assert recording.metadata['held'] == 'true'
+    assert 'state_rate' not in recording.metadata, "0 stands for the robot's own"
     driven, free = recording.episodes[-2:]  # the end of an e-stop begins an episode
     assert (len(driven.t), len(free.t)) == (1 + 13 * 3, 3 * 3)
     for episode in (driven, free):

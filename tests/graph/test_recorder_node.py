@@ -41,7 +41,7 @@ class Robot:
 
     def __init__(self) -> None:
         self.node = Node('robot')
-        said = 'pendulum', 'nominal', [0.0, 0.0], 7, 100.0, 1.0
+        said = 'pendulum', 'nominal', [0.0, 0.0], 7, 1.0
         for name, value in zip(FACTS, said, strict=True):
             self.node.declare_parameter(name, value)
         private_parameter(self.node, 'hidden', '')

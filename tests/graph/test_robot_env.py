@@ -93,6 +93,21 @@ def test_another_robot_is_refused(node, spawn):
         env.reset()
 
 
+def go_on(env: RobotEnv) -> None:
+    for _ in range(1000):
+        env.reset()
+        env.step(np.zeros(1))
+
+
+def test_two_robots_are_refused(robot_env, spawn):
+    robots = [start(spawn, 'realtime_factor:=0', name=name) for name in ('robot', 'robot2')]
+    with pytest.raises(UserError, match=r'two robots .* \(/robot, /robot2\)'):
+        go_on(robot_env)
+    for robot in robots:  # killed, they can take a process down that leaves (Fast DDS 2.14)
+        robot.send_signal(signal.SIGINT)
+        assert robot.wait(PATIENCE) == 0
+
+
 def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(domain):
     command = [
         sys.executable,

@@ -15,6 +15,7 @@ from leo_msgs_py.node import spin_once, spin_until
 from leo_msgs_py.values import command_message
 
 pytestmark = pytest.mark.graph
+WITHOUT_HALT = RIG.read_text().replace('def halt', 'def brake')
 ASK = """
 import rclpy
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -186,6 +187,17 @@ def test_a_read_that_hangs_delays_no_zero(rig, timeout):
     assert int(robot.diagnosis()['stopped by the watchdog']) >= 1
 
 
+def test_a_read_that_hangs_ends_a_driver_without_halt(rig, tmp_path):
+    driver = tmp_path / 'no_halt.py'
+    driver.write_text(WITHOUT_HALT)
+    robot = rig('/unhalting', driver=driver)
+    robot.waits_for('write 1.0', command=1.0)
+    robot.order('hold')
+    assert robot.process.wait(PATIENCE) == 1
+    assert 'did not return within 0.5 s; the robot ends here' in robot.said()
+    assert 'Traceback' not in robot.said()
+
+
 def test_an_e_stop_acts_while_a_read_hangs(rig):
     robot = rig('/stopped', command_timeout=60.0, fault_periods=10000)
     robot.waits_for('write 1.0', command=1.0)
@@ -201,7 +213,7 @@ def test_an_e_stop_acts_while_a_read_hangs(rig):
 def test_a_request_that_takes_long_to_decode_delays_no_zero(rig, tmp_path, spawn):
     """Nothing is written for longest while it is decoded, and 0 was written last before."""
     driver = tmp_path / 'no_halt.py'
-    driver.write_text(RIG.read_text().replace('def halt', 'def brake'))
+    driver.write_text(WITHOUT_HALT)
     robot = rig('/asked', driver=driver)
     robot.waits_for('write 1.0', command=1.0)
     spawn('-c', ASK)

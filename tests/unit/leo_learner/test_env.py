@@ -266,6 +266,13 @@ def test_a_run_goes_on_as_it_was_begun(tmp_path, argv, words):
             learn_verb.main(['--resume', str(folder)])
 
 
+def test_the_command_to_type_next_names_the_model(tmp_path, capsys):
+    assert learn_verb.main(['--model', 'pendulum', '--steps', '60', '-o', str(tmp_path)]) == 0
+    policy = tmp_path / 'policy.safetensors'
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == f'next: leo play {policy} --model pendulum'
+
+
 def test_a_run_that_began_from_another_one_goes_on_without_it(tmp_path):
     first, second = (str(tmp_path / name) for name in ('first', 'second'))
     assert learn_verb.main(['--steps', '60', '-o', first, '--json']) == 0

@@ -16,7 +16,7 @@ from leo_msgs_py.errors import UserError
 
 from .arrival import Origin, Sources
 from .types import DYNAMIC_JOINT_STATE, JOINT_STATE, Topic
-from .writer import BagWriter
+from .writer import BagWriter, make_folder
 
 BACK_NS = 100_000_000
 """Stamps this much older than the last one mean a restarted robot."""
@@ -50,7 +50,14 @@ class Recorder:
     """
 
     def __init__(self, base: Path) -> None:
-        """Take the folder for the first bag; `base_1`, `base_2`, ... follow where it exists."""
+        """Take the folder for the first bag; `base_1`, `base_2`, ... follow where it exists.
+
+        Raises:
+            UserError: it cannot be made.
+        """
+        first = free_folder(base)
+        make_folder(first)
+        first.rmdir()
         self._base = base
         self._writer: BagWriter | None = None
         self._channels: dict[str, int] = {}
@@ -89,7 +96,7 @@ class Recorder:
             publisher: its GID.
 
         Raises:
-            UserError: the first bag cannot be made.
+            UserError: the first bag cannot be made any more.
         """
         logged_ns = logged_ns or time.time_ns()
         if not self._is_ours(topic, data, publisher, logged_ns) or self._is_left_over(topic, data):

@@ -136,6 +136,20 @@ NUMBERS = 0xFFFFFFFF
 """MCAP counts messages by so many bits."""
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder, with those above it.
+
+    Raises:
+        UserError: it exists or cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True)
+    except FileExistsError:
+        raise UserError(f'{folder} exists already; choose another folder') from None
+    except OSError as error:
+        raise UserError(f'cannot make {folder}: {error.strerror}') from None
+
+
 class BagWriter:
     """One bag folder being written.
 
@@ -156,12 +170,7 @@ class BagWriter:
         """
         self.folder = folder
         self.file = folder / f'{folder.name}_0.mcap'
-        try:
-            folder.mkdir(parents=True)
-        except FileExistsError:
-            raise UserError(f'{folder} exists already; choose another folder') from None
-        except OSError as error:
-            raise UserError(f'cannot make {folder}: {error.strerror}') from None
+        make_folder(folder)
         try:
             self._stream = Spool(self.file)
         except OSError as error:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from leo_diffmodel.difference.model import DifferenceModel, from_bytes
@@ -23,6 +24,22 @@ def read_difference(path: Path, robot: Robot) -> DifferenceModel:
     difference = from_bytes(path.read_bytes(), str(path))
     difference.check(robot)
     return difference
+
+
+def first_whole(
+    paths: Iterable[Path], say: Callable[[str], None]
+) -> tuple[bytes, DifferenceModel] | None:
+    """The first file that holds a difference model, and what it holds; None where none does.
+
+    What is wrong with those before it is said, a line each.
+    """
+    for path in paths:
+        try:
+            data = path.read_bytes()
+            return data, from_bytes(data, str(path))
+        except (UserError, OSError) as error:
+            say(f'{error}; passed over')
+    return None
 
 
 def load_difference(path: Path, model: Model) -> DifferenceModel:

@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 import json
 import os
 from pathlib import Path
+import re
 import subprocess
 import sys
 import time
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from leo_sim.model import Model
 
 CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
+NUMBERED = re.compile(r'difference-(\d+)\.safetensors')
 NOT_BETTER = 'does not predict held-out steps better than the model'
 """Why a fit is not kept that has come to its end."""
 PROGRESS_PERIOD = 0.5
@@ -47,6 +50,8 @@ class Progress:
 
 class Updates:
     """Runs fits in a child process and keeps `difference-NNN.safetensors` in a folder.
+
+    NNN counts the updates. A fit begins from the newest weights that can be read.
 
     Args:
         folder: of the weights; made when the first fit begins.
@@ -72,9 +77,11 @@ class Updates:
         """Whether a fit is under way."""
         return self._child is not None
 
-    def newest(self) -> Path | None:
-        """The weights of the last update."""
-        return max(self._folder.glob('difference-*.safetensors'), default=None)
+    def kept(self) -> dict[int, Path]:
+        """The weights of all updates by their numbers, the newest first."""
+        files = ((NUMBERED.fullmatch(file.name), file) for file in self._folder.glob('*'))
+        found = {int(match[1]): file for match, file in files if match}
+        return dict(sorted(found.items(), reverse=True))
 
     def begin(self, bags: Sequence[Path]) -> None:
         """Start a fit to everything recorded so far; it must not be busy.
@@ -84,12 +91,13 @@ class Updates:
         """
         if not bags:
             raise UserError('nothing is recorded yet; let the robot run first')
-        newest = self.newest()
-        number = 1 + (int(newest.stem.rpartition('-')[2]) if newest else 0)
+        kept = self.kept()
+        number = 1 + max(kept, default=0)
         command = [sys.executable, '-m', 'leo_diffmodel.difference.job', *map(str, bags)]
         command += ['--model', self._model, '--config', self._config]
         command += ['-o', str(self._folder / f'difference-{number:03d}.safetensors')]
-        command += [*self._options, *(['--start', str(newest)] if newest else [])]
+        command += [*self._options, '--version', str(number)]
+        command += ['--start', *map(str, kept.values())]
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             with self._log.open('wb') as log:
@@ -145,7 +153,8 @@ def main(argv: list[str]) -> int:
     parser.add_argument('--config', default='recommended', choices=CONFIG_NAMES)
     parser.add_argument('--repair', action='store_true', help='name effects in the model first')
     add_effect_argument(parser)
-    parser.add_argument('--start', type=Path, help='the previous weights')
+    parser.add_argument('--start', nargs='*', type=Path, default=[], help='weights, newest first')
+    parser.add_argument('--version', type=int, default=1, help='that the weights have at least')
     parser.add_argument('--limit', type=int, help='use the first LIMIT transitions')
     parser.add_argument('-o', '--output', type=Path, required=True, help='weights to write')
     options = parser.parse_args(argv)
@@ -160,8 +169,8 @@ def main(argv: list[str]) -> int:
 
 def _fit(options: argparse.Namespace) -> dict[str, float]:
     from leo_diffmodel.difference.data import predicted, transitions
+    from leo_diffmodel.difference.files import first_whole
     from leo_diffmodel.difference.fit import fit, held_out, one_step_mse
-    from leo_diffmodel.difference.model import from_bytes
     from leo_diffmodel.difference.network import CONFIGS
     from leo_sim.model.model_file import load_model
 
@@ -172,9 +181,10 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
     if options.repair:
         model, base = repaired(recordings, model, options.output.with_suffix('.yaml'))
     steps = transitions(recordings, model, options.limit)
-    start = options.start and from_bytes(options.start.read_bytes(), str(options.start))
+    _, start = first_whole(options.start, partial(print, file=sys.stderr)) or (b'', None)
     config = CONFIGS[options.config]
     fitted, report = fit(steps, model, config, start=start, base=base, on_epoch=_Printer())
+    fitted = replace(fitted, version=max(fitted.version, options.version))
     without, _ = one_step_mse(predicted(held_out(steps), given), fitted, model)
     if not report.mse_after < without:  # with a repair counts what both take away
         raise UserError(

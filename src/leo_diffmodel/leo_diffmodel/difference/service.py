@@ -121,18 +121,20 @@ class DifferenceService:
             self._fitted_at = time.monotonic()
 
     def _publish_newest(self) -> None:
-        path = self._updates.newest()
-        if path is None:
+        kept = self._updates.kept()
+        if not kept:
             return
-        from leo_diffmodel.difference.model import from_bytes
+        from leo_diffmodel.difference.files import first_whole
 
-        data = path.read_bytes()
+        found = first_whole(kept.values(), self._fail)
+        if found is None:
+            return
+        data, difference = found
         try:
-            difference = from_bytes(data, str(path))
-            corrected = difference.model_beside(path.with_suffix('.yaml'), self._model)
+            beside = Path(difference.source).with_suffix('.yaml')
+            corrected = difference.model_beside(beside, self._model)
         except UserError as error:
-            self._updates.progress = Progress('failed', error=str(error))
-            self._node.get_logger().error(str(error))
+            self._fail(str(error))
             return
         if difference.doubt:
             self._node.get_logger().warning(difference.doubt)
@@ -142,6 +144,10 @@ class DifferenceService:
             f'difference model version {difference.version}, fitted to '
             f'{difference.trained_on} transitions, on /difference_model/weights'
         )
+
+    def _fail(self, why: str) -> None:
+        self._updates.progress = Progress('failed', error=why)
+        self._node.get_logger().error(why)
 
     def _on_query(self, message: Any) -> None:
         try:

@@ -13,7 +13,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from leo_msgs_py.errors import UserError
 
-FACTS = ('robot', 'start', 'noise', 'seed', 'state_rate', 'realtime_factor')
+FACTS = ('robot', 'start', 'noise', 'seed', 'realtime_factor')
 """Parameters of the robot node that belong into a bag; hidden effects are no parameter of it."""
 
 PATIENCE = 4

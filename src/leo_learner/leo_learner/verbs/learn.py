@@ -17,7 +17,7 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_msgs_py.whole_file import write_whole
-from leo_sim.effects.consent import add_effect_argument
+from leo_sim.effects.consent import add_effect_argument, words
 
 if TYPE_CHECKING:
     from leo_learner.training_loop import TrainingLoop
@@ -59,8 +59,8 @@ class Run:
 
 def main(argv: list[str]) -> int:
     """Train, save, print the policy's test return; 1 if the robot left, 130 at Ctrl-C."""
-    words, ros_args = ros_args_apart(argv)
-    options = command_line().parse_args(words)
+    given, ros_args = ros_args_apart(argv)
+    options = command_line().parse_args(given)
     run, folder = _run(options)
     quiet = options.json and not sys.stderr.isatty()
     outcome = _train(run, folder, ros_args, quiet)
@@ -68,7 +68,7 @@ def main(argv: list[str]) -> int:
     if options.json:
         print(json.dumps(result))
     else:
-        _print(folder, outcome)
+        print(_text(run, folder, outcome, words(options.effect)))
     return 0 if outcome.finished else INTERRUPTED if outcome.interrupted else 1
 
 
@@ -229,12 +229,14 @@ def _numbers(outcome: Any) -> dict[str, Any]:
     }
 
 
-def _print(folder: Path, outcome: Any) -> None:
-    if outcome.finished:
-        print(
-            f'{outcome.policy}: test return {outcome.test_return:.1f} after {outcome.steps} '
-            f'steps, {outcome.seconds:.0f} s\n'
-            f'next: {leo("play", outcome.policy, "--model", "MODEL")}'
-        )
-    else:
-        print(f'stopped after {outcome.steps} steps; next: {leo("learn", "--resume", folder)}')
+def _text(run: Run, folder: Path, outcome: Any, own: list[str]) -> str:
+    """How it ended and what to type next; `own` lets the model's effect files run."""
+    if not outcome.finished:
+        again = leo('learn', '--resume', folder, *own)
+        return f'stopped after {outcome.steps} steps; next: {again}'
+    on = () if run.on_robot else ('--model', run.model, *own)
+    return (
+        f'{outcome.policy}: test return {outcome.test_return:.1f} after {outcome.steps} '
+        f'steps, {outcome.seconds:.0f} s\n'
+        f'next: {leo("play", outcome.policy, *on)}'
+    )

@@ -7,41 +7,48 @@ Whoever sends a node 10^5 parameters keeps its process busy for seconds: no thre
 when it should. The driver's process decodes nothing but the calls below.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from itertools import count
+from math import ceil
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
+import os
 import subprocess
 import sys
 from threading import Lock, Thread
+import time
 from typing import Any
 
 import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.drivers import EXTRAS, load_driver, MEANT, METHODS
-from leo_sim.drivers.base import Driver, DriverFault, DriverOptions
+from leo_sim.drivers.base import Driver, DriverFault, DriverOptions, Haltable, NoAnswer
 
 OURS = {'leo_sim', 'leo_msgs_py', 'builtins'}
-HALT_LOOKS, HALT_LOOK = 10, 0.05
-"""How often a halt's answer is looked for, and how long each time [s]. A halt waits for nothing; a
-look is over at once where the whole computer stood still, so that alone takes no process down."""
+AT_ONCE, TO_STOP = 0.5, 3.0
+"""Longest time for a call that waits for nothing or a part of a period, and for `stop` [s]."""
+LOOK = 0.05
+"""How long an answer is waited for at a time [s]. A look is over at once where the whole computer
+stood still, so that alone takes no process down."""
 
 
 class Apart:
     """A driver whose calls are made in another process; itself a driver, with the same extras.
 
     That process writes 0 where it drives the motors and hears nothing for the time `hold`, and
-    stops them when this process is gone. Goals are held, in either case. If it does not answer a
-    halt it is killed: then whatever outlives it (`Guardian`, a servo's own watchdog) stops them.
+    stops them when this process is gone. Goals are held, in either case. If it does not answer in
+    time it is killed: then whatever outlives it (`Guardian`, a servo's own watchdog) stops them.
+    `stop` and `halt` have a time limit; without a `halt`, `read` and `write` have one, too.
 
     Args:
         driver: one of the same, built but not connected: what is known before that.
         name: of the driver, as `load_driver` takes it.
         options: for it.
         hold: longest time from one call to the next [s].
+        limits: longest time for an answer [s] by methods, where it is not as above.
 
     Attributes:
         halted: what was applied each time this process was silent; None where that is not known.
@@ -53,9 +60,19 @@ class Apart:
     advance: Callable[[float], float]
     set_torque: Callable[[bool], None]
     reset: Callable[[], None]
+    stop: Callable[[], None]
 
-    def __init__(self, driver: Driver, name: str, options: DriverOptions, hold: float) -> None:
+    def __init__(
+        self,
+        driver: Driver,
+        name: str,
+        options: DriverOptions,
+        hold: float,
+        limits: Mapping[str, float] | None = None,
+    ) -> None:
         self.info, self.starts = driver.info, driver.starts
+        prompt = ('halt',) if isinstance(driver, Haltable) else ('read', 'write')
+        self._limits = {'stop': TO_STOP, **dict.fromkeys(prompt, AT_ONCE), **(limits or {})}
         self.halted: list[Applied | None] = []
         self._calls, calls = Pipe()
         self._halts, halts = Pipe()
@@ -70,43 +87,26 @@ class Apart:
         calls.close()
         halts.close()
         self._calls.send((name, options, hold))
-        for method in {*METHODS, *EXTRAS} - {'stop'}:
+        for method in (*METHODS, *EXTRAS):
             if callable(getattr(driver, method, None)):
                 call = self._halt if method == 'halt' else partial(self._call, method)
                 setattr(self, method, call)
-
-    def stop(self) -> None:
-        """See Driver; the process ends, unless the driver fails to."""
-        if self._calls.closed:
-            return
-        self._call('stop')
-        self._calls.close()
-        self._process.wait()
+        self._calls.poll(None)  # until it is built, which no limit of a call is for
 
     def _halt(self) -> Applied | None:
         with self._halting:
-            return self._answer(self._halts, 'halt', (), self._kill_unless_answered)
-
-    def _kill_unless_answered(self) -> None:
-        if not any(self._halts.poll(HALT_LOOK) for _ in range(HALT_LOOKS)):
-            self._process.kill()
+            return self._answer(self._halts, 'halt', ())
 
     def _call(self, method: str, *args: Any) -> Any:
         return self._answer(self._calls, method, args)
 
-    def _answer(
-        self,
-        line: Connection,
-        method: str,
-        args: tuple[Any, ...],
-        wait: Callable[[], object] = bool,
-    ) -> Any:
+    def _answer(self, line: Connection, method: str, args: tuple[Any, ...]) -> Any:
         """The result of a call; an answer to one that a signal interrupted is passed over."""
         number, answered = next(self._numbers), 0
         try:
             line.send((number, method, args))
             while answered != number:
-                wait()
+                self._kill_unless_answered(line, method)
                 answered, result, error, self.starts, halted = line.recv()
                 self.halted += halted
         except (EOFError, OSError) as lost:
@@ -114,6 +114,15 @@ class Apart:
         if error is not None:
             raise error
         return result
+
+    def _kill_unless_answered(self, line: Connection, method: str) -> None:
+        limit = self._limits.get(method)
+        if limit and not any(line.poll(LOOK) for _ in range(ceil(limit / LOOK))):
+            self._process.kill()
+            raise NoAnswer(
+                f"the driver's process has ended: it was killed, for {method} did not return "
+                f'within {limit:g} s'
+            )
 
 
 class Served:
@@ -133,12 +142,18 @@ class Served:
 
     def serve(self, calls: Connection, halts: Connection) -> None:
         """Make calls until the other end is gone; those of `halts` in a thread of their own."""
-        Thread(target=self._make_calls, args=(halts,), daemon=True).start()
+        Thread(target=self._make_halts, args=(halts,), daemon=True).start()
         try:
             self._make_calls(calls, watched=True)
         finally:
             if not self._stopped and (self._asked or not self._holds):
                 self._leave()
+
+    def _make_halts(self, line: Connection) -> None:
+        """Also end the process where the other end is gone and a call goes on for ever."""
+        self._make_calls(line)
+        time.sleep(TO_STOP)
+        os._exit(1)
 
     def _make_calls(self, line: Connection, watched: bool = False) -> None:
         with suppress(EOFError, ConnectionError):
@@ -147,11 +162,11 @@ class Served:
                     self._bring_to_rest()
                 number, method, args = line.recv()
                 result, error = self._made(method, args)
-                if method == 'write':
-                    self._driven = bool(np.any(args[0]))
                 halted, self._halted = self._halted, []
                 self._asked = method == 'stop'
                 self._stopped = self._asked and error is None
+                if method == 'write' or self._stopped:
+                    self._driven = bool(np.any(args))
                 line.send((number, result, error, self._driver.starts, halted))
 
     def _bring_to_rest(self) -> None:
@@ -186,7 +201,9 @@ def _known(error: Exception) -> Exception:
 def main(calls: Connection, halts: Connection) -> None:
     """Build the driver that the first message names, and serve it."""
     name, options, hold = calls.recv()
-    Served(load_driver(name, options), hold).serve(calls, halts)
+    driver = load_driver(name, options)
+    calls.send((0, None, None, driver.starts, []))
+    Served(driver, hold).serve(calls, halts)
 
 
 if __name__ == '__main__':

@@ -155,6 +155,10 @@ class DriverBug(DriverFault):
     """The driver's own code failed; the text says where."""
 
 
+class NoAnswer(DriverFault):
+    """A call of the driver did not return; its process was killed."""
+
+
 class TransientFault(DriverFault):
     """One packet was lost or damaged; the next call may succeed."""
 

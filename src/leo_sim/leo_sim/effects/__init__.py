@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The catalogue of effects, and placing one on a robot."""
 
+import hashlib
 from importlib.metadata import entry_points
 import math
 from pathlib import Path
@@ -206,6 +207,7 @@ def read_effect(path: Path) -> Effect:
     _check_parameters(path, kind)
     effect: Effect = kind()
     effect.source = str(path.resolve())
+    effect.digest = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
     setattr(effect, kind.hook, guarded(path, 'effect', getattr(effect, kind.hook)))
     _check_neutral(path, effect)
     return effect

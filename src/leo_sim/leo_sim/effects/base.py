@@ -74,6 +74,7 @@ class Effect:
             be written. Of a command that acts at once: the parameters and the input; `command`
             need not be written.
         source: The user's file it was read from; '' for an effect of the catalogue.
+        digest: Hash of that file's text.
         rank: Laws of one hook run in ascending rank.
     """
 
@@ -97,6 +98,7 @@ class Effect:
     law: ClassVar[Callable[..., Any] | None] = None
     rank: ClassVar[int] = 100
     source: str = ''
+    digest: str = ''
 
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """Inputs that reach the motors in the next dt s, and the memory.

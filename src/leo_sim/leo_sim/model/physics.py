@@ -25,8 +25,10 @@ def of_model(model: Model) -> Physics:
     tree = '\n'.join([robot.urdf, *(contact.model_dump_json() for contact in robot.contacts)])
     units = {path: constant.unit for path, constant in robot.constants.items()}
     constants = {p: f'{float(v)!r} {units[p]}'.strip() for p, v in model.constants.items()}
+    own = {placed.effect.name: placed.effect.digest for placed in model.effects}
     return of_robot(robot) | {
         'list of effects': sorted(map(_effect, model.effects)),
+        'laws': {f'file of {name} (hash)': digest for name, digest in own.items() if digest},
         'constants': constants,
         'description (hash)': hashlib.sha256(tree.encode()).hexdigest()[:12],
     }

@@ -92,7 +92,8 @@ class RobotNode(Node):
                 self.get_logger().warning(line)
         if not (self._info.own_clock or self._loop.gate.can_halt):
             self.get_logger().warning(
-                'this driver has no halt(): a read that hangs delays 0 V (docs/your_driver.md)'
+                'this driver has no halt(): a read or write that hangs delays 0 V, and ends the '
+                'robot (docs/your_driver.md)'
             )
         self._topics.introduce()
         self._topics.e_stopped.publish(Bool(data=False))

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from leo_sim.drivers.base import Findings
     from leo_sim.drivers.check import Result
 
+HANG = 3.0  # a call that takes longer [s] waits for what does not come
+LIMITED = ('read', 'write', 'advance', 'set_torque')
 _EXAMPLES = """\
   leo check-driver simulated --robot pendulum --move --share 1
   leo check-driver my_driver.py --robot arm                    # nothing is driven
@@ -65,7 +67,8 @@ def main(argv: list[str]) -> int:
 
     from leo_sim.description.robot import load_robot
     from leo_sim.drivers import load_driver
-    from leo_sim.drivers.base import DriverOptions, Findings, Inspected
+    from leo_sim.drivers.apart import Apart
+    from leo_sim.drivers.base import DriverOptions
     from leo_sim.drivers.check import examine, FAILED
     from leo_sim.drivers.check.trial import Moving, Trial
 
@@ -74,7 +77,8 @@ def main(argv: list[str]) -> int:
     robot = load_robot(options.robot)
     rate, port, bag = options.state_rate, options.port, options.bag
     given = DriverOptions(robot, state_rate=rate, port=port, bag=bag)
-    driver = load_driver(options.driver, given)
+    limits = dict.fromkeys(LIMITED, HANG)
+    driver = Apart(load_driver(options.driver, given), options.driver, given, HANG, limits)
     moving = Moving(options.range, options.share) if options.move else None
     if moving and not options.yes:
         _agree(
@@ -83,7 +87,6 @@ def main(argv: list[str]) -> int:
         )
     trial = Trial(driver, robot, moving, _asker() if options.by_hand else None)
     results = examine(trial)
-    found = driver.findings() if isinstance(driver, Inspected) else Findings()
     failed = sum(result.verdict == FAILED for result in results)
     if options.json:
         answer = {
@@ -91,13 +94,13 @@ def main(argv: list[str]) -> int:
             'robot': robot.name,
             'failed': failed,
             'lost_packets': trial.lost,
-            'servos': dict(found.settings),
-            'differs': found.differs,
+            'servos': dict(trial.found.settings),
+            'differs': trial.found.differs,
             'checks': [asdict(r) for r in results],
         }
         print(json.dumps(answer))
     else:
-        _print_findings(found)
+        _print_findings(trial.found)
         _table(results)
         lost = f'; {trial.lost} packets were lost' if trial.lost else ''
         print(f'{failed} of {len(results)} checks failed{lost}')

@@ -231,6 +231,7 @@ def test_stamps_are_read_from_the_bytes(stamp):
     assert header_stamp(state(stamp)) == stamp
 
 
-def test_a_folder_that_cannot_be_made_is_said():
+@pytest.mark.parametrize('begin', [BagWriter, Recorder])
+def test_a_folder_that_cannot_be_made_is_said_before_anything_is_recorded(begin):
     with pytest.raises(UserError, match='cannot make'):
-        BagWriter(Path('/proc/no/bag'))
+        begin(Path('/proc/no/bag'))

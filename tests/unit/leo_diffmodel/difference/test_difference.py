@@ -225,7 +225,7 @@ def test_job_with_a_broken_bag_fails_with_its_reason(tmp_path):
         updates.begin([])
     updates.begin([bag])
     assert ended(updates) == 'failed' and str(bag) in updates.progress.error
-    assert updates.newest() is None and not updates.busy
+    assert not updates.kept() and not updates.busy
 
 
 def test_a_full_disk_fails_an_update_and_a_later_one_goes_well(model, real, steps, tmp_path):
@@ -241,7 +241,26 @@ def test_a_full_disk_fails_an_update_and_a_later_one_goes_well(model, real, step
     assert sorted(file.name for file in weights.iterdir()) == [*names, 'fit.log']
     updates.begin([bag])
     assert ended(updates) == 'fitted'
-    assert updates.newest() == weights / 'difference-002.safetensors'
+    assert updates.kept()[2] == weights / 'difference-002.safetensors'
+
+
+def test_damaged_weights_are_said_and_passed_over(model, real, steps, tmp_path):
+    bag, weights = recorded(real, tmp_path / 'rollout'), tmp_path / 'weights'
+    updates = Updates(weights, 'pendulum', 'torque')
+    former, _ = fit(steps.part(slice(0, 200)), model, replace(TORQUE, epochs=1))
+    weights.mkdir()
+    for number, size in ((998, None), (999, 100), (1000, 0)):
+        file = weights / f'difference-{number}.safetensors'
+        file.write_bytes(former.to_bytes()[:size])
+    (weights / 'difference-old.safetensors').touch()
+    updates.begin([bag])
+    assert ended(updates) == 'fitted'
+    assert list(updates.kept()) == [1001, 1000, 999, 998]
+    assert from_bytes(updates.kept()[1001].read_bytes()).version == 1001
+    said = (weights / 'fit.log').read_text().splitlines()
+    for line, name in zip(said, ('1000', '999'), strict=True):
+        assert f'difference-{name}.safetensors: not the weights' in line
+        assert line.endswith('; passed over')
 
 
 def test_child_fits_a_torque_form_to_a_bag(real, capsys, tmp_path):

@@ -10,14 +10,16 @@ import pytest
 from tests.places import RIG
 
 from leo_sim.description.robot import load_robot
+from leo_sim.drivers import apart as module
 from leo_sim.drivers import load_driver
 from leo_sim.drivers.apart import Apart
-from leo_sim.drivers.base import DriverFault, DriverOptions, Haltable, TransientFault
+from leo_sim.drivers.base import DriverFault, DriverOptions, Haltable, NoAnswer, TransientFault
 
 PATIENCE = 60.0
 LONG = 1e4
 VOLT = np.ones(1)
 TEXT = RIG.read_text()
+WITHOUT_HALT = TEXT.replace('def halt', 'def brake')
 
 
 @pytest.fixture
@@ -57,7 +59,7 @@ def halt_for_long(driver: Apart) -> None:
 
 
 def test_motors_go_to_0_where_nobody_calls_though_the_driver_has_no_halt(apart):
-    driver = apart(0.05, text=TEXT.replace('def halt', 'def brake'))
+    driver = apart(0.05, text=WITHOUT_HALT)
     assert not isinstance(driver, Haltable)
     assert driver.write(VOLT).values == 1.0
     assert comes('write 0.0')
@@ -65,7 +67,7 @@ def test_motors_go_to_0_where_nobody_calls_though_the_driver_has_no_halt(apart):
     assert [applied.values.item() for applied in driver.halted] == [0.0]
     driver.stop()
     driver.stop()
-    assert noted() == ['connect', 'write 1.0', 'write 0.0', 'stop']
+    assert noted() == ['connect', 'write 1.0', 'write 0.0', 'stop', 'stop']
 
 
 def test_a_goal_is_held_and_a_halt_goes_beside_the_calls(apart):
@@ -106,6 +108,27 @@ def test_a_process_that_stands_still_is_killed_by_a_halt(apart):
     with pytest.raises(DriverFault, match="the driver's process has ended"):
         halt_for_long(driver)
     assert driver._process.wait(PATIENCE) == -signal.SIGKILL
+
+
+def test_a_driver_without_halt_is_killed_where_its_read_hangs(apart, monkeypatch):
+    monkeypatch.setattr(module, 'AT_ONCE', 3.0)
+    driver = apart(LONG, text=WITHOUT_HALT)
+    driver.write(VOLT)
+    Path('orders').write_text('hold')
+    with pytest.raises(NoAnswer, match=r'read did not return within 3 s'):
+        driver.read()
+    assert driver._process.wait(PATIENCE) == -signal.SIGKILL
+
+
+def test_a_call_that_hangs_does_not_outlive_our_process(apart):
+    driver = apart(LONG)
+    driver.write(VOLT)
+    Path('orders').write_text('hold')
+    driver._calls.send((0, 'read', ()))
+    assert comes('begin hold')
+    driver._calls.close()
+    driver._halts.close()
+    assert driver._process.wait(PATIENCE) == 1
 
 
 def test_faults_are_those_of_the_driver(apart):

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from leo_sim.description.robot import load_robot
-from leo_sim.effects import place
+from leo_sim.effects import place, read_effect
 from leo_sim.model import load_model, Model, save_model
 from leo_sim.model.physics import differing, of_model, of_robot
 
@@ -38,6 +38,26 @@ DRAG = place(PENDULUM, 'viscous_friction', 'pivot', b=1e-4)
 )
 def test_the_first_thing_that_differs_is_named(other, said):
     assert differing(of_model(MODEL), of_model(other)).startswith(said)
+
+
+def test_another_law_by_the_same_name_is_named(tmp_path):
+    first, second = (tmp_path / name / 'drag.py' for name in ('first', 'second'))
+    for path, power in ((first, 3), (second, 5)):
+        path.parent.mkdir()
+        path.write_text(
+            'from leo_sim.effects import Effect, Parameter\n\n\n'
+            'class Drag(Effect):\n'
+            "    name, hook, family = 'drag', 'torque', 'loss'\n"
+            "    parameters = (Parameter('c', 'N m', low=0.0),)\n\n"
+            '    def torque(self, p, q, dq, motor, load):\n'
+            f"        return -p['c'] * dq**{power}\n"
+        )
+    one, other = (
+        MODEL.changed(effects=[place(PENDULUM, read_effect(path), 'pivot', c=1e-4)])
+        for path in (first, second)
+    )
+    assert differing(of_model(one), of_model(other)).startswith('another file of drag (hash) (')
+    assert differing(of_model(one), of_model(one)) == ''
 
 
 def test_what_does_not_move_it_otherwise_is_no_difference(tmp_path):

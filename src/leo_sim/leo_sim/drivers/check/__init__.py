@@ -6,9 +6,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from leo_msgs_py.errors import one_line, UserError
-from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, NotPossible
+from leo_sim.drivers.base import DriverBug, DriverFault, EndOfRun, NoAnswer, NotPossible
 from leo_sim.drivers.check import contract, motion
-from leo_sim.drivers.check.trial import Broken, in_time, LeftOut, Trial
+from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 
 PASSED, FAILED, LEFT_OUT = 'pass', 'FAIL', 'left out'
 
@@ -43,6 +43,10 @@ CARELESS = (
     ValueError,
 )
 """What code raises that was not meant to raise."""
+WAITS = (
+    'wait for an answer a part of a period at most, then raise TransientFault; in halt wait for '
+    'nothing and take no lock that read or write holds'
+)
 TYPED = (
     'raise TransientFault for a lost packet, DriverFault for the end, UserError in connect; '
     'the node would end here'
@@ -64,11 +68,12 @@ def examine(trial: Trial) -> list[Result]:
     results: list[Result] = []
     try:
         for check in CHECKS:
-            results.append(_result(check, trial))
-            if check in NEEDED and results[-1].verdict == FAILED:
+            result = _result(check, trial)
+            results.append(result)
+            if result.verdict == FAILED and (check in NEEDED or result.mend == WAITS):
                 break
     finally:
-        with suppress(Broken, DriverFault, OSError, *CARELESS), in_time('stop'):  # was said
+        with suppress(DriverFault, OSError, *CARELESS):  # was said
             trial.driver.stop()
     return results
 
@@ -83,6 +88,8 @@ def _result(check: Callable[[Trial], None], trial: Trial) -> Result:
         return Result(name, LEFT_OUT, str(why))
     except UserError as error:
         return Result(name, FAILED, str(error), 'as it says')
+    except NoAnswer as late:
+        return Result(name, FAILED, str(late), WAITS)
     except DriverBug as bug:
         return Result(name, FAILED, str(bug), TYPED)
     except (DriverFault, OSError) as fault:

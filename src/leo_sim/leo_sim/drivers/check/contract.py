@@ -6,16 +6,15 @@ NotPossible (why not tried).
 Nothing here drives a motor.
 """
 
-from threading import Thread
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from leo_msgs_py.values import Applied
-from leo_sim.drivers.base import Haltable
+from leo_sim.drivers.base import Haltable, Inspected
 from leo_sim.drivers.check.trial import Broken, LeftOut, Trial
 
 PERIODS = 50  # how many periods are looked at
-HALT = 5.0  # a halt that takes longer [s] waits for something
 WALL = 1.0  # a stamp farther from the clock on the wall than this [s] is none
 
 
@@ -56,6 +55,8 @@ def stop_first(trial: Trial) -> None:
 def connect(trial: Trial) -> None:
     """`connect` opens the device."""
     trial.driver.connect()
+    if isinstance(trial.driver, Inspected):
+        trial.found = trial.driver.findings()
 
 
 def shapes(trial: Trial) -> None:
@@ -146,12 +147,10 @@ def halting(trial: Trial) -> None:
             'give it one that sends 0 at once and takes no lock that '
             'read holds: a read that hangs must not delay 0',
         )
-    thread = Thread(target=trial.driver.halt, daemon=True)
-    thread.start()
-    trial.read()
-    thread.join(HALT)
-    if thread.is_alive():
-        raise Broken('halt waits', 'take no lock in halt that read or write holds')
+    with ThreadPoolExecutor(1) as another:
+        halted = another.submit(trial.driver.halt)
+        trial.read()
+        halted.result()
     trial.tick()
 
 

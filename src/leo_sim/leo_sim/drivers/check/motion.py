@@ -7,7 +7,7 @@ import numpy as np
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import Applied, JointStates
-from leo_sim.drivers.base import DriverBug, DriverFault
+from leo_sim.drivers.base import DriverBug, DriverFault, NoAnswer
 from leo_sim.drivers.check.contract import check_applied
 from leo_sim.drivers.check.trial import Broken, LeftOut, Moving, Trial
 from leo_sim.model.model import Model
@@ -121,7 +121,7 @@ def unplugged(trial: Trial) -> None:
     try:
         for _ in range(round(5.0 / trial.period)):
             trial.tick()
-    except DriverBug:
+    except (DriverBug, NoAnswer):
         raise
     except (DriverFault, OSError):
         return

@@ -1,21 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """A driver on trial: its calls in the node's order, and what it did wrong in words."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-import signal
 from typing import Any
 
 import numpy as np
 
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.description.robot import Robot
-from leo_sim.drivers.base import Computer, Driver, THIS, TransientFault
+from leo_sim.drivers.base import Computer, Driver, Findings, THIS, TransientFault
 
 LOST_MOST = 5  # periods in a row in which a packet may get lost
-HANG = 3.0  # a call that takes longer [s] waits for what does not come
 
 
 class Broken(Exception):
@@ -28,31 +25,6 @@ class Broken(Exception):
 
 class LeftOut(Exception):
     """This cannot be tried here; the text says why."""
-
-
-class _Hangs(BaseException):
-    """A call is taken back; no driver catches this by the way."""
-
-
-@contextmanager
-def in_time(name: str) -> Iterator[None]:
-    """Make a call of the main thread Broken where it hangs, in whatever it waits."""
-
-    def late(number: int, frame: Any) -> None:
-        raise _Hangs
-
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, HANG)
-    try:
-        yield
-    except _Hangs:
-        raise Broken(
-            f'{name} has not returned after {HANG:g} s',
-            'wait for an answer a part of a period at most, then raise TransientFault',
-        ) from None
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
 
 
 @dataclass(frozen=True)
@@ -72,6 +44,9 @@ class Trial:
         moving: what it may do; None where nothing may move.
         ask: asks a person to do something and waits for it; None where nobody is there.
         computer: the one that the driver was given.
+
+    Attributes:
+        found: what the driver says it is set to, once it is connected.
     """
 
     def __init__(
@@ -84,6 +59,7 @@ class Trial:
     ) -> None:
         self.driver, self.robot, self.moving, self.ask = driver, robot, moving, ask
         self.info, self.computer = driver.info, computer
+        self.found = Findings()
         self.lost = 0
         self.loops: list[float] = []
         self.waits: list[float] = []
@@ -103,14 +79,14 @@ class Trial:
 
     def read(self) -> JointStates:
         """A state; a packet may be lost now and then."""
-        return self._patiently('read', self.driver.read)
+        return self._patiently(self.driver.read)
 
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:
         """One period: read, write, advance, and wait where the driver's time is the wall's."""
         began = self.computer.monotonic()
         state = self.read()
         sent = self.info.rest if values is None else values
-        applied = self._patiently('write', partial(self.driver.write, sent))
+        applied = self._patiently(partial(self.driver.write, sent))
         written = self.computer.monotonic()
         gap = self.driver.advance(self.period)
         self.loops.append(written - began)
@@ -119,12 +95,11 @@ class Trial:
             self.computer.sleep(max(0.0, gap - (self.computer.monotonic() - began)))
         return state, applied
 
-    def _patiently(self, name: str, act: Callable[[], Any]) -> Any:
-        call = in_time(name)(act)
+    def _patiently(self, act: Callable[[], Any]) -> Any:
         for _ in range(LOST_MOST):
             try:
-                return call()
+                return act()
             except TransientFault:
                 self.lost += 1
                 self.computer.sleep(self.period)
-        return call()
+        return act()

@@ -3,8 +3,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from threading import Event
-import time
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -15,8 +14,9 @@ from tests.places import RIG, ROOT
 
 from leo_msgs_py.errors import UserError
 from leo_sim.drivers import load_driver
-from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
-from leo_sim.drivers.check import contract, examine, FAILED, trial
+from leo_sim.drivers.apart import Apart
+from leo_sim.drivers.base import DriverFault, DriverOptions, NoAnswer, TransientFault
+from leo_sim.drivers.check import examine, FAILED
 from leo_sim.drivers.check.trial import Trial
 
 
@@ -24,13 +24,17 @@ def test_hardware_that_keeps_to_the_contract_passes(rig):
     assert failures(rig()) == {}
 
 
+HANGS = """
+        import ctypes
+
+        lock = ctypes.create_string_buffer(256)
+        for _ in range(2):
+            ctypes.CDLL(None).pthread_mutex_lock(lock)
+"""
+
+
 class WithoutHalt(Rig):
     halt = None
-
-
-class HaltWaits(Rig):
-    def halt(self):
-        Event().wait()
 
 
 class OldStamps(Rig):
@@ -77,7 +81,6 @@ class Lossy(Rig):
     ('kind', 'check', 'said'),
     [
         (WithoutHalt, 'halting', 'no halt()'),
-        (HaltWaits, 'halting', 'take no lock'),
         (OldStamps, 'stamps', 'time.time_ns()'),
         (Waits, 'pace', 'return at once'),
         (StopsOnce, 'stop twice', 'ValueError'),
@@ -85,24 +88,21 @@ class Lossy(Rig):
         (Gone, 'shapes', 'the servo is gone'),
     ],
 )
-def test_each_way_of_hardware_to_be_wrong(rig, kind, check, said, monkeypatch):
-    if kind is HaltWaits:
-        monkeypatch.setattr(contract, 'HALT', 0.1)
+def test_each_way_of_hardware_to_be_wrong(rig, kind, check, said):
     assert said in failures(rig(kind)).get(check, '')
 
 
-@pytest.mark.parametrize(('name', 'others'), [('read', 'shapes'), ('write', 'stamps')])
-def test_a_call_that_hangs_is_said_and_the_rest_is_tried(rig, monkeypatch, name, others):
-    def hang(self, *values):
-        try:
-            time.sleep(60.0)
-        except Exception as error:
-            raise TransientFault('tries again') from error
-
-    monkeypatch.setattr(trial, 'HANG', 0.02)
-    found = failures(rig(type('Hanging', (Rig,), {name: hang})))
-    assert f'{name} has not returned after 0.02 s' in found[others]
-    assert Path('calls').read_text().split()[-1] == 'stop'
+@pytest.mark.parametrize(
+    ('name', 'check'), [('read', 'shapes'), ('write', 'stamps'), ('halt', 'halting')]
+)
+def test_a_call_that_hangs_where_no_signal_reaches_it_ends_the_trial(rig, name, check):
+    file = Path('hangs.py')
+    file.write_text(RIG.read_text().replace(f"        self._may_fail('{name}')\n", HANGS))
+    given = DriverOptions(PENDULUM)
+    driver = Apart(load_driver(str(file), given), str(file), given, 1e4, {name: 2.0})
+    *_, last = examine(Trial(driver, PENDULUM))
+    assert last.name == check and f'{name} did not return within 2 s' in last.what
+    assert 'take no lock' in last.mend
 
 
 def test_lost_packets_are_counted_not_held_against_it(rig):
@@ -142,6 +142,16 @@ def test_a_person_turns_joints_and_pulls_the_cable(rig):
     ask = person(deaf, 0.3)
     said = failures(deaf, ask=lambda what: ask(what) if 'move' in what else None)
     assert 'its cable is out' in said['unplugged']
+    killed = rig(Turned)
+    ask = person(killed, 0.3)
+
+    def pull(what):
+        if what.startswith('move'):
+            ask(what)
+        else:
+            killed.read = Mock(side_effect=NoAnswer('read did not return'))
+
+    assert 'read did not return' in failures(killed, ask=pull)['unplugged']
     careless = load_driver(str(RIG), DriverOptions(PENDULUM, computer=CLOCK))
     said = failures(careless, ask=lambda what: Path('orders').write_text('bug read'))
     assert 'ValueError: read' in said['unplugged']

@@ -12,7 +12,6 @@ from tests.places import RIG
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
-from leo_sim.drivers import base
 from leo_sim.drivers.base import DriverOptions, EndOfRun, NotPossible
 from leo_sim.drivers.check import CHECKS, examine, FAILED, PASSED
 from leo_sim.drivers.check.trial import Moving, Trial
@@ -237,7 +236,6 @@ def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path)
 
 
 def test_the_verb(rig, capsys, monkeypatch):
-    monkeypatch.setattr(base, 'time', CLOCK)
     words = ['check-driver', str(RIG), '--robot', 'servo_pendulum']
     assert main(words) == 0
     assert '0 of 15 checks failed' in capsys.readouterr().out
@@ -254,10 +252,7 @@ def test_the_verb(rig, capsys, monkeypatch):
     assert main(['check-driver', 'nothing', '--robot', 'pendulum']) == 2
 
 
-def test_the_verb_says_what_servos_are_set_to_and_what_is_not_the_models(
-    rig, capsys, monkeypatch, tmp_path
-):
-    monkeypatch.setattr(base, 'time', CLOCK)
+def test_the_verb_says_what_servos_are_set_to_and_what_is_not_the_models(rig, capsys, tmp_path):
     text = RIG.read_text().replace('import NotPossible', 'import Findings, NotPossible')
     found = "Findings({'servo 1': 'P 7'}, ('servo 1: its P',))"
     file = tmp_path / 'told.py'
