@@ -67,7 +67,10 @@ def main(argv: list[str]) -> int:
         if folder:
             _write(folder, result, [*recordings, *held], common.watch(arguments))
     finally:  # a search is long: its answer is told where it cannot be written, too
-        print(json.dumps(result.to_json())) if arguments.json else show(result)
+        if arguments.json:
+            print(json.dumps(result.to_json()))
+        else:
+            show(result)
     if not arguments.json:
         _point_on(arguments, folder, result)
         _point_on_effect(arguments, target, result)
