@@ -18,7 +18,7 @@ from leo_sim.model import Model, State
 def robot_env(monkeypatch):
     """On a robot that is heard by hand; no time is waited."""
     env = RobotEnv(MagicMock(), Model('pendulum').robot)
-    monkeypatch.setattr(env, '_name_of_it', lambda: '')
+    monkeypatch.setattr(env, '_said', lambda: '')
     for name in ('REMIND', 'FIRST_REMINDER', 'SET_BACK'):
         monkeypatch.setattr(f'leo_learner.robot_env.{name}', 0.0)
     monkeypatch.setattr('leo_learner.robot_env.running', lambda: True)
@@ -58,9 +58,9 @@ def test_stamps_that_fall_back_end_the_episode(robot_env, monkeypatch, back):
 def test_a_robot_that_says_it_is_another_one_is_refused(robot_env, monkeypatch, name):
     robot_env._on_episode(SimpleNamespace(data=1))
     heard(robot_env, monkeypatch, (1.0, ('pivot',)))
-    monkeypatch.setattr(robot_env, '_name_of_it', lambda: name)
+    monkeypatch.setattr(robot_env, '_said', lambda: name)
     assert robot_env.heard().q == [0.0]
-    monkeypatch.setattr(robot_env, '_name_of_it', lambda: 'servo_pendulum')
+    monkeypatch.setattr(robot_env, '_said', lambda: 'servo_pendulum')
     with pytest.raises(UserError, match="the running robot is 'servo_pendulum', this is for 'pen"):
         robot_env.reset()
 
