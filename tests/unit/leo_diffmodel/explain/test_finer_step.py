@@ -15,7 +15,7 @@ FRICTION = place(TORQUE, 'viscous_friction', 'pivot', b=0.02)
 
 @pytest.mark.parametrize(('step', 'noted'), [(2.5e-4, True), (OWN, False)])
 def test_the_step_is_that_of_the_data(step, noted):
-    data = record(TORQUE, FRICTION, seconds=20, noise=FINE, integration_step=step)
+    data = record(TORQUE, FRICTION, seconds=10, noise=FINE, integration_step=step)
     found = explain([data], Model(TORQUE, integration_step=OWN))
     assert [e['name'] for e in found.effects] == ['viscous_friction']
     assert ('10 ms of the robot are too long' in found.sentence) == noted
