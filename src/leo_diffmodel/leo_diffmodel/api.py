@@ -125,7 +125,7 @@ def add(
             parameter, a value out of its bounds.
     """
     from leo_diffmodel.add import patch
-    from leo_diffmodel.add.plausible import implausible
+    from leo_diffmodel.add.plausible import doubts
     from leo_diffmodel.results import Explanation
 
     model = _model(model)
@@ -135,13 +135,7 @@ def add(
         changed, entries = patch.from_explanation(model, what, sibling)
     else:
         changed, entries = patch.by_name(model, what, where, parameters)
-    if model.difference_model is not None:
-        warnings.warn(
-            f'the new model is without the difference model {model.difference_model}, which was '
-            'fitted without these effects; fit it anew',
-            stacklevel=2,
-        )
-    for line in implausible(model, changed.effects[len(model.effects) :]):
+    for line in doubts(model, changed, 'the new model'):
         warnings.warn(line, stacklevel=2)
     return changed.changed(history=(*model.history, *entries))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the values of effects lie where a search would look for them."""
+"""What to warn of where effects are added: values far out, a difference model that is lost."""
 
 from __future__ import annotations
 
@@ -12,6 +12,22 @@ from leo_msgs_py.errors import UserError
 from leo_sim.effects import Placed
 from leo_sim.effects.base import Parameter, with_roles
 from leo_sim.model import Model
+
+
+def doubts(given: Model, changed: Model, named: str) -> Iterator[str]:
+    """What speaks against a model with more effects, a line each.
+
+    Args:
+        given: the model before.
+        changed: the model with the effects.
+        named: what the lines call it.
+    """
+    if given.difference_model is not None:
+        yield (
+            f'{named} is without the difference model {given.difference_model}, which was '
+            'fitted without these effects; fit it anew'
+        )
+    yield from implausible(given, changed.effects[len(given.effects) :])
 
 
 def implausible(model: Model, added: Sequence[Placed]) -> Iterator[str]:

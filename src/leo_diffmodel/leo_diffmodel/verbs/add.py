@@ -7,7 +7,7 @@ import argparse
 import sys
 
 from leo_diffmodel.add.patch import from_explanation, from_words
-from leo_diffmodel.add.plausible import implausible
+from leo_diffmodel.add.plausible import doubts
 from leo_diffmodel.verbs import common
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -35,13 +35,7 @@ def main(argv: list[str]) -> int:
     else:
         model, entries = from_words(model, arguments.words)
     save_model(arguments.output, model, [*model.history, *entries])
-    if given.difference_model is not None:
-        print(
-            f'warning: {arguments.output} is without the difference model '
-            f'{given.difference_model}, which was fitted without these effects; fit it anew',
-            file=sys.stderr,
-        )
-    for line in implausible(given, model.effects[len(given.effects) :]):
+    for line in doubts(given, model, arguments.output):
         print(f'warning: {line}', file=sys.stderr)
     wrote = f'wrote {arguments.output}: {", ".join(str(e["added"]) for e in entries)}'
     following = ['--model', arguments.output, *effect_words(model.effects)]

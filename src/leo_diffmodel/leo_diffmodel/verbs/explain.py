@@ -58,12 +58,11 @@ def main(argv: list[str]) -> int:
     distinct([*recordings, *held, *changed])
     if arguments.each:
         return _each(arguments, model, recordings, folder)
-    result = _explained(arguments, model, recordings, held)
-    if target:
-        result = _written(target, result)
-    result = _edited(arguments, model, result, changed)
+    result = _edited(arguments, model, _explained(arguments, model, recordings, held), changed)
     result = replace(result, next_command=common.next_command(arguments, folder, result))
     try:
+        if target:
+            result = _written(target, result)
         if folder:
             _write(folder, result, [*recordings, *held], common.watch(arguments))
     finally:  # a search is long: its answer is told where it cannot be written, too
