@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 import errno
 import json
 import os
@@ -37,6 +37,23 @@ def write_together(contents: Mapping[Path, Content]) -> None:
             with suppress(OSError):
                 part.unlink()
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A path beside `path` for libraries that write files: it becomes `path` at the end.
+
+    Raises:
+        OSError: it cannot be written, naming `path`.
+    """
+    part = path.with_name(f'.{os.getpid()}.{path.name}')
+    try:
+        yield part
+        part.replace(path)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def json_text(data: Mapping[str, Any]) -> str:

@@ -4,7 +4,7 @@
 import pytest
 from tests.damage import room_for
 
-from leo_msgs_py.whole_file import write_together, write_whole
+from leo_msgs_py.whole_file import whole, write_together, write_whole
 
 
 @pytest.mark.parametrize(('content', 'read'), [('text é', 'text é'), (b'bytes', 'bytes')])
@@ -39,3 +39,21 @@ def test_a_folder_that_is_a_file_is_said(tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(OSError, match='file/under'):
         write_whole(tmp_path / 'file' / 'under', '')
+
+
+def test_what_a_library_could_not_finish_leaves_the_one_before(tmp_path):
+    path = write_whole(tmp_path / 'film.gif', 'before')
+
+    def film(pictures):
+        with whole(path) as part:
+            assert part.suffix == path.suffix
+            part.write_text(''.join(pictures))
+
+    with room_for(10), pytest.raises(OSError, match='File too large') as error:
+        film(['much too long'])
+    assert error.value.filename == str(path)
+    with pytest.raises(ZeroDivisionError):
+        film(str(1 // n) for n in (1, 0))
+    assert path.read_text() == 'before' and list(tmp_path.iterdir()) == [path]
+    film(['af', 'ter'])
+    assert path.read_text() == 'after' and list(tmp_path.iterdir()) == [path]

@@ -13,6 +13,7 @@ from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.whole_file import whole
 from leo_sim.model.model_file import load_model
 
 from . import film
@@ -61,7 +62,8 @@ def show(
         read_bag(bag, robot, TopicMap(input='none')), robot, at, 0.0 if alone else seconds
     )
     try:
-        _write(output, shown, poses)
+        with whole(output) as part:
+            _write(part, shown, poses)
     except OSError as error:
         raise UserError(f'cannot write {output}: {error.strerror}') from error
     return output

@@ -50,7 +50,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image]) -> None:
     """
     program = shutil.which('ffmpeg')
     if program is None:
-        raise UserError(f'{path}: a film needs the program ffmpeg; install it or write a .gif')
+        raise UserError('a .mp4 needs the program ffmpeg; install it or write a .gif')
     images = list(pictures)
     size = '{}x{}'.format(*images[0].size)
     words = (
@@ -60,7 +60,7 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image]) -> None:
     command = [program, *words.split(), str(path)]
     run = subprocess.run(command, input=frames, capture_output=True, check=False)
     if run.returncode:
-        raise UserError(f'{path}: ffmpeg failed: {run.stderr.decode().strip()}')
+        raise UserError(f'ffmpeg failed: {run.stderr.decode().strip()}')
 
 
 def _reduced(pictures: Iterable[Image.Image]) -> Iterator[Image.Image]:

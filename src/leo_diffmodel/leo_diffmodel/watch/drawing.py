@@ -20,6 +20,7 @@ from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.watch.errand import Heard
 from leo_diffmodel.watch.view import heights, View
+from leo_msgs_py.whole_file import whole
 
 PICTURES = ('.png', '.svg')
 WIDTH, HEIGHT, LINE = 12.8, 7.2, 0.24
@@ -44,11 +45,12 @@ def draw(view: View, path: Path, heard: Heard) -> str:
         UserError: a film cannot be encoded.
     """
     heard(path.name)
-    if path.suffix in PICTURES:
-        Drawn(view, FINE).figure.savefig(path)
-    else:
-        write = write_gif if path.suffix == '.gif' else write_mp4
-        write(path, _frames(view, lambda text: heard(f'{path.name}, {text}')))
+    with whole(path) as part:
+        if path.suffix in PICTURES:
+            Drawn(view, FINE).figure.savefig(part)
+        else:
+            write = write_gif if path.suffix == '.gif' else write_mp4
+            write(part, _frames(view, lambda text: heard(f'{path.name}, {text}')))
     return path.name
 
 

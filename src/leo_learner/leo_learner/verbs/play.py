@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 import json
 from pathlib import Path
+import sys
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
@@ -204,7 +205,20 @@ def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
     env, rollouts = watched or env, None
     if options.bag:
         env = rollouts = Rollouts(env)
-    yield _Stage(env, model.difference_model, watched, rollouts)
+    with _kept(rollouts, options.bag):
+        yield _Stage(env, model.difference_model, watched, rollouts)
+
+
+@contextmanager
+def _kept(rollouts: Rollouts | None, bag: Path) -> Iterator[None]:
+    """Stopped by Ctrl-C: what was played so far becomes the bag."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if rollouts is not None and rollouts.recording().episodes:
+            rollouts.write(bag)
+            print(f'stopped: wrote {bag} with what was played so far', file=sys.stderr)
+        raise
 
 
 def _watched(env: RobotSpaces, difference: DifferenceModel | None) -> WatchedEnv | None:

@@ -114,7 +114,7 @@ def test_a_film_moves_the_robots_and_the_cursor_alone(few, tmp_path):
 
 def test_without_an_encoder_it_is_one_line_and_no_file(few, tmp_path, monkeypatch):
     monkeypatch.setenv('PATH', str(tmp_path))
-    with pytest.raises(UserError, match=r'c\.mp4: a film needs the program ffmpeg; install it'):
+    with pytest.raises(UserError, match=r'a \.mp4 needs the program ffmpeg; install it'):
         draw(few, tmp_path / 'c.mp4', lambda _: None)
     assert list(tmp_path.iterdir()) == []
 

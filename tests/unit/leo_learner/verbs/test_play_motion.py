@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags.recording import read_bag
+from leo_learner import training_loop
 from leo_learner.verbs.play import main
 from leo_msgs_py.errors import UserError
 
@@ -32,6 +33,20 @@ def test_every_fall_begins_an_episode(tmp_path, capsys):
     said, recording = capsys.readouterr().out, read_bag(bag, 'leo')
     falls = len(recording.episodes) - 1
     assert falls >= 1 and f'{falls} fall' in said and 'leo check' in said and not recording.held
+
+
+def test_the_episodes_before_ctrl_c_are_in_the_bag(tmp_path, capsys, monkeypatch):
+    def two(env, act, episodes, *rest):
+        play(env, act, 2, *rest)
+        raise KeyboardInterrupt
+
+    play = training_loop.play
+    monkeypatch.setattr(training_loop, 'play', two)
+    bag = tmp_path / 'stopped'
+    with pytest.raises(KeyboardInterrupt):
+        main(['leo_walk', '--model', 'leo', '--episodes', '9', '--bag', str(bag)])
+    assert f'stopped: wrote {bag}' in capsys.readouterr().err
+    assert len(read_bag(bag, 'leo').episodes) == 2
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.run_file import input_units
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.picture.palette import Stroke
@@ -89,7 +90,7 @@ class NextRunView:
     def _two(self) -> tuple[Any, Any]:
         """Inputs above the motion, on one axis of time."""
         above = canvas('', '', height=HEIGHT, name='next run plot')
-        below = canvas('time [s]', 'angle [rad]', height=HEIGHT, x_range=above.x_range)
+        below = canvas('time [s]', '', height=HEIGHT, x_range=above.x_range)
         for plot, source in ((above, self._inputs), (below, self._motion)):
             plot.multi_line('ts', 'us', source=source, line_color='colour', line_width=1.5)
         return above, below
@@ -106,6 +107,8 @@ class NextRunView:
         self._inputs.data = stepped(t, inputs, track.actuators)
         self._motion.data = _lines([t] * len(names), [*x[:, shown].T], names)
         self._plots[0].yaxis.axis_label = f'input [{input_units(plan.robot)}]'
+        lengths = dict.fromkeys(length_unit(plan.robot, name) for name in names)
+        self._plots[1].yaxis.axis_label = f'position [{" or ".join(lengths)}]'
         self._legend.text = joints_legend(names)
 
 
