@@ -159,7 +159,7 @@ def _percent(counted: Sequence[bool]) -> str:
 
 def _rates(rows: Rows) -> Cells:
     for kind, some in _kinds(rows):
-        seconds = [r['seconds'] for r in some]
+        seconds = [r['cpu_seconds'] for r in some]
         seeds = f'{min(r["seed"] for r in some)} … {max(r["seed"] for r in some)}'
         took = f'{np.median(seconds):.0f} (at most {np.max(seconds):.0f})'
         yield TITLES[kind], RIGHT[kind], _share(some, 'right'), seeds, took
@@ -241,7 +241,7 @@ TABLES: dict[str, tuple[Head, Callable[[Rows], Cells]]] = {
         ),
         _overview,
     ),
-    'rates': (('hidden', 'what', 'cases', 'seeds', 'seconds a case'), _rates),
+    'rates': (('hidden', 'what', 'cases', 'seeds', 'CPU seconds a case'), _rates),
     'worlds': (lambda rows: ('hidden', 'what', 'all', *_worlds(rows)), _by_world),
     'wrong': (('seed', 'robot', 'simulated by', 'hidden', 'answer'), _wrong),
     'strength': (

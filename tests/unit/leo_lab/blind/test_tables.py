@@ -22,7 +22,7 @@ def line(seed, **more):
         'effects': [],
         'named': [],
         'errors': [],
-        'seconds': 2.0,
+        'cpu_seconds': 2.0,
         'commit': 'c1',
         'machine': 'm',
         **more,
