@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 from leo_lab.result_lines import read_results, Row
@@ -36,7 +37,7 @@ def write_page(path: Path, results: Path) -> None:
         experiment.kind.figure(experiment.title, done, rows, figure)
         parts += [
             f'## {experiment.title}',
-            f'`{leo("reproduce", name)}`: {len(done)} of {len(experiment.cases)} cases are in'
+            f'`{leo("reproduce", name)}`: {len(done)} of {len(experiment.cases)} cases are in: '
             f'{_commits([line for case in done if (line := found(case, rows))])}',
             experiment.kind.table(done, rows),
             *filter(None, [experiment.thesis]),
@@ -45,7 +46,7 @@ def write_page(path: Path, results: Path) -> None:
     write_whole(path, '\n\n'.join(parts) + '\n')
 
 
-def _commits(lines: Iterable[Row]) -> str:
+def _commits(lines: Sequence[Row]) -> str:
     """Of which code lines are, where they tell it."""
-    told = sorted({line['commit'] for line in lines if 'commit' in line})
-    return f', commit {", ".join(told)}' if told else ''
+    told = Counter(line.get('commit', 'earlier code') for line in lines)
+    return ', '.join(f'{count} of {commit}' for commit, count in sorted(told.items()))
