@@ -135,21 +135,6 @@ def test_an_open_answer_is_status_1_with_a_report(folder, tmp_path, capsys):
     assert (out / 'report.html').is_file()
 
 
-def test_a_second_repair_into_the_same_folder_is_refused(folder, repaired, capsys):
-    before = {p: p.read_bytes() for p in repaired.iterdir()}
-    assert main(['repair', str(folder / 'friction'), *MODEL, '-o', str(repaired)]) == 2
-    assert 'model.yaml exists' in capsys.readouterr().err
-    assert {p: p.read_bytes() for p in repaired.iterdir()} == before
-
-
-def test_compare_writes_what_it_prints(folder, tmp_path, capsys):
-    argv = ['compare', str(folder / 'friction'), *MODEL, '-o', str(tmp_path / 'out'), '--json']
-    assert main(argv) == 0
-    out, err = capsys.readouterr()
-    assert err == ''
-    assert json.loads(out) == json.loads((tmp_path / 'out' / 'compare.json').read_text())
-
-
 def cpu_seconds(child):
     """Processor time a running child has used [s], however busy the machine is."""
     assert child.poll() is None

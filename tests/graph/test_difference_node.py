@@ -144,13 +144,3 @@ def untrained(model: Model) -> DifferenceModel:
     config, layout = Config(hidden=(4,)), layout_of(model.robot)
     made = Network(layout, config), layout, config, model.robot.name, 1, 0
     return DifferenceModel(*made, over=of_model(model))
-
-
-def test_broken_bag_is_an_error_on_diagnostics_and_the_node_lives(asker, spawn, tmp_path):
-    (tmp_path / 'rollout').mkdir()
-    (tmp_path / 'rollout' / 'rollout_0.mcap').write_bytes(b'no mcap at all')
-    spawn('-c', NODE, '--ros-args', '-p', f'bag:={tmp_path / "rollout"}', '-p', 'record:=false')
-    assert asker.call_update().success
-    name = 'diffmodel: difference model'
-    asker.until(lambda: asker.told.get(name, ('', b''))[0].startswith(str(tmp_path)))
-    assert asker.call_update().success

@@ -25,7 +25,7 @@ RECOMMENDED = replace(
     scale=True,
     layer_norm=True,
 )
-"""The pendulum; it solves it in a quarter of the steps (docs/deviations.md)."""
+"""The pendulum; it solves it in a fifth of the steps (docs/deviations.md)."""
 THESIS_WALKING = replace(THESIS, critic_l2=0.001, warm_up=20_000, replay=300_000)
 """LEO (docs/reference/leo.md 10)."""
 RECOMMENDED_WALKING = replace(

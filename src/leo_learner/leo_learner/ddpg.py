@@ -34,7 +34,7 @@ OPTIMISERS = ('actor_adam', 'critic_adam')
 
 @dataclass(frozen=True)
 class Config(LoopConfig):
-    """All numbers of a training run; the defaults are the thesis' (sections 9, 10 and 12)."""
+    """All numbers of a training run; the thesis' by default (docs/reference/leo.md 9, 10)."""
 
     hidden: tuple[int, ...] = (400, 300)
     """Units of the hidden ReLU layers of actor and critic."""

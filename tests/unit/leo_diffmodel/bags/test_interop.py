@@ -175,17 +175,6 @@ def test_every_cut_is_finished_without_losing_a_message(bag, tmp_path, share):
             assert sum(1 for _ in reader.messages()) == len(before)
 
 
-def test_a_damaged_half_is_left_out(bag, tmp_path, run):
-    content = bytearray((bag / 'bag_0.mcap').read_bytes())
-    content[len(content) // 2 :] = b'\xff' * (len(content) - len(content) // 2)
-    damaged = tmp_path / 'damaged.mcap'
-    damaged.write_bytes(content)
-    recording = read_bag(damaged, PENDULUM)
-    (episode,) = recording.episodes
-    assert len(episode.t) > 0.4 * COUNT and np.array_equal(episode.q, run.q[: len(episode.t)])
-    assert 'cut short' in recording.warnings[0]
-
-
 def test_a_message_that_cannot_be_decoded_is_left_out_and_counted(tmp_path):
     writer = BagWriter(tmp_path / 'bag')
     channel = writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')

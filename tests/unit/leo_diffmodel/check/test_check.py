@@ -71,12 +71,6 @@ def test_a_rescaled_speed_is_found():
     assert '0.909' in found.what and 'speed_scale: 1.' in found.todo
 
 
-def test_a_late_speed_is_found():
-    clean = record(PENDULUM, seconds=SECONDS)
-    found = complaints(spoilt(clean, dq=np.roll(only(clean).dq, 2, axis=0)))
-    assert ' 20.' in found['speed_late'].what and 'late' in found['speed_late'].what
-
-
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
 def test_inputs_held_the_wrong_way_are_found(robot):
     clean = record(robot, seconds=SECONDS)

@@ -14,7 +14,7 @@ from tests.damage import room_for
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.difference import job
-from leo_diffmodel.difference.data import Layout, layout_of, predicted, Transitions, transitions
+from leo_diffmodel.difference.data import Layout, predicted, Transitions, transitions
 from leo_diffmodel.difference.fit import fit, one_step_mse
 from leo_diffmodel.difference.job import Updates
 from leo_diffmodel.difference.model import from_bytes
@@ -263,16 +263,6 @@ def test_damaged_weights_are_said_and_passed_over(model, real, steps, tmp_path):
         assert line.endswith('; passed over')
 
 
-def test_child_fits_a_torque_form_to_a_bag(real, capsys, tmp_path):
-    bag, weights = recorded(real, tmp_path / 'bag'), tmp_path / 'w.safetensors'
-    argv = [str(bag), '--model', 'pendulum', '--config', 'torque', '-o', str(weights)]
-    assert job.main(argv) == 0
-    told = json.loads(capsys.readouterr().out.splitlines()[-1])['report']
-    assert told['mse_after'] < told['mse_before'] and told['transitions'] >= 100
-    again = from_bytes(weights.read_bytes())
-    assert (again.config.form, again.trained_on) == ('torque', told['transitions'])
-
-
 def test_a_fit_that_makes_it_worse_is_not_kept(model, capsys, tmp_path):
     bag, weights = recorded(model, tmp_path / 'bag'), tmp_path / 'w.safetensors'
     argv = [str(bag), '--model', 'pendulum', '--config', 'torque', '-o', str(weights)]
@@ -287,9 +277,3 @@ def test_a_repair_that_was_not_kept_gives_way_to_the_next(model, real, monkeypat
     assert job.repaired([], model, path)[0] is model
     assert job.repaired([], model, path)[0] is real
     assert len(load_model(path).effects) == 2
-
-
-def test_child_prints_its_error_on_one_line(capsys, tmp_path):
-    assert job.main([str(tmp_path), '--model', 'pendulum', '-o', str(tmp_path / 'w')]) == 2
-    assert len(capsys.readouterr().err.splitlines()) >= 1
-    assert layout_of(Model('pendulum').robot) == PENDULUM

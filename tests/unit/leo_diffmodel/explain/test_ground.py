@@ -35,7 +35,6 @@ from leo_diffmodel.explain.unknown import influence as influences
 from leo_diffmodel.explain.unknown.curves import curves
 from leo_diffmodel.explain.unknown.influence import influence
 from leo_lab.blind import kinds
-from leo_lab.blind.run_cases import run_case
 from leo_sim.dynamics import multirate
 from leo_sim.effects import get_effect, place
 from leo_sim.effects.motor import Motor
@@ -177,11 +176,6 @@ def test_fits_that_save_all_there_is_are_told_apart_by_one_another():
     first, second = gains(null, [good, better], everything, 6.0)
     assert second == 4 * 6.0 and second - first == 1.0 + 6.0
     assert gains(null, [good, better], everything, np.inf) == [181.0, 188.0]
-
-
-@pytest.mark.parametrize('seed', [96014, pytest.param(96026, marks=pytest.mark.slow)])
-def test_blind_cases_on_the_ground_that_were_wrong_once(seed):
-    assert run_case(seed, 'effect', 'leo')['right']
 
 
 def test_explain_names_an_effect_on_the_ground():

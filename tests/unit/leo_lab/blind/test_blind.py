@@ -361,18 +361,6 @@ def test_every_kind_is_counted_and_has_its_words(kind):
     assert shares <= WORDS.keys() and kind in TITLES
 
 
-def test_three_effects_of_which_one_more_was_named_are_right_and_not_exact():
-    hidden = VISCOUS, SCALE, ('armature', 'pivot', 'drive')
-    rows = [row(name, where) for name, where, _ in hidden]
-    truth = truth_of('triple', *hidden)
-    judged = [
-        verdict(truth, 'named', *rows),
-        verdict(truth, 'named', *rows, row('coulomb_friction', 'pivot')),
-    ]
-    rates = summary('triple', judged)
-    assert (rates['right']['hits'], rates['exact']['hits'], rates['cases']) == (2, 1, 2)
-
-
 def test_a_run_continues_where_it_ended(tmp_path, monkeypatch):
     asked = []
 

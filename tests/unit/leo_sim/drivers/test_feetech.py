@@ -17,7 +17,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import registers, servo_models
 from leo_sim.drivers import load_driver
-from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
+from leo_sim.drivers.base import DriverOptions, TransientFault
 from leo_sim.drivers.guardian import TIMES
 from leo_sim.drivers.servo_bus.dynamixel import SYNC_WRITE
 from leo_sim.drivers.servo_bus.feetech import encoded, FRAMING
@@ -27,7 +27,6 @@ from leo_sim.drivers.servo_joints import JointUnits
 SUPPLY = 7.4
 STEP = SUPPLY / 1000
 R = registers('feetech')
-OVERLOADED = 0x20
 
 KILLED = """\
 import sys, time
@@ -134,22 +133,6 @@ def test_a_lost_packet_passes(servo):
         driver.read()
     rig.bus.silent = frozenset()
     driver.read()
-
-
-def test_a_servo_that_lets_go_ends_the_run(servo):
-    rig, driver = servo
-    rig.order(lambda: rig.plant.servos['pivot'].fail(OVERLOADED))
-    rig.until(lambda: rig.plant.servos['pivot'].get('hardware_error_status'))
-    with pytest.raises(DriverFault, match='has let go: overloaded'):
-        driver.read()
-
-
-def test_a_command_that_got_lost_is_noticed(servo, monkeypatch):
-    _, driver = servo
-    monkeypatch.setattr(driver._bus, 'sync_write', lambda *_: None)
-    driver.write(np.array([2.0]))
-    with pytest.raises(TransientFault, match='has not taken'):
-        driver.read()
 
 
 def test_a_killed_process_leaves_the_motor_at_zero(robot):

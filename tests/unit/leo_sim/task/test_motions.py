@@ -90,12 +90,3 @@ def test_a_hanging_robot_does_not_fall():
     routine, q = Routine(LEO, 'swinging', 3), np.zeros(9)
     q[2] = 1.4
     assert all(routine.volts(q, np.zeros(9)) is not None for _ in range(50))
-
-
-@pytest.mark.parametrize(
-    ('robot', 'motion', 'said'),
-    [('leo', 'steping', 'did you mean stepping'), ('pendulum', 'stepping', 'need left_hip')],
-)
-def test_a_wrong_motion_or_robot_is_said(robot, motion, said):
-    with pytest.raises(UserError, match=said):
-        Routine(load_robot(robot), motion, 0)

@@ -230,9 +230,7 @@ def test_noise_alone_has_no_law(robot, seed):
 @pytest.mark.parametrize(
     ('robot', 'effect', 'parameters'),
     [
-        (TORQUE, 'coulomb_friction', {'c': 0.15}),
         pytest.param(TORQUE, 'joint_spring', {'k': 0.5, 'rest': 0.3}, marks=pytest.mark.slow),
-        (TORQUE, 'command_delay', {'delay': 0.015}),
         (TORQUE, 'torque_ripple', {'a': 0.3, 'n': 3.0, 'phase': 1.0}),
         (PENDULUM, 'voltage_deadband', {'v': 0.4}),
         pytest.param(PENDULUM, 'viscous_friction', {'b': 1e-5}, marks=pytest.mark.slow),
