@@ -257,61 +257,35 @@ def blocked(bench: Bench) -> float:
     return time.monotonic()
 
 
-def lossy(share: float) -> Callable[[Bench], float]:
-    """Packets are lost for a while; an arm that follows goals goes on."""
-
-    def act(bench: Bench) -> float:
-        began = time.monotonic()
-        bench.set(lose=share)
-        return began
-
-    return act
-
-
-def stopped_during(fault: Callable[[Bench], float]) -> Callable[[Bench], float]:
-    """An e-stop just after another fault, while the motors may still be driven."""
+def stopped_during(
+    fault: Callable[[Bench], float], least: float = 0.0, most: float = 0.03
+) -> Callable[[Bench], float]:
+    """An e-stop so many seconds after another fault, while the motors may still be driven."""
 
     def act(bench: Bench) -> float:
         fault(bench)
-        spin_until(lambda: False, random.uniform(0.0, 0.03))
+        spin_until(lambda: False, random.uniform(least, most))
         return e_stop(bench)
 
     return act
 
 
-def losing(share: float) -> Callable[[Bench], float]:
-    """An e-stop while packets are lost."""
-
-    def act(bench: Bench) -> float:
-        bench.set(lose=share)
-        spin_until(lambda: False, random.uniform(0.05, 0.1))
-        return e_stop(bench)
-
-    return act
-
-
-LOSSY = {f'{share:.0%} lost': lossy(share) for share in BUS_LOSS}
+LOSSY = {f'{share:.0%} lost': breaking(lose=share) for share in BUS_LOSS}
 """What voltages are measured without: a lost packet is 0 V."""
-KINDS: dict[str, Callable[[Bench], float]] = {
-    'e-stop': e_stop,
-    'no command': no_command,
+HURT = {
     'kill -9': killed,
     'bus cable out': breaking(bus_cable=False),
     'usb cable out': breaking(usb_cable=False),
     'servo 3 silent': breaking(silent=3),
-    **LOSSY,
-    **{f'e-stop, {share:.0%} lost': losing(share) for share in BUS_LOSS},
     BLOCKED: blocked,
-    **{
-        f'e-stop, {name}': stopped_during(fault)
-        for name, fault in {
-            BLOCKED: blocked,
-            'bus cable out': breaking(bus_cable=False),
-            'usb cable out': breaking(usb_cable=False),
-            'servo 3 silent': breaking(silent=3),
-            'kill -9': killed,
-        }.items()
-    },
+}
+KINDS: dict[str, Callable[[Bench], float]] = {
+    'e-stop': e_stop,
+    'no command': no_command,
+    **HURT,
+    **LOSSY,
+    **{f'e-stop, {name}': stopped_during(fault, 0.05, 0.1) for name, fault in LOSSY.items()},
+    **{f'e-stop, {name}': stopped_during(fault) for name, fault in HURT.items()},
 }
 
 
@@ -324,9 +298,7 @@ def main() -> None:
     parser.add_argument('--goals', action='store_true', help='an arm that follows goals')
     options = parser.parse_args()
     real_time(os.getpid())
-    kinds = options.kinds or [
-        k for k in KINDS if options.goals or not k.endswith(('lost',)) or 'e-stop' in k
-    ]
+    kinds = options.kinds or [k for k in KINDS if options.goals or k not in LOSSY]
     robot, start = ('so101', 'nominal') if options.goals else ('leo', 'hanging')
     with emulated(start, robot=robot) as leo:
         bench = join(GoalBench(leo) if options.goals else Bench(leo))

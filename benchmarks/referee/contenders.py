@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import NamedTuple
 
 from benchmarks.referee.card import Rig
@@ -47,29 +48,16 @@ def _leo(rig: Rig) -> Fitted:
     return Fitted(answer.model, answer.sentence, named, answer.verdict, with_law)
 
 
-def _mujoco(rig: Rig) -> Fitted:
-    from benchmarks.referee.by_mujoco import fitted
-
-    return fitted(rig)
-
-
-def _torque(rig: Rig) -> Fitted:
-    from benchmarks.referee.by_torque import fitted
-
-    return fitted(rig)
-
-
-def _scipy(rig: Rig) -> Fitted:
-    from benchmarks.referee.by_simulation import fitted
-
-    return fitted(rig)
+def _by(module: str) -> Callable[[Rig], Fitted]:
+    """What a module beside this one fits; read when it is used, with the library that it needs."""
+    return lambda rig: import_module(f'benchmarks.referee.{module}').fitted(rig)
 
 
 CONTENDERS: dict[str, tuple[str, Callable[[Rig], Fitted]]] = {
     'leo': ('`leo explain`, told nothing', _leo),
     'given': ('the model as given', _as_given),
-    'mujoco': ("MuJoCo's sysid, told the usual parameters", _mujoco),
-    'torque': ('least squares on inverse dynamics, all of the regressor', _torque),
-    'scipy': ('scipy on 0.5 s of simulation, told the right law', _scipy),
+    'mujoco': ("MuJoCo's sysid, told the usual parameters", _by('by_mujoco')),
+    'torque': ('least squares on inverse dynamics, all of the regressor', _by('by_torque')),
+    'scipy': ('scipy on 0.5 s of simulation, told the right law', _by('by_simulation')),
 }
 """By name: in words, and how it fits; the first one is what the others are compared with."""

@@ -62,11 +62,12 @@ def several(
             return effects, sizes
 
 
-def sizes_of(run: Run, effects: Effects) -> tuple[float, ...]:
-    """The size of each effect beside the others, in noise floors."""
+def sizes_of(run: Run, effects: Effects, others: Effects = ()) -> tuple[float, ...]:
+    """The size of each effect beside everything else, in noise floors."""
+    everything = (*others, *effects)
     return tuple(
-        float(OpenLoop(run, effects, effects[:i] + effects[i + 1 :]).size(placed)[0])
-        for i, placed in enumerate(effects)
+        float(OpenLoop(run, everything, tuple(o for o in everything if o is not p)).size(p)[0])
+        for p in effects
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_lab.blind import kinds
-from leo_lab.blind.drawn import Drawn, log_uniform, one_of, several
+from leo_lab.blind.drawn import Drawn, log_uniform, one_of, several, sizes_of
 from leo_lab.blind.open_loop import OpenLoop, Run
 from leo_lab.blind.outside import amplitude_of, SHAPES, stronger
 from leo_lab.blind.scenes import Effects, Given
@@ -65,7 +65,7 @@ def _beside_small(
     small, small_sizes = _small(run, effects, loop, count, filtered, rng)
     if len(small) < LEAST - 1 or len(small) + sensing.faults < COUNT[0]:
         return None
-    sizes = _beside(run, small, effects)
+    sizes = sizes_of(run, effects, small)
     if not all(LARGE[0] <= size <= OVER * LARGE[1] for size in sizes):
         return None
     return Drawn(effects, sizes, small, small_sizes, sensing, run=run)
@@ -170,27 +170,18 @@ def _shape(name: str, reach: Array, rng: np.random.Generator) -> dict[str, float
 
 def _trimmed(run: Run, large: Effects, small: Effects) -> tuple[Effects, tuple[float, ...]]:
     """Sizes beside all others; what has left `FLOORS` is made right once, or left out."""
-    sizes = _beside(run, large, small)
+    sizes = sizes_of(run, small, large)
     fitted = tuple(
         p if _fits(s) else _scaled(run.robot, p, float(np.mean(AIMED)) / s)
         for p, s in zip(small, sizes, strict=True)
         if s > 0
     )
     if fitted != small:
-        sizes = _beside(run, large, fitted)
+        sizes = sizes_of(run, fitted, large)
     while not all(map(_fits, sizes)):
         fitted = tuple(p for p, size in zip(fitted, sizes, strict=True) if _fits(size))
-        sizes = _beside(run, large, fitted)
+        sizes = sizes_of(run, fitted, large)
     return fitted, sizes
-
-
-def _beside(run: Run, others: Effects, effects: Effects) -> tuple[float, ...]:
-    """Size of each of the effects beside everything else, in noise floors."""
-    everything = (*others, *effects)
-    return tuple(
-        float(OpenLoop(run, everything, tuple(o for o in everything if o is not p)).size(p)[0])
-        for p in effects
-    )
 
 
 def _fits(size: float) -> bool:

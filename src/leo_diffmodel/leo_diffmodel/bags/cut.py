@@ -9,7 +9,6 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
@@ -19,8 +18,6 @@ from .finish import is_recording
 from .topic_map import find_topic, list_topics, TopicMap
 from .types import LATCHED, UINT32
 from .writer import whole_bag
-
-Times = NDArray[np.int64]
 
 
 def cut_bag(

@@ -22,7 +22,7 @@ from .inputs import InputLog, read_inputs
 from .mend import on_time
 from .notes import input_notes, reading_notes
 from .spikes import without_spikes
-from .split import split, unwrapped, velocity
+from .split import split, unwrapped
 from .states import median_step, read_states, StateLog
 from .topic_map import COMMANDS, find_topic, list_topics, read_topic_map, TopicMap
 from .types import Floats, Stamps
@@ -167,7 +167,7 @@ def _rates(t: Stamps, q: Floats, dq: Floats | None, time_scale: float) -> Floats
     """Measured rates (T, J); those that nobody measured (NaN) differentiated from the angles."""
     if dq is not None and not np.isnan(dq).any():
         return dq
-    slope = velocity(t, q) / time_scale
+    slope = np.gradient(q, (t - t[0]) * 1e-9, axis=0) / time_scale
     return slope if dq is None else np.where(np.isnan(dq), slope, dq)
 
 

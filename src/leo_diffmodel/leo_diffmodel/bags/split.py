@@ -13,7 +13,7 @@ from leo_msgs_py.errors import UserError
 
 from .contents import TopicLog
 from .states import deserialize, StateLog
-from .types import Floats, Stamps, UINT32
+from .types import Floats, UINT32
 
 GAP_PERIODS = 5.0
 GAP_SECONDS = 0.025
@@ -88,14 +88,6 @@ def jump_ratio(states: StateLog) -> Floats:
         return np.zeros(0)
     residual, tolerance, _ = _mismatch(states)
     return np.asarray((np.abs(residual) / tolerance).max(axis=1))
-
-
-def velocity(stamp_ns: Stamps, q: Floats) -> Floats:
-    """Differentiate positions over uneven stamps; shape (T, J), rad/s."""
-    if len(q) < 2:
-        return np.zeros_like(q)
-    t = (stamp_ns - stamp_ns[0]) * 1e-9
-    return np.asarray(np.gradient(q, t, axis=0))
 
 
 def _mismatch(states: StateLog) -> tuple[Floats, Floats, Floats]:

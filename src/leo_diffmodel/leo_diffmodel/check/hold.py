@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from leo_diffmodel.bags.mend import with_inputs_late
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.check.finding import ERROR, Finding, OK
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, whitened
@@ -39,10 +40,6 @@ class Misfit:
     loss: Array
     error: Array
     columns: Array
-
-    def part(self, windows: Array) -> Misfit:
-        """Some of the windows."""
-        return Misfit(*(getattr(self, f.name)[windows] for f in fields(self)))
 
 
 def hold(
@@ -84,7 +81,7 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
     )
     if not len(mine):
         return 0.0
-    read, way = read.part(mine), way.part(theirs)
+    read, way = at_rows(read, mine), at_rows(way, theirs)
     if _removed(read.loss, way.loss, model) < CHECK.hold_trifle:
         return 0.0
     spared = way.loss - read.loss

@@ -22,7 +22,6 @@ from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 STAGES = 3
-Array = np.ndarray
 
 
 @dataclass(frozen=True)

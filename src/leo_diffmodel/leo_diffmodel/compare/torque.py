@@ -22,8 +22,6 @@ from leo_sim.model import Model
 Array = np.ndarray
 MOST_DRAWN = 1500
 """Windows whose torque a page shows."""
-NO_ARRAYS = ('windows', 'untrusted')
-"""Attributes of `MissingTorque` that have no row for each window."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +183,7 @@ def in_parts(
     whole: dict[str, Any] = {
         f.name: np.concatenate([getattr(part, f.name) for part in parts])
         for f in fields(MissingTorque)
-        if f.name not in NO_ARRAYS and getattr(parts[0], f.name) is not None
+        if isinstance(getattr(parts[0], f.name), np.ndarray)
     }
     return replace(parts[0], windows=windows, **whole)
 

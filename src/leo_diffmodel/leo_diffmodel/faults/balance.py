@@ -71,7 +71,8 @@ def balance(
     fitted = flow.moving[:, j] > LIMITS.moving
     if fitted.sum() < LIMITS.fewest_instants:
         return None
-    motor, target = flow.motor[:, j], _target(flow, j)
+    motor = flow.motor[:, j]
+    target = flow.load[:, j] + motor + flow.missing[:, j]  # what motion and losses take [N m, N]
     rest = _columns(flow, model, j)
 
     def loss(late: float) -> float:
@@ -96,11 +97,6 @@ def _seconds(found: Balance, shift: float) -> Figure:
     """The delay from the shift that was tried and what the slope of the motor adds to it."""
     slope, gain = found.figures['late'], max(abs(found.figures['motor'].value), 1e-9)
     return Figure(shift + slope.value / gain, slope.sd / gain, slope.worst / gain)
-
-
-def _target(flow: Flow, j: int) -> Array:
-    """What motion and the losses of the model take [N m, N], shape (N,)."""
-    return flow.load[:, j] + flow.motor[:, j] + flow.missing[:, j]
 
 
 def _columns(flow: Flow, model: Model, j: int) -> dict[str, Array]:

@@ -14,7 +14,6 @@ from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.motion import Channels, coarse, grain, Law, Motion
 from leo_diffmodel.faults.settings import LIMITS
 
-Array = np.ndarray
 BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
 
 

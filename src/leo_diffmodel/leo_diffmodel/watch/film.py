@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.pushes import predict
-from leo_diffmodel.compare.windows import Windows
+from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.watch.scene import Scene
 from leo_sim.model import Model
 
@@ -54,7 +55,7 @@ class Film:
         Raises:
             ValueError: no episode is that long.
         """
-        windows = scene.back_to_back(seconds)
+        windows = cut(scene.recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
         begin = scene.timeline.at(windows.source, windows.start)
         time = begin[:, None] + np.concatenate([np.zeros((windows.count, 1)), elapsed], axis=1)

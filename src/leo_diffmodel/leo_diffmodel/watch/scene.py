@@ -90,10 +90,6 @@ class Scene:
         timeline, data = Timeline.of(everything), tuple(everything)
         return cls(model, known, data, sigma, blocks, held, train, step, found, timeline)
 
-    def back_to_back(self, seconds: float) -> Windows:
-        """All of the data in windows of so many seconds, each beginning where one ends."""
-        return cut(self.recordings, seconds, stride=seconds, history=noise.HISTORY)
-
     @property
     def headline(self) -> Headline:
         """Which error is shown as one figure: how far ahead, and whether rms or median."""

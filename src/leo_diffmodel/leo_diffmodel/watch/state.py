@@ -20,7 +20,6 @@ from leo_diffmodel.watch.setting import Answer, base_of, repaired, Setting, word
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
-Array = np.ndarray
 HORIZON = 0.5
 SHORTEST, LONGEST = 0.05, 3.0
 """Of the horizon that predictions run over [s]."""

@@ -13,12 +13,13 @@ from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
 from leo_learner.verbs.play_run import play_run, run_text
-from leo_learner.verbs.play_scripted import is_motion, motion_text, play_motion, unknown
+from leo_learner.verbs.play_scripted import motion_text, play_motion, unknown
 from leo_learner.verbs.playing import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
 from leo_sim.effects.consent import add_effect_argument
+from leo_sim.task.motions import MOTIONS
 
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
@@ -97,7 +98,7 @@ def main(argv: list[str]) -> int:
 
 
 def _check(options: Any) -> None:
-    run, motion = is_run_file(options.policy), is_motion(str(options.policy))
+    run, motion = is_run_file(options.policy), str(options.policy) in MOTIONS
     if options.episodes < 1 or (options.collect is not None and options.collect < 1):
         raise UserError('leo play: --episodes and --collect take 1 or more')
     if options.seed < 0:
@@ -121,7 +122,7 @@ def _check(options: Any) -> None:
 def _played_by(options: Any, ros_args: list[str]) -> tuple[dict[str, Any], Callable[..., str]]:
     if is_run_file(options.policy):
         return play_run(options, ros_args), run_text
-    if is_motion(str(options.policy)):
+    if str(options.policy) in MOTIONS:
         return play_motion(options, ros_args), motion_text
     return _play(options, ros_args), _text
 

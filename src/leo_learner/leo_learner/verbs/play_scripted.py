@@ -17,11 +17,6 @@ from leo_sim.task.motions import MOTIONS, Routine
 SECONDS = 10.0
 
 
-def is_motion(name: str) -> bool:
-    """Whether a name is that of a motion."""
-    return name in MOTIONS
-
-
 def unknown(name: str, policies: Iterable[str]) -> UserError:
     """The error for a name that is neither a motion nor a policy."""
     hint = nearest(name, [*MOTIONS, *policies])

@@ -37,9 +37,6 @@ class InputSign(Factor):
     confused_with = 'angle and speed both turned about: the same thing, mended at either end.'
     costs = 'A negative gain, or a hand.'
 
-    def patch(self, value: float) -> Patch:
-        return {'input_scale': -1.0}
-
 
 class InputLate(Fault):
     """The inputs act later, or earlier, than their stamps say: two clocks, a queue."""

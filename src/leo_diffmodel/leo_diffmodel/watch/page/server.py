@@ -7,10 +7,8 @@ from collections.abc import Callable
 import logging
 import secrets
 import signal
-from typing import Any, NoReturn
+from typing import NoReturn
 
-from bokeh.application import Application
-from bokeh.application.handlers import FunctionHandler
 from bokeh.document import Document
 from bokeh.server.server import Server
 from tornado.ioloop import PeriodicCallback
@@ -46,15 +44,11 @@ class WatchServer:
         self._state, self._finder, self._next_run = page.state, page.finder, page.next_run
         self.token = secrets.token_urlsafe(TOKEN_BYTES)
 
-        def opened(document: Any) -> None:
-            tab(document, page)
-
         where = {'address': HERE, 'port': port, 'prefix': self.token}
         pauses = {'keep_alive_milliseconds': 10000, 'check_unused_sessions_milliseconds': 5000}
         files_too = {'extra_patterns': routes(page.state)}
         try:
-            application = {'/': Application(FunctionHandler(opened))}
-            self._server = Server(application, **where, **pauses, **files_too)
+            self._server = Server(lambda tabbed: tab(tabbed, page), **where, **pauses, **files_too)
         except OSError as error:
             raise UserError(
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'
