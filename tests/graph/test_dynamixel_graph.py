@@ -5,6 +5,8 @@ The bus runs in real time and has to be answered in time, which a busy machine m
 The driver and the bus in one process: tests/unit/leo_sim/drivers, test_dynamixel.py and servo_bus.
 """
 
+import signal
+
 import numpy as np
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -131,6 +133,55 @@ def test_a_time_out_and_an_e_stop_bring_the_motor_to_zero(robot, motor):
     drive(robot, motor, 2.0)
     assert robot.call(topics.E_STOP).success
     motor.wait_for(lambda volts: volts == 0.0)
+
+
+def test_the_motor_stops_when_the_process_is_killed(robot, motor):
+    drive(robot, motor, 2.0)
+    robot.stop(signal.SIGKILL)
+    motor.wait_for(lambda volts: volts == 0.0)
+
+
+def test_a_usb_cable_pulled_ends_the_node_with_one_line(robot, motor):
+    drive(robot, motor, 2.0)
+    motor.set(usb_cable=False)
+    assert robot.process.wait(PATIENCE) == 1
+    motor.wait_for(lambda volts: volts == 0.0)
+    assert 'Traceback' not in robot.said() and '[FATAL]' in robot.said()
+    motor.set(usb_cable=True)
+    assert spin_until(motor.port.is_symlink, PATIENCE)
+    states = len(robot.states)
+    robot.process = robot.start()
+    robot.wait(lambda: len(robot.states) > states, 'no restart')
+    drive(robot, motor, 1.0)
+
+
+def test_a_bus_cable_pulled_ends_the_node_and_the_servo_stops_itself(robots, motor):
+    robot = robots('/short', robot=motor.robot.folder, driver='dynamixel', port=motor.port)
+    drive(robot.ready(), motor, 2.0)
+    motor.set(bus_cable=False)
+    assert robot.process.wait(PATIENCE) == 1
+    motor.wait_for(lambda volts: volts == 0.0)
+    assert '6 periods in a row failed' in robot.said() and 'Traceback' not in robot.said()
+
+
+def test_lost_damaged_and_late_packets_are_counted_and_the_robot_goes_on(robot, motor):
+    drive(robot, motor, 2.0)
+    motor.set(lose=0.05, wrong_crc=0.05, cut=0.05, rubbish=0.1, late=0.02)
+    states = len(robot.states)
+    robot.wait(lambda: robot.send(2.0) or len(robot.states) > states + 40)
+    motor.set(lose=0.0, wrong_crc=0.0, cut=0.0, rubbish=0.0, late=0.0)
+    assert robot.said().count('0 in this period') > 0, 'no fault in 40 periods'
+    drive(robot, motor, 1.0)
+    assert np.nanmax(np.abs(motor.volts())) <= SUPPLY
+    assert robot.stop() == 0
+
+
+def test_a_servo_that_overheats_ends_the_node_and_is_free(robot, motor):
+    drive(robot, motor, 2.0)
+    motor.set(overheat=1)
+    assert robot.process.wait(PATIENCE) == 1
+    motor.wait_for(np.isnan)
+    assert 'servo 1 (pivot) has let go: too hot' in robot.said()
 
 
 def test_the_bus_refuses_what_makes_no_sense(motor):

@@ -21,8 +21,8 @@ EXAMPLES = (
     'leo blind --small 96 --first-seed 50001 --examination -o out/examined',
     'leo blind --table out/small/results.jsonl',
     'leo blind --suite --share 0.1 -o out/quick',
-    'leo blind --suite --first-seed 300001 --examination -o out/suite',
-    'leo blind --suite --first-seed 300001 --examination --part leo -o out/suite',
+    'leo blind --suite --first-seed 500001 --examination -o out/suite',
+    'leo blind --suite --first-seed 500001 --examination --part leo -o out/suite',
     'leo blind --cases 1000 --scheduler tcp://10.0.0.1:8786 -o out/blind',
 )
 AGAIN = '; the same command again runs only what is missing'
