@@ -34,8 +34,12 @@ def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
     Raises:
         ValueError: a recording is too short for a single one.
     """
-    count, before = COMPARE.noise_intervals, COMPARE.history
-    return [cut([r], count * sample_period([r]), history=before) for r in recordings]
+    return [_short(r, sample_period([r])) for r in recordings]
+
+
+def _short(recording: Recording, period: float) -> Windows:
+    count = int(np.clip(round(COMPARE.noise_seconds / period), *COMPARE.noise_intervals))
+    return cut([recording], count * period, history=COMPARE.history)
 
 
 def estimate(model: Model, short: Sequence[Windows]) -> Array:

@@ -57,8 +57,11 @@ class Compare:
     """Of the error of a prediction: as much again, to any side, changes it by a thousandth."""
 
     # Noise
-    noise_intervals: int = 8
-    """Of a short window: more than its start state and three torques a joint can follow."""
+    noise_intervals: tuple[int, int] = (5, 8)
+    """Of a short window, fewest and most: more than its start state and three torques a joint can
+    follow,"""
+    noise_seconds: float = 0.25
+    """and no longer than that: what a wrong model lacks changes by more than a ramp [s]."""
     noise_windows: int = 3000
     """Divided by the joints: their noise is then known to 2 %, and more only takes longer."""
     noise_rounds: int = 8

@@ -34,6 +34,15 @@ def test_noise_is_within_ten_percent(robot, effect, sigma):
     np.testing.assert_allclose(found, sigma, rtol=0.1)
 
 
+@pytest.mark.parametrize(('heavier', 'most'), [(0.0, 1.1), (0.035, 5.0)])
+def test_few_samples_a_second_make_little_noise_of_a_wrong_model(heavier, most):
+    """At 20 Hz a window of eight intervals would be half a swing, and the noise seven times it."""
+    sigma, mass = np.array([1e-3, 0.02]), place(PENDULUM, 'link_mass', 'bob', m=heavier)
+    data = every(record(PENDULUM, mass, seconds=60, noise=sigma), 5)
+    (found,) = noise.estimate(Model(PENDULUM), noise.short_windows([data]))
+    assert (0.9 * sigma < found).all() and (found < most * sigma).all()
+
+
 def test_each_recording_has_its_own_noise():
     sigmas = [(5e-4, 0.02), (2e-3, 0.08)]
     data = [record(TORQUE, seconds=20, seed=k, noise=s) for k, s in enumerate(sigmas)]
