@@ -49,9 +49,15 @@ def stamps(bag: Path, topic: topics.Topic) -> np.ndarray:
     return np.unique([header_stamp(m.data) for m in load(bag).topics[f'/{topic.name}'].messages])
 
 
-def finish(env: RobotEnv, recorder: subprocess.Popen, bag: Path, begin: int) -> None:
-    """Wait for the last state, end the recorder, and see that none since `begin` is missing."""
-    end, period = env._state.stamp_ns, round(1e9 / FAST)
+def test_a_recorder_that_stands_still_for_a_second_loses_nothing(recorded):
+    env, recorder, bag = recorded
+    begin, period = env._state.stamp_ns, round(1e9 / FAST)
+    recorder.send_signal(signal.SIGSTOP)
+    going_on = Timer(1.0, recorder.send_signal, [signal.SIGCONT])
+    going_on.start()
+    while going_on.is_alive():
+        env.step(np.ones(1))
+    end = env._state.stamp_ns
     while live_bag.newest(bag, topics.JOINT_STATES) < end:
         assert recorder.poll() is None
         env.step(np.zeros(1))
@@ -60,17 +66,6 @@ def finish(env: RobotEnv, recorder: subprocess.Popen, bag: Path, begin: int) -> 
     for topic in (topics.JOINT_STATES, APPLIED):
         found = stamps(bag, topic)
         assert np.isin(np.arange(begin, end, period), found).all(), topic.name
-
-
-def test_a_recorder_that_stands_still_for_a_second_loses_nothing(recorded):
-    env, recorder, bag = recorded
-    begin = env._state.stamp_ns
-    recorder.send_signal(signal.SIGSTOP)
-    going_on = Timer(1.0, recorder.send_signal, [signal.SIGCONT])
-    going_on.start()
-    while going_on.is_alive():
-        env.step(np.ones(1))
-    finish(env, recorder, bag, begin)
 
 
 READER = """

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Truths of blind cases, answers to them, and how these are judged."""
+
+from typing import Any
+
+from leo_lab.blind.judge import judge
+from leo_sim.description.robot import load_robot
+
+
+def truth_of(
+    kind: str, *effects: tuple[str, str, str], robot: str = 'pendulum', ever_free: bool = False
+) -> dict[str, Any]:
+    """What a case hides: name, place and family of each effect."""
+    rows = [
+        {
+            'name': name,
+            'where': where,
+            'family': family,
+            'size': 3.0,
+            'parameters': {'b': 1.0},
+            'neutral': {'b': 0.0},
+            'units': {'b': 'N'},
+        }
+        for name, where, family in effects
+    ]
+    return {
+        'kind': kind,
+        'seed': 1,
+        'robot': robot,
+        'engine': 'rk4',
+        'noise': [1e-3, 0.05],
+        'ever_free': ever_free,
+        'constants': {},
+        'effects': rows,
+    }
+
+
+def row(
+    name: str, where: str, *near: tuple[str, str, float], inclusion: float = 1.0
+) -> dict[str, Any]:
+    """An effect of an answer, and the rivals near it: name, place, nats."""
+    rivals = [
+        {'name': n, 'where': w, 'separable_nats': nats, 'same_thing': None} for n, w, nats in near
+    ]
+    return {
+        'name': name,
+        'where': where,
+        'gain_train': 30.0,
+        'gain_held_out': 9.0,
+        'parameters': {'b': {'value': 1.1, 'ci95': [0.9, 1.3]}},
+        'inclusion_probability': inclusion,
+        'confusable_with': rivals,
+    }
+
+
+def verdict(
+    truth: dict[str, Any], said: str, *rows: dict[str, Any], unknown: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """How an answer to a case is judged."""
+    answer = {
+        'verdict': said,
+        'effects': list(rows),
+        'errors': {},
+        'seconds': 2.0,
+        'unknown': unknown,
+    }
+    return judge(truth, answer, load_robot(truth['robot']))
