@@ -58,7 +58,7 @@ def test_a_recorder_that_stands_still_for_a_second_loses_nothing(recorded):
     while going_on.is_alive():
         env.step(np.ones(1))
     end = env._state.stamp_ns
-    while live_bag.newest(bag, topics.JOINT_STATES) < end:
+    while min(live_bag.newest(bag, topic) for topic in (topics.JOINT_STATES, APPLIED)) < end:
         assert recorder.poll() is None
         env.step(np.zeros(1))
     recorder.send_signal(signal.SIGINT)
