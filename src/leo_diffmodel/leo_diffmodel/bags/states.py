@@ -98,6 +98,9 @@ def in_our_units(
 ) -> tuple[Floats, Floats | None, Floats | None]:
     """Return angles, speeds and efforts in our units, signs and zeros."""
     q, dq, effort = columns
+    dq = None if dq is None else np.stack(
+        [_signed(x, m) for x, m in zip(np.asarray(dq).T, maps, strict=True)], axis=1
+    )
     sign, scale, offset, fast, zero = (
         np.array([float(getattr(m, name)) for m in maps])
         for name in ('sign', 'scale', 'offset', 'speed_scale', 'speed_zero')
@@ -107,6 +110,16 @@ def in_our_units(
         None if dq is None else sign * fast * (dq - zero),
         None if effort is None else sign * effort,
     )
+
+
+def _signed(speed: Floats, joint: JointMap) -> Floats:
+    """Speeds (T,) whose sign was logged as a part of the number."""
+    if joint.speed_wraps is not None:
+        return np.where(speed > 0.5 * joint.speed_wraps, speed - joint.speed_wraps, speed)
+    if joint.speed_sign_at is not None:
+        at = joint.speed_sign_at
+        return np.where(speed > 0.75 * at, at - speed, speed)
+    return speed
 
 
 def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterator[Row]:

@@ -11,7 +11,10 @@ A topic map, every key optional:
       # speed_scale: 0.1047    rad/s for 1 of theirs; speed_zero: what theirs says at rest
       # speed_late: 0.02       s; a speed that is measured so much later than its angle
       # speed: none            differentiate the angle instead
+      # speed_wraps: 1500      rad/s of theirs: -1 is logged as 1499; speed_sign_at: 750: as 751
       # input_scale: 0.5       besides `scale` below, of this joint; input_late: 0.1 [s]
+    input_of: {elbow: wrist, wrist: elbow}   # whose column an input of ours stands in
+    goals_are_angles: [elbow]                # its angle stands where its goal should, and back
     input: commands          # or auto, applied, dynamic_joint_states, controller_state,
                              # trajectory, effort, none
     interface: voltage       # its name on the dynamic joint states
@@ -81,6 +84,7 @@ TYPES = {
 }
 
 Factor = Annotated[float, AfterValidator(_no_zero)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Seconds = Annotated[float, Field(ge=-MOST_LATE, le=MOST_LATE, allow_inf_nan=False)]
 
 
@@ -90,6 +94,9 @@ class JointMap(BaseModel):
     angle = sign * scale * theirs + offset; speed(t) = sign * speed_scale *
     (theirs(t + speed_late) - speed_zero), or the slope of the angle where `speed` is none; its
     input is multiplied by input_scale and by input_sign (else sign), and acts input_late later.
+    Theirs, of a negative speed that was logged as a positive number, is first made negative: what
+    is above half of speed_wraps is that much less, or what is above speed_sign_at counts down from
+    there.
     """
 
     model_config = ConfigDict(extra='forbid', frozen=True)
@@ -103,6 +110,8 @@ class JointMap(BaseModel):
     speed_zero: float = Field(default=0.0, allow_inf_nan=False)
     speed_late: Seconds = 0.0
     speed: Literal['measured', 'none'] = 'measured'
+    speed_wraps: Positive | None = None
+    speed_sign_at: Positive | None = None
     input_scale: Factor = 1.0
     input_late: Seconds = 0.0
 
@@ -121,6 +130,8 @@ class TopicMap(BaseModel):
     scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None
+    input_of: dict[str, str] = {}
+    goals_are_angles: list[str] = []
     time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     input_late: Seconds = 0.0
 
@@ -136,8 +147,15 @@ class TopicMap(BaseModel):
         """Return inputs (N, A) along our joints [V, N m or rad]; goals count from our zero."""
         maps = [self.joint(name) for name in joints]
         factors = np.array([(m.input_sign or m.sign) * m.input_scale for m in maps])
-        ours = theirs * self.scale * factors
+        columns = [self._column(name, joints) for name in joints]
+        ours = theirs[:, columns] * self.scale * factors
         return ours + np.array([m.offset for m in maps]) if kind == 'position' else ours
+
+    def _column(self, name: str, joints: Sequence[str]) -> int:
+        other = self.input_of.get(name, name)
+        if other not in joints:
+            raise UserError(f'topic map: input_of {name}: no input of {other!r} is logged')
+        return list(joints).index(other)
 
 
 def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:

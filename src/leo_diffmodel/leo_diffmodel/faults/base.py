@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from typing import Any, ClassVar
@@ -69,8 +69,13 @@ class Fault:
         """What a log has of its channel x (T,) at times t (T,) [s]."""
         raise NotImplementedError
 
-    def patch(self, value: float) -> Patch:
-        """What undoes it in a topic map; empty where no map can."""
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
+        """What undoes it in a topic map; empty where no map can.
+
+        Args:
+            value: size of the fault.
+            names: joints whose columns it is about.
+        """
         return {}
 
 
@@ -83,7 +88,7 @@ class Factor(Fault):
         """The multiple."""
         return value * x
 
-    def patch(self, value: float) -> Patch:
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         """The inverse of the factor."""
         return {self.key: 1 / value}
 
@@ -104,6 +109,7 @@ class Found:
             one kind; 0 where no model was asked.
         where: stretches [s since the first state]; empty for all of it.
         otherwise: other readings of the same contradiction, in words.
+        names: whose columns it is about, where it is of several joints.
         bag: path of the log.
         slides: whether its joint does.
     """
@@ -118,6 +124,7 @@ class Found:
     worst: float = 0.0
     where: tuple[tuple[float, float], ...] = ()
     otherwise: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
     bag: str = field(default='', compare=False)
     slides: bool = False
 
@@ -129,7 +136,7 @@ class Found:
     @property
     def patch(self) -> Patch:
         """What mends it in a topic map."""
-        return self.fault.patch(self.value)
+        return self.fault.patch(self.value, self.names)
 
     @property
     def cuts(self) -> bool:
@@ -174,4 +181,8 @@ class Found:
 
 
 def _figure(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f'{{{", ".join(f"{k}: {v}" for k, v in value.items())}}}'
+    if isinstance(value, list):
+        return f'[{", ".join(value)}]'
     return f'{value:.6g}' if isinstance(value, float) else str(value)

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+import math
 
 import numpy as np
 
@@ -13,28 +14,58 @@ from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.faults.balance import Balance, balance, Figure
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.inputs import dead_input, exchanged
+from leo_diffmodel.faults.left_out import better, misses, Reading
+from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.faults.settings import LIMITS
-from leo_diffmodel.outside.flow import flow
+from leo_diffmodel.outside.flow import Flow, flow
 from leo_diffmodel.outside.rate import with_true_rates
 from leo_sim.model import Model
 
 
 def balances(recording: Recording, model: Model) -> dict[str, Balance]:
     """The balance of each joint that shows it; of a robot on the ground only when it is held."""
-    if model.robot.contacts and not recording.held:
-        return {}
-    seen = flow(with_true_rates(recording), model)
-    if seen is None:
-        return {}
-    usual = FAULTS['input_late'].harmless
+    seen = _flow(recording, model)
+    return {} if seen is None else _balances(recording, seen)
+
+
+def _flow(recording: Recording, model: Model) -> Flow | None:
+    on_ground = model.robot.contacts and not recording.held
+    return None if on_ground else flow(with_true_rates(recording), model)
+
+
+def _balances(recording: Recording, seen: Flow) -> dict[str, Balance]:
+    usual, base = FAULTS['input_late'].harmless, seen.model.robot.base_joints
     with np.errstate(all='ignore'):
-        found = {name: balance(seen, model, j, usual) for j, name in enumerate(recording.joints)}
-    base = model.robot.base_joints
+        found = {
+            name: balance(seen, seen.model, j, usual) for j, name in enumerate(recording.joints)
+        }
     return {name: b for name, b in found.items() if b is not None and name not in base}
 
 
-def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Found]:
-    """What is wrong with inputs, zeros and time, by the balances of a log without other faults."""
+def dynamic_faults(recording: Recording, model: Model) -> list[Found]:
+    """What is wrong with inputs, zeros and time, by the torques of a log without other faults.
+
+    What the balance of one joint suggests is a fault only where it predicts the log better than
+    all that is ordinary does, in blocks of time that neither was fitted to.
+    """
+    seen = _flow(recording, model)
+    if seen is None:
+        return []
+    driven = [] if recording.input in ('position', 'none') else [*recording.actuators]
+    order = exchanged(recording, seen, driven)
+    if order is not None:
+        recording = mapped(recording, [order])
+        seen = flow(with_true_rates(recording), model) or seen
+    dead = [f for name in driven for f in dead_input(recording, seen, name)]
+    found = _balances(recording, seen)
+    for f in dead:
+        found.pop(f.joint, None)
+    told = _suggested(recording, found)
+    return [*filter(None, [order]), *dead, *_predicting(recording, seen, told, found)]
+
+
+def _suggested(recording: Recording, found: dict[str, Balance]) -> list[Found]:
     out: list[Found] = []
     for name, b in found.items():
         out += list(_zero(name, b)) or list(_compensated(name, b))
@@ -43,6 +74,37 @@ def dynamic_faults(recording: Recording, found: dict[str, Balance]) -> list[Foun
     if recording.input in ('voltage', 'torque'):
         out += _late([b for n, b in found.items() if n in recording.actuators], recording)
     return out or list(_time([*found.values()]))
+
+
+def _predicting(
+    recording: Recording, seen: Flow, told: Sequence[Found], joints: Iterable[str]
+) -> Iterator[Found]:
+    """Those that predict blocks of time better than the log as it is; warnings if not surely."""
+    for f in told:
+        mine = [g for g in told if g.joint == f.joint]
+        gained = _gained(recording, seen, f, mine, joints) if f.error else np.inf
+        if gained > 0:
+            yield replace(f, error=f.error and gained > LIMITS.sure)
+
+
+def _gained(
+    recording: Recording, seen: Flow, f: Found, mine: Sequence[Found], joints: Iterable[str]
+) -> float:
+    """Standard errors by which a log with this fault predicts better than one without."""
+    number = recording.joints.index
+    if f.fault.name in ('input_scale', 'input_sign'):
+        unit = math.prod(g.value for g in mine if g.fault.channel == 'input')
+        good = [Reading(float(k)) for k in np.geomspace(*FAULTS['input_scale'].harmless, 5)]
+        with_it = Reading(unit)
+        return better([misses(seen, number(f.joint), good)], [misses(seen, number(f.joint), [with_it])])
+    if f.fault.name == 'gravity_compensated':
+        j = number(f.joint)
+        return better([misses(seen, j)], [misses(seen, j, [Reading(share=f.value)])])
+    mended = flow(with_true_rates(mapped(recording, [f])), seen.model)
+    if mended is None:
+        return 0.0
+    each = [*map(number, joints)]
+    return better([misses(seen, j) for j in each], [misses(mended, j) for j in each])
 
 
 def _motor(joint: str, b: Balance) -> Iterator[Found]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from leo_diffmodel.faults.spline import Knots, Rows, solved
 from leo_diffmodel.outside.samples import block_covariance, noise, spread
 
 Array = np.ndarray
+TINY = 1e-300
 NAMES = ('scale', 'late', 'filter', 'zero')
 
 
@@ -54,6 +56,30 @@ class Law:
         return float(self.theta[i]), float(np.sqrt(self.covariance[i, i]))
 
 
+@dataclass(frozen=True)
+class _Point:
+    """Parameters, the weight of each sample, what is left over (2N,), its slopes (2N, P)."""
+
+    theta: Array
+    weight: Array
+    rest: Array
+    slope: Array
+
+    @cached_property
+    def inverse(self) -> Array:
+        """Of the normal matrix, whose parameters have sizes of their own (P, P)."""
+        size = np.sqrt((self.weight[:, None] * self.slope**2).sum(axis=0)) + TINY
+        scaled = self.slope / size
+        normal = scaled.T @ (self.weight[:, None] * scaled)
+        return np.asarray(np.linalg.pinv(normal, LIMITS.alike_columns) / np.outer(size, size))
+
+    @property
+    def step(self) -> tuple[Array, Array]:
+        """Of Gauss-Newton, and the standard deviations of the parameters."""
+        deviation = (spread(self.rest) + TINY) * np.sqrt(self.inverse.diagonal())
+        return self.inverse @ (self.slope.T @ (self.weight * self.rest)), deviation
+
+
 class Motion:
     """Both channels of one joint, and the splines on which they must meet."""
 
@@ -80,30 +106,51 @@ class Motion:
         return self.fit(NAMES, start)
 
     def fit(self, free: Sequence[str], start: Array) -> Law:
-        """The robust least-squares fit of the `free` parameters, the others as in `start`."""
-        theta, index = np.array(start, float), [NAMES.index(name) for name in free]
-        weight = np.ones(2 * len(self.q))
-        for _ in range(LIMITS.most_steps):
-            rest, slope = self._linearised(theta, weight, index)
-            size = spread(rest)
-            weight = np.minimum(1.0, LIMITS.motion_huber * size / np.maximum(np.abs(rest), 1e-300))
-            inverse = np.linalg.pinv(slope.T @ (weight[:, None] * slope))
-            step = inverse @ (slope.T @ (weight * rest))
-            most = LIMITS.farthest * self.period
-            times = [abs(s) for i, s in zip(index, step, strict=True) if i in (1, 2)]
-            theta[index] += most / max([most, *times]) * step
-            theta[1:3] = np.clip(theta[1:3], -LIMITS.reach, LIMITS.reach)
-            if (np.abs(step) < LIMITS.step_near * size * np.sqrt(inverse.diagonal())).all():
-                break
-        return self._law(theta, weight, index)
+        """The robust least-squares fit of the `free` parameters, the others as in `start`.
 
-    def _law(self, theta: Array, weight: Array, index: Sequence[int]) -> Law:
+        A step is halved until the loss falls; where none falls, the fit has ended.
+        """
+        index = [NAMES.index(name) for name in free]
+        at = self._point(np.array(start, float), np.ones(2 * len(self.q)), index)
+        for _ in range(LIMITS.most_steps):
+            step, sd = at.step
+            nearer = self._nearer(at, step, index)
+            if nearer is None:
+                break
+            moved, at = nearer.theta[index] - at.theta[index], nearer
+            if (np.abs(moved) < LIMITS.step_near * sd).all():
+                break
+        return self._law(at, index)
+
+    def _nearer(self, at: _Point, step: Array, index: Sequence[int]) -> _Point | None:
+        """A point along the step with a smaller loss, by the weights of where it begins."""
+        most = LIMITS.farthest * self.period
+        times = [abs(s) for i, s in zip(index, step, strict=True) if i in (1, 2)]
+        step = most / max([most, *times]) * step
+        for _ in range(LIMITS.halvings):
+            theta = at.theta.copy()
+            theta[index] += step
+            theta[1:3] = np.clip(theta[1:3], -LIMITS.reach, LIMITS.reach)
+            theta[0] = np.clip(theta[0], -LIMITS.largest_scale, LIMITS.largest_scale)
+            there = self._point(theta, at.weight, index)
+            if np.square(there.rest) @ at.weight < np.square(at.rest) @ at.weight:
+                return there
+            step = 0.5 * step
+        return None
+
+    def _point(self, theta: Array, weight: Array, index: Sequence[int]) -> _Point:
         rest, slope = self._linearised(theta, weight, index)
-        inverse = np.linalg.pinv(slope.T @ (weight[:, None] * slope))
-        scores = (weight * rest)[:, None] * slope
+        size = spread(rest) + TINY
+        heavy = np.minimum(1.0, LIMITS.motion_huber * size / np.maximum(np.abs(rest), TINY))
+        return _Point(theta, heavy, rest, slope)
+
+    def _law(self, at: _Point, index: Sequence[int]) -> Law:
+        scores = (at.weight * at.rest)[:, None] * at.slope
         covariance = np.zeros((len(NAMES), len(NAMES)))
-        covariance[np.ix_(index, index)] = self._covariance(inverse, scores, weight * rest**2)
-        return Law(theta, covariance, float(huber(LIMITS.motion_huber, rest).sum()), weight)
+        squares = at.weight * at.rest**2
+        covariance[np.ix_(index, index)] = self._covariance(at.inverse, scores, squares)
+        loss = float(huber(LIMITS.motion_huber, at.rest).sum())
+        return Law(at.theta, covariance, loss, at.weight)
 
     def _covariance(self, inverse: Array, scores: Array, squares: Array) -> Array:
         """The larger of what blocks and what single samples say, (P, P).

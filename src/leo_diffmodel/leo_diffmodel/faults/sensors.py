@@ -14,7 +14,7 @@ from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.frozen import frozen, resolution
-from leo_diffmodel.outside.samples import steps
+from leo_diffmodel.outside.samples import spread, steps
 from leo_sim.description.robot import Robot
 
 
@@ -24,6 +24,8 @@ def sensor_faults(recording: Recording, robot: Robot) -> list[Found]:
     for j, joint in enumerate(recording.joints):
         out += [
             *_goal(recording, j, joint),
+            *_early(recording, j, joint),
+            *_unsigned(recording, j, joint),
             *_repeated(recording, j, joint),
             *_coarse(recording, j, joint, length_unit(robot, joint)),
         ]
@@ -86,6 +88,57 @@ def _goal(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     if moved >= LIMITS.fewest_goals and same > LIMITS.goal_share * total:
         what = f'the angle of {joint} is its goal to the last digit, and no measurement'
         yield Found(FAULTS['goal_as_angle'], joint, same / total, 0.0, what, True, 'sensor')
+
+
+def _early(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+    """Whether the angle does in advance what its goal says later."""
+    if recording.input != 'position' or joint not in recording.actuators:
+        return
+    a, period = recording.actuators.index(joint), float(np.median(steps(recording)))
+    reach = round(LIMITS.reach / period)
+    goals = [np.diff(e.inputs[:, a]) for e in recording.episodes]
+    alike = _alike(goals, [np.diff(e.q[:, j]) for e in recording.episodes], reach)
+    early, after = alike[:reach].max(initial=0.0), alike[reach:].max(initial=0.0)
+    late = (int(np.argmax(alike)) - reach) * period
+    low = FAULTS['goal_exchanged'].harmless[0]
+    ahead = early > max(LIMITS.follows, LIMITS.follows_better * after)
+    if ahead and late < low - period:
+        what = f'the angle of {joint} does {-1e3 * late:.0f} ms in advance what its goal says'
+        fault = FAULTS['goal_exchanged']
+        yield Found(fault, '', late, period, what, True, 'sensor', names=(joint,))
+
+
+def _alike(goals: Sequence[np.ndarray], angles: Sequence[np.ndarray], reach: int) -> np.ndarray:
+    """Correlation of goals with the angles so many rows later, from -reach on, (2 reach + 1,)."""
+    out = np.zeros(2 * reach + 1)
+    for goal, angle in zip(goals, angles, strict=True):
+        if len(goal) > 2 * reach:
+            ahead = np.pad(angle - angle.mean(), reach)
+            out += np.correlate(ahead, goal - goal.mean(), mode='valid')
+    power = [sum(float(x @ x) for x in parts) for parts in (goals, angles)]
+    return np.asarray(out / max(np.sqrt(power[0] * power[1]), 1e-300))
+
+
+def _unsigned(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+    """Whether negative speeds were read as positive numbers, far above all others."""
+    if recording.rates != 'measured':
+        return
+    speed = np.concatenate([e.dq[:, j] for e in recording.episodes])
+    slope = np.concatenate([np.gradient(e.q[:, j], e.t) for e in recording.episodes])
+    back = speed > LIMITS.bands * np.quantile(np.abs(slope), 0.99)
+    if back.sum() < LIMITS.fewest or (~back).sum() < LIMITS.fewest or (speed < 0).any():
+        return
+    found = {'speed_wraps': (speed - slope)[back], 'speed_sign_bit': (speed + slope)[back]}
+    name = min(found, key=lambda k: float(found[k].std()))
+    top, off = float(np.median(found[name])), float(np.median(np.abs(speed - slope)[~back]))
+    left = spread(found[name] - top)
+    if left < LIMITS.bands * 1.4826 * off + LIMITS.coarse * np.abs(slope).max():
+        what = (
+            f'negative speeds of {joint} are logged as numbers about {top:.4g} '
+            f'{"down" if name == "speed_wraps" else "up"}: their sign was read as a part of them'
+        )
+        sd = left / float(np.sqrt(back.sum()))
+        yield Found(FAULTS[name], joint, top, sd, what, True, 'sensor')
 
 
 def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:

@@ -18,6 +18,13 @@ class Limits:
     """By which the two may differ [rad]."""
     fewest_goals: int = 10
     """Changes of the goal that are needed."""
+    follows: float = 0.2
+    """Correlation of their changes from which on an angle follows its goal, or runs ahead of it,"""
+    follows_better: float = 1.1
+    """and how many times that of the other way round."""
+    bands: float = 4.0
+    """Times the fastest motion from which on a speed is no speed; times the usual error of the
+    others that its sign may be a part of the number."""
     moves: float = 3.0
     """Steps of the sensor that a joint must go from sample to sample to count as moving."""
     fewest: int = 60
@@ -48,6 +55,13 @@ class Limits:
     """Of Gauss-Newton."""
     step_near: float = 0.02
     """Share of a standard deviation that ends them."""
+    halvings: int = 6
+    """Of a step, until the loss falls."""
+    largest_scale: float = 3e3
+    """Of angle against speed, as of counts of 12 bits for rad and no more: a fit that goes there ran
+    away."""
+    alike_columns: float = 1e-10
+    """Least eigenvalue, over the largest, of parameters that are told apart."""
     farthest: float = 3.0
     """Periods that the lateness may change by in a step."""
     block: float = 1.0
@@ -107,6 +121,21 @@ class Limits:
     """Relative: a factor must be known so well for others to be judged by it."""
     clear_angle: float = 0.6
     """rad: where gravity pulls to must be known so well for a zero to be given."""
+
+    # What is predicted where the fit has not looked
+    blocks: int = 8
+    """Of time, of which each is left out once."""
+    shared_bells: int = 4
+    """Instants before and after that share their bell with one: they are not fitted then, either."""
+    odd: float = 0.3
+    """Share of an input that the motion of its joint does not explain, from which on it may be
+    another's: of arms with friction at all joints 0.1 at most."""
+    own: float = 0.5
+    """Of that, what another input must leave at most."""
+    dead: float = 5.0
+    """Times what the motion usually leaves of an input: what moves a joint without one."""
+    sure: float = 2.0
+    """Standard errors by which a fault must predict such blocks better than the log as it is."""
 
     # Which of two readings
     readings_apart: float = 0.3

@@ -8,12 +8,14 @@ input leave nothing over.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.outside.masses import Masses, masses
 from leo_diffmodel.outside.samples import integral, period, THIRD
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
@@ -36,12 +38,12 @@ class Flow:
         motor: torque of the motors by the model, without back-EMF [N m, N], shape (N, J).
         before: the same some tens of milliseconds earlier, shape (N, D, J).
         load: torque of gravity by the model [N m, N], shape (N, J).
-        inertial: parts of M ddq by the joint that accelerates [N m, N], shape (N, J, J).
-        swing: Coriolis and centrifugal torques by the model [N m, N], shape (N, J).
+        turning: what the joint's own acceleration takes [N m, N], shape (N, J).
         sign: -1 to 1, mean direction of motion, shape (N, J).
         moving: share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays.
         enabled: share with the motor on, shape (N, J); 0 without a motor.
         bell: length of the stretches that torques are means over [s].
+        model: by which it was computed.
     """
 
     time: Array
@@ -53,26 +55,40 @@ class Flow:
     motor: Array
     before: Array
     load: Array
-    inertial: Array
-    swing: Array
+    turning: Array
     sign: Array
     moving: Array
     enabled: Array
     bell: float
+    model: Model
+
+    @cached_property
+    def masses(self) -> Masses:
+        """What other masses would take."""
+        return masses(self.model, self.q, self.dq, self.ddq)
+
+    @cached_property
+    def turned_load(self) -> Array:
+        """What the load grows by if one joint is turned on [N m/rad], shape (N, J, J)."""
+        step, joints = OUTSIDE.turn, range(self.q.shape[1])
+        turned = [self.model.rigid.load(self.q + step * np.eye(len(joints))[k]) for k in joints]
+        return (np.stack(turned, axis=-1) - self.load[..., None]) / step
+
+    @property
+    def rotor(self) -> Array:
+        """Inertia of the rotors by the model [kg m2, kg], shape (J,)."""
+        rotors = np.asarray(self.model.laws.rotor_inertia, dtype=float).reshape(-1)
+        return np.broadcast_to(rotors, self.q.shape[1:])
 
     @property
     def own(self) -> Array:
         """The largest torque at work at each instant and joint [N m, N], shape (N, J)."""
-        return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), self._turning)
+        return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), np.abs(self.turning))
 
     @property
     def unbalanced(self) -> Array:
         """The larger of what motor and weight leave of each other, and what turns, (N, J)."""
-        return np.maximum(np.abs(self.motor + self.load), self._turning)
-
-    @property
-    def _turning(self) -> Array:
-        return np.asarray(np.abs(np.diagonal(self.inertial, axis1=1, axis2=2)))
+        return np.maximum(np.abs(self.motor + self.load), np.abs(self.turning))
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
@@ -84,9 +100,8 @@ def flow(recording: Recording, model: Model) -> Flow | None:
     found = [p for p in parts if p is not None]
     if not found:
         return None
-    names = [f.name for f in fields(Flow) if f.name != 'bell']
-    whole = {name: np.concatenate([getattr(p, name) for p in found]) for name in names}
-    return Flow(**whole, bell=bell)
+    whole = {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+    return Flow(**whole, bell=bell, model=model)
 
 
 def still_rates(recording: Recording) -> Array:
@@ -102,7 +117,8 @@ def still_rates(recording: Recording) -> Array:
 
 def _episode(
     e: Episode, number: int, model: Model, grid: float, bell: float, still: Array
-) -> Flow | None:
+) -> dict[str, Array] | None:
+    """What a flow has of one episode; None where it holds no bell."""
     count = int((e.t[-1] - e.t[0]) / grid + 1e-6)
     weights = _bell(max(2, round(bell / grid)))
     if count < len(weights) + 1:
@@ -114,7 +130,7 @@ def _episode(
     turned = np.ptp(_windows(raw['q'], weights, every), axis=-1)
     smooth['moving'] *= turned > OUTSIDE.turned * still * bell
     middle = _smoothed(0.5 * (nodes[1:] + nodes[:-1]), weights, every)
-    return Flow(middle, np.full(len(middle), number), bell=bell, **smooth)
+    return {'time': middle, 'episode': np.full(len(middle), number), **smooth}
 
 
 def _bell(count: int) -> Array:
@@ -154,8 +170,7 @@ def _intervals(
     mass, bias = model.rigid.mass_and_bias(middle, rate)
     load = model.rigid.load(middle)
     rotors = np.asarray(model.laws.rotor_inertia, dtype=float).reshape(-1)
-    mass = mass + np.diag(np.broadcast_to(rotors, ddq.shape[-1:]))
-    inertial = mass * ddq[:, None, :]
+    inertial = (mass + np.diag(np.broadcast_to(rotors, ddq.shape[-1:]))) * ddq[:, None, :]
     return {
         'q': middle,
         'dq': rate,
@@ -163,8 +178,7 @@ def _intervals(
         'missing': inertial.sum(axis=-1) + bias - held,
         'motor': _motor(model, u, on, middle),
         'load': load,
-        'inertial': inertial,
-        'swing': bias + load,
+        'turning': np.diagonal(inertial, axis1=1, axis2=2),
         'sign': sign,
         'moving': (np.abs(rate) > still).astype(float),
         'enabled': _at_joints(model, on, ddq),

@@ -63,13 +63,19 @@ def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
 
 
 def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
-    """Stretches, with their value, of one speed that the angle does not go along with."""
+    """Stretches, with their value, of one speed that the angle does not go along with.
+
+    While the joint stands, a speed may be a bit off and repeat itself.
+    """
     coarse = OUTSIDE.frozen_resolutions * resolution(e.dq[:, j])
+    slowest = OUTSIDE.frozen_slowest * float(np.abs(e.dq[:, j]).max())
     out = []
     for a, b in _constant(e.t, e.dq[:, j]):
         seconds = float(e.t[b] - e.t[a])
+        after = e.q[min(b + 1, len(e.q) - 1), j]
+        stands = abs(after - e.q[a, j]) < OUTSIDE.frozen_move
         off = abs(e.q[b, j] - e.q[a, j] - e.dq[a, j] * seconds)
-        if off > OUTSIDE.frozen_move + coarse * seconds:
+        if off > OUTSIDE.frozen_move + max(coarse, slowest * stands) * seconds:
             out.append((float(e.t[a]), float(e.t[b]), float(e.dq[a, j])))
     return out
 

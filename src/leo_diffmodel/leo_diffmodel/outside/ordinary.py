@@ -45,19 +45,15 @@ class Ordinary:
     friction: Array
 
 
-def explained(
-    flow: Flow, model: Model, j: int, fitted: Array, more: Sequence[Law] = ()
-) -> Ordinary:
+def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinary:
     """Explain the torque that the model lacks at joint j.
 
     Args:
         flow: of one recording.
-        model: its model.
         j: the joint.
         fitted: the instants that are fitted (N,); those of a joint that stands say nothing.
-        more: laws besides the ordinary ones.
+        laws: what may explain it.
     """
-    laws = [*ordinary(flow, model, j), *more]
     columns = np.stack([law.torque for law in laws], axis=1)
     size = np.maximum(np.sqrt((columns[fitted] ** 2).mean(axis=0)), 1e-12)
     bounds = np.array([(law.low, law.high) for law in laws]).T * size
@@ -98,59 +94,49 @@ def _robust(columns: Array, y: Array, bounds: Array) -> Array:
     low, high = np.minimum(bounds[0], -1e-12), np.maximum(bounds[1], 1e-12)
     floor = 1e-9 * float(np.abs(y).max()) + 1e-15
 
+    held = OUTSIDE.ridge * np.sqrt(len(y)) * np.eye(columns.shape[1])
+
     def solve(weight: Array) -> Array:
         root = np.sqrt(weight)[:, None]
-        q, r = np.linalg.qr(columns * root)
-        return np.asarray(lsq_linear(r, q.T @ (y * root[:, 0]), (low, high), method='bvls').x)
+        q, r = np.linalg.qr(np.concatenate([columns * root, held]))
+        right = q[: len(y)].T @ (y * root[:, 0])
+        return np.asarray(lsq_linear(r, right, (low, high), method='bvls').x)
 
     return reweighted(solve, columns, y, OUTSIDE.huber, OUTSIDE.rounds, floor)[0]
 
 
-def ordinary(flow: Flow, model: Model, j: int) -> list[Law]:
-    """The ordinary effects at joint j and their limits."""
+def ordinary(flow: Flow, j: int) -> list[Law]:
+    """The ordinary effects at joint j and their limits, but for its motor's strength."""
     own = float(np.quantile(flow.own[:, j], 0.9))
     steep = OUTSIDE.spring * float(np.abs(flow.load[:, j]).max())
-    return [
-        *_gravity(flow, j),
+    laws = [
         *_masses(flow, j),
-        *_friction(flow, model, j),
+        *_friction(flow, j),
         *_motor(flow, j),
         Law(np.ones(len(flow.time)), -OUTSIDE.tilt * own, OUTSIDE.tilt * own),
         Law(-(flow.q[:, j] - np.median(flow.q[:, j])), 0.0, steep or ANY),
     ]
+    return [law for law in laws if np.abs(law.torque).max() > OUTSIDE.trifle * own]
 
 
-def _gravity(flow: Flow, j: int) -> list[Law]:
-    """Another payload, a tilted base or an encoder that is off, link by link."""
-    angles, load = np.cumsum(flow.q, axis=1), flow.load[:, j]
-    sines, cosines = np.sin(angles), np.cos(angles)
-    waves = np.concatenate([sines, cosines], axis=1)
-    amounts = np.linalg.lstsq(waves, load, rcond=1e-6)[0]
-    if np.abs(waves @ amounts - load).max() > OUTSIDE.links_miss * np.abs(load).max() + 1e-12:
-        return [Law(load, OUTSIDE.lighter, OUTSIDE.heavier)]
-    out = []
-    for s, c, a, b in zip(sines.T, cosines.T, *amounts.reshape(2, -1), strict=True):
-        out.append(Law(a * s + b * c, OUTSIDE.lighter, OUTSIDE.heavier))
-        out.append(Law(a * c - b * s, -OUTSIDE.tilt, OUTSIDE.tilt))
-    return out
+def strength(flow: Flow, j: int) -> list[Law]:
+    """A motor that is stronger or weaker than it is said to be."""
+    return [Law(flow.motor[:, j], OUTSIDE.weaker, ANY)]
 
 
 def _masses(flow: Flow, j: int) -> list[Law]:
-    """Other inertias of the links and rotors."""
-    out = [Law(-flow.swing[:, j], OUTSIDE.lighter, OUTSIDE.heavier)]
-    moved = max(float(np.abs(flow.ddq[:, j]).sum()), 1e-12)
-    largest = OUTSIDE.heavier * float(np.abs(flow.inertial[:, j, j]).sum() / moved)  # kg m2, kg
-    for k in range(flow.q.shape[1]):
-        out.append(Law(-flow.inertial[:, j, k], OUTSIDE.lighter, OUTSIDE.heavier))
-        if flow.q.shape[1] > 1:
-            out.append(Law(-flow.ddq[:, k], 0.0 if k == j else -largest, largest))
-    return out
+    """Other links, payloads, rotors, encoders that are off and a base that is tilted."""
+    torque, most, links = flow.masses
+    least = np.where(np.arange(len(most)) < links, OUTSIDE.lighter, 0.0)
+    weights = [Law(-x, a, b) for x, a, b in zip(torque[:, j].T, least, most, strict=True)]
+    tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.turned_load[:, j].T]
+    return [*weights, *tilted, Law(-flow.ddq[:, j], OUTSIDE.lighter * flow.rotor[j], ANY)]
 
 
-def _friction(flow: Flow, model: Model, j: int) -> list[Law]:
+def _friction(flow: Flow, j: int) -> list[Law]:
     """What takes energy; less than nothing only as far as the model itself has friction."""
     dq, sign, load, motor = (x[:, j] for x in (flow.dq, flow.sign, flow.load, flow.motor))
-    viscous, dry = _model_friction(flow, model, j)
+    viscous, dry = _model_friction(flow.model, j)
     return [
         Law(-dq, -viscous, ANY, True),
         Law(-sign, -dry, ANY, True),
@@ -161,9 +147,9 @@ def _friction(flow: Flow, model: Model, j: int) -> list[Law]:
     ]
 
 
-def _model_friction(flow: Flow, model: Model, j: int) -> tuple[float, float]:
+def _model_friction(model: Model, j: int) -> tuple[float, float]:
     """Viscous [N m s/rad] and dry [N m] friction of the model at joint j, back-EMF included."""
-    joints, motors = flow.q.shape[1], len(model.robot.actuators)
+    joints, motors = len(model.robot.joint_names), len(model.robot.actuators)
     zero, u, fast = np.zeros((1, joints)), np.zeros((1, motors)), 1e-3
     load = zero if model.laws.needs_load else None
     moved = fast * np.eye(joints)[j][None]
@@ -177,7 +163,7 @@ def _model_friction(flow: Flow, model: Model, j: int) -> tuple[float, float]:
 
 
 def _motor(flow: Flow, j: int) -> list[Law]:
-    """A weaker or stronger motor, a limit, a dead band, an input that acts later."""
+    """A limit, a dead band, an input that acts later."""
     motor = flow.motor[:, j]
     top = float(np.abs(motor).max())
     if top < 1e-12:
@@ -186,4 +172,4 @@ def _motor(flow: Flow, j: int) -> list[Law]:
     limit, dead = OUTSIDE.motor_limit * top, OUTSIDE.dead_band * top
     over = motor - np.clip(motor, -limit, limit)
     band = np.clip(motor, -dead, dead)
-    return [Law(motor, OUTSIDE.weaker, ANY), Law(-over, 0.0, 1.0), Law(-band, 0.0, 1.0), *late]
+    return [Law(-over, 0.0, 1.0), Law(-band, 0.0, 1.0), *late]

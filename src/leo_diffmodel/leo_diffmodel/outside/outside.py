@@ -14,15 +14,16 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.flow import Flow, flow, still_rates
 from leo_diffmodel.outside.forces import blocked, Burst, bursts, held
 from leo_diffmodel.outside.frozen import frozen
-from leo_diffmodel.outside.ordinary import explained, Ordinary, strongest_wave
+from leo_diffmodel.outside.ordinary import explained, Law, Ordinary, ordinary, strength, strongest_wave
 from leo_diffmodel.outside.rate import with_true_rates
+from leo_diffmodel.outside.resonance import resonance
 from leo_diffmodel.outside.samples import period
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
 Array = np.ndarray
 Span = tuple[float, float]
-FORCES = ('push', 'hand', 'blocked')
+FORCES = ('push', 'hand', 'blocked', 'unexplained')
 """The kinds of stretches in which the robot is moved, or stopped."""
 HELD = 'all joints: stand before the first input where the model would move; held by a hand?'
 
@@ -36,7 +37,8 @@ class Stretch:
         begin: since the recording's first state [s].
         end: the same [s].
         why: a sentence without a full stop, beginning with the joint.
-        kind: push (short), hand (lasting), blocked or held.
+        kind: push (short), hand (lasting), blocked or held; unexplained where the motor acts by
+            itself and the joint does not do what model, motor and friction can.
     """
 
     source: int
@@ -145,16 +147,20 @@ def _forces(recording: Recording, model: Model) -> list[Stretch]:
     if seen is None:
         return []
     joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
-    return [s for j, joint in joints for s in _at_joint(seen, model, j, joint)]
+    return [s for j, joint in joints for s in _at_joint(recording, seen, j, joint)]
 
 
-def _at_joint(seen: Flow, model: Model, j: int, joint: str) -> list[Stretch]:
+def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stretch]:
     fitted = seen.moving[:, j] > 0.5
     if fitted.sum() < OUTSIDE.fewest_instants:
         return []
-    found = explained(seen, model, j, fitted)
-    if _led(seen, model, found, j, fitted):
-        return _all_of(seen, joint)
+    laws = [*ordinary(seen, j), *strength(seen, j)]
+    found = explained(seen, j, fitted, laws)
+    if _led(seen, laws, found, j, fitted):
+        if _follows(seen, j, fitted):
+            why = 'is led by a hand: no motor, weight or friction gives what accelerates it'
+            return _all_of(seen, f'{joint}: {why}', 'hand')
+        return _all_of(seen, f'{joint}: {_unlike(recording, seen, found, j)}', 'unexplained')
     stands = [
         Stretch(0, a, b, f'{joint}: stands while motor and weight push with {size:.2g}', 'blocked')
         for a, b, size in blocked(seen, found, j, fitted)
@@ -162,7 +168,7 @@ def _at_joint(seen: Flow, model: Model, j: int, joint: str) -> list[Stretch]:
     return [*(_of_burst(b, joint) for b in bursts(seen, found.rest, j, fitted)), *stands]
 
 
-def _led(seen: Flow, model: Model, found: Ordinary, j: int, fitted: Array) -> bool:
+def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) -> bool:
     """Whether a hand leads the joint: nothing the robot has gives what sets it in motion.
 
     What lasts of the torque left over is compared with what is there to move the joint: with what
@@ -175,7 +181,8 @@ def _led(seen: Flow, model: Model, found: Ordinary, j: int, fitted: Array) -> bo
     size = _lasting(found.rest, fitted)
     if size <= OUTSIDE.hand * seen.unbalanced[fitted, j].mean():
         return False
-    waving = explained(seen, model, j, fitted, strongest_wave(seen.time, found.rest, fitted))
+    waves = strongest_wave(seen.time, found.rest, fitted)
+    waving = explained(seen, j, fitted, [*laws, *waves])
     return _lasting(waving.rest, fitted) > OUTSIDE.one_wave * size
 
 
@@ -190,13 +197,33 @@ def _lasting(rest: Array, fitted: Array) -> float:
     return OUTSIDE.mean_of_rms * max(again, 0.0) ** 0.5
 
 
-def _all_of(seen: Flow, joint: str) -> list[Stretch]:
+def _follows(seen: Flow, j: int, fitted: Array) -> bool:
+    """Whether the motor does nothing of its own: its torque follows from how the joint moves.
+
+    It is off, or carries the weight, or holds against a hand. A motor that has something else to do
+    would show in the motion if no model or log were wrong.
+    """
+    q, motor = seen.q[fitted, j], seen.motor[fitted, j]
+    state = [np.ones_like(q), q, np.sin(q), np.cos(q), seen.load[fitted, j]]
+    columns = np.stack([*state, seen.dq[fitted, j], seen.sign[fitted, j]], axis=1)
+    own = motor - columns @ np.linalg.lstsq(columns, motor, rcond=1e-9)[0]
+    return bool(np.square(own).sum() <= OUTSIDE.own_will**2 * np.square(motor).sum())
+
+
+def _unlike(recording: Recording, seen: Flow, found: Ordinary, j: int) -> str:
+    """What is not like the model at a joint whose motor acts by itself, in words."""
+    rung, size = resonance(recording, j), _lasting(found.rest, seen.moving[:, j] > 0.5)
+    unit = 'N' if recording.joints[j] in seen.model.robot.slides else 'N m'
+    what = f'a resonance at {rung:.1f} Hz (an elastic gear?)' if rung else 'the model or the log'
+    return f'moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'
+
+
+def _all_of(seen: Flow, why: str, kind: str) -> list[Stretch]:
     """The whole recording, episode by episode."""
-    why = f'{joint}: is led by a hand: no motor, weight or friction gives what accelerates it'
     numbers = np.unique(seen.episode)
     times = [seen.time[seen.episode == n] for n in numbers]
     half = 0.5 * seen.bell
-    return [Stretch(0, float(t[0]) - half, float(t[-1]) + half, why, 'hand') for t in times]
+    return [Stretch(0, float(t[0]) - half, float(t[-1]) + half, why, kind) for t in times]
 
 
 def _of_burst(burst: Burst, joint: str) -> Stretch:

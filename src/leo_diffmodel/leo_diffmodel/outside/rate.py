@@ -45,8 +45,7 @@ def with_true_rates(recording: Recording) -> Recording:
 
 
 def _is_wrong(recording: Recording, j: int) -> bool:
-    rows = [row for e in recording.episodes for row in _stretches(e, j)]
-    change, integral, _, seconds = np.array(rows).reshape(-1, 4).T
+    change, integral, _, seconds = stretches(recording, j)
     missed, moved, usual = (_usual(x) for x in (change - integral, change, change / seconds))
     found = relate(recording, j)
     if found is not None:
@@ -82,10 +81,9 @@ def relate(recording: Recording, j: int) -> Rate | None:
     mistimed sample does not decide. `faults.motion` estimates the same with a delay apart from a
     filter, for the answer; this one takes milliseconds, for every bag that is looked at.
     """
-    rows = [row for e in recording.episodes for row in _stretches(e, j)]
-    if len(rows) < OUTSIDE.rate_fewest:
+    change, integral, ends, seconds = stretches(recording, j)
+    if len(change) < OUTSIDE.rate_fewest:
         return None
-    change, integral, ends, seconds = np.array(rows).T
     if np.abs(change).max() < 1e-9 or np.abs(integral).max() < 1e-9:
         return None
     if np.sqrt((integral**2).mean()) < OUTSIDE.rate_clear * _noise_of_integral(recording, j):
@@ -108,8 +106,13 @@ def _noise(recording: Recording, j: int, name: str) -> float:
     return noise([getattr(e, name)[:, j] for e in recording.episodes])
 
 
+def stretches(recording: Recording, j: int) -> Array:
+    """Angle change, integral of the rate, change of the rate, and seconds, of stretches (4, S)."""
+    rows = [row for e in recording.episodes for row in _stretches(e, j)]
+    return np.array(rows).reshape(-1, 4).T
+
+
 def _stretches(e: Episode, j: int) -> list[tuple[float, float, float, float]]:
-    """Angle change, integral of the rate, change of the rate, and seconds, of stretches."""
     count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
     area = integral(e.t, e.dq[:, j])
     edges = np.arange(0, len(e.t), count)

@@ -36,6 +36,9 @@ class Limits:
     """Of reweighting."""
     huber: float = 1.5
     """Standard deviations from which on an instant counts less."""
+    ridge: float = 1e-4
+    """Of a column's size: the error in each amount's place that holds amounts which the data do not
+    tell apart."""
     weaker: float = -0.4
     """Least change of a motor's torque, as a share of it. There is no most: as guessed, or in
     another unit, it may be many times too weak, and what runs as it says is run by it."""
@@ -47,8 +50,10 @@ class Limits:
     """Torque across gravity, or the same always, in the weight or in what is usually at work."""
     spring: float = 0.3
     """Stiffness of a spring, in the weight per radian."""
-    links_miss: float = 0.05
-    """Of the weight: what the links one by one may fail to add up to, else it is taken whole."""
+    turn: float = 1e-3
+    """rad, m: by which joints are turned on to see how the load changes."""
+    trifle: float = 1e-9
+    """Of the usual torque: what no law of a joint is smaller than."""
     motor_limit: float = 0.6
     """Of its largest torque, above which a motor may give less."""
     dead_band: float = 0.15
@@ -129,6 +134,18 @@ class Limits:
     """Of that, what a single wave must leave, which is no hand."""
     mean_of_rms: float = 0.8
     """Mean size of a normal variable over its rms."""
+    own_will: float = 0.2
+    """Share of a motor's torque (rms) that does not follow from angle and speed of its joint: of
+    motors that a hand moves, that carry the weight or hold against it, 0.06 at most; of motors
+    along paths, steps and chirps 0.34 and more."""
+    spectrum_seconds: float = 4.0
+    """Length of the stretches whose spectra are averaged [s]."""
+    slowest_peak: float = 2.0
+    """Hz: what swings slower may be a pendulum."""
+    asked: float = 1e-3
+    """Of the input's strongest frequency: what is weaker asks nothing of the joint."""
+    peak: float = 3.0
+    """Times the usual answer: a resonance."""
     least_led: float = 2.0
     """s that a joint must move in all, else it was pushed and not led."""
     lasting: float = 1.0

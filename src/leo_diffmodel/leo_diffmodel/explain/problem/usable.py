@@ -142,11 +142,12 @@ class Cut:
     @property
     def answer(self) -> tuple[str, str]:
         """The sentence where most of the motion is from outside, and what to record instead."""
-        sentence = (
-            f'Moved from outside in {self.share:.0%} of the moving time, so no effect is named: '
-            f'{self._listed}.'
-        )
-        return sentence, 'record the robot alone, moved by its motors or by its weight'
+        if all(s.kind == 'unexplained' for s in self.stretches):
+            what, todo = 'Unlike all that is known', 'look at columns, units and signs of the inputs'
+        else:
+            what, todo = 'Moved from outside', 'record the robot alone, moved by motors and weight'
+        share = f'in {self.share:.0%} of the moving time, so no effect is named'
+        return f'{what} {share}: {self._listed}.', todo
 
     @property
     def _listed(self) -> str:

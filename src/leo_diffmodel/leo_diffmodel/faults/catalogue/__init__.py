@@ -10,11 +10,14 @@ from leo_diffmodel.faults.catalogue.angle import (
     AngleZero,
     Frozen,
     GoalAsAngle,
+    GoalExchanged,
     Quantised,
     Repeated,
 )
 from leo_diffmodel.faults.catalogue.input_and_time import (
     GravityCompensated,
+    InputDead,
+    InputExchanged,
     InputLate,
     InputScale,
     InputSign,
@@ -26,6 +29,8 @@ from leo_diffmodel.faults.catalogue.speed import (
     SpeedLate,
     SpeedScale,
     SpeedSign,
+    SpeedSignBit,
+    SpeedWraps,
     SpeedZero,
 )
 
@@ -34,6 +39,8 @@ FAULTS: dict[str, Fault] = {
     for fault in (
         SpeedScale(),
         SpeedSign(),
+        SpeedWraps(),
+        SpeedSignBit(),
         SpeedZero(),
         SpeedLate(),
         SpeedFilter(),
@@ -41,12 +48,15 @@ FAULTS: dict[str, Fault] = {
         AngleSign(),
         AngleZero(),
         GoalAsAngle(),
+        GoalExchanged(),
         Frozen(),
         Clipped(),
         Repeated(),
         Quantised(),
         InputScale(),
         InputSign(),
+        InputExchanged(),
+        InputDead(),
         InputLate(),
         GravityCompensated(),
         TimeStretch(),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 import math
 
@@ -55,7 +56,7 @@ class AngleZero(Fault):
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return x + value
 
-    def patch(self, value: float) -> Patch:
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'offset': -value}
 
 
@@ -75,6 +76,28 @@ class GoalAsAngle(Fault):
         q = e.q.copy()
         q[:, j] = e.inputs[:, a]
         return replace(e, q=q)
+
+
+class GoalExchanged(Fault):
+    """Angle and goal stand in each other's column: state and action of a data set."""
+
+    name = 'goal_exchanged'
+    channel = 'angle'
+    unit = 's'
+    law = 'q_log = goal, goal_log = q'
+    harmless = (-0.06, float('inf'))
+    """s by which the angle comes after its goal; a loop may write a row after the goal acted."""
+    looks_like = 'The angle does in advance what its goal says later.'
+    confused_with = 'Nothing: no servo knows its goals before they come.'
+    costs = 'A servo that runs ahead of its goals, or a hand.'
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        q, inputs = e.q.copy(), e.inputs.copy()
+        q[:, j], inputs[:, a] = e.inputs[:, a], e.q[:, j]
+        return replace(e, q=q, inputs=inputs)
+
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
+        return {'goals_are_angles': [*names]}
 
 
 class Frozen(Fault):

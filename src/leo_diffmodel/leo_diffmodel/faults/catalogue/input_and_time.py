@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from leo_diffmodel.bags.mend import with_inputs_late
 from leo_diffmodel.bags.recording import Episode
@@ -38,6 +41,45 @@ class InputSign(Factor):
     costs = 'A negative gain, or a hand.'
 
 
+class InputExchanged(Fault):
+    """The inputs of some joints stand in each other's columns."""
+
+    name = 'input_exchanged'
+    channel = 'input'
+    law = 'u_log of joint i is u of joint k'
+    harmless = (0.0, 0.0)
+    harmless_words = 'never'
+    looks_like = 'Joints move against their inputs, and with those of another one.'
+    confused_with = 'A coupling between joints, where both inputs are alike.'
+    costs = 'A hand at each of them.'
+    whole_log = True
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        return replace(e, inputs=np.roll(e.inputs, 1, axis=1))
+
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
+        return {'input_of': dict(zip(names[::2], names[1::2], strict=True))}
+
+
+class InputDead(Fault):
+    """The log has exactly 0 for an input that acted all the same."""
+
+    name = 'input_dead'
+    channel = 'input'
+    law = 'u_log = 0 in a share of the rows'
+    harmless = (0.0, 0.0)
+    harmless_words = 'zeros that the motion agrees with'
+    looks_like = 'A joint carries its weight, or speeds up, with nothing at its motor.'
+    confused_with = 'A hand, where the input is 0 throughout.'
+    costs = 'A hand, or a motor without strength.'
+    todo = 'log what the motor was sent; leo bag fix leaves these stretches out'
+
+    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+        u = e.inputs.copy()
+        u[: int(value * len(u)), a] = 0.0
+        return replace(e, inputs=u)
+
+
 class InputLate(Fault):
     """The inputs act later, or earlier, than their stamps say: two clocks, a queue."""
 
@@ -56,7 +98,7 @@ class InputLate(Fault):
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
         return with_inputs_late(e, [-value] * e.inputs.shape[1])
 
-    def patch(self, value: float) -> Patch:
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'input_late': value}
 
 

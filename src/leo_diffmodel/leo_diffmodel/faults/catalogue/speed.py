@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -54,7 +55,7 @@ class SpeedZero(Fault):
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return x + value
 
-    def patch(self, value: float) -> Patch:
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'speed_zero': value}
 
 
@@ -74,7 +75,7 @@ class SpeedLate(Fault):
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return np.interp(t - value, t, x)
 
-    def patch(self, value: float) -> Patch:
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'speed_late': value}
 
 
@@ -85,8 +86,8 @@ class SpeedFilter(Fault):
     channel = 'speed'
     unit = 's'
     law = 'tau dw/dt = dq/dt - w'
-    harmless = (-0.02, 0.5)
-    """s: drivers do so; explain tries `velocity_lag`."""
+    harmless = (-0.02, 0.1)
+    """s: drivers do so; explain tries `velocity_lag`. Behind a slower one the angle knows more."""
     looks_like = 'The speed comes late, and its peaks are lower and rounder than the slope.'
     confused_with = 'speed_late, which leaves the peaks as high as they are.'
     costs = 'Nothing where velocity_lag is found as well; else damping comes out wrong.'
@@ -94,6 +95,9 @@ class SpeedFilter(Fault):
 
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return filtered(t, x, value)
+
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
+        return {'speed': 'none'} if value > self.harmless[1] else {}
 
 
 def filtered(t: Array, x: Array, tau: float) -> Array:
@@ -134,5 +138,40 @@ class Clipped(Fault):
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return np.clip(x, -value, value)
 
-    def patch(self, value: float) -> dict:
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
         return {'speed': 'none'}
+
+
+class SpeedWraps(Fault):
+    """A negative speed was read as a positive number: that of two's complement."""
+
+    name = 'speed_wraps'
+    channel = 'speed'
+    unit = 'rad/s'
+    law = 'w_log = w, or w + c where w < 0'
+    harmless = (0.0, 0.0)
+    harmless_words = 'never'
+    looks_like = 'Two bands of values: one from 0 up, one from c down.'
+    confused_with = 'speed_sign_bit, whose upper band goes up.'
+    costs = 'A zero, a scale and a sign of the speed that are all wrong.'
+
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return np.where(x < 0, x + value, x)
+
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
+        return {'speed_wraps': value}
+
+
+class SpeedSignBit(SpeedWraps):
+    """A negative speed was read as a positive number: its sign bit counted as a value."""
+
+    name = 'speed_sign_bit'
+    law = 'w_log = w, or c - w where w < 0'
+    looks_like = 'Two bands of values: one from 0 up, one from c up.'
+    confused_with = 'speed_wraps, whose upper band goes down.'
+
+    def logged(self, t: Array, x: Array, value: float) -> Array:
+        return np.where(x < 0, value - x, x)
+
+    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
+        return {'speed_sign_at': value}

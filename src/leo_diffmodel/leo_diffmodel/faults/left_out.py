@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How well the motion of a joint predicts its logged input where the fit has not looked.
+
+The input as logged is what is predicted, from the motion, the model and all ordinary effects
+(`outside.ordinary`). It is never what others are predicted from: a factor of a noisy column is
+too small (errors in variables), the more so where friction takes most of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.ordinary import explained, ordinary
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How the log of a joint's input is read.
+
+    Attributes:
+        unit: what it says where 1 N m or N acts.
+        column: whose input is in its place; its own where None.
+        share: of the weight that something besides carries.
+    """
+
+    unit: float = 1.0
+    column: int | None = None
+    share: float = 0.0
+
+
+AS_LOGGED = Reading()
+TINY = 1e-12
+
+
+def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Array:
+    """What of the input of joint j its motion does not explain [N m, N as logged], (N,).
+
+    Args:
+        flow: of one recording.
+        j: the joint.
+        fitted: the instants that are fitted, (N,).
+        reading: of its log.
+    """
+    column = j if reading.column is None else reading.column
+    motor, before, missing = flow.motor.copy(), flow.before.copy(), flow.missing.copy()
+    motor[:, j] = flow.motor[:, column] / reading.unit
+    before[:, :, j] = flow.before[:, :, column] / reading.unit
+    missing[:, j] += flow.motor[:, j] - motor[:, j] + reading.share * flow.load[:, j]
+    acting = replace(flow, motor=motor, before=before, missing=missing)
+    return reading.unit * explained(acting, j, fitted, ordinary(acting, j)).rest
+
+
+def misses(flow: Flow, j: int, readings: Sequence[Reading] = (AS_LOGGED,)) -> Array:
+    """Mean size of the rest of joint j in blocks of time, each by a fit of the others, (B,).
+
+    The log is read as one of `readings`, whichever fits the others best; NaN in blocks without
+    motion.
+    """
+    moving = flow.moving[:, j] > LIMITS.moving
+    block = _blocks(len(flow.time))
+    out = np.full(LIMITS.blocks, np.nan)
+    for b in range(LIMITS.blocks):
+        left, fitted = moving & (block == b), moving & (_near(block == b) == 0)
+        if left.any() and fitted.sum() >= LIMITS.fewest_instants:
+            rests = (rest(flow, j, fitted, reading) for reading in readings)
+            best = min(rests, key=lambda r: float(np.abs(r[fitted]).mean()))
+            out[b] = float(np.abs(best[left]).mean())
+    return out
+
+
+def better(first: Iterable[Array], second: Iterable[Array]) -> float:
+    """By how much of it the second misses less than the first, in standard errors.
+
+    Args:
+        first: what was missed at each joint, (B,) each.
+        second: the same, under another reading of the log.
+    """
+    a, b = np.array([*first]), np.array([*second])
+    both = np.isfinite(a) & np.isfinite(b)
+    size = np.array([x[k].mean() if k.any() else 1.0 for x, k in zip(a, both, strict=True)])
+    saved = np.where(both, a - b, 0.0) / np.maximum(size, TINY)[:, None]
+    seen = both.any(axis=0)
+    apart = saved.sum(axis=0)[seen] / both.sum(axis=0)[seen]
+    if len(apart) < 2:
+        return 0.0
+    return float(apart.mean() / max(apart.std(ddof=1) / np.sqrt(len(apart)), TINY))
+
+
+def split(values: Array) -> Array:
+    """Means of values (N,) in the same number of equal blocks (B,); NaN in empty ones."""
+    with np.errstate(all='ignore'):
+        number = _blocks(len(values))
+        sums, counts = (np.bincount(number, w, LIMITS.blocks) for w in (values, None))
+        return sums / counts
+
+
+def _blocks(count: int) -> Array:
+    """Number of the block of each of so many values in order of time."""
+    return np.arange(count) * LIMITS.blocks // max(count, 1)
+
+
+def _near(inside: Array) -> Array:
+    """Which instants share a bell with one that is inside."""
+    wide = np.convolve(inside, np.ones(2 * LIMITS.shared_bells + 1), mode='same')
+    return np.asarray(wide > 0.5)
