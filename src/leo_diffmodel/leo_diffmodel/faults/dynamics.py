@@ -35,10 +35,10 @@ def _flow(recording: Recording, model: Model) -> Flow | None:
 
 
 def _balances(recording: Recording, seen: Flow) -> dict[str, Balance]:
-    usual, base = FAULTS['input_late'].harmless, seen.model.robot.base_joints
+    usual, base = FAULTS['input_late'].harmless, seen.motion.model.robot.base_joints
     with np.errstate(all='ignore'):
         found = {
-            name: balance(seen, seen.model, j, usual) for j, name in enumerate(recording.joints)
+            name: balance(seen, seen.motion.model, j, usual) for j, name in enumerate(recording.joints)
         }
     return {name: b for name, b in found.items() if b is not None and name not in base}
 
@@ -53,16 +53,14 @@ def dynamic_faults(recording: Recording, model: Model) -> list[Found]:
     if seen is None:
         return []
     driven = [] if recording.input in ('position', 'none') else [*recording.actuators]
-    order = exchanged(recording, seen, driven)
-    if order is not None:
-        recording = mapped(recording, [order])
-        seen = flow(with_true_rates(recording), model) or seen
+    if (pair := exchanged(recording, seen, driven)) is not None:
+        return [pair, *dynamic_faults(mapped(recording, [pair]), model)]
     dead = [f for name in driven for f in dead_input(recording, seen, name)]
     found = _balances(recording, seen)
     for f in dead:
         found.pop(f.joint, None)
     told = _suggested(recording, found)
-    return [*filter(None, [order]), *dead, *_predicting(recording, seen, told, found)]
+    return [*dead, *_predicting(recording, seen, told, found)]
 
 
 def _suggested(recording: Recording, found: dict[str, Balance]) -> list[Found]:
@@ -100,7 +98,7 @@ def _gained(
     if f.fault.name == 'gravity_compensated':
         j = number(f.joint)
         return better([misses(seen, j)], [misses(seen, j, [Reading(share=f.value)])])
-    mended = flow(with_true_rates(mapped(recording, [f])), seen.model)
+    mended = flow(with_true_rates(mapped(recording, [f])), seen.motion.model)
     if mended is None:
         return 0.0
     each = [*map(number, joints)]

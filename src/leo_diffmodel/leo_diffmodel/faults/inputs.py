@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
@@ -20,44 +19,53 @@ Array = np.ndarray
 
 
 def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found | None:
-    """The inputs that stand in each other's columns; None where all are in their own.
+    """Two inputs that stand in each other's columns; None where each is in its own.
 
-    The motion of each joint that does not explain its own input is held against the others' inputs.
+    Of a joint whose motion does not explain its input, the one with which both are predicted best.
     """
     joints = [recording.joints.index(name) for name in driven]
     odd = [j for j in joints if _unexplained(seen, j, j) > LIMITS.odd]
-    if len(odd) < 2:
+    pairs = [(j, k) for j in odd for k in joints if k != j and _may_be(seen, j, k)]
+    best = min(pairs, key=lambda p: _swapped(seen, *p).sum(), default=None)
+    if best is None:
         return None
-    left = np.array([[_unexplained(seen, j, k) for k in odd] for j in odd])
-    column = linear_sum_assignment(left)[1]
-    moved = [i for i in range(len(odd)) if left[i, column[i]] < LIMITS.own * left[i, i]]
-    if not moved or {*moved} != {int(column[i]) for i in moved}:
+    as_logged = [misses(seen, j) / _size(seen, j, j) for j in best]
+    swapped = _swapped(seen, *best)
+    if better(as_logged, swapped) < LIMITS.sure:
         return None
-    pairs = [(odd[i], odd[column[i]]) for i in moved]
-    other = [misses(seen, j, [Reading(column=k)]) for j, k in pairs]
-    if better([misses(seen, j) for j, _ in pairs], other) < LIMITS.sure:
-        return None
-    names = [(recording.joints[j], recording.joints[k]) for j, k in pairs]
-    share = float(np.mean([left[i, column[i]] for i in moved]))
-    own = float(np.mean([left[i, i] for i in moved]))
+    a, b = (recording.joints[j] for j in best)
+    own, other = (float(np.mean([np.nanmean(x) for x in m])) for m in (as_logged, swapped))
     what = (
-        f'the inputs of {" and ".join(j for j, _ in names)} stand in each other\'s columns: '
-        f'so their motion explains {1 - share:.0%} of them, as logged {max(1 - own, 0.0):.0%}'
+        f"the inputs of {a} and {b} stand in each other's columns: exchanged, {other:.1%} of them "
+        f'is not explained by the motion, as logged {own:.1%}'
     )
-    together = tuple(name for pair in names for name in pair)
-    value = float(len(names))
-    return Found(
-        FAULTS['input_exchanged'], '', value, 0.0, what, True, 'balance', names=together
+    names = (a, b, b, a)
+    return Found(FAULTS['input_exchanged'], '', 1.0, 0.0, what, True, 'balance', names=names)
+
+
+def _may_be(seen: Flow, j: int, k: int) -> bool:
+    return _unexplained(seen, j, k) < LIMITS.own * _unexplained(seen, j, j)
+
+
+def _swapped(seen: Flow, j: int, k: int) -> Array:
+    """What both joints miss of each other's input, as a share of it, (2, B)."""
+    return np.array(
+        [misses(seen, a, [Reading(column=b)]) / _size(seen, a, b) for a, b in ((j, k), (k, j))]
     )
+
+
+def _size(seen: Flow, j: int, k: int) -> float:
+    """Mean size of the input of joint k while joint j moves."""
+    return max(float(np.abs(seen.motor[seen.moving[:, j] > LIMITS.moving, k]).mean()), 1e-12)
 
 
 def _unexplained(seen: Flow, j: int, k: int) -> float:
     """Share of the input of joint k that the motion of joint j does not explain."""
     moving = seen.moving[:, j] > LIMITS.moving
-    whole = float(np.abs(seen.motor[moving, k]).sum())
-    if moving.sum() < LIMITS.fewest_instants or whole < 1e-12:
-        return 0.0 if j == k else 1.0
-    return float(np.abs(rest(seen, j, moving, Reading(column=k))[moving]).sum()) / whole
+    if moving.sum() < LIMITS.fewest_instants or not seen.motor[moving, k].any():
+        return 0.0
+    left = rest(seen, j, moving, Reading(column=k))[moving]
+    return float(np.abs(left).mean()) / _size(seen, j, k)
 
 
 def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
@@ -67,9 +75,10 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
     on, off = moving & ~idle, moving & idle
     if min(on.sum(), off.sum()) < LIMITS.fewest_instants:
         return
-    usual = _median(rest(seen, j, on)[on])
-    besides = _median(rest(seen, j, moving)[off])
-    if besides > max(LIMITS.dead * usual, LIMITS.drives * _median(seen.motor[on, j])):
+    by_driven, by_all = rest(seen, j, on), rest(seen, j, moving)
+    usual, motor = _median(by_driven[on]), _median(seen.motor[on, j])
+    besides = _median(by_driven[off]) > max(LIMITS.dead * usual, LIMITS.drives * motor)
+    if besides and _median(by_all[off]) > LIMITS.dead_at_least * usual:
         a = recording.actuators.index(joint)
         zero = [e.inputs[:, a] == 0 for e in recording.episodes]
         share = float(np.concatenate(zero).mean())

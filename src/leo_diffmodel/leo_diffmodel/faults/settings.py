@@ -133,7 +133,10 @@ class Limits:
     own: float = 0.5
     """Of that, what another input must leave at most."""
     dead: float = 5.0
-    """Times what the motion usually leaves of an input: what moves a joint without one."""
+    """Times what the motion usually leaves of an input: what moves a joint without one, by what its
+    input does otherwise,"""
+    dead_at_least: float = 2.0
+    """and by what makes the best of both."""
     sure: float = 2.0
     """Standard errors by which a fault must predict such blocks better than the log as it is."""
 

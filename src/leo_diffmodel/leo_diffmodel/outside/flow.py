@@ -9,13 +9,12 @@ input leave nothing over.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.masses import Masses, masses
+from leo_diffmodel.outside.masses import Motion
 from leo_diffmodel.outside.samples import integral, period, THIRD
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
@@ -43,7 +42,7 @@ class Flow:
         moving: share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays.
         enabled: share with the motor on, shape (N, J); 0 without a motor.
         bell: length of the stretches that torques are means over [s].
-        model: by which it was computed.
+        motion: the same angles, rates and accelerations, with the model.
     """
 
     time: Array
@@ -60,24 +59,12 @@ class Flow:
     moving: Array
     enabled: Array
     bell: float
-    model: Model
-
-    @cached_property
-    def masses(self) -> Masses:
-        """What other masses would take."""
-        return masses(self.model, self.q, self.dq, self.ddq)
-
-    @cached_property
-    def turned_load(self) -> Array:
-        """What the load grows by if one joint is turned on [N m/rad], shape (N, J, J)."""
-        step, joints = OUTSIDE.turn, range(self.q.shape[1])
-        turned = [self.model.rigid.load(self.q + step * np.eye(len(joints))[k]) for k in joints]
-        return (np.stack(turned, axis=-1) - self.load[..., None]) / step
+    motion: Motion
 
     @property
     def rotor(self) -> Array:
         """Inertia of the rotors by the model [kg m2, kg], shape (J,)."""
-        rotors = np.asarray(self.model.laws.rotor_inertia, dtype=float).reshape(-1)
+        rotors = np.asarray(self.motion.model.laws.rotor_inertia, dtype=float).reshape(-1)
         return np.broadcast_to(rotors, self.q.shape[1:])
 
     @property
@@ -101,7 +88,8 @@ def flow(recording: Recording, model: Model) -> Flow | None:
     if not found:
         return None
     whole = {name: np.concatenate([part[name] for part in found]) for name in found[0]}
-    return Flow(**whole, bell=bell, model=model)
+    motion = Motion(model, whole['q'], whole['dq'], whole['ddq'])
+    return Flow(**whole, bell=bell, motion=motion)
 
 
 def still_rates(recording: Recording) -> Array:

@@ -8,7 +8,9 @@ negative, give what a payload can do, and nothing that no payload can.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -19,38 +21,50 @@ from leo_sim.kinematics.frames import symmetric
 from leo_sim.model import Model
 
 Array = np.ndarray
-class Masses(NamedTuple):
-    """Torques (N, J, P) that a motion takes for one more of each of P, and the most of each (P,).
+@dataclass(frozen=True)
+class Motion:
+    """N instants of a robot's motion, and what they would take if it weighed something else.
 
-    First `links` times every link as the model has it, then kilograms at points of the links.
+    Attributes:
+        model: of the robot.
+        q, dq, ddq: angles, rates and accelerations in SI units, shape (N, J).
     """
 
-    torque: Array
-    most: Array
-    links: int
+    model: Model
+    q: Array
+    dq: Array
+    ddq: Array
 
+    @cached_property
+    def masses(self) -> tuple[Array, Array, Array]:
+        """Torques (N, J, P) for one more of each of P, with the least and most of each (P,).
 
-def masses(model: Model, q: Array, dq: Array, ddq: Array) -> Masses:
-    """What N instants of a motion q, dq, ddq (N, J) would take of other masses.
+        Each link as the model has it, then 1 kg at places of each link: at its joint, at its far
+        end, or beside it, there no more than is usual. There is none beyond the joint, where it
+        would carry the weight of the link.
+        """
+        bodies = self.model.laws.bodies
+        moving = [j.child for j in self.model.robot.joints if j.kind != 'fixed']
+        loaded = [(name, _twice(bodies[name])) for name in moving]
+        limits = [(OUTSIDE.lighter, OUTSIDE.heavier)] * len(moving)
+        for name in moving:
+            loaded += [(name, _with_mass(bodies[name], place)) for place in _places(bodies[name])]
+            limits += [(0.0, np.inf)] * 2 + [(0.0, OUTSIDE.heavier * bodies[name].mass)] * 4
+        given = self._needed(bodies)
+        torque = [self._needed({**bodies, name: body}) - given for name, body in loaded]
+        return np.stack(torque, axis=-1), *np.array(limits).T
 
-    What is added to a link is at its joint, at its far end, or beside: there no more than is usual,
-    and nothing beyond the joint, where it would carry the weight of the link.
-    """
-    moving = {j.child: model.laws.bodies[j.child] for j in model.robot.joints if j.kind != 'fixed'}
-    loaded = [(name, _twice(body), OUTSIDE.heavier) for name, body in moving.items()]
-    for name, body in moving.items():
-        beside = OUTSIDE.heavier * body.mass
-        most = (np.inf, np.inf, beside, beside, beside, beside)
-        loaded += [(name, _with_mass(body, p), m) for p, m in zip(_places(body), most, strict=True)]
+    def _needed(self, bodies: Mapping[str, Body]) -> Array:
+        tree = Spatial(self.model.robot.joints, bodies, self.model.laws.gravity)
+        mass, bias = tree.mass_and_bias(self.q, self.dq)
+        return np.asarray((mass @ self.ddq[..., None])[..., 0] + bias)
 
-    def needed(changed: dict[str, Body]) -> Array:
-        bodies = {**model.laws.bodies, **changed}
-        mass, bias = Spatial(model.robot.joints, bodies, model.laws.gravity).mass_and_bias(q, dq)
-        return np.asarray((mass @ ddq[..., None])[..., 0] + bias)
-
-    given = needed({})
-    torque = np.stack([needed({name: body}) - given for name, body, _ in loaded], axis=-1)
-    return Masses(torque, np.array([most for *_, most in loaded]), len(moving))
+    @cached_property
+    def turned_load(self) -> Array:
+        """What the load grows by if one joint is turned on [N m/rad], shape (N, J, J)."""
+        load, step = self.model.rigid.load, OUTSIDE.turn
+        turned = [load(self.q + step * one) for one in np.eye(self.q.shape[1])]
+        return (np.stack(turned, axis=-1) - load(self.q)[..., None]) / step
 
 
 def _places(body: Body) -> Array:

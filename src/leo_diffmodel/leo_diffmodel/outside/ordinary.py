@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from leo_diffmodel.outside.flow import Flow
@@ -94,13 +95,13 @@ def _robust(columns: Array, y: Array, bounds: Array) -> Array:
     low, high = np.minimum(bounds[0], -1e-12), np.maximum(bounds[1], 1e-12)
     floor = 1e-9 * float(np.abs(y).max()) + 1e-15
 
-    held = OUTSIDE.ridge * np.sqrt(len(y)) * np.eye(columns.shape[1])
+    held = OUTSIDE.ridge**2 * len(y) * np.eye(columns.shape[1])
 
     def solve(weight: Array) -> Array:
-        root = np.sqrt(weight)[:, None]
-        q, r = np.linalg.qr(np.concatenate([columns * root, held]))
-        right = q[: len(y)].T @ (y * root[:, 0])
-        return np.asarray(lsq_linear(r, right, (low, high), method='bvls').x)
+        weighted = columns.T * weight
+        upper = cholesky(weighted @ columns + held)
+        right = solve_triangular(upper, weighted @ y, trans='T')
+        return np.asarray(lsq_linear(upper, right, (low, high), method='bvls').x)
 
     return reweighted(solve, columns, y, OUTSIDE.huber, OUTSIDE.rounds, floor)[0]
 
@@ -126,17 +127,16 @@ def strength(flow: Flow, j: int) -> list[Law]:
 
 def _masses(flow: Flow, j: int) -> list[Law]:
     """Other links, payloads, rotors, encoders that are off and a base that is tilted."""
-    torque, most, links = flow.masses
-    least = np.where(np.arange(len(most)) < links, OUTSIDE.lighter, 0.0)
+    torque, least, most = flow.motion.masses
     weights = [Law(-x, a, b) for x, a, b in zip(torque[:, j].T, least, most, strict=True)]
-    tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.turned_load[:, j].T]
+    tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.motion.turned_load[:, j].T]
     return [*weights, *tilted, Law(-flow.ddq[:, j], OUTSIDE.lighter * flow.rotor[j], ANY)]
 
 
 def _friction(flow: Flow, j: int) -> list[Law]:
     """What takes energy; less than nothing only as far as the model itself has friction."""
     dq, sign, load, motor = (x[:, j] for x in (flow.dq, flow.sign, flow.load, flow.motor))
-    viscous, dry = _model_friction(flow.model, j)
+    viscous, dry = _model_friction(flow.motion.model, j)
     return [
         Law(-dq, -viscous, ANY, True),
         Law(-sign, -dry, ANY, True),

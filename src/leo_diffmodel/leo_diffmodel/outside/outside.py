@@ -156,16 +156,19 @@ def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stre
         return []
     laws = [*ordinary(seen, j), *strength(seen, j)]
     found = explained(seen, j, fitted, laws)
-    if _led(seen, laws, found, j, fitted):
-        if _follows(seen, j, fitted):
-            why = 'is led by a hand: no motor, weight or friction gives what accelerates it'
-            return _all_of(seen, f'{joint}: {why}', 'hand')
-        return _all_of(seen, f'{joint}: {_unlike(recording, seen, found, j)}', 'unexplained')
+    pushes = bursts(seen, found.rest, j, fitted)
+    led = _led(seen, laws, found, j, fitted)
+    rung = resonance(recording, j) if led or pushes else None
+    if led and _follows(seen, j, fitted):
+        why = 'is led by a hand: no motor, weight or friction gives what accelerates it'
+        return _all_of(seen, f'{joint}: {why}', 'hand')
+    if led or rung:
+        return _all_of(seen, f'{joint}: {_unlike(seen, found, j, rung)}', 'unexplained')
     stands = [
         Stretch(0, a, b, f'{joint}: stands while motor and weight push with {size:.2g}', 'blocked')
         for a, b, size in blocked(seen, found, j, fitted)
     ]
-    return [*(_of_burst(b, joint) for b in bursts(seen, found.rest, j, fitted)), *stands]
+    return [*(_of_burst(b, joint) for b in pushes), *stands]
 
 
 def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) -> bool:
@@ -210,10 +213,10 @@ def _follows(seen: Flow, j: int, fitted: Array) -> bool:
     return bool(np.square(own).sum() <= OUTSIDE.own_will**2 * np.square(motor).sum())
 
 
-def _unlike(recording: Recording, seen: Flow, found: Ordinary, j: int) -> str:
+def _unlike(seen: Flow, found: Ordinary, j: int, rung: float | None) -> str:
     """What is not like the model at a joint whose motor acts by itself, in words."""
-    rung, size = resonance(recording, j), _lasting(found.rest, seen.moving[:, j] > 0.5)
-    unit = 'N' if recording.joints[j] in seen.model.robot.slides else 'N m'
+    robot, size = seen.motion.model.robot, _lasting(found.rest, seen.moving[:, j] > 0.5)
+    unit = 'N' if robot.joint_names[j] in robot.slides else 'N m'
     what = f'a resonance at {rung:.1f} Hz (an elastic gear?)' if rung else 'the model or the log'
     return f'moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'
 

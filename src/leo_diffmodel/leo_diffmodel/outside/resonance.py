@@ -29,7 +29,8 @@ def resonance(recording: Recording, j: int) -> float | None:
     u, dq = (np.interp(even, e.t, x) for x in (e.inputs[:, a], e.dq[:, j]))
     hertz, power = welch(u, 1 / step, nperseg=count)
     answer = np.abs(csd(u, dq, 1 / step, nperseg=count)[1]) / np.maximum(power, 1e-300)
-    asked = (hertz > OUTSIDE.slowest_peak) & (power > OUTSIDE.asked * power.max())
+    slow, fast = OUTSIDE.peaks
+    asked = (hertz > slow) & (hertz < fast) & (power > OUTSIDE.asked * power.max())
     heights = np.where(asked, 2 * np.pi * hertz * answer, 0.0)
     usual = float(np.median(heights[asked])) if asked.any() else 0.0
     peaks = [k for k in find_peaks(heights, OUTSIDE.peak * usual)[0] if asked[k - 1 : k + 2].all()]

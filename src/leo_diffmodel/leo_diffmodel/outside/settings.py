@@ -140,8 +140,8 @@ class Limits:
     along paths, steps and chirps 0.34 and more."""
     spectrum_seconds: float = 4.0
     """Length of the stretches whose spectra are averaged [s]."""
-    slowest_peak: float = 2.0
-    """Hz: what swings slower may be a pendulum."""
+    peaks: tuple[float, float] = (2.0, 20.0)
+    """Hz: what swings slower may be a pendulum, what swings faster hardly moves."""
     asked: float = 1e-3
     """Of the input's strongest frequency: what is weaker asks nothing of the joint."""
     peak: float = 3.0
