@@ -13,12 +13,14 @@ from make_effects import Curve, picture, written
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault
+from leo_diffmodel.faults.base import Fault, Found
 from leo_diffmodel.faults.catalogue import FAULTS
 
 SHOWN = {
     'speed_scale': 1.6,
     'speed_sign': -1.0,
+    'speed_wraps': 8.0,
+    'speed_sign_bit': 4.0,
     'speed_zero': 1.5,
     'speed_late': 0.25,
     'speed_filter': 0.3,
@@ -26,12 +28,15 @@ SHOWN = {
     'angle_sign': -1.0,
     'angle_zero': 0.8,
     'goal_as_angle': 1.0,
+    'goal_exchanged': -0.1,
     'frozen': 0.5,
     'clipped': 2.0,
     'repeated': 0.6,
     'quantised': 0.4,
     'input_scale': 1.6,
     'input_sign': -1.0,
+    'input_exchanged': 1.0,
+    'input_dead': 0.5,
     'input_late': 0.25,
     'gravity_compensated': 1.0,
     'time_stretch': 1.3,
@@ -56,11 +61,19 @@ two that another log of the same joint has not: where feet rattle, sampled speed
 ones.
 
 How they are found: sensors first, one by one. Then angle and speed of each joint, without any
-model: one smooth motion must agree with both. Where the two contradict each other by a factor or
-a sign, and for everything about inputs, zeros and time, the balance of torques decides: which
-share of the model's gravity and of its motor moves the joint. Besides the interval of such a
-figure, its worst case counts: what it would be off by if all that the model leaves unexplained
-were of its kind. Only what is outside the harmless sizes even then is an error.
+model: one smooth motion must agree with both, and the speed must add up to the angle better once
+the fault is undone. Where the two contradict each other by a factor or a sign, and for everything
+about inputs, zeros and time, the balance of torques suggests: which share of the model's gravity
+and of its motor moves the joint. Besides the interval of such a figure, its worst case counts:
+what it would be off by if all that the model leaves unexplained were of its kind.
+
+What the balance of one joint suggests is an error only where it is needed. The log with the fault
+and the log as it is both predict the logged input from the motion, each with friction of every
+kind, payloads, masses, rotors, springs, tilts and delays at every joint, in blocks of time that
+neither was fitted to. A fault that does not predict them better is not told; one that does so by
+less than two standard errors is a warning, and `leo explain` goes on with a note. The input is
+what is predicted and never what others are predicted from: a factor of a noisy column comes out
+too small, the more so where friction takes most of the torque.
 
 Faults that the reader mends or names by itself are not here: wraps by whole turns, goals wrapped
 apart from their angle, spikes of a speed once a turn, values that nobody measured (0 or subnormal
@@ -70,14 +83,14 @@ your_robot.md)).
 
 
 def example() -> Episode:
-    """A swing that dies out and the square wave that drives it."""
-    drive = np.sign(np.cos(3 * TIME + 0.4))
+    """A swing that dies out, the square wave that drives it, and that of another joint."""
+    drive = np.sign(np.cos(3 * TIME + np.array([[0.4], [2.0]]))).T
     return Episode(
         TIME,
         ANGLE[:, None],
         np.gradient(ANGLE, TIME)[:, None],
-        drive[:, None],
-        np.ones((len(TIME), 1), dtype=bool),
+        drive,
+        np.ones(drive.shape, dtype=bool),
     )
 
 
@@ -122,13 +135,11 @@ def _harmless(fault: Fault) -> str:
 
 
 def _mend(fault: Fault) -> str:
-    """The keys of the topic map, for the size that is shown."""
-    keys = ', '.join(
-        f'{k}: {v:.4g}' if isinstance(v, float) else f'{k}: {v}'
-        for k, v in fault.patch(SHOWN[fault.name]).items()
-    )
-    where = 'in the topic map' if fault.whole_log else 'of its joint in the topic map'
-    return f'`{keys}` {where}' if keys else fault.todo
+    """The line of the topic map, for the size that is shown."""
+    names = ('elbow', 'wrist', 'wrist', 'elbow') if fault.name == 'input_exchanged' else ()
+    joint, value = '' if fault.whole_log else 'elbow', SHOWN[fault.name]
+    line = Found(fault, joint, value, 0.0, '', True, '', names=names).line
+    return f'`{line}` in the topic map' if line else fault.todo
 
 
 def main(argv: list[str]) -> int:

@@ -43,15 +43,10 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
     which there are none are left out.
     """
     joints = [mapping.joint(name) for name in recording.joints]
-    goals = [
-        recording.joints.index(n)
-        for n in mapping.goals_are_angles
-        if n in recording.actuators and recording.input == 'position'
-    ]
-    recording = _with_goals_for_angles(recording, goals)
-    joints = [
-        m.model_copy(update={'speed': 'none'}) if j in goals else m for j, m in enumerate(joints)
-    ]
+    if recording.input == 'position':
+        goals = [name for name in recording.actuators if mapping.joint(name).goal_is_angle]
+        recording = _with_goals_for_angles(recording, goals)
+        joints = [m.model_copy(update={'speed': 'none'}) if m.goal_is_angle else m for m in joints]
     late = any(j.speed_late or j.speed == 'none' for j in joints)
     inputs_late = [mapping.input_late + mapping.joint(m).input_late for m in recording.actuators]
     if not (late or mapping.time_scale != 1 or any(inputs_late)):
@@ -69,13 +64,13 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
     )
 
 
-def _with_goals_for_angles(recording: Recording, joints: Sequence[int]) -> Recording:
+def _with_goals_for_angles(recording: Recording, joints: Sequence[str]) -> Recording:
     """The recording with angles and goals of some joints in each other's place."""
     episodes = []
     for e in recording.episodes:
         q, inputs = e.q.copy(), e.inputs.copy()
-        for j in joints:
-            a = recording.actuators.index(recording.joints[j])
+        for name in joints:
+            j, a = recording.joints.index(name), recording.actuators.index(name)
             q[:, j], inputs[:, a] = e.inputs[:, a], e.q[:, j]
         episodes.append(replace(e, q=q, inputs=inputs))
     return replace(recording, episodes=tuple(episodes)) if joints else recording

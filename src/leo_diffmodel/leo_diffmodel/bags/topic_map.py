@@ -11,10 +11,10 @@ A topic map, every key optional:
       # speed_scale: 0.1047    rad/s for 1 of theirs; speed_zero: what theirs says at rest
       # speed_late: 0.02       s; a speed that is measured so much later than its angle
       # speed: none            differentiate the angle instead
+      # goal_is_angle: true    its angle stands where its goal should, and the goal where it
       # speed_wraps: 1500      rad/s of theirs: -1 is logged as 1499; speed_sign_at: 750: as 751
       # input_scale: 0.5       besides `scale` below, of this joint; input_late: 0.1 [s]
     input_of: {elbow: wrist, wrist: elbow}   # whose column an input of ours stands in
-    goals_are_angles: [elbow]                # its angle stands where its goal should, and back
     input: commands          # or auto, applied, dynamic_joint_states, controller_state,
                              # trajectory, effort, none
     interface: voltage       # its name on the dynamic joint states
@@ -112,6 +112,7 @@ class JointMap(BaseModel):
     speed: Literal['measured', 'none'] = 'measured'
     speed_wraps: Positive | None = None
     speed_sign_at: Positive | None = None
+    goal_is_angle: bool = False
     input_scale: Factor = 1.0
     input_late: Seconds = 0.0
 
@@ -131,7 +132,6 @@ class TopicMap(BaseModel):
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None
     input_of: dict[str, str] = {}
-    goals_are_angles: list[str] = []
     time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     input_late: Seconds = 0.0
 

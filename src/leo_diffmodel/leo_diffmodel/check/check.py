@@ -23,6 +23,7 @@ from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
+from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.mending import mapped
 from leo_sim.description.robot import Robot
@@ -109,7 +110,11 @@ def check(
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except ValueError as error:
         return _too_short(bags, model, str(error))
-    findings = [f for bag, s in zip(bags, sigma, strict=True) for f in look_at(bag, model, s)]
+    looked = [_looked(bag, model, s) for bag, s in zip(bags, sigma, strict=True)]
+    findings = [f for found, _ in looked for f in found]
+    recordings = [right for _, right in looked]
+    if any(right is not bag.recording for right, bag in zip(recordings, bags, strict=True)):
+        sigma = noise.estimate(model, noise.short_windows(recordings))
     progress('timing and sensors')
     ranges = excitation(recordings, sigma, model.robot)
     findings += [length(recordings), *of_all(recordings, model, sigma, ranges)]
@@ -133,19 +138,32 @@ def check(
 
 def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
     """What is wrong, or right, with one bag by itself, of noise sigma (2J,)."""
-    held = hold(bag.recording, bag.other, bag.hold, model, sigma)
-    wrong_way = any(f.severity == ERROR for f in held)
-    recording = bag.other if wrong_way and bag.other is not None else bag.recording
-    faults = faults_of(recording, model)
+    return _looked(bag, model, sigma)[0]
+
+
+def _looked(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
+    """What is wrong with one bag, and the bag without what can be put right."""
+    faults = faults_of(bag.recording, model)
+    held = hold(*_mended(bag, faults), bag.hold, model, sigma)
+    recording = bag.recording
+    if bag.other is not None and any(f.severity == ERROR for f in held):
+        recording, faults = bag.other, faults_of(bag.other, model)
+    right = mapped(recording, [f for f in faults if f.error])
     found = [
         *timing(recording),
         *reading(recording),
         *held,
         *of_faults(recording, faults),
         *traps(recording, model.robot),
-        *forces(mapped(recording, [f for f in faults if f.error]), model),
+        *forces(right, model),
     ]
-    return [replace(f, bag=str(recording.path)) for f in found]
+    return [replace(f, bag=str(recording.path)) for f in found], right
+
+
+def _mended(bag: Bag, faults: Sequence[Found]) -> tuple[Recording, Recording | None]:
+    """Both ways of reading a bag, put right but for when inputs act, which is what they tell."""
+    sure = [f for f in faults if f.error and f.fault.name != 'input_late']
+    return mapped(bag.recording, sure), None if bag.other is None else mapped(bag.other, sure)
 
 
 def traps(recording: Recording, robot: Robot) -> list[Finding]:

@@ -18,7 +18,7 @@ TODO = {
     'push': 'a hand, a stop or a cable? cut it out: leo bag cut --without-outside',
     'hand': 'a hand is in no model: record again with nothing but the motors moving it',
     'blocked': 'free the joint and record again, or cut it out: leo bag cut --without-outside',
-    'unexplained': 'look at the columns, units and signs of the inputs; leo explain asks which effect',
+    'unexplained': 'are columns, units and signs of the inputs right? leo explain asks effects',
     'held': 'nothing: leo explain leaves it out',
 }
 

@@ -113,6 +113,8 @@ def explain(
             cut = replace(cut, recordings=log.recordings, hold_out=log.hold_out)
         until = began + settings.numerics.fitted * within
         answer = _explained(cut, model, settings, extra, Reporter.of(progress), step, until)
+        notes = ''.join(f' Note: {note}.' for note in log.notes)
+        answer = replace(answer, sentence=answer.sentence + notes)
     return replace(
         answer,
         seconds=time.monotonic() - began,

@@ -38,7 +38,8 @@ def _balances(recording: Recording, seen: Flow) -> dict[str, Balance]:
     usual, base = FAULTS['input_late'].harmless, seen.motion.model.robot.base_joints
     with np.errstate(all='ignore'):
         found = {
-            name: balance(seen, seen.motion.model, j, usual) for j, name in enumerate(recording.joints)
+            name: balance(seen, seen.motion.model, j, usual)
+            for j, name in enumerate(recording.joints)
         }
     return {name: b for name, b in found.items() if b is not None and name not in base}
 
@@ -82,7 +83,7 @@ def _predicting(
         mine = [g for g in told if g.joint == f.joint]
         gained = _gained(recording, seen, f, mine, joints) if f.error else np.inf
         if gained > 0:
-            yield replace(f, error=f.error and gained > LIMITS.sure)
+            yield replace(f, error=f.error and gained > LIMITS.sure, gained=gained)
 
 
 def _gained(
@@ -92,12 +93,11 @@ def _gained(
     number = recording.joints.index
     if f.fault.name in ('input_scale', 'input_sign'):
         unit = math.prod(g.value for g in mine if g.fault.channel == 'input')
-        good = [Reading(float(k)) for k in np.geomspace(*FAULTS['input_scale'].harmless, 5)]
-        with_it = Reading(unit)
-        return better([misses(seen, number(f.joint), good)], [misses(seen, number(f.joint), [with_it])])
+        j = number(f.joint)
+        return better([misses(seen, j)], [misses(seen, j, Reading(unit))])
     if f.fault.name == 'gravity_compensated':
         j = number(f.joint)
-        return better([misses(seen, j)], [misses(seen, j, [Reading(share=f.value)])])
+        return better([misses(seen, j)], [misses(seen, j, Reading(share=f.value))])
     mended = flow(with_true_rates(mapped(recording, [f])), seen.motion.model)
     if mended is None:
         return 0.0

@@ -50,7 +50,7 @@ def _may_be(seen: Flow, j: int, k: int) -> bool:
 def _swapped(seen: Flow, j: int, k: int) -> Array:
     """What both joints miss of each other's input, as a share of it, (2, B)."""
     return np.array(
-        [misses(seen, a, [Reading(column=b)]) / _size(seen, a, b) for a, b in ((j, k), (k, j))]
+        [misses(seen, a, Reading(column=b)) / _size(seen, a, b) for a, b in ((j, k), (k, j))]
     )
 
 
@@ -78,7 +78,8 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
     by_driven, by_all = rest(seen, j, on), rest(seen, j, moving)
     usual, motor = _median(by_driven[on]), _median(seen.motor[on, j])
     besides = _median(by_driven[off]) > max(LIMITS.dead * usual, LIMITS.drives * motor)
-    if besides and _median(by_all[off]) > LIMITS.dead_at_least * usual:
+    compromise = min(_median(by_all[on]), _median(by_all[off]))
+    if besides and compromise > LIMITS.dead_at_least * usual:
         a = recording.actuators.index(joint)
         zero = [e.inputs[:, a] == 0 for e in recording.episodes]
         share = float(np.concatenate(zero).mean())
@@ -89,7 +90,7 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
         ]
         what = (
             f'the input of {joint} is logged as 0 in {share:.0%} of the rows, and what moves it '
-            f'then is as large as a motor\'s'
+            f"then is as large as a motor's"
         )
         where = tuple(s for s in spans if s[1] - s[0] > seen.bell)
         yield Found(FAULTS['input_dead'], joint, share, 0.0, what, True, 'balance', where=where)

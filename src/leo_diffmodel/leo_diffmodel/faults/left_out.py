@@ -8,7 +8,7 @@ too small (errors in variables), the more so where friction takes most of it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,21 +57,18 @@ def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Arr
     return reading.unit * explained(acting, j, fitted, ordinary(acting, j)).rest
 
 
-def misses(flow: Flow, j: int, readings: Sequence[Reading] = (AS_LOGGED,)) -> Array:
+def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
     """Mean size of the rest of joint j in blocks of time, each by a fit of the others, (B,).
 
-    The log is read as one of `readings`, whichever fits the others best; NaN in blocks without
-    motion.
+    NaN in blocks without motion.
     """
     moving = flow.moving[:, j] > LIMITS.moving
     block = _blocks(len(flow.time))
     out = np.full(LIMITS.blocks, np.nan)
     for b in range(LIMITS.blocks):
-        left, fitted = moving & (block == b), moving & (_near(block == b) == 0)
+        left, fitted = moving & (block == b), moving & ~_near(block == b)
         if left.any() and fitted.sum() >= LIMITS.fewest_instants:
-            rests = (rest(flow, j, fitted, reading) for reading in readings)
-            best = min(rests, key=lambda r: float(np.abs(r[fitted]).mean()))
-            out[b] = float(np.abs(best[left]).mean())
+            out[b] = float(np.abs(rest(flow, j, fitted, reading)[left]).mean())
     return out
 
 

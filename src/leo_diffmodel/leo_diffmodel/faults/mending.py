@@ -31,7 +31,9 @@ def map_of(faults: Sequence[Found]) -> TopicMap:
     for fault in faults:
         merged = joints.setdefault(fault.joint, {}) if fault.joint else whole
         for key, value in fault.patch.items():
-            merged[key] = merged.get(key, 1.0) * value if key in FACTORS else value
+            if key in FACTORS:
+                value *= merged.get(key, 1.0)
+            merged[key] = merged.get(key, {}) | value if isinstance(value, dict) else value
     return TopicMap.model_validate({**whole, 'joints': joints})
 
 
@@ -80,7 +82,7 @@ def runs_of(recording: Recording) -> list[Run]:
 
 def pooled(faults: Sequence[Found]) -> list[Found]:
     """One entry for each fault and joint, by all logs in which it is an error (or any)."""
-    groups = groupby(sorted(faults, key=_which), _which)
+    groups = groupby(sorted(faults, key=which), which)
     return sorted((_one(list(g)) for _, g in groups), key=lambda f: not f.error)
 
 
@@ -95,14 +97,15 @@ def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list
     out = []
     for r in recordings:
         own = [f for f in faults if f.bag == str(r.path) and f.error]
-        shown = set(map(_which, own))
-        here = [f for f in errors if f.evidence == 'balance' or _which(f) in shown]
+        shown = set(map(which, own))
+        here = [f for f in errors if f.evidence == 'balance' or which(f) in shown]
         out.append(mended(r, [*(f for f in own if f.cuts), *here]))
     return out
 
 
-def _which(f: Found) -> tuple[str, str]:
-    return f.fault.name, f.joint
+def which(f: Found) -> tuple[str, ...]:
+    """What a fault is, and of which joints."""
+    return f.fault.name, f.joint, *f.names
 
 
 def _one(group: Sequence[Found]) -> Found:

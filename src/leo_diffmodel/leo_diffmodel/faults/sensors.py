@@ -104,8 +104,7 @@ def _early(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     ahead = early > max(LIMITS.follows, LIMITS.follows_better * after)
     if ahead and late < low - period:
         what = f'the angle of {joint} does {-1e3 * late:.0f} ms in advance what its goal says'
-        fault = FAULTS['goal_exchanged']
-        yield Found(fault, '', late, period, what, True, 'sensor', names=(joint,))
+        yield Found(FAULTS['goal_exchanged'], joint, late, period, what, True, 'sensor')
 
 
 def _alike(goals: Sequence[np.ndarray], angles: Sequence[np.ndarray], reach: int) -> np.ndarray:

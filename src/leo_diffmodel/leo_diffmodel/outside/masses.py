@@ -21,6 +21,8 @@ from leo_sim.kinematics.frames import symmetric
 from leo_sim.model import Model
 
 Array = np.ndarray
+
+
 @dataclass(frozen=True)
 class Motion:
     """N instants of a robot's motion, and what they would take if it weighed something else.

@@ -14,7 +14,14 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.flow import Flow, flow, still_rates
 from leo_diffmodel.outside.forces import blocked, Burst, bursts, held
 from leo_diffmodel.outside.frozen import frozen
-from leo_diffmodel.outside.ordinary import explained, Law, Ordinary, ordinary, strength, strongest_wave
+from leo_diffmodel.outside.ordinary import (
+    explained,
+    Law,
+    Ordinary,
+    ordinary,
+    strength,
+    strongest_wave,
+)
 from leo_diffmodel.outside.rate import with_true_rates
 from leo_diffmodel.outside.resonance import resonance
 from leo_diffmodel.outside.samples import period
@@ -203,8 +210,8 @@ def _lasting(rest: Array, fitted: Array) -> float:
 def _follows(seen: Flow, j: int, fitted: Array) -> bool:
     """Whether the motor does nothing of its own: its torque follows from how the joint moves.
 
-    It is off, or carries the weight, or holds against a hand. A motor that has something else to do
-    would show in the motion if no model or log were wrong.
+    It is off, or carries the weight, or holds against a hand. A motor that has something else to
+    do would show in the motion if no model or log were wrong.
     """
     q, motor = seen.q[fitted, j], seen.motor[fitted, j]
     state = [np.ones_like(q), q, np.sin(q), np.cos(q), seen.load[fitted, j]]

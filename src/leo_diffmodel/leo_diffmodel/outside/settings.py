@@ -37,8 +37,7 @@ class Limits:
     huber: float = 1.5
     """Standard deviations from which on an instant counts less."""
     ridge: float = 1e-4
-    """Of a column's size: the error in each amount's place that holds amounts which the data do not
-    tell apart."""
+    """Of a column's size: holds amounts which the data do not tell apart."""
     weaker: float = -0.4
     """Least change of a motor's torque, as a share of it. There is no most: as guessed, or in
     another unit, it may be many times too weak, and what runs as it says is run by it."""
@@ -142,8 +141,10 @@ class Limits:
     """Length of the stretches whose spectra are averaged [s]."""
     peaks: tuple[float, float] = (2.0, 20.0)
     """Hz: what swings slower may be a pendulum, what swings faster hardly moves."""
-    asked: float = 1e-3
-    """Of the input's strongest frequency: what is weaker asks nothing of the joint."""
+    coherent: float = 0.7
+    """Coherence of input and motion from which on one answers the other,"""
+    fewest_lines: int = 10
+    """and in so many lines of the spectrum."""
     peak: float = 3.0
     """Times the usual answer: a resonance."""
     least_led: float = 2.0

@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import math
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import find_faults
-from leo_diffmodel.faults.mending import all_mended, pooled
+from leo_diffmodel.faults.mending import all_mended, pooled, which
 from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Stretch, without
 from leo_sim.model import Model
+
+ALONE = 'record the robot alone, moved by its motors or by its weight'
 
 
 @dataclass(frozen=True)
@@ -51,8 +54,8 @@ class Logged:
         undone = [f for f in faults if f.can_be_mended]
         if not mend or not undone:
             return cls(recordings, hold_out, tuple(faults))
-        keys = {(f.fault.name, f.joint) for f in undone}
-        mended = all_mended(everything, [f for f in each if (f.fault.name, f.joint) in keys])
+        keys = {which(f) for f in undone}
+        mended = all_mended(everything, [f for f in each if which(f) in keys])
         count = len(recordings)
         return cls(mended[:count], mended[count:], tuple(faults), tuple(undone))
 
@@ -69,12 +72,30 @@ class Logged:
         return f'The log is wrong, so no effect is named: {what}.', todo
 
     @property
+    def notes(self) -> list[str]:
+        """What may be wrong with the log by the torques, and is not sure; the physics goes on."""
+        return [
+            f'the log may be wrong instead: {"; or ".join([f.what, *f.otherwise])}{_how_sure(f)}'
+            for f in self.faults
+            if f.evidence == 'balance' and not f.error
+        ]
+
+    @property
     def headline(self) -> str:
         """What was mended, to stand before an answer; '' where nothing was."""
         if not self.mended:
             return ''
         done = '; '.join(f'{f.what}: {f.mending}' for f in self.mended)
         return f'After mending the log ({done}): '
+
+
+def _how_sure(fault: Found) -> str:
+    if fault.gained == math.inf:
+        return ''
+    return (
+        f' (predicts what was left out better than friction and masses that are off, by '
+        f'{fault.gained:.1f} standard errors)'
+    )
 
 
 def _todo(fault: Found) -> str:
@@ -143,9 +164,12 @@ class Cut:
     def answer(self) -> tuple[str, str]:
         """The sentence where most of the motion is from outside, and what to record instead."""
         if all(s.kind == 'unexplained' for s in self.stretches):
-            what, todo = 'Unlike all that is known', 'look at columns, units and signs of the inputs'
+            what, todo = (
+                'Unlike all that is known',
+                'look at columns, units and signs of the inputs',
+            )
         else:
-            what, todo = 'Moved from outside', 'record the robot alone, moved by motors and weight'
+            what, todo = 'Moved from outside', ALONE
         share = f'in {self.share:.0%} of the moving time, so no effect is named'
         return f'{what} {share}: {self._listed}.', todo
 

@@ -97,7 +97,7 @@ class GoalExchanged(Fault):
         return replace(e, q=q, inputs=inputs)
 
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        return {'goals_are_angles': [*names]}
+        return {'goal_is_angle': True}
 
 
 class Frozen(Fault):
