@@ -78,7 +78,7 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
     by_driven, by_all = rest(seen, j, on), rest(seen, j, moving)
     usual, motor = _median(by_driven[on]), _median(seen.motor[on, j])
     besides = _median(by_driven[off]) > max(LIMITS.dead * usual, LIMITS.drives * motor)
-    compromise = min(_median(by_all[on]), _median(by_all[off]))
+    compromise = max(_median(by_all[on]), _median(by_all[off]))
     if besides and compromise > LIMITS.dead_at_least * usual:
         a = recording.actuators.index(joint)
         zero = [e.inputs[:, a] == 0 for e in recording.episodes]

@@ -135,9 +135,9 @@ class Limits:
     dead: float = 5.0
     """Times what the motion usually leaves of an input: what moves a joint without one, by what
     its input does otherwise,"""
-    dead_at_least: float = 2.1
-    """and by what makes the best of both: of real arms that rest with their motors at 0 it is 1.7
-    at most, of arms whose log lost their inputs 2.6 and more."""
+    dead_at_least: float = 2.5
+    """and by what makes the best of both: of real arms that rest with their motors at 0 it is 2.0
+    at most, of arms whose log lost their inputs 3.1 and more."""
     sure: float = 2.0
     """Standard errors by which a fault must predict such blocks better than the log as it is."""
 

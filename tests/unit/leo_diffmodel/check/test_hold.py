@@ -46,3 +46,24 @@ def said(recording: Recording) -> str:
 @pytest.mark.parametrize('late', [0, 1])
 def test_fed_back_noise_is_no_reason_to_move_inputs(seed, late):
     assert said(fed_back(seed, late)) == 'ok'
+
+
+def test_when_inputs_act_is_asked_once_time_is_right():
+    """A servo's loop of 24 Hz stamped as 30: goals seem to act a row early, and do not."""
+    robot = load_robot('xl330_pendulum')
+    rng, period = np.random.default_rng(1), 1 / 24
+    goals = np.repeat(rng.uniform(-0.9, 0.9, 200), 8)[:1440, None]
+    model = Model(robot)
+    state, rows = model.start(), []
+    for goal in goals:
+        rows.append(state.q)
+        state = model.step(state, goal, period)
+    t, q = np.arange(len(goals)) / 30, np.array(rows) + rng.normal(0, 4e-4, goals.shape)
+    on = np.ones(goals.shape, bool)
+    episode = Episode(t=t, q=q, dq=np.gradient(q, t, axis=0), inputs=goals, enabled=on)
+    names = ('pivot',), ('pivot',), 'position', 1 / 30, (episode,), {}
+    log = Recording(Path('a.bag'), '', *names, rates='absent')
+    sigma = estimate(model, short_windows([log]))[0]
+    found = look_at(Bag(log, shifted(log, -1 / 30)), model, sigma)
+    told = [f.code for f in found if f.severity == 'error']
+    assert told == ['time_stretch']

@@ -17,11 +17,20 @@ from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.mending import map_of
 
-SIZES = {'speed_late': 0.1, 'input_late': 0.1, 'time_stretch': 1.5, 'frozen': 0.5}
+SIZES = {
+    'speed_wraps': 100.0,
+    'speed_sign_bit': 50.0,
+    'speed_late': 0.1,
+    'input_late': 0.1,
+    'time_stretch': 1.5,
+    'frozen': 0.5,
+}
 EXACT = (
     'speed_scale',
     'speed_sign',
     'speed_zero',
+    'speed_wraps',
+    'speed_sign_bit',
     'angle_scale',
     'angle_sign',
     'angle_zero',
@@ -41,7 +50,9 @@ def spoilt(log, name) -> Episode:
     return FAULTS[name].spoil(log.episodes[0], 0, 0, value)
 
 
-@pytest.mark.parametrize('name', [n for n in FAULTS if n != 'gravity_compensated'])
+@pytest.mark.parametrize(
+    'name', [n for n in FAULTS if n not in ('gravity_compensated', 'input_exchanged')]
+)
 def test_it_changes_its_channel_and_no_other(log, name):
     clean, other = log.episodes[0], spoilt(log, name)
     changed = {
@@ -51,7 +62,7 @@ def test_it_changes_its_channel_and_no_other(log, name):
         and getattr(clean, f.name) is not None
     }
     of = {'angle': {'q'}, 'speed': {'dq'}, 'input': {'inputs'}, 'time': {'t'}}
-    also = {'dq'} if name == 'repeated' else set()
+    also = {'repeated': {'dq'}, 'goal_exchanged': {'inputs'}}.get(name, set())
     assert changed and changed <= of[FAULTS[name].channel] | also
 
 

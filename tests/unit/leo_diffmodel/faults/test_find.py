@@ -139,6 +139,57 @@ def test_a_filter_of_the_speed_is_no_scale(clean):
     assert [(f.fault.name, f.error) for f in told] == [('speed_filter', False)]
 
 
+@pytest.mark.parametrize(('name', 'size'), [('speed_wraps', 100.5), ('speed_sign_bit', 783.2)])
+def test_a_sign_that_was_read_as_a_number_is_one_fault(clean, name, size):
+    (told,) = found(spoilt(clean, name, size))
+    assert (told.fault.name, told.error) == (name, True)
+    assert told.value == pytest.approx(size, abs=0.05)
+    assert found(mended(spoilt(clean, name, size), [told])) == []
+
+
+def test_a_slow_filter_is_mended_by_the_angle(clean):
+    log = spoilt(clean, 'speed_filter', 0.2)
+    (told,) = found(log)
+    assert (told.fault.name, told.error) == ('speed_filter', True)
+    assert told.value == pytest.approx(0.2, rel=0.03) and told.patch == {'speed': 'none'}
+    assert mended(log, [told]).rates == 'absent'
+
+
+def test_goals_in_the_place_of_angles_are_told_and_put_right():
+    log = record(POSITION, seconds=30)
+    wrong = spoilt(log, 'goal_exchanged', 0.0)
+    (told,) = [f for f in found(wrong, POSITION) if f.error]
+    assert told.fault.name == 'goal_exchanged' and told.value < -0.06
+    (again,) = mended(wrong, [told]).episodes
+    assert again.q == pytest.approx(log.episodes[0].q)
+    assert [f.what for f in found(log, POSITION) if f.error] == []
+
+
+def test_pauses_that_repeat_to_the_last_digit_are_no_fault():
+    """Half of the samples are those of the row before: noise by the median is 0."""
+    rough = place(TORQUE, 'coulomb_friction', 'pivot', c=1.5)
+    log = record(TORQUE, rough, seconds=30, noise=(2e-4, 2e-3))
+    (e,) = log.episodes
+    still = np.abs(np.gradient(e.q[:, 0], e.t)) < 0.05
+    still[1:] &= still[:-1]
+    last = np.maximum.accumulate(np.where(still, 0, np.arange(len(e.t))))
+    assert still.mean() > 0.3
+    paused = replace(log, episodes=(replace(e, q=e.q[last], dq=e.dq[last]),))
+    assert [f.what for f in found(paused) if f.error] == []
+
+
+def test_a_scale_that_does_not_add_up_is_not_told():
+    """The speed is sampled noise of the motor's chatter, and the angle hardly moves."""
+    rng = np.random.default_rng(0)
+    log = record(TORQUE, seconds=20)
+    (e,) = log.episodes
+    chatter = np.where(np.arange(len(e.t)) % 2, 1.0, -1.0)[:, None] + rng.normal(0, 0.1, e.q.shape)
+    q = np.cumsum(chatter, axis=0) * 1e-3 + rng.normal(0, 1e-5, e.q.shape)
+    told = found(replace(log, episodes=(replace(e, q=q, dq=chatter + 0.3 * (e.q > 0)),)))
+    kinds = {f.fault.name for f in told if f.error}
+    assert not kinds & {'speed_scale', 'speed_sign', 'angle_scale'}
+
+
 def test_a_unit_is_named():
     log = spoilt(record(TORQUE, seconds=15, noise=FINE), 'speed_scale', 30 / np.pi)
     assert 'revolutions per minute' in found(log)[0].what
