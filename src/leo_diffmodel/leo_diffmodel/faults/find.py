@@ -94,12 +94,12 @@ def _kinematic(
         if name not in held
         and not is_no_measurement(stuck, name)
         and (r := relate(recording, j)) is not None
-        for f in _adding_up(recording, kinematic_faults(r, name, f'{length_unit(robot, name)}/s'))
+        for f in adding_up(recording, kinematic_faults(r, name, f'{length_unit(robot, name)}/s'))
     ]
     return who_is_right(recording, model if by_torques else None, moves)
 
 
-def _adding_up(recording: Recording, found: Sequence[Found]) -> list[Found]:
+def adding_up(recording: Recording, found: Sequence[Found]) -> list[Found]:
     """Those faults of one joint without which its speed adds up to its angle less well.
 
     Over stretches of 0.25 s, in which hardly any of the speed's noise is left.

@@ -11,7 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
-from leo_diffmodel.faults.left_out import better, misses, Reading, rest
+from leo_diffmodel.faults.left_out import better, mean, misses, Reading, rest
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
 
@@ -26,18 +26,17 @@ def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found 
     joints = [recording.joints.index(name) for name in driven]
     odd = [j for j in joints if _unexplained(seen, j, j) > LIMITS.odd]
     pairs = [(j, k) for j in odd for k in joints if k != j and _may_be(seen, j, k)]
-    best = min(pairs, key=lambda p: _swapped(seen, *p).sum(), default=None)
+    best = min(pairs, key=lambda p: mean(_swapped(seen, *p)), default=None)
     if best is None:
         return None
-    as_logged = [misses(seen, j) / _size(seen, j, j) for j in best]
+    as_logged = np.array([misses(seen, j) / _size(seen, j, j) for j in best])
     swapped = _swapped(seen, *best)
     if better(as_logged, swapped) < LIMITS.sure:
         return None
     a, b = (recording.joints[j] for j in best)
-    own, other = (float(np.mean([np.nanmean(x) for x in m])) for m in (as_logged, swapped))
     what = (
-        f"the inputs of {a} and {b} stand in each other's columns: exchanged, {other:.1%} of them "
-        f'is not explained by the motion, as logged {own:.1%}'
+        f"the inputs of {a} and {b} stand in each other's columns: exchanged, the motion leaves "
+        f'{mean(swapped):.1%} of them unexplained, as logged {mean(as_logged):.1%}'
     )
     names = (a, b, b, a)
     return Found(FAULTS['input_exchanged'], '', 1.0, 0.0, what, True, 'balance', names=names)

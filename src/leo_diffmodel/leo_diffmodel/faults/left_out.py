@@ -90,6 +90,12 @@ def better(first: Iterable[Array], second: Iterable[Array]) -> float:
     return float(apart.mean() / max(apart.std(ddof=1) / np.sqrt(len(apart)), TINY))
 
 
+def mean(missed: Array) -> float:
+    """Of blocks (..., B), those without motion left out; infinite where there is no other."""
+    known = missed[np.isfinite(missed)]
+    return float(known.mean()) if known.size else float('inf')
+
+
 def split(values: Array) -> Array:
     """Means of values (N,) in the same number of equal blocks (B,); NaN in empty ones."""
     with np.errstate(all='ignore'):

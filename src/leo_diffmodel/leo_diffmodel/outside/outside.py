@@ -55,6 +55,7 @@ class Stretch:
     kind: str
 
 
+@np.errstate(all='ignore')
 def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[Stretch]:
     """Where somebody else moves or holds the robot, in order of recording and time.
 
@@ -184,13 +185,15 @@ def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) ->
     What lasts of the torque left over is compared with what is there to move the joint: with what
     motor and weight leave of each other, of which friction takes its share, or with what the
     accelerations take, whichever is larger. So a motor that only carries the weight moves
-    nothing. A torque that comes and goes like a clock is no hand.
+    nothing. Where a motor acts by itself a torque that comes and goes like a clock is a law.
     """
     if fitted.sum() * float(np.median(np.diff(seen.time))) < OUTSIDE.least_led:
         return False
     size = _lasting(found.rest, fitted)
     if size <= OUTSIDE.hand * seen.unbalanced[fitted, j].mean():
         return False
+    if _follows(seen, j, fitted):
+        return True
     waves = strongest_wave(seen.time, found.rest, fitted)
     waving = explained(seen, j, fitted, [*laws, *waves])
     return _lasting(waving.rest, fitted) > OUTSIDE.one_wave * size

@@ -15,7 +15,7 @@ from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.dynamics import balances
-from leo_diffmodel.faults.find import faults_of, find_faults
+from leo_diffmodel.faults.find import adding_up, faults_of, find_faults
 from leo_diffmodel.faults.mending import all_mended, mended, pooled
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -178,16 +178,14 @@ def test_pauses_that_repeat_to_the_last_digit_are_no_fault():
     assert [f.what for f in found(paused) if f.error] == []
 
 
-def test_a_scale_that_does_not_add_up_is_not_told():
-    """The speed is sampled noise of the motor's chatter, and the angle hardly moves."""
-    rng = np.random.default_rng(0)
-    log = record(TORQUE, seconds=20)
-    (e,) = log.episodes
-    chatter = np.where(np.arange(len(e.t)) % 2, 1.0, -1.0)[:, None] + rng.normal(0, 0.1, e.q.shape)
-    q = np.cumsum(chatter, axis=0) * 1e-3 + rng.normal(0, 1e-5, e.q.shape)
-    told = found(replace(log, episodes=(replace(e, q=q, dq=chatter + 0.3 * (e.q > 0)),)))
-    kinds = {f.fault.name for f in told if f.error}
-    assert not kinds & {'speed_scale', 'speed_sign', 'angle_scale'}
+def test_a_fault_of_the_speed_is_told_only_if_the_speed_adds_up_better_without_it(clean):
+    def told(name: str, value: float, log: Recording) -> list[str]:
+        fault = Found(FAULTS[name], 'pivot', value, 1e-3, '', True, 'kinematics')
+        return [f.fault.name for f in adding_up(log, [fault])]
+
+    for name, value in (('speed_zero', 0.6), ('speed_scale', 1.2), ('speed_late', 0.1)):
+        assert told(name, value, clean) == []
+        assert told(name, value, spoilt(clean, name, value)) == [name]
 
 
 def test_a_unit_is_named():
