@@ -44,18 +44,25 @@ def _balances(recording: Recording, seen: Flow) -> dict[str, Balance]:
     return {name: b for name, b in found.items() if b is not None and name not in base}
 
 
-def dynamic_faults(recording: Recording, model: Model) -> list[Found]:
+def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = ()) -> list[Found]:
     """What is wrong with inputs, zeros and time, by the torques of a log without other faults.
 
     What the balance of one joint suggests is a fault only where it predicts the log better than
     all that is ordinary does, in blocks of time that neither was fitted to.
+
+    Args:
+        recording: the log.
+        model: of its robot.
+        settled: joints whose inputs are in their own columns.
     """
     seen = _flow(recording, model)
     if seen is None:
         return []
     driven = [] if recording.input in ('position', 'none') else [*recording.actuators]
-    if (pair := exchanged(recording, seen, driven)) is not None:
-        return [pair, *dynamic_faults(mapped(recording, [pair]), model)]
+    pair = exchanged(recording, seen, [name for name in driven if name not in settled])
+    if pair is not None:
+        right = mapped(recording, [pair])
+        return [pair, *dynamic_faults(right, model, [*settled, *pair.names])]
     dead = [f for name in driven for f in dead_input(recording, seen, name)]
     found = _balances(recording, seen)
     for f in dead:
