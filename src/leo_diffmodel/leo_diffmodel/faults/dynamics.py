@@ -19,6 +19,7 @@ from leo_diffmodel.faults.left_out import better, misses, Reading
 from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow, flow
+from leo_diffmodel.outside.ordinary import follows
 from leo_diffmodel.outside.rate import with_true_rates
 from leo_sim.model import Model
 
@@ -53,12 +54,12 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
     Args:
         recording: the log.
         model: of its robot.
-        settled: joints whose inputs are in their own columns.
+        settled: joints whose inputs are in their own columns by now, or whose zeros are right.
     """
     seen = _flow(recording, model)
     if seen is None:
         return []
-    driven = [] if recording.input in ('position', 'none') else [*recording.actuators]
+    driven = [*recording.actuators] if recording.input in ('voltage', 'torque') else []
     pair = exchanged(recording, seen, [name for name in driven if name not in settled])
     if pair is not None:
         right = mapped(recording, [pair])
@@ -67,18 +68,36 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
     found = _balances(recording, seen)
     for f in dead:
         found.pop(f.joint, None)
-    told = _suggested(recording, found)
-    return [*dead, *_predicting(recording, seen, told, found)]
+    acting = [name for name in driven if not follows(seen, recording.joints.index(name))]
+    told = _suggested(found, driven, acting, sample_period([recording]))
+    told = [*_predicting(recording, seen, told, found)]
+    if (zero := _first_zero(told, settled)) is not None:
+        right = mapped(recording, [zero])
+        return [zero, *dynamic_faults(right, model, [*settled, zero.joint])]
+    return [*dead, *told]
 
 
-def _suggested(recording: Recording, found: dict[str, Balance]) -> list[Found]:
+def _first_zero(told: Sequence[Found], settled: Sequence[str]) -> Found | None:
+    """The wrong zero that predicts best: it turns the weight of all joints beyond it, too."""
+    zeros = [f for f in told if f.error and f.fault.name == 'angle_zero']
+    open_ = [f for f in zeros if f.joint not in settled]
+    return max(open_, key=lambda f: f.gained, default=None) if len(told) > 1 else None
+
+
+def _suggested(
+    found: dict[str, Balance], driven: Sequence[str], acting: Sequence[str], period: float
+) -> list[Found]:
+    """What the balances say: of `driven` joints of their inputs, too, and when these act.
+
+    The latter where motors do something of their own (`acting`): others come with the motion.
+    """
     out: list[Found] = []
     for name, b in found.items():
-        out += list(_zero(name, b)) or list(_compensated(name, b))
-        if name in recording.actuators and recording.input != 'position':
-            out += _motor(name, b)
-    if recording.input in ('voltage', 'torque'):
-        out += _late([b for n, b in found.items() if n in recording.actuators], recording)
+        zero = [*_zero(name, b)]
+        out += zero
+        if name in driven:
+            out += [*(() if zero else _compensated(name, b)), *_motor(name, b)]
+    out += _late([b for n, b in found.items() if n in acting], period)
     return out or list(_time([*found.values()]))
 
 
@@ -187,7 +206,7 @@ def _compensated(joint: str, b: Balance) -> Iterator[Found]:
         yield _found('gravity_compensated', joint, Figure(missing, weight.sd, weight.worst), what)
 
 
-def _late(found: Sequence[Balance], recording: Recording) -> Iterator[Found]:
+def _late(found: Sequence[Balance], period: float) -> Iterator[Found]:
     """One clock for all inputs: the joint that is surest, and none that contradicts it."""
     shown = [(b.figures['late'], b) for b in found if 'late' in b.figures]
     if not shown:
@@ -195,7 +214,7 @@ def _late(found: Sequence[Balance], recording: Recording) -> Iterator[Found]:
     late, b = min(shown, key=lambda pair: pair[0].half)
     agree = all(abs(other.value - late.value) < other.half + late.half for other, _ in shown)
     low, high = FAULTS['input_late'].harmless
-    low -= sample_period([recording])
+    low -= period
     may_be_good = late.value - late.half < high and late.value + late.half > low
     if agree and not (b.gained > LIMITS.gained or may_be_good):
         way = 'after' if late.value > 0 else 'before'

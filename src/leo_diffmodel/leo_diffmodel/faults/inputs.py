@@ -29,7 +29,7 @@ def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found 
     best = min(pairs, key=lambda p: mean(_swapped(seen, *p)), default=None)
     if best is None:
         return None
-    as_logged = np.array([misses(seen, j) / _size(seen, j, j) for j in best])
+    as_logged = np.array([_own(seen, j) / _size(seen, j, j) for j in best])
     swapped = _swapped(seen, *best)
     if better(as_logged, swapped) < LIMITS.sure:
         return None
@@ -40,6 +40,11 @@ def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found 
     )
     names = (a, b, b, a)
     return Found(FAULTS['input_exchanged'], '', 1.0, 0.0, what, True, 'balance', names=names)
+
+
+def _own(seen: Flow, j: int) -> Array:
+    """What a joint misses of its own input at least, with either sign, (B,)."""
+    return min((misses(seen, j, Reading(sign)) for sign in (1.0, -1.0)), key=mean)
 
 
 def _may_be(seen: Flow, j: int, k: int) -> bool:
@@ -59,12 +64,16 @@ def _size(seen: Flow, j: int, k: int) -> float:
 
 
 def _unexplained(seen: Flow, j: int, k: int) -> float:
-    """Share of the input of joint k that the motion of joint j does not explain."""
+    """Share of the input of joint k that the motion of joint j does not explain.
+
+    An own one may have the other sign.
+    """
     moving = seen.moving[:, j] > LIMITS.moving
     if moving.sum() < LIMITS.fewest_instants or not seen.motor[moving, k].any():
         return 0.0
-    left = rest(seen, j, moving, Reading(column=k))[moving]
-    return float(np.abs(left).mean()) / _size(seen, j, k)
+    signs = (1.0, -1.0) if j == k else (1.0,)
+    left = [rest(seen, j, moving, Reading(sign, k))[moving] for sign in signs]
+    return min(float(np.abs(x).mean()) for x in left) / _size(seen, j, k)
 
 
 def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:

@@ -73,18 +73,19 @@ def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
 
 
 def better(first: Iterable[Array], second: Iterable[Array]) -> float:
-    """By how much of it the second misses less than the first, in standard errors.
+    """By how much less the second misses than the first, in standard errors over the blocks.
+
+    Each block counts alike, however much moves in it.
 
     Args:
         first: what was missed at each joint, (B,) each.
         second: the same, under another reading of the log.
     """
     a, b = np.array([*first]), np.array([*second])
-    both = np.isfinite(a) & np.isfinite(b)
-    size = np.array([x[k].mean() if k.any() else 1.0 for x, k in zip(a, both, strict=True)])
-    saved = np.where(both, a - b, 0.0) / np.maximum(size, TINY)[:, None]
-    seen = both.any(axis=0)
-    apart = saved.sum(axis=0)[seen] / both.sum(axis=0)[seen]
+    known = np.isfinite(a) & np.isfinite(b)
+    saved = np.where(known, 2 * (a - b) / np.maximum(a + b, TINY), 0.0)
+    seen = known.any(axis=0)
+    apart = saved.sum(axis=0)[seen] / known.sum(axis=0)[seen]
     if len(apart) < 2:
         return 0.0
     return float(apart.mean() / max(apart.std(ddof=1) / np.sqrt(len(apart)), TINY))

@@ -124,8 +124,12 @@ def _unsigned(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         return
     speed = np.concatenate([e.dq[:, j] for e in recording.episodes])
     slope = np.concatenate([np.gradient(e.q[:, j], e.t) for e in recording.episodes])
-    back = speed > LIMITS.bands * np.quantile(np.abs(slope), 0.99)
-    if back.sum() < LIMITS.fewest or (~back).sum() < LIMITS.fewest or (speed < 0).any():
+    values = np.unique(speed)
+    gaps = np.diff(values)
+    if len(values) < 2 or values[0] < 0 or gaps.max() < LIMITS.bands_apart * values[-1]:
+        return
+    back = speed > values[np.argmax(gaps)]
+    if min(back.sum(), (~back).sum()) < LIMITS.fewest:
         return
     found = {'speed_wraps': (speed - slope)[back], 'speed_sign_bit': (speed + slope)[back]}
     name = min(found, key=lambda k: float(found[k].std()))

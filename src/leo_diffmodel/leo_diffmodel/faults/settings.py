@@ -22,9 +22,10 @@ class Limits:
     """Correlation of their changes from which on an angle follows its goal, or is ahead of it,"""
     follows_better: float = 1.1
     """and how many times that of the other way round."""
+    bands_apart: float = 0.25
+    """Of the largest speed: the gap between speeds and numbers that their sign is a part of."""
     bands: float = 4.0
-    """Times the fastest motion from which on a speed is no speed; times the usual error of the
-    others that its sign may be a part of the number."""
+    """Times the usual error of the speeds that such numbers may be off by, put right."""
     moves: float = 3.0
     """Steps of the sensor that a joint must go from sample to sample to count as moving."""
     fewest: int = 60

@@ -64,6 +64,20 @@ def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinar
     return Ordinary(flow.missing[:, j] - parts.sum(axis=1), parts[:, taking].sum(axis=1))
 
 
+def follows(flow: Flow, j: int) -> bool:
+    """Whether a motor does nothing of its own: its torque follows from where its joint is.
+
+    It is off, or carries the weight, or holds against a hand. A motor that moves its joint has
+    friction to overcome, and something else to do.
+    """
+    moving = flow.moving[:, j] > 0.5
+    q, motor = flow.q[moving, j], flow.motor[moving, j]
+    place = [np.ones_like(q), q, np.sin(q), np.cos(q), flow.load[moving, j]]
+    columns = np.stack(place, axis=1)
+    own = motor - columns @ np.linalg.lstsq(columns, motor, rcond=1e-9)[0]
+    return bool(np.square(own).sum() <= OUTSIDE.own_will**2 * np.square(motor).sum())
+
+
 def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
     """A sine and a cosine of the frequency that is strongest in the rest (N,)."""
     t, y = time[fitted], rest[fitted]

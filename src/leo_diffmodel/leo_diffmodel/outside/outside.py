@@ -16,6 +16,7 @@ from leo_diffmodel.outside.forces import blocked, Burst, bursts, held
 from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.ordinary import (
     explained,
+    follows,
     Law,
     Ordinary,
     ordinary,
@@ -167,7 +168,7 @@ def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stre
     pushes = bursts(seen, found.rest, j, fitted)
     led = _led(seen, laws, found, j, fitted)
     rung = resonance(recording, j) if led or pushes else None
-    if led and _follows(seen, j, fitted):
+    if led and follows(seen, j):
         why = 'is led by a hand: no motor, weight or friction gives what accelerates it'
         return _all_of(seen, f'{joint}: {why}', 'hand')
     if led or rung:
@@ -192,7 +193,7 @@ def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) ->
     size = _lasting(found.rest, fitted)
     if size <= OUTSIDE.hand * seen.unbalanced[fitted, j].mean():
         return False
-    if _follows(seen, j, fitted):
+    if follows(seen, j):
         return True
     waves = strongest_wave(seen.time, found.rest, fitted)
     waving = explained(seen, j, fitted, [*laws, *waves])
@@ -208,19 +209,6 @@ def _lasting(rest: Array, fitted: Array) -> float:
         return 0.0
     again = float((short[bell:] * short[:-bell])[both].mean())
     return OUTSIDE.mean_of_rms * max(again, 0.0) ** 0.5
-
-
-def _follows(seen: Flow, j: int, fitted: Array) -> bool:
-    """Whether the motor does nothing of its own: its torque follows from how the joint moves.
-
-    It is off, or carries the weight, or holds against a hand. A motor that has something else to
-    do would show in the motion if no model or log were wrong.
-    """
-    q, motor = seen.q[fitted, j], seen.motor[fitted, j]
-    state = [np.ones_like(q), q, np.sin(q), np.cos(q), seen.load[fitted, j]]
-    columns = np.stack([*state, seen.dq[fitted, j], seen.sign[fitted, j]], axis=1)
-    own = motor - columns @ np.linalg.lstsq(columns, motor, rcond=1e-9)[0]
-    return bool(np.square(own).sum() <= OUTSIDE.own_will**2 * np.square(motor).sum())
 
 
 def _unlike(seen: Flow, found: Ordinary, j: int, rung: float | None) -> str:

@@ -133,10 +133,10 @@ class Limits:
     """Of that, what a single wave must leave, which is no hand."""
     mean_of_rms: float = 0.8
     """Mean size of a normal variable over its rms."""
-    own_will: float = 0.2
-    """Share of a motor's torque (rms) that does not follow from angle and speed of its joint: of
-    motors that a hand moves, that carry the weight or hold against it, 0.06 at most; of motors
-    along paths, steps and chirps 0.34 and more."""
+    own_will: float = 0.1
+    """Share of a motor's torque (rms) that does not follow from the angle of its joint: of motors
+    that a hand moves, that carry the weight or hold against it, 0.06 at most; of motors that move
+    pendulums, by steps, chirps or goals, 0.43 and more, that move arms, 0.5 at the median."""
     spectrum_seconds: float = 4.0
     """Length of the stretches whose spectra are averaged [s]."""
     peaks: tuple[float, float] = (2.0, 20.0)

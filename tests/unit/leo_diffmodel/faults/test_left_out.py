@@ -38,7 +38,7 @@ def test_the_unit_that_a_log_has_predicts_best(seen, unit):
 
 def test_better_counts_in_standard_errors_over_the_blocks():
     first, second = np.array([1.0, 1.2, 0.8, 1.0]), np.array([0.5, 0.7, 0.5, 0.3])
-    apart = first - second
+    apart = 2 * (first - second) / (first + second)
     assert better([first], [second]) == pytest.approx(apart.mean() / (apart.std(ddof=1) / 2))
     assert better([second], [first]) < 0
     assert better([first], [first]) == 0.0
