@@ -75,7 +75,7 @@ def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
 def better(first: Iterable[Array], second: Iterable[Array]) -> float:
     """By how much less the second misses than the first, in standard errors over the blocks.
 
-    Each block counts alike, however much moves in it.
+    Each block of each joint counts alike, however much moves in it.
 
     Args:
         first: what was missed at each joint, (B,) each.
@@ -83,9 +83,7 @@ def better(first: Iterable[Array], second: Iterable[Array]) -> float:
     """
     a, b = np.array([*first]), np.array([*second])
     known = np.isfinite(a) & np.isfinite(b)
-    saved = np.where(known, 2 * (a - b) / np.maximum(a + b, TINY), 0.0)
-    seen = known.any(axis=0)
-    apart = saved.sum(axis=0)[seen] / known.sum(axis=0)[seen]
+    apart = 2 * (a - b)[known] / np.maximum(a + b, TINY)[known]
     if len(apart) < 2:
         return 0.0
     return float(apart.mean() / max(apart.std(ddof=1) / np.sqrt(len(apart)), TINY))

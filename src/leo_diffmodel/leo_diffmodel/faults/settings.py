@@ -128,9 +128,9 @@ class Limits:
     """Of time, of which each is left out once."""
     shared_bells: int = 4
     """Instants before and after that share their bell with one: they are not fitted, either."""
-    odd: float = 0.05
+    odd: float = 0.02
     """Share of an input that the motion of its joint does not explain, from which on it may be
-    another's: large masses explain nine tenths of any smooth torque."""
+    another's: large masses explain 95 % and more of many a smooth torque."""
     own: float = 0.5
     """Of that, what another input must leave at most."""
     dead: float = 5.0

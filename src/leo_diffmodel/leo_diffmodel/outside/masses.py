@@ -9,7 +9,7 @@ negative, give what a payload can do, and nothing that no payload can.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -41,9 +41,9 @@ class Motion:
     def masses(self) -> tuple[Array, Array, Array]:
         """Torques (N, J, P) for one more of each of P, with the least and most of each (P,).
 
-        Each link as the model has it, then 1 kg at places of each link: at its joint, at its far
-        end, or beside it, there no more than is usual. There is none beyond the joint, where it
-        would carry the weight of the link.
+        Each link as the model has it, then 1 kg at places of each link: at its joint and about its
+        far end. There is none beside or beyond the joint, where it would turn the weight of the
+        link or carry it: a payload changes where gravity pulls to by less than a wrong zero.
         """
         bodies = self.model.laws.bodies
         moving = [j.child for j in self.model.robot.joints if j.kind != 'fixed']
@@ -51,29 +51,32 @@ class Motion:
         limits = [(OUTSIDE.lighter, OUTSIDE.heavier)] * len(moving)
         for name in moving:
             loaded += [(name, _with_mass(bodies[name], place)) for place in _places(bodies[name])]
-            limits += [(0.0, np.inf)] * 2 + [(0.0, OUTSIDE.heavier * bodies[name].mass)] * 4
+            limits += [(0.0, np.inf)] * 6
         given = self._needed(bodies)
         torque = [self._needed({**bodies, name: body}) - given for name, body in loaded]
         return np.stack(torque, axis=-1), *np.array(limits).T
+
+    @cached_property
+    def turned(self) -> Array:
+        """What the motion takes more if one joint is turned on [N m/rad], shape (N, J, J)."""
+        bodies, step = self.model.laws.bodies, OUTSIDE.turn
+        there = [replace(self, q=self.q + step * one) for one in np.eye(self.q.shape[1])]
+        more = [motion._needed(bodies) - self._needed(bodies) for motion in there]
+        return np.stack(more, axis=-1) / step
 
     def _needed(self, bodies: Mapping[str, Body]) -> Array:
         tree = Spatial(self.model.robot.joints, bodies, self.model.laws.gravity)
         mass, bias = tree.mass_and_bias(self.q, self.dq)
         return np.asarray((mass @ self.ddq[..., None])[..., 0] + bias)
 
-    @cached_property
-    def turned_load(self) -> Array:
-        """What the load grows by if one joint is turned on [N m/rad], shape (N, J, J)."""
-        load, step = self.model.rigid.load, OUTSIDE.turn
-        turned = [load(self.q + step * one) for one in np.eye(self.q.shape[1])]
-        return (np.stack(turned, axis=-1) - load(self.q)[..., None]) / step
-
 
 def _places(body: Body) -> Array:
-    """At the joint, at the far end and beside it: four points so far away (6, 3) [m]."""
+    """At the joint, at the far end and in four directions about it (6, 3) [m]."""
     far = np.linalg.svd(np.array([body.com], dtype=float))[2]
     far[0] *= 1.0 if far[0] @ np.array(body.com) >= 0 else -1.0
-    return _reach(body) * np.array([0 * far[0], far[0], far[1], -far[1], far[2], -far[2]])
+    c, s = np.cos(OUTSIDE.beside), np.sin(OUTSIDE.beside)
+    about = [c * far[0] + sign * s * side for side in far[1:] for sign in (1, -1)]
+    return _reach(body) * np.array([0 * far[0], far[0], *about])
 
 
 def _reach(body: Body) -> float:

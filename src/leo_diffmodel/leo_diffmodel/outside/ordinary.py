@@ -143,7 +143,7 @@ def _masses(flow: Flow, j: int) -> list[Law]:
     """Other links, payloads, rotors, encoders that are off and a base that is tilted."""
     torque, least, most = flow.motion.masses
     weights = [Law(-x, a, b) for x, a, b in zip(torque[:, j].T, least, most, strict=True)]
-    tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.motion.turned_load[:, j].T]
+    tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.motion.turned[:, j].T]
     return [*weights, *tilted, Law(-flow.ddq[:, j], OUTSIDE.lighter * flow.rotor[j], ANY)]
 
 

@@ -49,8 +49,10 @@ class Limits:
     """Torque across gravity, or the same always, in the weight or in what is usually at work."""
     spring: float = 0.3
     """Stiffness of a spring, in the weight per radian."""
+    beside: float = 0.5
+    """rad: how far from the far end of a link, seen from its joint, a payload is taken to be."""
     turn: float = 1e-3
-    """rad, m: by which joints are turned on to see how the load changes."""
+    """rad, m: by which joints are turned on to see what changes."""
     trifle: float = 1e-9
     """Of the usual torque: what no law of a joint is smaller than."""
     motor_limit: float = 0.6
