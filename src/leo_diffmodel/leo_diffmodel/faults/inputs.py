@@ -23,7 +23,8 @@ def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found 
 
     Of a joint whose motion does not explain its input, the one with which both are predicted best.
     """
-    joints = [recording.joints.index(name) for name in driven]
+    enough = (seen.moving > LIMITS.moving).sum(axis=0) >= LIMITS.fewest_instants
+    joints = [j for j in map(recording.joints.index, driven) if enough[j]]
     odd = [j for j in joints if _unexplained(seen, j, j) > LIMITS.odd]
     pairs = [(j, k) for j in odd for k in joints if k != j and _may_be(seen, j, k)]
     best = min(pairs, key=lambda p: mean(_swapped(seen, *p)), default=None)
@@ -69,7 +70,7 @@ def _unexplained(seen: Flow, j: int, k: int) -> float:
     An own one may have the other sign.
     """
     moving = seen.moving[:, j] > LIMITS.moving
-    if moving.sum() < LIMITS.fewest_instants or not seen.motor[moving, k].any():
+    if not seen.motor[moving, k].any():
         return 0.0
     signs = (1.0, -1.0) if j == k else (1.0,)
     left = [rest(seen, j, moving, Reading(sign, k))[moving] for sign in signs]

@@ -61,8 +61,8 @@ class Motion:
         """What the motion takes more if one joint is turned on [N m/rad], shape (N, J, J)."""
         bodies, step = self.model.laws.bodies, OUTSIDE.turn
         there = [replace(self, q=self.q + step * one) for one in np.eye(self.q.shape[1])]
-        more = [motion._needed(bodies) - self._needed(bodies) for motion in there]
-        return np.stack(more, axis=-1) / step
+        turned = np.stack([motion._needed(bodies) for motion in there], axis=-1)
+        return (turned - self._needed(bodies)[..., None]) / step
 
     def _needed(self, bodies: Mapping[str, Body]) -> Array:
         tree = Spatial(self.model.robot.joints, bodies, self.model.laws.gravity)
