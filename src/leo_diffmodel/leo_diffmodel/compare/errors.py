@@ -192,9 +192,13 @@ def observation_mse(
 
 
 def change_at_end(prediction: Prediction, other: Array) -> float:
-    """How far other predictions (W, K+1, 2J) are from these at the end, in noise floors (rms)."""
+    """How far other predictions (W, K+1, 2J) are from these at the end, in noise floors.
+
+    Root mean square over windows, angle and rate of the joint where that is most.
+    """
     change = (prediction.predicted - other)[:, -1]
-    return float(np.sqrt((change**2 / prediction.floor[:, -1]).mean()))
+    square = (change**2 / prediction.floor[:, -1]).mean(axis=0)
+    return float(np.sqrt(square.reshape(2, -1).mean(axis=0).max()))
 
 
 @dataclass(frozen=True)

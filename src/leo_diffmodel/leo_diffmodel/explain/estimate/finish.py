@@ -29,12 +29,14 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
     It begins where the search left it, then at other `starts`, each (P,); as many are tried as it
-    takes for two ends to agree. The last two begin a standard error to each side of the best.
+    takes for two ends to agree. The last two begin a standard error to each side of the best. Where
+    there are many parameters, there is one of each kind.
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
     ends = [best]
-    for theta in (*starts, None, None):
+    many = len(best.theta) > problem.numerics.profiled
+    for theta in (*starts[:1], None) if many else (*starts, None, None):
         if _reached(problem, ends, best) > 1 or problem.late():
             break
         if theta is None:
@@ -65,6 +67,8 @@ def _tolerance(problem: Problem, fitted: Fit) -> float:
 
 def _profiled(problem: Problem, fitted: Fit) -> Fit:
     """The fit from the best value of a profile on, as long as one is better than its end."""
+    if len(fitted.theta) > problem.numerics.profiled:
+        return fitted
     for _ in range(problem.numerics.profiles):
         if problem.late():
             break

@@ -83,10 +83,10 @@ class GroundScanner(Scanner):
     def _straight_grid(self, candidate: Candidate) -> Array:
         """One point for each parameter that scales the effect, at every shape of it."""
         numbered, points = [*enumerate(candidate.parameters)], []
-        sizes = {i: np.abs(self._sizes(candidate, p)) for i, p in numbered if p.scales}
+        sizes = {i: np.abs(self.sizes(candidate, p)) for i, p in numbered if p.scales}
         amplitude = {i: float(np.sort(size)[1]) for i, size in sizes.items()}
         shapes = [
-            two_angles() if p.turns else self._shape(candidate, p)
+            two_angles() if p.turns else self.shape(candidate, p)
             for i, p in numbered
             if i not in amplitude
         ]
@@ -108,18 +108,18 @@ class GroundScanner(Scanner):
             points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
         return points
 
-    def _sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
+    def sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Every other amplitude: what lies between is a matter of the fit.
 
         Of an inertia the largest is among them, which is many times what a light link has.
         """
-        sizes = super()._sizes(candidate, parameter)
+        sizes = super().sizes(candidate, parameter)
         if is_straight(candidate):
             return sizes
         return sizes[1::2] if candidate.parameters[0].unit == 'kg m2' else sizes[::2]
 
-    def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        return super()._shape(candidate, parameter)[: self._problem.numerics.most_shapes]
+    def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
+        return super().shape(candidate, parameter)[: self._problem.numerics.most_shapes]
 
     def _solved(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
         """Least squares over the parameters that scale the effect, for the best of its shapes."""

@@ -82,7 +82,9 @@ class Scanner:
         free = null.hypothesis.free(null.theta)
         self._nuisance = self._constants(linear.by_theta[..., free])
         self.residual = self._project(self._first)
-        self._before = self._project(self._moved(null.hypothesis, null.theta))
+        self.first = self.without_starts(self._first)
+        self._given = self._moved(null.hypothesis, null.theta)
+        self._before = self._project(self._given)
 
     def scan(self, candidate: Candidate) -> Scan:
         """The best point of the grid; along each ray the closed form picks the amplitude."""
@@ -105,6 +107,19 @@ class Scanner:
         if self._nuisance is not None:
             left = left - ((rows @ self._nuisance) ** 2).sum(-1)
         return float((0.5 * along**2 / np.maximum(left, 1e-3)).max())
+
+    def change(self, candidate: Candidate, points: Array) -> Array:
+        """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M)."""
+        return self.without_starts(self._given - self._tried(candidate, points))
+
+    def small(self, candidate: Candidate, begin: Array, direction: Array, size: float) -> float:
+        """A size, or less: that changes predictions by what is told well, and no more.
+
+        Dry friction that stops a joint is straight no more.
+        """
+        change = self.change(candidate, (begin + size * direction)[None])
+        most, rms = self._problem.numerics.straight, float(np.sqrt((change**2).mean()))
+        return size * min(1.0, most / rms) if 0 < rms < np.inf else size
 
     def _found(
         self,
@@ -138,18 +153,18 @@ class Scanner:
         parameters = candidate.parameters
         numbered, amplitude = [*enumerate(parameters)], amplitude_indices(parameters)
         rays = [r for r in itertools.product((-1, 0, 1), repeat=len(amplitude)) if any(r)]
-        shapes = [self._shape(candidate, p) for i, p in numbered if i not in amplitude]
-        sizes = np.stack([self._sizes(candidate, parameters[i]) for i in amplitude], axis=1)
+        shapes = [self.shape(candidate, p) for i, p in numbered if i not in amplitude]
+        sizes = np.stack([self.sizes(candidate, parameters[i]) for i in amplitude], axis=1)
         if _is_linear(candidate):
             sizes = sizes[1:2]
         points = []
         for ray, size, *shape in itertools.product(rays, sizes, *shapes):
             rest, move = iter(shape), dict(zip(amplitude, np.multiply(ray, size), strict=True))
             points.append([p.neutral + move[i] if i in move else next(rest) for i, p in numbered])
-        possible = [p for p in points if _possible(parameters, p)]
-        return np.array(possible or [_inside(parameters, p) for p in points])
+        able = [p for p in points if possible(parameters, p)]
+        return np.array(able or [_inside(parameters, p) for p in points])
 
-    def _sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
+    def sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
         grids, most = self._problem.grids, self._scales.input
         if candidate.effect.hook == 'sensor' and not parameter.unit:
@@ -160,7 +175,7 @@ class Scanner:
             return np.array([f * most - parameter.neutral for f in grids.saturations])
         return most * np.array(grids.dead_bands)
 
-    def _shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
+    def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
         return self._scales.shapes(candidate.effect.name, parameter, self._problem.grids)
 
     def _constants(self, by_theta: Array) -> Array | None:
@@ -173,14 +188,18 @@ class Scanner:
 
     def _project(self, e: Array) -> Array:
         """Weighted residuals of the training windows, nuisances out, shape (..., M)."""
+        flat = self.without_starts(e)
+        if self._nuisance is None:
+            return flat
+        return flat - (flat @ self._nuisance) @ self._nuisance.T
+
+    def without_starts(self, e: Array) -> Array:
+        """Weighted residuals (..., W, N) of the training windows, start states out, (..., M)."""
         e = (e * self._root)[..., self._problem.train, :]
         basis = self._basis[self._problem.train]
         seen = np.swapaxes(basis, -1, -2) @ e[..., None]
         e = (e[..., None] - basis @ seen)[..., 0]
-        flat = e.reshape(*e.shape[:-2], -1)
-        if self._nuisance is None:
-            return flat
-        return flat - (flat @ self._nuisance) @ self._nuisance.T
+        return np.asarray(e.reshape(*e.shape[:-2], -1))
 
 
 def _other_shapes(candidate: Candidate, grid: Array, gains: Array, best: int) -> list[int]:
@@ -202,7 +221,7 @@ def stretched(candidate: Candidate, point: Array, by: float) -> Array:
     return np.clip(moved, [p.low for p in parameters], [p.high for p in parameters])
 
 
-def _possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
+def possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
     """Whether the values are within the bounds, those that depend on another one too."""
     values = {p.name: v for p, v in zip(parameters, point, strict=True)}
     return all(

@@ -19,6 +19,7 @@ from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.linear_part import linear_part
 from leo_diffmodel.explain.findings.findings import Own, Part, Range, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem import likelihood
@@ -151,13 +152,13 @@ def _less(found: Search, candidate: Candidate) -> Scored:
 
 
 def _up_to(found: Search, count: int) -> Fit:
-    """The first effects of the final set, fitted without the others."""
+    """The first effects of the final set without the others, as far as that is straight."""
     full = found.final
-    if count == len(full.hypothesis.candidates):
+    names = full.hypothesis.candidates
+    known = found.known(frozenset(names[:count]))
+    if count == len(names):
         return full
-    part = replace(full.hypothesis, candidates=full.hypothesis.candidates[:count])
-    known = found.known(frozenset(part.candidates))
-    return known.fit if known else _part_of(found.problem, full, part)
+    return known.fit if known else linear_part(found.problem, full, names[count:])
 
 
 def _part_of(problem: Problem, full: Fit, part: Hypothesis) -> Fit:

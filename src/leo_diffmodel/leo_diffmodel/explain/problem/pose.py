@@ -102,6 +102,16 @@ def searched(
     return replace(problem, unseen=_unseen(everything)), blocks
 
 
+def shorter(posed: Posed, recordings: Sequence[Recording]) -> Problem:
+    """The training windows so short that predictions answer straight to any missing torque."""
+    problem, grids = posed.problem, posed.problem.grids
+    seconds = max(grids.straight_seconds, grids.straight_samples * sample_period(recordings))
+    windows = cut(recordings, seconds, history=noise.HISTORY)
+    made = _problem(problem.base, windows, problem.sigma, posed.blocks, problem.settings)
+    made = replace(made, rough_step=problem.rough_step, unseen=problem.unseen)
+    return made.take(np.flatnonzero(made.train))
+
+
 def _unseen(recordings: Sequence[Recording]) -> Array | None:
     """The rates of recordings that measured none, (R, 2J); None where all did."""
     unseen = [np.repeat([False, r.rates != 'measured'], len(r.joints)) for r in recordings]

@@ -143,12 +143,21 @@ class Weight:
         if null is None or smaller.ends is None or larger.ends is None:
             return True
         changes = (larger.ends - e for e in (smaller.ends, null))
-        added, done = (_at_joints((c**2).mean(axis=0)) for c in changes)
+        added, done = (at_joints((c**2).mean(axis=0)) for c in changes)
         # of errors that are normal but for a few windows, whose square has this median
-        typical = _at_joints(np.median(larger.ends**2, axis=0) / 0.455)
+        typical = at_joints(np.median(larger.ends**2, axis=0) / 0.455)
         left = self.gates.far_times**2 * np.maximum(typical, 1.0)
         least = np.minimum(self.gates.part * (done + 1.0), left)
         return bool((added >= least).any())
+
+    def floors(self, smaller: Scored, larger: Scored) -> float:
+        """What a set changes the prediction of a smaller one by, far ahead [noise floors].
+
+        Root mean square over windows, angle and rate of the joint where that is most.
+        """
+        if smaller.ends is None or larger.ends is None:
+            return np.inf
+        return float(np.sqrt(at_joints(((larger.ends - smaller.ends) ** 2).mean(axis=0)).max()))
 
     def explains_most(self, smaller: Scored, larger: Scored) -> bool:
         """Whether a set leaves but a small share of what a smaller one leaves beyond noise.
@@ -218,7 +227,7 @@ def _residual(scored: Scored) -> tuple[Array, int, Numerics]:
     return fitted.residual[train], fitted.start.shape[-1], problem.numerics
 
 
-def _at_joints(square: Array) -> Array:
+def at_joints(square: Array) -> Array:
     """Mean of squares (2J,) of states at each joint, (J,)."""
     return np.asarray(square.reshape(2, -1).mean(axis=0))
 

@@ -23,6 +23,7 @@ from leo_diffmodel.explain.problem.pose import Posed, refined
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select import stable
+from leo_diffmodel.explain.select.at_once import searched_at_once
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import best_ended, Names, Sets
@@ -128,7 +129,10 @@ def search(
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
     found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
-    best = searched(found, first)
+    if settings.numerics.at_once:
+        best = searched_at_once(found, first, recordings)
+    else:
+        best = searched(found, first)
     late = found.late
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in stable.turns(found))

@@ -16,6 +16,11 @@ class Grids:
     """Of a window of the search: its start state is found from anywhere,"""
     least_samples: int = 8
     """with so many samples at least."""
+    straight_seconds: float = 0.06
+    """Of a window in which predictions answer straight to what is missing, however far off they
+    are in longer ones;"""
+    straight_samples: int = 6
+    """with so many samples at least."""
     longer_seconds: tuple[float, ...] = (1.0, 0.8, 0.6, 0.45)
     """Of windows that settle close calls, the longest whose start states can be found."""
     horizon_seconds: tuple[float, ...] = (1.0, 0.5, 0.3, 0.15)

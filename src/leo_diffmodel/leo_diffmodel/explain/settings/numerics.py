@@ -121,6 +121,9 @@ class Numerics:
     have valleys of their own, and a loss of thousands of nats is rough by one."""
     profile: tuple[float, ...] = (-3.0, -1.0, 1.0, 3.0)
     """Where along a parameter the loss is looked up [standard errors]."""
+    profiled: int = 6
+    """Most parameters of a fit that has profiles and more than two other starts: each costs as
+    much as the fit."""
     profiles: int = 3
     """How often a fit goes on from a better value of a profile."""
     converged_nats: float = 1.0
@@ -161,6 +164,25 @@ class Numerics:
     behind the best of them."""
     neutral_look: int = 3
     """Iterations from neutral, where the first look leads nowhere."""
+
+    # select: all effects at once
+    at_once: bool = True
+    """Whether all effects are chosen together, from the losses of every joint on."""
+    straight: float = 1.0
+    """Most that an amplitude changes the samples of windows by [noise, rms], where effects are
+    judged by a linear answer."""
+
+    wait: float = 0.1
+    """Of what the best effect saves, that another must save to be added before the next fit."""
+    matrix_samples: int = 2400
+    """In windows of the data, at which effects that are in no fit yet are compared: what is not
+    seen there is smaller than a noise floor."""
+    joint_steps: int = 10
+    """Most steps of a joint fit before the next choice."""
+    most_rounds: int = 4
+    """Of choice and joint fit, until the set repeats."""
+    most_terms: int = 80
+    """Effects that are fitted together at most."""
 
     # estimate: the search on the ground
     ground_windows: int = 40
@@ -218,7 +240,7 @@ class Numerics:
     """Of white noise in all windows, for what is unexplained of it on average."""
     width: int = 2
     """Best sets of a size that are extended by further effects."""
-    refits: int = 20
+    refits: int = 6
     """How often weights are found again where a fold is left out,"""
     refit_errors: float = 0.05
     """as long as that moves a parameter by so much of its error."""
@@ -230,6 +252,8 @@ class Numerics:
     """and of the time at most this share."""
 
     # unknown
+    law_stands_for: int = 2
+    """Effects that one law may do instead of, and is compared with."""
     laws_tried: int = 2
     """Curves that are fitted as laws, the best of as many kinds."""
     law_nearly: float = 3.0

@@ -51,6 +51,8 @@ class Found:
 
 def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     """The law that what is known, the final hypothesis, cannot stand for, if any."""
+    if found.weight.leaves_noise(found.chosen, found.threshold):
+        return None  # nothing is ahead of it by more than noise gives
     final = scored(Estimate(found.posed, found.final))
     named = {s.names: s for s in found.sets} | {final.names: final}
     laws: dict[Names, Attempt] = {}
@@ -115,11 +117,16 @@ def _bases(
 ) -> Iterator[tuple[Fit, Influence, list[Curve]]]:
     """The model as given and what was chosen, with what each leaves and its curves, best first.
 
-    Where a law is expensive (`sparing`), the chosen set is tried only if what it leaves matters,
+    A law may stand for one or two effects; beside more it is looked for in what these leave, if
+    that matters. Where a law is expensive (`sparing`), the chosen set is tried only if what it leaves matters,
     and the model as given only if a curve shows in what the chosen set leaves, or if two of its
     effects share a place.
     """
     problem, final, sparing = found.problem, found.final, found.problem.numerics.sparing
+    if len(final.hypothesis.candidates) > problem.numerics.law_stands_for:
+        if rest_of(problem, found.null, final).matters:
+            yield final, *_curves(recordings, problem, final)
+        return
     after = _curves(recordings, problem, final) if sparing else None
     places = [c.where for c in final.hypothesis.candidates]
     crowded = len(set(places)) < len(places)

@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: Apache-2.0
+"""All effects in one linear problem about a fit: what each of them does to the prediction.
+
+Those of the fit and all others have columns alike, so that any set of them is judged by linear
+algebra alone, without a rollout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+import itertools
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.scan import Scan, Scanner, stretch_limits
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.sizes import Scales
+from leo_diffmodel.explain.settings import Settings
+from leo_sim.effects import Parameter
+
+Array = np.ndarray
+RIDGE = 1e-8
+"""Of columns of unit length: two that do the same share it."""
+TRACE = 1e-6
+"""Square of a column [noise] that shows nothing."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the parameters of an effect do, moved in one direction (P,).
+
+    Its coefficient is between `low` and `high`.
+    """
+
+    direction: Array
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect in one shape: its columns are in a set all together, or not at all.
+
+    Attributes:
+        candidate: the effect and its place.
+        begin: its parameters where all coefficients are 0, shape (P,).
+        columns: what its parameters do.
+        first: number of its first column among those of all.
+    """
+
+    candidate: Candidate
+    begin: Array
+    columns: tuple[Column, ...]
+    first: int = 0
+
+    @property
+    def span(self) -> range:
+        """Numbers of its columns."""
+        return range(self.first, self.first + len(self.columns))
+
+    def values(self, coefficients: Sequence[float]) -> Array:
+        """Its parameters, shape (P,)."""
+        moves = (x * c.direction for x, c in zip(coefficients, self.columns, strict=True))
+        return np.asarray(sum(moves, self.begin))
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """Terms, and the normal equations of all their columns, scaled to unit length.
+
+    Attributes:
+        fit: what they are linear about.
+        members: terms of the effects in it.
+        others: of all other effects, the shapes of each that explain most.
+        gram: products of the columns, shape (C, C).
+        along: their products with what no effect explains, shape (C,).
+        total: half the square of that [nats].
+        limits: of the coefficients, shape (2, C).
+        length: of the columns before, shape (C,).
+        scans: of the candidates that are not in the fit, on top of it, most first.
+        threshold: gain that noise alone can give [nats].
+    """
+
+    fit: Fit
+    members: tuple[Term, ...]
+    others: tuple[Term, ...]
+    gram: Array
+    along: Array
+    total: float
+    limits: Array
+    length: Array
+    scans: tuple[Scan, ...]
+    threshold: float
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """All of them."""
+        return (*self.members, *self.others)
+
+    def least(self, terms: Sequence[Term]) -> tuple[float, Array]:
+        """Loss of a set [nats] and its coefficients within their limits, term by term."""
+        index = _indices(terms)
+        if not index:
+            return self.total, np.zeros(0)
+        root = np.linalg.cholesky(_square(self.gram, index)).T
+        target = np.linalg.solve(root.T, self.along[index])
+        low, high = self.limits[:, index]
+        best = lsq_linear(root, target, (low, np.maximum(high, low + RIDGE)), 'bvls').x
+        rest = root @ best - target
+        return self.total - 0.5 * float(target @ target - rest @ rest), best
+
+    def gains(self, held: Sequence[Term], groups: Sequence[Sequence[Term]]) -> list[float]:
+        """What each group of further terms saves beside those that are held [nats]."""
+        index = _indices(held)
+        right = np.c_[self.gram[index], self.along[index]]
+        across = np.linalg.solve(_square(self.gram, index), right)
+        left = self.along - self.gram[:, index] @ across[:, -1]
+        free = self.gram - self.gram[:, index] @ across[:, :-1]
+        spans = [_indices(group) for group in groups]
+        return [0.5 * float(left[s] @ np.linalg.solve(_square(free, s), left[s])) for s in spans]
+
+    def hypothesis(self, terms: Sequence[Term]) -> tuple[Hypothesis, Array]:
+        """A set as a hypothesis, and its values (P,)."""
+        best, full, values = iter(self.least(terms)[1]), self.fit.hypothesis, []
+        for term in terms:
+            values.append(term.values([next(best) / self.length[i] for i in term.span]))
+        made = Hypothesis(tuple(t.candidate for t in terms), full.constants)
+        return made, made.bounded(
+            np.concatenate([*values, self.fit.theta[full.first_constant :]])
+        )
+
+
+def matrices(
+    problem: Problem,
+    fitted: Fit,
+    scales: Scales,
+    pool: Sequence[Candidate],
+    progress: Progress = lambda *_: None,
+) -> Matrices:
+    """Linearise a fit in its own effects and in all those of a pool.
+
+    Columns of a pool's effects are of finite amplitudes, in some of the training windows. Start
+    states and constants are projected out of all.
+    """
+    train = np.flatnonzero(problem.train)
+    few = max(1, round(problem.numerics.matrix_samples / problem.windows.steps))
+    if len(train) > few:
+        train = train[np.linspace(0, len(train) - 1, few).astype(int)]
+    made = _Builder(problem.take(train), fitted.take(train), scales)
+    for candidate in pool:
+        if problem.late():
+            break
+        progress(candidate.label, STEPS.scan)
+        if candidate not in fitted.hypothesis.candidates or candidate.has_whole:
+            made.add(candidate)
+    return made.made
+
+
+class _Builder:
+    """Columns on their way to normal equations."""
+
+    def __init__(self, problem: Problem, fitted: Fit, scales: Scales):
+        self._problem, self._fit = problem, fitted
+        self._scanner = Scanner(problem, fitted, scales)
+        full = fitted.hypothesis
+        moved = self._scanner.without_starts(np.moveaxis(-fitted.columns, -1, 0))
+        free = [i for i in range(full.first_constant, full.size) if full.free(fitted.theta)[i]]
+        self._constants = _basis(moved[free])
+        self._rows: list[Array] = []
+        self._target = self._free(self._scanner.first)
+        self._members = [self._member(n, self._free(moved)) for n in range(len(full.candidates))]
+        self._others: list[Term] = []
+        self._scans: list[Scan] = []
+        self._held = _basis(np.array(self._rows).reshape(-1, len(self._target)))
+        self._left = self._beside(self._target)
+
+    def _free(self, rows: Array) -> Array:
+        """Rows (..., M) without what constants explain."""
+        return rows - (rows @ self._constants.T) @ self._constants
+
+    def _beside(self, rows: Array) -> Array:
+        """Rows (..., M) without what the effects of the fit explain."""
+        return rows - (rows @ self._held.T) @ self._held
+
+    def _member(self, number: int, moved: Array) -> Term:
+        """An effect of the fit; the target becomes what is left without it."""
+        full, theta = self._fit.hypothesis, self._fit.theta
+        candidate, offset = full.candidates[number], full.offset(number)
+        begin = theta[offset : full.offset(number + 1)].copy()
+        columns, first = [], len(self._rows)
+        for i, p in enumerate(candidate.parameters):
+            row = moved[offset + i]
+            if p.whole or not row @ row > TRACE:
+                continue
+            if p.scales:
+                self._target = self._target + (begin[i] - p.neutral) * row
+                begin[i] = p.neutral
+            direction = np.eye(len(begin))[i]
+            columns.append(Column(direction, p.low - begin[i], p.high - begin[i]))
+            self._rows.append(row)
+        return Term(candidate, begin, tuple(columns), first)
+
+    def add(self, candidate: Candidate) -> None:
+        """The terms of one more effect that say most, and what it shows."""
+        terms = list(_terms(candidate, self._scanner, self._problem))
+        rows = self._rows_of(candidate, terms)
+        gains = [self._gain(term, r) for term, r in zip(terms, rows, strict=True)]
+        order = sorted(range(len(terms)), key=lambda n: -gains[n][0])
+        shown = [n for n in order if (rows[n] ** 2).sum() > TRACE]
+        for n in shown[: self._problem.numerics.pair_points]:
+            self._others.append(replace(terms[n], first=len(self._rows)))
+            self._rows += [*rows[n]]
+        if shown:
+            gain, best = gains[shown[0]]
+            traces = [0.5 * float((self._beside(rows[n]) ** 2).sum(axis=-1).max()) for n in shown]
+            values = self._fit.with_values(terms[shown[0]].values(best))
+            self._scans.append(_scan(candidate, values, gain, max(traces), self._fit))
+
+    def _rows_of(self, candidate: Candidate, terms: Sequence[Term]) -> list[Array]:
+        """What the columns of each term do, (C, M) each."""
+        points = [term.begin + c.direction for term in terms for c in term.columns]
+        rows = self._free(self._scanner.change(candidate, np.array(points)))
+        rows = np.where(np.isfinite(rows), rows, 0.0)
+        return np.split(rows, np.cumsum([len(term.columns) for term in terms])[:-1])
+
+    def _gain(self, term: Term, rows: Array) -> tuple[float, Array]:
+        """What a term saves beside the effects of the fit, and its coefficients."""
+        beside = self._beside(rows)
+        square = beside @ beside.T + TRACE * np.eye(len(rows))
+        along = beside @ self._left
+        low, high = np.array([(c.low, c.high) for c in term.columns]).T
+        best = np.clip(np.linalg.solve(square, along), low, high)
+        return float(best @ along - 0.5 * best @ square @ best), best
+
+    @property
+    def made(self) -> Matrices:
+        """All of it."""
+        rows = np.array(self._rows).reshape(-1, len(self._target))
+        length = np.sqrt((rows**2).sum(axis=1)) + TRACE
+        terms = [*self._members, *self._others]
+        limits = np.array([(c.low, c.high) for t in terms for c in t.columns]).reshape(-1, 2)
+        rows = rows / length[:, None]
+        gram = rows @ rows.T
+        return Matrices(
+            self._fit,
+            tuple(self._members),
+            tuple(self._others),
+            gram,
+            rows @ self._target,
+            0.5 * float(self._target @ self._target),
+            limits.T * length,
+            length,
+            tuple(sorted(self._scans, key=lambda s: -s.gain)),
+            _threshold(gram, _indices(self._members), self._problem.settings),
+        )
+
+
+def _terms(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator[Term]:
+    """The shapes of an effect: what is straight in its amplitudes once, else each size."""
+    parameters, amplitude = candidate.parameters, amplitude_indices(candidate.parameters)
+    others = [_shape(candidate, p, scanner) for p in parameters if not p.scales]
+    straight = all(parameters[i].role == 'amplitude' for i in amplitude)
+    columns: list[Column] = []
+    for shape in itertools.product(*others):
+        rest = iter(shape)
+        begin = np.array([p.neutral if p.scales else next(rest) for p in parameters])
+        if straight:
+            columns = columns or [_straight(candidate, begin, i, scanner) for i in amplitude]
+            yield Term(candidate, begin, tuple(columns))
+        else:
+            for size in scanner.sizes(candidate, parameters[amplitude[0]]):
+                direction = size * np.eye(len(begin))[amplitude[0]]
+                limits = stretch_limits(candidate, problem.grids)
+                yield Term(candidate, begin, (Column(direction, *limits),))
+
+
+def _shape(candidate: Candidate, p: Parameter, scanner: Scanner) -> tuple[float, ...]:
+    """Values of what shapes an effect; a sine of any phase is the sum of two."""
+    values = scanner.shape(candidate, p)
+    return values[: len(values) // 2] if p.role == 'phase' else values
+
+
+def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> Column:
+    """One amplitude, and those that are never less; as far as predictions answer in proportion."""
+    parameters, p = candidate.parameters, candidate.parameters[i]
+    moved = np.array([float(k == i or q.above == p.name) for k, q in enumerate(parameters)])
+    size = scanner.small(candidate, begin, moved, scanner.sizes(candidate, p)[1])
+    if p.high < p.neutral + size:
+        size = -size
+    low, high = sorted(((p.low - p.neutral) / size, (p.high - p.neutral) / size))
+    return Column(size * moved, low, high)
+
+
+def _indices(terms: Sequence[Term]) -> list[int]:
+    return [i for term in terms for i in term.span]
+
+
+def _square(gram: Array, index: Sequence[int]) -> Array:
+    return np.asarray(gram[np.ix_(index, index)] + RIDGE * np.eye(len(index)))
+
+
+def _basis(rows: Array) -> Array:
+    """Rows of unit length across each other, of the same span."""
+    return np.linalg.qr(rows.T)[0].T
+
+
+def _scan(candidate: Candidate, theta: Array, gain: float, evidence: float, fitted: Fit) -> Scan:
+    none = np.zeros((0, 0))
+    first = fitted.hypothesis.first_constant
+    return Scan(candidate, theta, gain, none, evidence, none, np.zeros(0), first)
+
+
+def _threshold(gram: Array, held: Sequence[int], settings: Settings) -> float:
+    """Gain [nats] that noise shows in the best of all columns beside those that are held.
+
+    As `scan.threshold`, from the products of the columns alone.
+    """
+    gates = settings.gates
+    free = gram - gram[:, held] @ np.linalg.solve(_square(gram, held), gram[held])
+    size = np.diag(free)
+    others = [i for i in range(len(gram)) if i not in {*held} and size[i] > RIDGE]
+    if not others:
+        return gates.least_nats
+    unit = free[np.ix_(others, others)] / np.sqrt(np.outer(size[others], size[others]))
+    values, vectors = np.linalg.eigh(unit)
+    draws = np.random.default_rng(0).standard_normal((settings.numerics.draws, len(others)))
+    along = draws * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    best = 0.5 * np.square(np.maximum(along, 0.0).max(axis=1))
+    noise = gates.noise_times * float(np.quantile(best, gates.noise_quantile))
+    return max(gates.least_nats, noise)
