@@ -84,6 +84,7 @@ class Matrices:
         length: of the columns before, shape (C,).
         scans: of the candidates that are not in the fit, on top of it, most first.
         threshold: gain that noise alone can give [nats].
+        samples: how many the columns have.
     """
 
     fit: Fit
@@ -96,6 +97,7 @@ class Matrices:
     length: Array
     scans: tuple[Scan, ...]
     threshold: float
+    samples: int
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -104,7 +106,7 @@ class Matrices:
 
     def least(self, terms: Sequence[Term]) -> tuple[float, Array]:
         """Loss of a set [nats] and its coefficients within their limits, term by term."""
-        index = _indices(terms)
+        index = indices(terms)
         if not index:
             return self.total, np.zeros(0)
         root = np.linalg.cholesky(_square(self.gram, index)).T
@@ -116,12 +118,12 @@ class Matrices:
 
     def gains(self, held: Sequence[Term], groups: Sequence[Sequence[Term]]) -> list[float]:
         """What each group of further terms saves beside those that are held [nats]."""
-        index = _indices(held)
+        index = indices(held)
         right = np.c_[self.gram[index], self.along[index]]
         across = np.linalg.solve(_square(self.gram, index), right)
         left = self.along - self.gram[:, index] @ across[:, -1]
         free = self.gram - self.gram[:, index] @ across[:, :-1]
-        spans = [_indices(group) for group in groups]
+        spans = [indices(group) for group in groups]
         return [0.5 * float(left[s] @ np.linalg.solve(_square(free, s), left[s])) for s in spans]
 
     def hypothesis(self, terms: Sequence[Term]) -> tuple[Hypothesis, Array]:
@@ -256,7 +258,8 @@ class _Builder:
             limits.T * length,
             length,
             tuple(sorted(self._scans, key=lambda s: -s.gain)),
-            _threshold(gram, _indices(self._members), self._problem.settings),
+            _threshold(gram, indices(self._members), self._problem.settings),
+            len(self._target),
         )
 
 
@@ -296,7 +299,8 @@ def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> C
     return Column(size * moved, low, high)
 
 
-def _indices(terms: Sequence[Term]) -> list[int]:
+def indices(terms: Sequence[Term]) -> list[int]:
+    """Numbers of the columns of some terms."""
     return [i for term in terms for i in term.span]
 
 

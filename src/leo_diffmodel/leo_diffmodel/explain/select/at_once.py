@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, unexplained
@@ -58,6 +59,7 @@ def searched_at_once(
     scans = (*made.scans, *_scans(made, begun))
     sets.extensions[frozenset()] = Extension(first, (), scans, made.threshold)
     sets.front = (best.names,) if sets.late else ()
+    sets.background = background(made, [*best.names], max(dispersion(best.fit), 1.0))
     return best
 
 

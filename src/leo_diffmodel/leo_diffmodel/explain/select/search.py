@@ -129,7 +129,7 @@ def search(
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
     found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
-    if settings.numerics.at_once:
+    if settings.numerics.all_together:
         best = searched_at_once(found, first, recordings)
     else:
         best = searched(found, first)
@@ -143,6 +143,8 @@ def search(
     if late and not (at.fit.certificate and at.fit.certificate.converged):
         best = best_ended(found)
         at = _finished(fits, best, scans, until, model.integration_step)
+    if found.background:
+        at = at._replace(fit=found.background.widened(at.fit))
     final = _largest_first(fits, at)
     progress('the last fit', STEPS.end // 2)
     return Search(

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 
+from leo_diffmodel.explain.estimate.background import Background
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
@@ -36,6 +37,7 @@ class Sets:
         carried: which set was fitted from the values of which other one.
         numbers: with which whole numbers of which effect a set was fitted.
         front: sets whose extensions there was no time for.
+        background: what small differences leave to doubt, where that was asked.
     """
 
     estimator: Estimator
@@ -48,6 +50,7 @@ class Sets:
     carried: set[tuple[Names, Names]] = field(default_factory=set)
     numbers: set[tuple] = field(default_factory=set)
     front: tuple[Names, ...] = ()
+    background: Background | None = None
 
     def __post_init__(self) -> None:
         self.progress = Reporter.of(self.progress)

@@ -166,7 +166,7 @@ class Numerics:
     """Iterations from neutral, where the first look leads nowhere."""
 
     # select: all effects at once
-    at_once: bool = True
+    all_together: bool = False
     """Whether all effects are chosen together, from the losses of every joint on."""
     straight: float = 1.0
     """Most that an amplitude changes the samples of windows by [noise, rms], where effects are
@@ -179,7 +179,7 @@ class Numerics:
     seen there is smaller than a noise floor."""
     joint_steps: int = 10
     """Most steps of a joint fit before the next choice."""
-    most_rounds: int = 4
+    most_rounds: int = 3
     """Of choice and joint fit, until the set repeats."""
     most_terms: int = 80
     """Effects that are fitted together at most."""
@@ -240,7 +240,7 @@ class Numerics:
     """Of white noise in all windows, for what is unexplained of it on average."""
     width: int = 2
     """Best sets of a size that are extended by further effects."""
-    refits: int = 6
+    refits: int = 20
     """How often weights are found again where a fold is left out,"""
     refit_errors: float = 0.05
     """as long as that moves a parameter by so much of its error."""

@@ -51,7 +51,8 @@ class Found:
 
 def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     """The law that what is known, the final hypothesis, cannot stand for, if any."""
-    if found.weight.leaves_noise(found.chosen, found.threshold):
+    at_once = found.problem.numerics.all_together
+    if at_once and found.weight.leaves_noise(found.chosen, found.threshold):
         return None  # nothing is ahead of it by more than noise gives
     final = scored(Estimate(found.posed, found.final))
     named = {s.names: s for s in found.sets} | {final.names: final}
@@ -123,7 +124,8 @@ def _bases(
     effects share a place.
     """
     problem, final, sparing = found.problem, found.final, found.problem.numerics.sparing
-    if len(final.hypothesis.candidates) > problem.numerics.law_stands_for:
+    many = len(final.hypothesis.candidates) > problem.numerics.law_stands_for
+    if many and problem.numerics.all_together:
         if rest_of(problem, found.null, final).matters:
             yield final, *_curves(recordings, problem, final)
         return

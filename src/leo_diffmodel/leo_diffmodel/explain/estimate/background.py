@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that is a little wrong and has no name: what it leaves to doubt of what has one.
+
+Beside the named effects every other candidate may be there at a small size: y = A theta + B phi +
+noise, phi normal about 0 with one scale for all, in units of what changes each sample by its noise.
+The scale is the one that is most likely (empirical Bayes; a spike with a width, George and McCulloch
+1993; Kennedy and O'Hagan 2001); 0 where nothing small is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.matrices import indices, Matrices, RIDGE, Term
+from leo_diffmodel.explain.problem.hypothesis import Candidate
+
+Array = np.ndarray
+SCALES = (-14.0, 2.0)
+"""Logarithms between which the scale is looked for: nothing, and more than what is named."""
+
+
+@dataclass(frozen=True)
+class Background:
+    """What small differences leave to doubt.
+
+    Attributes:
+        scale: their typical size [noise of each sample].
+        factors: by how much standard errors of each effect's parameters are larger, (P,) each.
+    """
+
+    scale: float
+    factors: dict[Candidate, Array]
+
+    def widened(self, fitted: Fit) -> Fit:
+        """A fit with the errors that this leaves."""
+        full = fitted.hypothesis
+        times = [self.factors.get(c, np.ones(len(c.parameters))) for c in full.candidates]
+        each = np.concatenate([*times, np.ones(len(full.constants))])
+        return replace(fitted, covariance=fitted.covariance * np.outer(each, each))
+
+
+def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Background:
+    """The most likely background of some effects of a fit.
+
+    `spread` is by how much residuals say less than white noise.
+    """
+    held = [t for t in made.members if t.candidate in named]
+    others: dict[Candidate, Term] = {}
+    for term in made.terms:
+        if term.candidate not in named:
+            others.setdefault(term.candidate, term)
+    mine, rest = indices(held), indices([*others.values()])
+    square = made.gram[np.ix_(mine, mine)] + RIDGE * np.eye(len(mine))
+    across = made.gram[np.ix_(mine, rest)]
+    free = made.gram[np.ix_(rest, rest)] - across.T @ np.linalg.solve(square, across)
+    left = made.along[rest] - across.T @ np.linalg.solve(square, made.along[mine])
+    variance = made.samples * _likeliest(free, left / np.sqrt(spread), made.samples)
+    if not variance > 0 or not mine:
+        return Background(0.0, {})
+    known = made.gram[np.ix_(rest, rest)] + np.eye(len(rest)) * spread / variance
+    wider = np.linalg.inv(square - across @ np.linalg.solve(known, across.T))
+    times = np.sqrt(np.diag(wider) / np.diag(np.linalg.inv(square)))
+    return Background(float(np.sqrt(variance / made.samples)), _by_effect(held, times))
+
+
+def _likeliest(free: Array, left: Array, samples: int) -> float:
+    """Square of the most likely scale, from products with columns beside those of a set.
+
+    Of these there are as many directions as candidates; along each the product is normal.
+    """
+    values, vectors = np.linalg.eigh(free)
+    seen = values > RIDGE ** 0.75
+    if not seen.any():
+        return 0.0
+    strength = samples * values[seen]
+    square = (vectors.T @ left)[seen] ** 2 / values[seen]
+
+    def surprise(log_scale: float) -> float:
+        times = 1.0 + np.exp(2 * log_scale) * strength
+        return 0.5 * float(np.sum(np.log(times) + square / times))
+
+    best = minimize_scalar(surprise, bounds=SCALES, method='bounded')
+    return float(np.exp(2 * best.x)) if best.fun < surprise(SCALES[0]) else 0.0
+
+
+def _by_effect(held: Sequence[Term], times: Array) -> dict[Candidate, Array]:
+    """Factors of columns, term by term, as those of each effect's parameters."""
+    columns, found = iter(times), {}
+    for term in held:
+        factors = np.ones(len(term.begin))
+        for column in term.columns:
+            factors[column.direction != 0] = next(columns)
+        found[term.candidate] = factors
+    return found
