@@ -7,7 +7,7 @@ algebra alone, without a rollout.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 import itertools
 
@@ -21,11 +21,13 @@ from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidat
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Settings
+from leo_sim.description.urdf import Body
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
 RIDGE = 1e-8
 """Of columns of unit length: two that do the same share it."""
+MASS, MOMENT = 'link_mass', 'link_com'
 TRACE = 1e-6
 """Square of a column [noise] that shows nothing."""
 
@@ -85,6 +87,7 @@ class Matrices:
         scans: of the candidates that are not in the fit, on top of it, most first.
         threshold: gain that noise alone can give [nats].
         samples: how many the columns have.
+        masses: of the links in the fit [kg].
     """
 
     fit: Fit
@@ -98,6 +101,7 @@ class Matrices:
     scans: tuple[Scan, ...]
     threshold: float
     samples: int
+    masses: Mapping[str, float]
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -128,13 +132,27 @@ class Matrices:
 
     def hypothesis(self, terms: Sequence[Term]) -> tuple[Hypothesis, Array]:
         """A set as a hypothesis, and its values (P,)."""
-        best, full, values = iter(self.least(terms)[1]), self.fit.hypothesis, []
-        for term in terms:
-            values.append(term.values([next(best) / self.length[i] for i in term.span]))
-        made = Hypothesis(tuple(t.candidate for t in terms), full.constants)
-        return made, made.bounded(
-            np.concatenate([*values, self.fit.theta[full.first_constant :]])
-        )
+        best, full = iter(self.least(terms)[1]), self.fit.hypothesis
+        values = {
+            t.candidate: t.values([next(best) / self.length[i] for i in t.span]) for t in terms
+        }
+        for candidate in values:
+            if candidate.effect.name == MOMENT:
+                values[candidate] = values[candidate] * self._lighter(candidate.where, values)
+        made = Hypothesis(tuple(values), full.constants)
+        constants = self.fit.theta[full.first_constant :]
+        return made, made.bounded(np.concatenate([*values.values(), constants]))
+
+    def _lighter(self, link: str, values: Mapping[Candidate, Array]) -> float:
+        """The mass of a link in the fit, as a share of that in a set.
+
+        What is linear is its first moment, and not its centre of mass.
+        """
+        held = self.fit.hypothesis.candidates
+        was = {c.where: float(self.fit.own(c)[0]) for c in held if c.effect.name == MASS}
+        now = {c.where: float(v[0]) for c, v in values.items() if c.effect.name == MASS}
+        more = now.get(link, 0.0) - was.get(link, 0.0)
+        return self.masses[link] / max(self.masses[link] + more, 0.05 * self.masses[link])
 
 
 def matrices(
@@ -240,6 +258,11 @@ class _Builder:
         return float(best @ along - 0.5 * best @ square @ best), best
 
     @property
+    def _bodies(self) -> Mapping[str, Body]:
+        fitted = self._fit
+        return fitted.hypothesis.model(self._problem.base, fitted.theta).laws.bodies
+
+    @property
     def made(self) -> Matrices:
         """All of it."""
         rows = np.array(self._rows).reshape(-1, len(self._target))
@@ -260,6 +283,7 @@ class _Builder:
             tuple(sorted(self._scans, key=lambda s: -s.gain)),
             _threshold(gram, indices(self._members), self._problem.settings),
             len(self._target),
+            {name: float(body.mass) for name, body in self._bodies.items()},
         )
 
 
@@ -295,7 +319,8 @@ def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> C
     size = scanner.small(candidate, begin, moved, scanner.sizes(candidate, p)[1])
     if p.high < p.neutral + size:
         size = -size
-    low, high = sorted(((p.low - p.neutral) / size, (p.high - p.neutral) / size))
+    far = scanner.heavier if candidate.effect.name == MOMENT else 1.0
+    low, high = sorted((far * (end - p.neutral) / size for end in (p.low, p.high)))
     return Column(size * moved, low, high)
 
 

@@ -112,6 +112,11 @@ class Scanner:
         """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M)."""
         return self.without_starts(self._given - self._tried(candidate, points))
 
+    @property
+    def heavier(self) -> float:
+        """How many times as heavy a link may be, and as large its first moment."""
+        return self._problem.grids.heavier
+
     def small(self, candidate: Candidate, begin: Array, direction: Array, size: float) -> float:
         """A size, or less: that changes predictions by what is told well, and no more.
 

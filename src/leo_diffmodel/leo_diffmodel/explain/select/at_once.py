@@ -17,7 +17,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.estimator import Estimate, Extension, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, unexplained
+from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.linear_part import linear_part
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices, Term
 from leo_diffmodel.explain.estimate.scan import Scan
@@ -75,20 +75,53 @@ class _Rounds:
         short = shorter(self._first.posed, recordings)
         constants = self._first.fit.hypothesis.constants
         begun = self._fitted(short, Hypothesis(ordinary, constants))
-        return begun if _noise_is_left(short, begun) else self.settled(short, begun)[0]
+        for _ in range(short.numerics.most_rounds):
+            if short.late() or _noise_is_left(short, begun):
+                break
+            begun, again = self._round(short, begun, self._matrices(short, begun))
+            if again:
+                break
+        return begun
 
     def settled(self, problem: Problem, fitted: Fit) -> tuple[Fit, Matrices]:
-        """Rounds until the set repeats, and what it was chosen from at last."""
-        progress, scales = self._sets.progress, self._sets.estimator.scales
+        """Rounds until the set repeats or leaves what does not matter, and its matrices."""
         for _ in range(problem.numerics.most_rounds):
-            made = matrices(problem, fitted, scales, self._pool, progress)
-            if problem.late():
+            made = self._matrices(problem, fitted)
+            if not rest_of(problem, self._first.fit, fitted).matters:
+                fitted, more = self._one_more(problem, fitted, made)
+                return fitted, self._matrices(problem, fitted) if more else made
+            fitted, again = self._round(problem, fitted, made)
+            if again:
                 break
-            terms = self._seen(made, self._chosen(problem, fitted, made), _ordinary)
-            if {t.candidate for t in terms} == {*fitted.hypothesis.candidates}:
-                break
-            fitted = self._fitted(problem, *made.hypothesis(terms), fitted.start)
         return fitted, made
+
+    def _one_more(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
+        """With an effect that explains most of the little that is left, if there is one.
+
+        Of a robot that is wrong in many small ways each would explain a part of it.
+        """
+        noise = 0.5 * made.samples
+        left = made.least(made.members)[0] - noise
+        terms = self._seen(made, self._chosen(problem, fitted, made), _ordinary)
+        new = [t for t in terms if t not in made.members]
+        if problem.late() or not new or left <= 0:
+            return fitted, False
+        first = max(new, key=lambda t: made.gains(made.members, [[t]])[0])
+        if made.gains(made.members, [[first]])[0] < (1 - problem.gates.share) * left:
+            return fitted, False
+        terms = [t for t in terms if t in made.members or t is first]
+        return self._fitted(problem, *made.hypothesis(terms), fitted.start), True
+
+    def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
+        """One choice and its joint fit, and whether the choice is the same again."""
+        terms = self._seen(made, self._chosen(problem, fitted, made), _ordinary)
+        if problem.late() or {t.candidate for t in terms} == {*fitted.hypothesis.candidates}:
+            return fitted, True
+        return self._fitted(problem, *made.hypothesis(terms), fitted.start), False
+
+    def _matrices(self, problem: Problem, fitted: Fit) -> Matrices:
+        scales, progress = self._sets.estimator.scales, self._sets.progress
+        return matrices(problem, fitted, scales, self._pool, progress)
 
     def _fitted(
         self,
@@ -131,7 +164,8 @@ class _Rounds:
         """What a term changes predictions by, far ahead, the others refitted [noise floors]."""
         ends = (self._ends(made, some) for some in (terms, [t for t in terms if t is not term]))
         change = np.subtract(*ends)
-        return float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))
+        far = float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))
+        return far if np.isfinite(far) else np.inf
 
     def _ends(self, made: Matrices, terms: Sequence[Term]) -> Array:
         hypothesis, theta = made.hypothesis(terms)

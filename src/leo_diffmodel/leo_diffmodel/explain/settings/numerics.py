@@ -172,14 +172,14 @@ class Numerics:
     """Most that an amplitude changes the samples of windows by [noise, rms], where effects are
     judged by a linear answer."""
 
-    wait: float = 0.1
+    wait: float = 0.3
     """Of what the best effect saves, that another must save to be added before the next fit."""
     matrix_samples: int = 2400
     """In windows of the data, at which effects that are in no fit yet are compared: what is not
     seen there is smaller than a noise floor."""
     joint_steps: int = 10
     """Most steps of a joint fit before the next choice."""
-    most_rounds: int = 3
+    most_rounds: int = 5
     """Of choice and joint fit, until the set repeats."""
     most_terms: int = 80
     """Effects that are fitted together at most."""

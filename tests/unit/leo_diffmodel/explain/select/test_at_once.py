@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""All effects at once: what is wrong at every joint is named there, and nothing beside it."""
+
+from pathlib import Path
+import time
+
+import numpy as np
+import pytest
+from tests.searched import searched
+
+from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.explain.estimate.background import background
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.matrices import matrices
+from leo_diffmodel.explain.problem.candidates import candidates, limited
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.pose import pose, shorter
+from leo_diffmodel.explain.problem.sizes import scales_of
+from leo_diffmodel.explain.select.choice import choose, Price
+from leo_diffmodel.explain.select.search import search
+from leo_diffmodel.explain.settings import SETTINGS, settings_for
+from leo_sim.description.robot import load_robot
+from leo_sim.effects import place
+from leo_sim.model import Model
+from leo_sim.model.batch import rollout
+
+ROBOT = load_robot('double_pendulum')
+TOGETHER = SETTINGS.changed(all_together=True)
+NOISE = 5e-4, 0.01
+DT = 0.01
+TRUTH = {
+    ('viscous_friction', 'shoulder'): {'b': 0.11},
+    ('coulomb_friction', 'shoulder'): {'c': 0.35},
+    ('viscous_friction', 'elbow'): {'b': 0.06},
+    ('coulomb_friction', 'elbow'): {'c': 0.15},
+}
+LOSSES = [place(ROBOT, name, where, **values) for (name, where), values in TRUTH.items()]
+
+
+def recorded(*effects, seed=1, seconds=20.0):
+    """The double pendulum, driven by sines of several periods."""
+    rng, t = np.random.default_rng(seed), DT * np.arange(round(seconds / DT))
+    hertz, phase = rng.uniform(0.2, 1.2, (2, 4)), rng.uniform(0, 6.3, (2, 4))
+    waves = np.sin(2 * np.pi * hertz * t[:, None, None] + phase).sum(axis=-1)
+    inputs = waves * [2.0, 0.8]
+    model = Model(ROBOT, effects)
+    q, dq = rollout(model, np.zeros((1, 2)), np.zeros((1, 2)), inputs[None], np.full((1, len(t)), DT))
+    q, dq = (x[0, :-1] + s * rng.standard_normal((len(t), 2)) for x, s in zip((q, dq), NOISE))
+    episode = Episode(t, q, dq, inputs, np.ones(inputs.shape, bool))
+    joints = tuple(ROBOT.joint_names)
+    return Recording(Path(f'run_{seed}'), '0' * 64, joints, joints, 'torque', DT, (episode,), {})
+
+
+def named(found):
+    return {(c.effect.name, c.where) for c in found.chosen.names}
+
+
+@pytest.fixture(scope='module')
+def rubbing():
+    return searched([recorded(*LOSSES)], Model(ROBOT), TOGETHER)
+
+
+def test_losses_of_every_joint_are_named_with_their_sizes_and_nothing_beside_them(rubbing):
+    assert named(rubbing) == {*TRUTH}
+    fitted = rubbing.final
+    for i, candidate in enumerate(fitted.hypothesis.candidates):
+        truth = TRUTH[candidate.effect.name, candidate.where]
+        assert fitted.hypothesis.values(fitted.theta, i) == pytest.approx(truth, rel=0.05)
+    assert rubbing.leaves_noise and fitted.certificate.converged
+    assert np.mean([names == rubbing.chosen.names for names in rubbing.turns]) >= 0.9
+
+
+def test_what_is_missing_beside_losses_is_named_too():
+    other = place(ROBOT, 'joint_spring', 'elbow', k=1.2, rest=0.3)
+    found = searched([recorded(*LOSSES, other)], Model(ROBOT), TOGETHER)
+    assert named(found) == {*TRUTH, ('joint_spring', 'elbow')}
+
+
+def test_nothing_is_named_where_nothing_is_missing():
+    found = searched([recorded()], Model(ROBOT), TOGETHER)
+    assert named(found) == set() and found.complete
+
+
+def test_every_candidate_has_a_scan(rubbing):
+    scanned = {s.candidate.label for s in rubbing.scans}
+    assert {f'{name}:{where}' for name, where in TRUTH} <= scanned
+    assert {'joint_spring:elbow', 'backlash:shoulder', 'link_mass:upper'} <= scanned
+    worth = {(s.candidate.effect.name, s.candidate.where): s.gain for s in rubbing.scans}
+    assert min(worth[key] for key in TRUTH) > 10 * rubbing.threshold
+
+
+def test_without_time_the_answer_is_not_complete():
+    data, model = [recorded(*LOSSES, seconds=8.0)], Model(ROBOT)
+    posed = pose(data, [], model, TOGETHER)
+    found = search(data, model, posed, until=time.monotonic())
+    assert not found.complete
+
+
+def test_robots_of_several_motors_are_searched_so():
+    assert not settings_for(ROBOT).numerics.all_together
+    assert not settings_for(load_robot('leo')).numerics.all_together
+
+
+@pytest.fixture(scope='module')
+def linear():
+    """A fit of two of four losses in short windows, and its matrices with all four."""
+    data, model = [recorded(*LOSSES)], Model(ROBOT)
+    problem = shorter(pose(data, [], model, TOGETHER), data)
+    pool = [limited(c, model, SETTINGS.grids) for c in candidates(model) if c.where != 'all']
+    pool = [c for c in pool if c.effect.name in ('viscous_friction', 'coulomb_friction')]
+    first = Hypothesis(tuple(c for c in pool if c.where == 'shoulder'))
+    fitted = fit(problem, first)
+    return problem, fitted, matrices(problem, fitted, scales_of(model, problem.windows), pool)
+
+
+def test_short_windows_are_those_that_may_be_seen(linear):
+    problem, _, _ = linear
+    assert problem.train.all()
+    assert problem.windows.dt.sum(axis=1).max() < 0.5 * SETTINGS.grids.search_seconds
+
+
+def test_the_least_of_a_set_lies_within_its_limits_and_below_its_parts(linear):
+    _, _, made = linear
+    whole, best = made.least(made.terms)
+    low, high = made.limits
+    assert (best >= low - 1e-6).all() and (best <= high + 1e-6).all()
+    for term in made.terms:
+        assert made.least([t for t in made.terms if t is not term])[0] >= whole
+    assert made.least([])[0] == made.total
+
+
+def test_gains_are_what_a_set_saves_with_one_more(linear):
+    _, _, made = linear
+    before = made.least(made.members)[0]
+    for gain, other in zip(made.gains(made.members, [[t] for t in made.others]), made.others):
+        assert gain == pytest.approx(before - made.least([*made.members, other])[0], rel=0.05)
+
+
+def test_what_is_missing_is_chosen_and_fits_as_the_linear_answer_says(linear):
+    _, _, made = linear
+    chosen = choose(made, Price(20.0, 5.0), SETTINGS.changed(wait=0.0).numerics)
+    hypothesis, theta = made.hypothesis(chosen)
+    assert {(c.effect.name, c.where) for c in hypothesis.candidates} == {*TRUTH}
+    for i, c in enumerate(hypothesis.candidates):
+        truth = TRUTH[c.effect.name, c.where]
+        assert hypothesis.values(theta, i) == pytest.approx(truth, rel=0.5)
+
+
+def test_what_is_kept_is_in_every_choice(linear):
+    problem, _, made = linear
+    assert choose(made, Price(1e9, 0.0), problem.numerics) == []
+    kept = choose(made, Price(1e9, 0.0), problem.numerics, lambda _: True)
+    assert kept == [*made.members]
+
+
+def test_a_part_by_its_linear_answer_is_near_its_fit(rubbing):
+    problem, whole = rubbing.problem, rubbing.final
+    out = whole.hypothesis.candidates[-1]
+    part = linear_part(problem, whole, [out])
+    again = fit(problem, part.hypothesis, part.theta, part.start)
+    assert out not in part.hypothesis.candidates
+    assert part.lost(problem.train) > whole.lost(problem.train)
+    assert again.theta == pytest.approx(part.theta, rel=0.5)
+
+
+def test_small_differences_make_intervals_wider(linear):
+    problem, fitted, made = linear
+    alone = background(made, fitted.hypothesis.candidates, 1.0)
+    assert alone.scale > 0
+    wider = alone.widened(fitted)
+    assert (wider.standard_errors > fitted.standard_errors).all()
+    both = [t.candidate for t in made.terms]
+    assert background(made, both, 1.0).widened(fitted) is not None
