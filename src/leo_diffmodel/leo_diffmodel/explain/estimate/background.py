@@ -74,7 +74,7 @@ def _likeliest(free: Array, left: Array, samples: int) -> float:
     Of these there are as many directions as candidates; along each the product is normal.
     """
     values, vectors = np.linalg.eigh(free)
-    seen = values > RIDGE ** 0.75
+    seen = values > RIDGE**0.75
     if not seen.any():
         return 0.0
     strength = samples * values[seen]

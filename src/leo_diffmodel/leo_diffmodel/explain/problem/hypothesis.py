@@ -81,6 +81,11 @@ class Hypothesis:
         return np.array([p.whole for p in self._parameters] + [False] * len(self.constants), bool)
 
     @property
+    def turns(self) -> Array:
+        """Which parameters are angles or places at which a law has its place, shape (P,)."""
+        return np.array([p.turns for p in self._parameters] + [False] * len(self.constants), bool)
+
+    @property
     def recordings(self) -> tuple[str, ...]:
         """The recording whose own each parameter is; '' for one that all share."""
         return (*[''] * self.first_constant, *(c.recording for c in self.constants))

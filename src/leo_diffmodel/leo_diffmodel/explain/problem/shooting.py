@@ -115,6 +115,7 @@ def difference_steps(
     """
     away = np.abs(theta - hypothesis.neutral)
     step = numerics.difference * np.maximum(away, 1e-2 * np.maximum(np.abs(theta), 1e-6))
+    step = np.maximum(step, numerics.least_turn * hypothesis.turns)
     if errors is not None:
         width, longest = hypothesis.high - hypothesis.low, numerics.longest_difference
         known = np.where(np.isfinite(width), longest * width, 0.0)

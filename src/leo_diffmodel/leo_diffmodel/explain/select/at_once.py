@@ -34,9 +34,7 @@ ORDINARY = ('viscous_friction', 'coulomb_friction')
 """Losses that every joint has."""
 
 
-def searched_at_once(
-    sets: Sets, first: Estimate, recordings: Sequence[Recording]
-) -> Scored:
+def searched_at_once(sets: Sets, first: Estimate, recordings: Sequence[Recording]) -> Scored:
     """The set that is chosen when all effects are heard together.
 
     Where the time is over it is the best so far.
@@ -136,7 +134,8 @@ class _Rounds:
 
     def seen(self, at: Estimate, made: Matrices) -> Estimate:
         """A fit less what is not worth its price or changes nothing that anybody can see."""
-        terms = self._seen(made, self._chosen(at.problem, at.fit, made, lambda _: False))
+        chosen = self._chosen(at.problem, at.fit, made, lambda _: False)
+        terms = self._seen(made, [t for t in chosen if t in made.members])
         if len(terms) == len(made.members):
             return at
         fitted = self._fitted(at.problem, *made.hypothesis(terms), at.fit.start)
@@ -189,7 +188,9 @@ def _scans(made: Matrices, begun: Fit) -> list[Scan]:
         cost = made.least([t for t in made.members if t is not term])[0] - whole
         source = begun if term.candidate in begun.hypothesis.candidates else made.fit
         theta = made.fit.with_values(source.own(term.candidate))
-        scan = Scan(term.candidate, theta, cost, none, cost, none, np.zeros(0), full.first_constant)
+        scan = Scan(
+            term.candidate, theta, cost, none, cost, none, np.zeros(0), full.first_constant
+        )
         found.append(scan)
     return found
 

@@ -52,6 +52,8 @@ class Numerics:
     difference: float = 0.005
     """The finite step where it is not known how well the data tell a parameter, of what that is
     away from neutral."""
+    least_turn: float = 1e-4
+    """rad, m: the least of where a law has its place, which is no size and may well be 0."""
     longest_difference: float = 0.1
     """Of a parameter, of its distance from neutral, or of a tenth of its range: the longest finite
     step, for what the data hardly tell."""

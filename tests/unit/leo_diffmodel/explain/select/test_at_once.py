@@ -45,7 +45,9 @@ def recorded(*effects, seed=1, seconds=20.0):
     waves = np.sin(2 * np.pi * hertz * t[:, None, None] + phase).sum(axis=-1)
     inputs = waves * [2.0, 0.8]
     model = Model(ROBOT, effects)
-    q, dq = rollout(model, np.zeros((1, 2)), np.zeros((1, 2)), inputs[None], np.full((1, len(t)), DT))
+    q, dq = rollout(
+        model, np.zeros((1, 2)), np.zeros((1, 2)), inputs[None], np.full((1, len(t)), DT)
+    )
     q, dq = (x[0, :-1] + s * rng.standard_normal((len(t), 2)) for x, s in zip((q, dq), NOISE))
     episode = Episode(t, q, dq, inputs, np.ones(inputs.shape, bool))
     joints = tuple(ROBOT.joint_names)
