@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Everything that is a little wrong and has no name: what it leaves to doubt of what has one.
 
-Beside the named effects every other candidate may be there at a small size: y = A theta + B phi +
-noise, phi normal about 0 with one scale for all, in units of what changes each sample by its noise.
-The scale is the one that is most likely (empirical Bayes; a spike with a width, George and McCulloch
-1993; Kennedy and O'Hagan 2001); 0 where nothing small is wrong.
+Beside the named effects every other candidate may be there at a small size: y = A theta + B phi
++ noise, phi normal about 0 with one scale for all, in units of what changes each sample by its
+noise. The scale is the most likely one (empirical Bayes; George and McCulloch 1993, Kennedy and
+O'Hagan 2001); 0 where nothing small is wrong.
 """
 
 from __future__ import annotations

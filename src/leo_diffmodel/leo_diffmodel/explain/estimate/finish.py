@@ -29,8 +29,8 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
     It begins where the search left it, then at other `starts`, each (P,); as many are tried as it
-    takes for two ends to agree. The last two begin a standard error to each side of the best. Where
-    there are many parameters, there is one of each kind.
+    takes for two ends to agree. The last two begin a standard error to each side of the best.
+    Where there are many parameters, there is one of each kind.
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))

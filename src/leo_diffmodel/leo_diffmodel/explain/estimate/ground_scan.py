@@ -119,6 +119,7 @@ class GroundScanner(Scanner):
         return sizes[1::2] if candidate.parameters[0].unit == 'kg m2' else sizes[::2]
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
+        """Fewer: each is a rollout with contacts."""
         return super().shape(candidate, parameter)[: self._problem.numerics.most_shapes]
 
     def _solved(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:

@@ -65,7 +65,7 @@ class Term:
         """Numbers of its columns."""
         return range(self.first, self.first + len(self.columns))
 
-    def values(self, coefficients: Sequence[float]) -> Array:
+    def values(self, coefficients: Sequence[float] | Array) -> Array:
         """Its parameters, shape (P,)."""
         moves = (x * c.direction for x, c in zip(coefficients, self.columns, strict=True))
         return np.asarray(sum(moves, self.begin))
@@ -320,7 +320,7 @@ def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> C
     if p.high < p.neutral + size:
         size = -size
     far = scanner.heavier if candidate.effect.name == MOMENT else 1.0
-    low, high = sorted((far * (end - p.neutral) / size for end in (p.low, p.high)))
+    low, high = sorted(far * (end - p.neutral) / size for end in (p.low, p.high))
     return Column(size * moved, low, high)
 
 

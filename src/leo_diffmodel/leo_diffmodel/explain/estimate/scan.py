@@ -181,6 +181,7 @@ class Scanner:
         return most * np.array(grids.dead_bands)
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
+        """Values to try of what shapes an effect."""
         return self._scales.shapes(candidate.effect.name, parameter, self._problem.grids)
 
     def _constants(self, by_theta: Array) -> Array | None:

@@ -36,8 +36,10 @@ def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
     longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
     size, able = len(best.names), _supported(sets)
     near = [s for s in able if len(s.names) == size and weight.ahead(best, s) < margin]
-    near = distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
     if longer is None or len(near) < 2:
+        return best
+    near = distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
+    if len(near) < 2:
         return best
     posed = replace(best.at.posed, problem=longer)
     again = [score(Estimate(posed, fit(longer, s.fit.hypothesis, s.fit.theta))) for s in near]

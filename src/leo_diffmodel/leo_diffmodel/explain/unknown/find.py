@@ -118,10 +118,10 @@ def _bases(
 ) -> Iterator[tuple[Fit, Influence, list[Curve]]]:
     """The model as given and what was chosen, with what each leaves and its curves, best first.
 
-    A law may stand for one or two effects; beside more it is looked for in what these leave, if
-    that matters. Where a law is expensive (`sparing`), the chosen set is tried only if what it leaves matters,
-    and the model as given only if a curve shows in what the chosen set leaves, or if two of its
-    effects share a place.
+    A law may stand for one or two effects; beside more, which were chosen together, it is looked
+    for in what these leave, if that matters. Where a law is expensive (`sparing`), the chosen set
+    is tried only if what it leaves matters, and the model as given only if a curve shows in what
+    the chosen set leaves, or if two of its effects share a place.
     """
     problem, final, sparing = found.problem, found.final, found.problem.numerics.sparing
     many = len(final.hypothesis.candidates) > problem.numerics.law_stands_for

@@ -48,7 +48,10 @@ def recorded(*effects, seed=1, seconds=20.0):
     q, dq = rollout(
         model, np.zeros((1, 2)), np.zeros((1, 2)), inputs[None], np.full((1, len(t)), DT)
     )
-    q, dq = (x[0, :-1] + s * rng.standard_normal((len(t), 2)) for x, s in zip((q, dq), NOISE))
+    q, dq = (
+        x[0, :-1] + s * rng.standard_normal((len(t), 2))
+        for x, s in zip((q, dq), NOISE, strict=True)
+    )
     episode = Episode(t, q, dq, inputs, np.ones(inputs.shape, bool))
     joints = tuple(ROBOT.joint_names)
     return Recording(Path(f'run_{seed}'), '0' * 64, joints, joints, 'torque', DT, (episode,), {})
@@ -135,7 +138,8 @@ def test_the_least_of_a_set_lies_within_its_limits_and_below_its_parts(linear):
 def test_gains_are_what_a_set_saves_with_one_more(linear):
     _, _, made = linear
     before = made.least(made.members)[0]
-    for gain, other in zip(made.gains(made.members, [[t] for t in made.others]), made.others):
+    gains = made.gains(made.members, [[t] for t in made.others])
+    for gain, other in zip(gains, made.others, strict=True):
         assert gain == pytest.approx(before - made.least([*made.members, other])[0], rel=0.05)
 
 
@@ -167,7 +171,7 @@ def test_a_part_by_its_linear_answer_is_near_its_fit(rubbing):
 
 
 def test_small_differences_make_intervals_wider(linear):
-    problem, fitted, made = linear
+    _, fitted, made = linear
     alone = background(made, fitted.hypothesis.candidates, 1.0)
     assert alone.scale > 0
     wider = alone.widened(fitted)
