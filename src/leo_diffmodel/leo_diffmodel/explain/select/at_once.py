@@ -25,7 +25,7 @@ from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.select.choice import choose, Kept, Price
+from leo_diffmodel.explain.select.choice import choose, Kept, Price, pruned
 from leo_diffmodel.explain.select.evidence import at_joints, Scored
 from leo_diffmodel.explain.select.sets import EVERYWHERE, Sets
 
@@ -100,7 +100,7 @@ class _Rounds:
         """
         noise = 0.5 * made.samples
         left = made.least(made.members)[0] - noise
-        terms = self._seen(made, self._chosen(problem, fitted, made), _ordinary)
+        terms = self._chosen(problem, fitted, made)
         new = [t for t in terms if t not in made.members]
         if problem.late() or not new or left <= 0:
             return fitted, False
@@ -112,7 +112,7 @@ class _Rounds:
 
     def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
         """One choice and its joint fit, and whether the choice is the same again."""
-        terms = self._seen(made, self._chosen(problem, fitted, made), _ordinary)
+        terms = self._chosen(problem, fitted, made)
         if problem.late() or {t.candidate for t in terms} == {*fitted.hypothesis.candidates}:
             return fitted, True
         return self._fitted(problem, *made.hypothesis(terms), fitted.start), False
@@ -134,21 +134,17 @@ class _Rounds:
 
     def seen(self, at: Estimate, made: Matrices) -> Estimate:
         """A fit less what is not worth its price or changes nothing that anybody can see."""
-        chosen = self._chosen(at.problem, at.fit, made, lambda _: False)
-        terms = self._seen(made, [t for t in chosen if t in made.members])
+        price = _price(at.problem, at.fit, made)
+        terms = self._seen(made, pruned(made, list(made.members), price))
         if len(terms) == len(made.members):
             return at
         fitted = self._fitted(at.problem, *made.hypothesis(terms), at.fit.start)
         return at._replace(fit=fitted)
 
-    def _chosen(
-        self, problem: Problem, fitted: Fit, made: Matrices, kept: Kept | None = None
-    ) -> list[Term]:
-        spread = max(dispersion(fitted), 1.0)
-        samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
-        parameter = problem.gates.price * float(np.log(samples))
-        price = Price(made.threshold * spread, parameter * spread)
-        return choose(made, price, problem.numerics, kept or _ordinary)
+    def _chosen(self, problem: Problem, fitted: Fit, made: Matrices) -> list[Term]:
+        """What is worth its price and can be seen; ordinary losses are."""
+        terms = choose(made, _price(problem, fitted, made), problem.numerics, _ordinary)
+        return self._seen(made, terms, _ordinary)
 
     def _seen(self, made: Matrices, terms: list[Term], kept: Kept = lambda _: False) -> list[Term]:
         """The terms less those that change nothing that anybody can see, the least first."""
@@ -170,6 +166,14 @@ class _Rounds:
         hypothesis, theta = made.hypothesis(terms)
         at = replace(made.fit, hypothesis=hypothesis, theta=theta)
         return self._sets.estimator.ends(self._first._replace(fit=at))
+
+
+def _price(problem: Problem, fitted: Fit, made: Matrices) -> Price:
+    """What an effect must save, where residuals are as much alike in time as here."""
+    spread = max(dispersion(fitted), 1.0)
+    samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
+    parameter = problem.gates.price * float(np.log(samples))
+    return Price(made.threshold * spread, parameter * spread)
 
 
 def _ordinary(candidate: Candidate) -> bool:

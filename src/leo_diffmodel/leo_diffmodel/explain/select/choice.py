@@ -37,11 +37,11 @@ def choose(
     What is linear here is so only near the fit. So effects that save but a small share of what the
     best one saves have to wait for the next fit. What is to be `kept` stays, or a wider law of it.
     """
-    held = _pruned(matrices, list(matrices.members), price, kept)
+    held = pruned(matrices, list(matrices.members), price, kept)
     least = 0.0
     while (found := _best(matrices, held, price, least)) and len(held) < numerics.most_terms:
         worth, more = found
-        held = _pruned(matrices, _joined(held, more), price, kept)
+        held = pruned(matrices, _joined(held, more), price, kept)
         least = max(least, numerics.wait * worth)
     return held
 
@@ -95,7 +95,9 @@ def _joined(held: Sequence[Term], more: Sequence[Term]) -> list[Term]:
     return [*rest, *more]
 
 
-def _pruned(matrices: Matrices, held: list[Term], price: Price, kept: Kept) -> list[Term]:
+def pruned(
+    matrices: Matrices, held: list[Term], price: Price, kept: Kept = lambda _: False
+) -> list[Term]:
     """The terms less those that are not worth their price, the least first."""
     now = _cost(matrices, held, price)
     while able := [t for t in held if not kept(t.candidate)]:
