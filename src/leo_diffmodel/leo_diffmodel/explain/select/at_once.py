@@ -27,7 +27,7 @@ from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.choice import choose, Kept, Price, pruned
 from leo_diffmodel.explain.select.evidence import at_joints, Scored
-from leo_diffmodel.explain.select.sets import EVERYWHERE, Sets
+from leo_diffmodel.explain.select.sets import EVERYWHERE, Sets, widens
 
 Array = np.ndarray
 ORDINARY = ('viscous_friction', 'coulomb_friction')
@@ -54,6 +54,8 @@ def searched_at_once(sets: Sets, first: Estimate, recordings: Sequence[Recording
     sets.progress('all losses at once', STEPS.fit)
     fitted, made = rounds.settled(first.problem, fitted)
     best = _supported(sets, rounds.seen(first._replace(fit=fitted), made))
+    if not best.names <= {t.candidate for t in made.members}:
+        made = rounds.matrices(first.problem, best.fit)
     scans = (*made.scans, *_scans(made, begun))
     sets.extensions[frozenset()] = Extension(first, (), scans, made.threshold)
     sets.front = (best.names,) if sets.late else ()
@@ -76,7 +78,7 @@ class _Rounds:
         for _ in range(short.numerics.most_rounds):
             if short.late() or _noise_is_left(short, begun):
                 break
-            begun, again = self._round(short, begun, self._matrices(short, begun))
+            begun, again = self._round(short, begun, self.matrices(short, begun))
             if again:
                 break
         return begun
@@ -84,10 +86,10 @@ class _Rounds:
     def settled(self, problem: Problem, fitted: Fit) -> tuple[Fit, Matrices]:
         """Rounds until the set repeats or leaves what does not matter, and its matrices."""
         for _ in range(problem.numerics.most_rounds):
-            made = self._matrices(problem, fitted)
+            made = self.matrices(problem, fitted)
             if not rest_of(problem, self._first.fit, fitted).matters:
                 fitted, more = self._one_more(problem, fitted, made)
-                return fitted, self._matrices(problem, fitted) if more else made
+                return fitted, self.matrices(problem, fitted) if more else made
             fitted, again = self._round(problem, fitted, made)
             if again:
                 break
@@ -117,7 +119,8 @@ class _Rounds:
             return fitted, True
         return self._fitted(problem, *made.hypothesis(terms), fitted.start), False
 
-    def _matrices(self, problem: Problem, fitted: Fit) -> Matrices:
+    def matrices(self, problem: Problem, fitted: Fit) -> Matrices:
+        """All effects about a fit."""
         scales, progress = self._sets.estimator.scales, self._sets.progress
         return matrices(problem, fitted, scales, self._pool, progress)
 
@@ -223,6 +226,7 @@ def _weakest(sets: Sets, at: Estimate) -> Scored | None:
     sets.add([at])
     mine = sets.known[at.names]
     parts = [_part(sets, at, c) for c in at.fit.hypothesis.candidates]
+    parts += [_narrower(sets, at, c, law) for c in at.names for law in sets.pool if widens(c, law)]
     weak = [part for part in parts if not _matters(sets, part, mine)]
     return min(weak, key=lambda part: sets.weight.ahead(mine, part), default=None)
 
@@ -232,6 +236,23 @@ def _part(sets: Sets, at: Estimate, out: Candidate) -> Scored:
     names = at.names - {out}
     if names not in sets.known:
         sets.add([at._replace(fit=linear_part(at.problem, at.fit, [out]))])
+    return sets.known[names]
+
+
+def _narrower(sets: Sets, at: Estimate, wide: Candidate, law: Candidate) -> Scored:
+    """A set with a narrower law in the place of a wider one, fitted from its values."""
+    names = at.names - {wide} | {law}
+    if names not in sets.known:
+        full, theta = at.fit.hypothesis, at.fit.theta
+        values = full.values(theta, full.candidates.index(wide))
+        own = [
+            [values[p.name] for p in law.parameters] if c == wide else at.fit.own(c)
+            for c in full.candidates
+        ]
+        candidates = tuple(law if c == wide else c for c in full.candidates)
+        begin = np.concatenate([*own, theta[full.first_constant :]])
+        part = Hypothesis(candidates, full.constants)
+        sets.add([sets.estimator.refitted(at, part, begin)])
     return sets.known[names]
 
 
