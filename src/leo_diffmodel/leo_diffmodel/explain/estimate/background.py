@@ -16,12 +16,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.matrices import indices, Matrices, RIDGE, Term
+from leo_diffmodel.explain.estimate.matrices import indices, Matrices, square, Term
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 
 Array = np.ndarray
-SCALES = (-14.0, 2.0)
-"""Logarithms between which the scale is looked for: nothing, and more than what is named."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +53,16 @@ def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Bac
         if term.candidate not in named:
             others.setdefault(term.candidate, term)
     mine, rest = indices(held), indices([*others.values()])
-    square = made.gram[np.ix_(mine, mine)] + RIDGE * np.eye(len(mine))
+    held_by = square(made.gram, mine)
     across = made.gram[np.ix_(mine, rest)]
-    free = made.gram[np.ix_(rest, rest)] - across.T @ np.linalg.solve(square, across)
-    left = made.along[rest] - across.T @ np.linalg.solve(square, made.along[mine])
+    free = made.gram[np.ix_(rest, rest)] - across.T @ np.linalg.solve(held_by, across)
+    left = made.along[rest] - across.T @ np.linalg.solve(held_by, made.along[mine])
     variance = made.samples * _likeliest(free, left / np.sqrt(spread), made.samples)
     if not variance > 0 or not mine:
         return Background(0.0, {})
     known = made.gram[np.ix_(rest, rest)] + np.eye(len(rest)) * spread / variance
-    wider = np.linalg.inv(square - across @ np.linalg.solve(known, across.T))
-    times = np.sqrt(np.diag(wider) / np.diag(np.linalg.inv(square)))
+    wider = np.linalg.inv(held_by - across @ np.linalg.solve(known, across.T))
+    times = np.sqrt(np.diag(wider) / np.diag(np.linalg.inv(held_by)))
     return Background(float(np.sqrt(variance / made.samples)), _by_effect(held, times))
 
 
@@ -74,18 +72,19 @@ def _likeliest(free: Array, left: Array, samples: int) -> float:
     Of these there are as many directions as candidates; along each the product is normal.
     """
     values, vectors = np.linalg.eigh(free)
-    seen = values > RIDGE**0.75
+    seen = values > 1e-6
     if not seen.any():
         return 0.0
     strength = samples * values[seen]
-    square = (vectors.T @ left)[seen] ** 2 / values[seen]
+    shown = (vectors.T @ left)[seen] ** 2 / values[seen]
 
     def surprise(log_scale: float) -> float:
         times = 1.0 + np.exp(2 * log_scale) * strength
-        return 0.5 * float(np.sum(np.log(times) + square / times))
+        return 0.5 * float(np.sum(np.log(times) + shown / times))
 
-    best = minimize_scalar(surprise, bounds=SCALES, method='bounded')
-    return float(np.exp(2 * best.x)) if best.fun < surprise(SCALES[0]) else 0.0
+    nothing, most = -14.0, 2.0  # logarithms: none, and more than what is named
+    best = minimize_scalar(surprise, bounds=(nothing, most), method='bounded')
+    return float(np.exp(2 * best.x)) if best.fun < surprise(nothing) else 0.0
 
 
 def _by_effect(held: Sequence[Term], times: Array) -> dict[Candidate, Array]:

@@ -25,11 +25,7 @@ from leo_sim.description.urdf import Body
 from leo_sim.effects import Parameter
 
 Array = np.ndarray
-RIDGE = 1e-8
-"""Of columns of unit length: two that do the same share it."""
 MASS, MOMENT = 'link_mass', 'link_com'
-TRACE = 1e-6
-"""Square of a column [noise] that shows nothing."""
 
 
 @dataclass(frozen=True)
@@ -113,10 +109,10 @@ class Matrices:
         index = indices(terms)
         if not index:
             return self.total, np.zeros(0)
-        root = np.linalg.cholesky(_square(self.gram, index)).T
+        root = np.linalg.cholesky(square(self.gram, index)).T
         target = np.linalg.solve(root.T, self.along[index])
         low, high = self.limits[:, index]
-        best = lsq_linear(root, target, (low, np.maximum(high, low + RIDGE)), 'bvls').x
+        best = lsq_linear(root, target, (low, np.maximum(high, low + 1e-8)), 'bvls').x
         rest = root @ best - target
         return self.total - 0.5 * float(target @ target - rest @ rest), best
 
@@ -124,11 +120,11 @@ class Matrices:
         """What each group of further terms saves beside those that are held [nats]."""
         index = indices(held)
         right = np.c_[self.gram[index], self.along[index]]
-        across = np.linalg.solve(_square(self.gram, index), right)
+        across = np.linalg.solve(square(self.gram, index), right)
         left = self.along - self.gram[:, index] @ across[:, -1]
         free = self.gram - self.gram[:, index] @ across[:, :-1]
         spans = [indices(group) for group in groups]
-        return [0.5 * float(left[s] @ np.linalg.solve(_square(free, s), left[s])) for s in spans]
+        return [0.5 * float(left[s] @ np.linalg.solve(square(free, s), left[s])) for s in spans]
 
     def hypothesis(self, terms: Sequence[Term]) -> tuple[Hypothesis, Array]:
         """A set as a hypothesis, and its values (P,)."""
@@ -215,7 +211,7 @@ class _Builder:
         columns, first = [], len(self._rows)
         for i, p in enumerate(candidate.parameters):
             row = moved[offset + i]
-            if p.whole or not row @ row > TRACE:
+            if p.whole or not row @ row > 1e-6:
                 continue
             if p.scales:
                 self._target = self._target + (begin[i] - p.neutral) * row
@@ -231,7 +227,7 @@ class _Builder:
         rows = self._rows_of(candidate, terms)
         gains = [self._gain(term, r) for term, r in zip(terms, rows, strict=True)]
         order = sorted(range(len(terms)), key=lambda n: -gains[n][0])
-        shown = [n for n in order if (rows[n] ** 2).sum() > TRACE]
+        shown = [n for n in order if (rows[n] ** 2).sum() > 1e-6]
         for n in shown[: self._problem.numerics.pair_points]:
             self._others.append(replace(terms[n], first=len(self._rows)))
             self._rows += [*rows[n]]
@@ -251,7 +247,7 @@ class _Builder:
     def _gain(self, term: Term, rows: Array) -> tuple[float, Array]:
         """What a term saves beside the effects of the fit, and its coefficients."""
         beside = self._beside(rows)
-        square = beside @ beside.T + TRACE * np.eye(len(rows))
+        square = beside @ beside.T + 1e-6 * np.eye(len(rows))
         along = beside @ self._left
         low, high = np.array([(c.low, c.high) for c in term.columns]).T
         best = np.clip(np.linalg.solve(square, along), low, high)
@@ -266,7 +262,7 @@ class _Builder:
     def made(self) -> Matrices:
         """All of it."""
         rows = np.array(self._rows).reshape(-1, len(self._target))
-        length = np.sqrt((rows**2).sum(axis=1)) + TRACE
+        length = np.sqrt((rows**2).sum(axis=1)) + 1e-6
         terms = [*self._members, *self._others]
         limits = np.array([(c.low, c.high) for t in terms for c in t.columns]).reshape(-1, 2)
         rows = rows / length[:, None]
@@ -329,8 +325,9 @@ def indices(terms: Sequence[Term]) -> list[int]:
     return [i for term in terms for i in term.span]
 
 
-def _square(gram: Array, index: Sequence[int]) -> Array:
-    return np.asarray(gram[np.ix_(index, index)] + RIDGE * np.eye(len(index)))
+def square(gram: Array, index: Sequence[int]) -> Array:
+    """Of unit columns, with a ridge that two which do the same share."""
+    return np.asarray(gram[np.ix_(index, index)] + 1e-8 * np.eye(len(index)))
 
 
 def _basis(rows: Array) -> Array:
@@ -350,9 +347,9 @@ def _threshold(gram: Array, held: Sequence[int], settings: Settings) -> float:
     As `scan.threshold`, from the products of the columns alone.
     """
     gates = settings.gates
-    free = gram - gram[:, held] @ np.linalg.solve(_square(gram, held), gram[held])
+    free = gram - gram[:, held] @ np.linalg.solve(square(gram, held), gram[held])
     size = np.diag(free)
-    others = [i for i in range(len(gram)) if i not in {*held} and size[i] > RIDGE]
+    others = [i for i in range(len(gram)) if i not in {*held} and size[i] > 1e-8]
     if not others:
         return gates.least_nats
     unit = free[np.ix_(others, others)] / np.sqrt(np.outer(size[others], size[others]))

@@ -39,7 +39,9 @@ def choose(
     """
     held = pruned(matrices, list(matrices.members), price, kept)
     least = 0.0
-    while (found := _best(matrices, held, price, least)) and len(held) < numerics.most_terms:
+    while (found := _best(matrices, held, price, least, numerics.bounded_looks)) and len(
+        held
+    ) < numerics.most_terms:
         worth, more = found
         held = pruned(matrices, _joined(held, more), price, kept)
         least = max(least, numerics.wait * worth)
@@ -51,7 +53,7 @@ def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:
 
 
 def _best(
-    matrices: Matrices, held: Sequence[Term], price: Price, least: float
+    matrices: Matrices, held: Sequence[Term], price: Price, least: float, looked: int
 ) -> tuple[float, list[Term]] | None:
     """What saves most when added, with how much; None where nothing is worth its price."""
     groups = [*_groups(matrices, held)]
@@ -59,14 +61,10 @@ def _best(
         return None
     gains = np.array(matrices.gains(held, groups)) - [price.of(g) for g in groups]
     now = _cost(matrices, held, price)
-    looks = [int(i) for i in np.argsort(-gains)[:LOOKS] if gains[i] > least]
+    looks = [int(i) for i in np.argsort(-gains)[:looked] if gains[i] > least]
     worth = [(now - _cost(matrices, _joined(held, groups[i]), price), i) for i in looks]
     best = max(worth, default=(0.0, 0))
     return (best[0], groups[best[1]]) if best[0] > max(least, 0.0) else None
-
-
-LOOKS = 8
-"""Of the most promising additions, how many are solved within their limits."""
 
 
 def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:

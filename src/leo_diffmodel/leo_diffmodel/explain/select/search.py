@@ -140,7 +140,8 @@ def search(
     empty = found.known[frozenset()]
     scans = found.extensions[frozenset()].scans
     at = _finished(fits, best, scans, until, model.integration_step)
-    if late and not (at.fit.certificate and at.fit.certificate.converged):
+    ended = at.fit.certificate and at.fit.certificate.converged
+    if late and not ended and not settings.numerics.all_together:
         best = best_ended(found)
         at = _finished(fits, best, scans, until, model.integration_step)
     if found.background:

@@ -183,6 +183,8 @@ class Numerics:
     """Most steps of a joint fit before the next choice."""
     most_rounds: int = 5
     """Of choice and joint fit, until the set repeats."""
+    bounded_looks: int = 8
+    """Of the most promising additions, how many are solved within their limits."""
     most_terms: int = 80
     """Effects that are fitted together at most."""
 
