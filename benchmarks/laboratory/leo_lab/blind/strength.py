@@ -19,6 +19,8 @@ from leo_lab.blind.suite import robot_of
 
 Array = np.ndarray
 KINDS, FOUND = ('effect', 'strength'), ('named', 'partly', 'ambiguous', 'unknown')
+EXACT = {'ftol': 1e-14, 'gtol': 1e-9, 'maxiter': 2000}
+"""So near the optimum that no processor's rounding shows in two digits."""
 USUAL = 20.0
 """Seconds of data, where a line does not say."""
 RIDGE = 0.05
@@ -75,5 +77,5 @@ def fitted(lines: Sequence[dict], what: str) -> Curves:
 
     first = np.r_[np.zeros(1 + len(names)), 1.0, 0.5]
     bounds = [(None, None)] * (1 + len(names)) + [(1e-3, None), (0.0, None)]
-    best = minimize(cost, first, bounds=bounds).x
+    best = minimize(cost, first, bounds=bounds, options=EXACT).x
     return Curves(names, best[0] + best[1:-2], best[-2:])
