@@ -103,6 +103,7 @@ def test_without_time_the_answer_is_not_complete():
 
 
 def test_robots_of_several_motors_are_searched_so():
+    assert settings_for(load_robot('so101')).numerics.all_together
     assert not settings_for(ROBOT).numerics.all_together
     assert not settings_for(load_robot('leo')).numerics.all_together
 
