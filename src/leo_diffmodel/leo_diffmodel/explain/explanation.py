@@ -149,7 +149,7 @@ def _explained(
         return _moved(cut, model)
     fine = _finer(found, posed, model)
     if fine is not None:
-        found = search(everything, model, fine, extra, heard, until, facts.alike)
+        found = search(everything, model, fine, extra, heard, until, facts.alike, found.final)
     findings = collect(
         everything, model, found, facts, step, own_constants(model, hold_out), heard
     )

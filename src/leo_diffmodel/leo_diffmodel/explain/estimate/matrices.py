@@ -40,29 +40,42 @@ class Column:
     high: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Term:
     """One effect in one shape: its columns are in a set all together, or not at all.
 
     Attributes:
         candidate: the effect and its place.
         begin: its parameters where all coefficients are 0, shape (P,).
-        columns: what its parameters do.
+        columns: what its parameters do; two a quarter turn apart for a sine of any phase.
         first: number of its first column among those of all.
+        phase: number of the parameter that is its phase, if it has one.
     """
 
     candidate: Candidate
     begin: Array
     columns: tuple[Column, ...]
     first: int = 0
+    phase: int | None = None
 
     @property
     def span(self) -> range:
         """Numbers of its columns."""
         return range(self.first, self.first + len(self.columns))
 
+    @property
+    def fixed(self) -> tuple[float, ...]:
+        """Its values of what a fit does not move, or hardly: whole numbers and shapes."""
+        pairs = zip(self.candidate.parameters, self.begin, strict=True)
+        return tuple(float(value) for p, value in pairs if p.whole or p.role == 'shape')
+
     def values(self, coefficients: Sequence[float] | Array) -> Array:
         """Its parameters, shape (P,)."""
+        if self.phase is not None:
+            by, turned = float(np.hypot(*coefficients)), float(np.arctan2(*coefficients[::-1]))
+            values = self.begin + by * self.columns[0].direction
+            values[self.phase] = turned
+            return np.asarray(values)
         moves = (x * c.direction for x, c in zip(coefficients, self.columns, strict=True))
         return np.asarray(sum(moves, self.begin))
 
@@ -103,6 +116,11 @@ class Matrices:
     def terms(self) -> tuple[Term, ...]:
         """All of them."""
         return (*self.members, *self.others)
+
+    @property
+    def left(self) -> float:
+        """What the fit leaves beyond white noise [nats]."""
+        return self.least(self.members)[0] - 0.5 * self.samples
 
     def least(self, terms: Sequence[Term]) -> tuple[float, Array]:
         """Loss of a set [nats] and its coefficients within their limits, term by term."""
@@ -286,7 +304,12 @@ class _Builder:
 def _terms(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator[Term]:
     """The shapes of an effect: what is straight in its amplitudes once, else each size."""
     parameters, amplitude = candidate.parameters, amplitude_indices(candidate.parameters)
-    others = [_shape(candidate, p, scanner) for p in parameters if not p.scales]
+    others = [
+        (0.0,) if p.role == 'phase' else scanner.shape(candidate, p)
+        for p in parameters
+        if not p.scales
+    ]
+    phase = next((i for i, p in enumerate(parameters) if p.role == 'phase'), None)
     straight = all(parameters[i].role == 'amplitude' for i in amplitude)
     columns: list[Column] = []
     for shape in itertools.product(*others):
@@ -294,7 +317,8 @@ def _terms(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator
         begin = np.array([p.neutral if p.scales else next(rest) for p in parameters])
         if straight:
             columns = columns or [_straight(candidate, begin, i, scanner) for i in amplitude]
-            yield Term(candidate, begin, tuple(columns))
+            both = columns if phase is None else [*_quarters(columns[0], phase)]
+            yield Term(candidate, begin, tuple(both), phase=phase)
         else:
             for size in scanner.sizes(candidate, parameters[amplitude[0]]):
                 direction = size * np.eye(len(begin))[amplitude[0]]
@@ -302,10 +326,12 @@ def _terms(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator
                 yield Term(candidate, begin, (Column(direction, *limits),))
 
 
-def _shape(candidate: Candidate, p: Parameter, scanner: Scanner) -> tuple[float, ...]:
-    """Values of what shapes an effect; a sine of any phase is the sum of two."""
-    values = scanner.shape(candidate, p)
-    return values[: len(values) // 2] if p.role == 'phase' else values
+def _quarters(column: Column, phase: int) -> Iterator[Column]:
+    """Sine and cosine of an amplitude, of any sign."""
+    far = max(abs(column.low), abs(column.high))
+    for turned in (0.0, 0.5 * np.pi):
+        direction = column.direction + turned * np.eye(len(column.direction))[phase]
+        yield Column(direction, -far, far)
 
 
 def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> Column:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import itertools
+import math
 
 import numpy as np
 
@@ -205,7 +206,7 @@ class Scanner:
         basis = self._basis[self._problem.train]
         seen = np.swapaxes(basis, -1, -2) @ e[..., None]
         e = (e[..., None] - basis @ seen)[..., 0]
-        return np.asarray(e.reshape(*e.shape[:-2], -1))
+        return np.asarray(e.reshape(*e.shape[:-2], math.prod(e.shape[-2:])))
 
 
 def _other_shapes(candidate: Candidate, grid: Array, gains: Array, best: int) -> list[int]:

@@ -67,7 +67,9 @@ def _places(effect: Effect, model: Model) -> list[str]:
         places = [p for p in places if p in driven]
     if effect.late:
         return places if len(places) == 1 else ['all']
-    return [*places, 'all'] if len(places) > 1 and effect.hook != 'body' else places
+    units = {tuple(p.unit for p in effect.parameters_for(model.robot, (at,))) for at in places}
+    alike = len(places) > 1 and len(units) == 1 and effect.hook != 'body'
+    return [*places, 'all'] if alike else places
 
 
 def _parameters(effect: Effect, model: Model, where: str) -> tuple[Parameter, ...]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+import itertools
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate.matrices import Matrices, Term
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.sets import compatible, widens
-from leo_diffmodel.explain.settings import Numerics
+from leo_diffmodel.explain.settings import Numerics, Settings
 
 INERTIA = 'inertia'
 Kept = Callable[[Candidate], bool]
@@ -65,6 +66,60 @@ def _best(
     worth = [(now - _cost(matrices, _joined(held, groups[i]), price), i) for i in looks]
     best = max(worth, default=(0.0, 0))
     return (best[0], groups[best[1]]) if best[0] > max(least, 0.0) else None
+
+
+def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
+    """Sets near a fit that cost least: with one effect in the place of one of its own.
+
+    Sets of few effects (`many`) are compared with those that have one or two more, or one in the
+    place of two, too. What costs `near` nats more than the fit is no rival, nor is what is more
+    and saves nothing, or anything where only noise is left.
+    """
+    held, numerics, few = [*matrices.members], settings.numerics, settings.gates.many
+    small = len(held) <= few
+    outs = [out for n in range(1 - small, 2 + small) for out in itertools.combinations(held, n)]
+    rests = [[t for t in held if t not in out] for out in outs]
+    found = [f for rest in rests for f in _with_one(matrices, rest, price)]
+    if small:
+        leaders = sorted(found, key=_first)[: numerics.leaders]
+        found += [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
+    now, done = _cost(matrices, held, price), matrices.left < matrices.threshold
+    more = -np.inf if done else now
+    found = [f for f in found if f[0] < (more if {*held} <= {*f[1]} else now + near)]
+    return _least(found, numerics)
+
+
+def _first(found: tuple[float, list[Term]]) -> float:
+    return found[0]
+
+
+def _with_one(
+    matrices: Matrices, held: list[Term], price: Price
+) -> list[tuple[float, list[Term]]]:
+    """Some terms with each further one, and what that costs, limits aside."""
+    names = frozenset(t.candidate for t in held)
+    able = [t for t in matrices.terms if _stands(names, t.candidate)]
+    if not able:
+        return []
+    gains = matrices.gains(held, [[t] for t in able])
+    now = _cost(matrices, held, price)
+    return [
+        (now - gain + price.of([t]), _joined(held, [t]))
+        for gain, t in zip(gains, able, strict=True)
+    ]
+
+
+def _least(found: list[tuple[float, list[Term]]], numerics: Numerics) -> list[list[Term]]:
+    """The sets that cost least, each from a few values of what no fit moves."""
+    begins: dict[frozenset[Candidate], dict[tuple, list[Term]]] = {}
+    for _, terms in sorted(found, key=_first):
+        names = frozenset(t.candidate for t in terms)
+        if names not in begins and len(begins) == numerics.singles:
+            break
+        mine = begins.setdefault(names, {})
+        if len(mine) < numerics.begins:
+            mine.setdefault(tuple(t.fixed for t in terms), terms)
+    return [terms for mine in begins.values() for terms in mine.values()]
 
 
 def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:

@@ -107,6 +107,7 @@ def search(
     progress: Progress = lambda *_: None,
     until: float = np.inf,
     alike: Alike = eq,
+    near: Fit | None = None,
 ) -> Search:
     """Choose the effects that the recordings, held-out ones last, support.
 
@@ -118,6 +119,7 @@ def search(
         progress: is called with what is being tried.
         until: when the last fit is to be over, with the best so far [s of `time.monotonic`].
         alike: whether two effects are one, or the same thing in the data.
+        near: what was chosen with a longer integration step.
     """
     began, settings = time.monotonic(), posed.problem.settings
     longest = settings.numerics.last_longest
@@ -130,7 +132,7 @@ def search(
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
     found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
     if settings.numerics.all_together:
-        best = searched_at_once(found, first, recordings)
+        best = searched_at_once(found, first, recordings, near)
     else:
         best = searched(found, first)
     late = found.late

@@ -98,6 +98,13 @@ class Sets:
             if saved > 0:
                 self.known[at.names] = mine
 
+    def keep(self, at: Estimate) -> Scored:
+        """A fitted set as it is known: this fit or a better one."""
+        known = self.known.get(at.names)
+        if known is None or known.at.fit is not at.fit:
+            self.add([at])
+        return self.known[at.names]
+
     def extend(self, names: Names, few: bool = False) -> None:
         """Find what one or two more effects do to a set.
 
@@ -134,6 +141,10 @@ class Sets:
         new = self.uncarried(_parts(whole), whole.names)
         self.add(self._part(n, whole.at) for n in new if not self.late)
         return bool(new)
+
+    def add_part(self, names: Names, near: Estimate) -> None:
+        """Fit a part of a set from its values, unless that was done."""
+        self.add(self._part(n, near) for n in self.uncarried([names], near.names))
 
     def uncarried(self, sets: Iterable[Names], near: Names) -> list[Names]:
         """Those of some sets that were not fitted from the values of another one, and are now."""

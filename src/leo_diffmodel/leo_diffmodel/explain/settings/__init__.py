@@ -95,7 +95,7 @@ AT_ONCE: dict[str, Any] = {
 
 On one or two joints effects are added one by one, for which the rates of docs/rates.md hold.
 """
-SEVERAL = 3
+SEVERAL = 1
 """Joints with a motor, from which on all effects are heard at once."""
 
 

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is left of a set when folds have judged each of its effects."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.select.sets import Sets, widens
+
+
+def judged(sets: Sets, at: Estimate) -> Scored:
+    """The set of an estimate less its effects that folds do not support.
+
+    It is fitted again where leaving out one of them costs more than noise gives: the others are
+    then far from where they were linearised.
+    """
+    problem, whole = at.problem, at
+    sets.keep(at)
+    while not sets.late and (weak := _weakest(sets, at)):
+        at = weak.at
+        cost = at.fit.lost(problem.train) - whole.fit.lost(problem.train)
+        if cost > sets.threshold * sets.weight.spread:
+            at = whole = sets.estimator.refitted(at, at.fit.hypothesis, at.fit.theta)
+    if at is whole or sets.late:
+        return sets.keep(at)
+    return judged(sets, sets.estimator.refitted(at, at.fit.hypothesis, at.fit.theta))
+
+
+def _weakest(sets: Sets, at: Estimate) -> Scored | None:
+    """The set less the effect that is worth least, if this is not surely worth anything."""
+    mine = sets.keep(at)
+    parts = [_part(sets, at, c) for c in at.fit.hypothesis.candidates]
+    parts += [_narrower(sets, at, c, law) for c in at.names for law in sets.pool if widens(c, law)]
+    weak = [part for part in parts if not _matters(sets, part, mine)]
+    return min(weak, key=lambda part: sets.weight.ahead(mine, part), default=None)
+
+
+def _part(sets: Sets, at: Estimate, out: Candidate) -> Scored:
+    """A set less one effect, of many by its linear answer unless it was fitted."""
+    names = at.names - {out}
+    if len(at.names) <= sets.settings.gates.many:
+        sets.add_part(names, at)
+    elif names not in sets.known:
+        sets.add([at._replace(fit=linear_part(at.problem, at.fit, [out]))])
+    return sets.known[names]
+
+
+def _narrower(sets: Sets, at: Estimate, wide: Candidate, law: Candidate) -> Scored:
+    """A set with a narrower law in the place of a wider one, fitted from its values."""
+    names = at.names - {wide} | {law}
+    if names not in sets.known:
+        full, theta = at.fit.hypothesis, at.fit.theta
+        values = full.values(theta, full.candidates.index(wide))
+        own = [
+            [values[p.name] for p in law.parameters] if c == wide else at.fit.own(c)
+            for c in full.candidates
+        ]
+        candidates = tuple(law if c == wide else c for c in full.candidates)
+        begin = np.concatenate([*own, theta[full.first_constant :]])
+        part = Hypothesis(candidates, full.constants)
+        sets.add([sets.estimator.refitted(at, part, begin)])
+    return sets.known[names]
+
+
+def _matters(sets: Sets, part: Scored, whole: Scored) -> bool:
+    """Whether a set predicts surely better than a part of it, and by what anybody can see."""
+    weight, many = sets.weight, len(whole.names) >= sets.settings.gates.many
+    if many and weight.floors(part, whole) < weight.gates.least_floors:
+        return False
+    return weight.supports(part, whole, sets.threshold) and (
+        weight.tells_apart(part, whole) or weight.explains_most(part, whole)
+    )

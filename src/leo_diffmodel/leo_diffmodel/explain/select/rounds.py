@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What short windows say of all effects at once: rounds of choice and joint fit.
+
+Every joint of a real robot has friction of its own. It is in every hypothesis from the start, and
+what else is missing is judged beside it. In short windows predictions answer straight to whatever
+is missing, so that a choice by linear algebra holds there; a joint fit in longer ones decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, rest_of, unexplained
+from leo_diffmodel.explain.estimate.matrices import Matrices, matrices, Term
+from leo_diffmodel.explain.problem import likelihood
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.pose import shorter
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.select.choice import choose, Kept, Price, pruned
+from leo_diffmodel.explain.select.evidence import at_joints
+from leo_diffmodel.explain.select.sets import Sets
+
+Array = np.ndarray
+ORDINARY = ('viscous_friction', 'coulomb_friction')
+"""Losses that every joint has."""
+
+
+class Rounds:
+    """Choice and joint fit in turn; none of the pool acts at all joints at once."""
+
+    def __init__(self, sets: Sets, first: Estimate, pool: Sequence[Candidate]):
+        self._sets, self._first, self._pool = sets, first, pool
+
+    def begun(self, recordings: Sequence[Recording]) -> Fit:
+        """What short windows say: ordinary losses, and whatever else they need."""
+        ordinary = tuple(c for c in self._pool if _ordinary(c))
+        short = shorter(self._first.posed, recordings)
+        constants = self._first.fit.hypothesis.constants
+        begun = self._fitted(short, Hypothesis(ordinary, constants))
+        for _ in range(short.numerics.most_rounds):
+            if short.late() or _noise_is_left(short, begun):
+                break
+            begun, again = self._round(short, begun, self.matrices(short, begun))
+            if again:
+                break
+        return begun
+
+    def settled(self, problem: Problem, fitted: Fit) -> tuple[Fit, Matrices]:
+        """Rounds until the set repeats or leaves what does not matter, and its matrices."""
+        for _ in range(problem.numerics.most_rounds):
+            made = self.matrices(problem, fitted)
+            if not rest_of(problem, self._first.fit, fitted).matters:
+                fitted, more = self._one_more(problem, fitted, made)
+                return fitted, self.matrices(problem, fitted) if more else made
+            fitted, again = self._round(problem, fitted, made)
+            if again:
+                break
+        return fitted, made
+
+    def _one_more(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
+        """With an effect that explains most of the little that is left, if there is one.
+
+        Of a robot that is wrong in many small ways each would explain a part of it.
+        """
+        left = made.left
+        terms = self._chosen(problem, fitted, made)
+        new = [t for t in terms if t not in made.members]
+        if problem.late() or not new or left <= 0:
+            return fitted, False
+        first = max(new, key=lambda t: made.gains(made.members, [[t]])[0])
+        if made.gains(made.members, [[first]])[0] < (1 - problem.gates.share) * left:
+            return fitted, False
+        terms = [t for t in terms if t in made.members or t is first]
+        return self._fitted(problem, *made.hypothesis(terms), fitted.start), True
+
+    def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
+        """One choice and its joint fit, and whether the choice is the same again."""
+        terms = self._chosen(problem, fitted, made)
+        if problem.late() or {t.candidate for t in terms} == {*fitted.hypothesis.candidates}:
+            return fitted, True
+        return self._fitted(problem, *made.hypothesis(terms), fitted.start), False
+
+    def matrices(self, problem: Problem, fitted: Fit) -> Matrices:
+        """All effects about a fit."""
+        scales, progress = self._sets.estimator.scales, self._sets.progress
+        return matrices(problem, fitted, scales, self._pool, progress)
+
+    def _fitted(
+        self,
+        problem: Problem,
+        hypothesis: Hypothesis,
+        theta: Array | None = None,
+        start: Array | None = None,
+    ) -> Fit:
+        """A joint fit; what start states do changes with every step of so many effects."""
+        steps = problem.numerics.joint_steps
+        return fit(problem, hypothesis, theta, start, iterations=steps, thorough=True)
+
+    def seen(self, at: Estimate, made: Matrices) -> Estimate:
+        """A fit less what is not worth its price or changes nothing that anybody can see."""
+        price = price_of(at.problem, at.fit, made)
+        terms = self._seen(made, pruned(made, list(made.members), price))
+        if len(terms) == len(made.members):
+            return at
+        fitted = self._fitted(at.problem, *made.hypothesis(terms), at.fit.start)
+        return at._replace(fit=fitted)
+
+    def _chosen(self, problem: Problem, fitted: Fit, made: Matrices) -> list[Term]:
+        """What is worth its price and can be seen; ordinary losses are."""
+        terms = choose(made, price_of(problem, fitted, made), problem.numerics, _ordinary)
+        return self._seen(made, terms, _ordinary)
+
+    def _seen(self, made: Matrices, terms: list[Term], kept: Kept = lambda _: False) -> list[Term]:
+        """The terms less those that change nothing that anybody can see, the least first."""
+        many = self._first.problem.gates.many
+        while len(terms) >= many and (able := [t for t in terms if not kept(t.candidate)]):
+            floors = [self._floors(made, terms, t) for t in able]
+            if min(floors) >= self._first.problem.gates.least_floors:
+                break
+            terms = [t for t in terms if t is not able[int(np.argmin(floors))]]
+        return terms
+
+    def _floors(self, made: Matrices, terms: Sequence[Term], term: Term) -> float:
+        """What a term changes predictions by, far ahead, the others refitted [noise floors]."""
+        ends = (self._ends(made, some) for some in (terms, [t for t in terms if t is not term]))
+        change = np.subtract(*ends)
+        far = float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))
+        return far if np.isfinite(far) else np.inf
+
+    def _ends(self, made: Matrices, terms: Sequence[Term]) -> Array:
+        hypothesis, theta = made.hypothesis(terms)
+        at = replace(made.fit, hypothesis=hypothesis, theta=theta)
+        return self._sets.estimator.ends(self._first._replace(fit=at))
+
+
+def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
+    """What an effect must save, where residuals are as much alike in time as here."""
+    spread = max(dispersion(fitted), 1.0)
+    samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
+    parameter = problem.gates.price * float(np.log(samples))
+    return Price(made.threshold * spread, parameter * spread)
+
+
+def _ordinary(candidate: Candidate) -> bool:
+    return candidate.effect.name in ORDINARY
+
+
+def _noise_is_left(problem: Problem, fitted: Fit) -> bool:
+    return unexplained(fitted) < problem.gates.correlated
