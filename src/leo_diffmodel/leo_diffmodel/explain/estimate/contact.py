@@ -33,6 +33,8 @@ from leo_diffmodel.explain.estimate.standing import (
 )
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
+from leo_diffmodel.explain.problem.together import compatible
+from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray
@@ -48,10 +50,9 @@ class Contact(Estimator):
         posed = standing(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))
 
-    def extended(
-        self, base: Estimate, pool: Sequence[Candidate], progress: Progress, few: bool = False
-    ) -> Extension:
-        """Scan all candidates; the most promising are fitted further and further."""
+    def near(self, base: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Extension:
+        """Scan all candidates; the most promising are fitted further and further beside it."""
+        pool = [c for c in pool if compatible(base.names, c)]
         posed, null, _ = converged(base.posed, base.fit)
         scanner = GroundScanner(posed.problem, null, self.scales)
         traced = scanner.trace(pool, lambda c: progress(c.label, STEPS.scan))

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.explain.estimate.fit import fit
@@ -19,6 +20,7 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
+from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
 Progress = Callable[..., None]
@@ -60,7 +62,7 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Extension:
-    """A hypothesis, and those that one or two effects make of it.
+    """A hypothesis, and the sets near it.
 
     Attributes:
         base: the hypothesis, as settled for this comparison.
@@ -94,14 +96,26 @@ class Estimator(ABC):
     def first(self, hypothesis: Hypothesis) -> Estimate:
         """The model as given, with what is uncertain refitted."""
 
-    @abstractmethod
-    def extended(
-        self, base: Estimate, pool: Sequence[Candidate], progress: Progress, few: bool = False
-    ) -> Extension:
-        """The most promising effects of a pool, and pairs of them unless `few`.
+    def begun(
+        self,
+        first: Estimate,
+        recordings: Sequence[Recording],
+        pool: Sequence[Candidate],
+        progress: Reporter,
+        near: Fit | None = None,
+    ) -> Estimate:
+        """Where the search begins: `near` what was chosen before, or the model as given."""
+        return self.refitted(first, near.hypothesis, near.theta) if near else first
 
-        Each is fitted jointly with what `base` holds.
-        """
+    @abstractmethod
+    def near(self, base: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Extension:
+        """The most promising sets near a fitted one, with effects of a pool, fitted too."""
+
+    def doubted(
+        self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter
+    ) -> Fit:
+        """The last fit of a set, with the errors that small differences about it leave."""
+        return final
 
     def refitted(
         self,
@@ -143,3 +157,8 @@ def far_floor(posed: Posed) -> Array:
     problem = posed.longer or posed.problem
     made = errors.predict_windows(problem.base, problem.windows, posed.problem.sigma)
     return np.asarray(np.sqrt(np.median(made.floor[:, -1], axis=0)))
+
+
+def at_joints(square: Array) -> Array:
+    """Mean of squares (2J,) of states at each joint, (J,)."""
+    return np.asarray(square.reshape(2, -1).mean(axis=0))

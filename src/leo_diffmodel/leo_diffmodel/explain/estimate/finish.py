@@ -35,7 +35,7 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
     ends = [best]
-    many = problem.numerics.all_together and len(best.theta) > problem.numerics.profiled
+    many = len(best.theta) > problem.numerics.profiled
     for theta in (*starts[:1], None) if many else (*starts, None, None):
         if _reached(problem, ends, best) > 1 or problem.late():
             break
@@ -67,7 +67,7 @@ def _tolerance(problem: Problem, fitted: Fit) -> float:
 
 def _profiled(problem: Problem, fitted: Fit) -> Fit:
     """The fit from the best value of a profile on, as long as one is better than its end."""
-    if problem.numerics.all_together and len(fitted.theta) > problem.numerics.profiled:
+    if len(fitted.theta) > problem.numerics.profiled:
         return fitted
     for _ in range(problem.numerics.profiles):
         if problem.late():

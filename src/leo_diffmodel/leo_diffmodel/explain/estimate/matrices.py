@@ -22,7 +22,6 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Settings
 from leo_sim.description.urdf import Body
-from leo_sim.effects import Parameter
 
 Array = np.ndarray
 MASS, MOMENT = 'link_mass', 'link_com'

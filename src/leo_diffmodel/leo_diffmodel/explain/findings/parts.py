@@ -25,9 +25,10 @@ from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.together import widens
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.select.sets import Names, widens
+from leo_diffmodel.explain.select.sets import Names
 from leo_diffmodel.explain.select.stable import share
 from leo_sim.model import Model
 

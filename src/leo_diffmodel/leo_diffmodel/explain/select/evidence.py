@@ -16,7 +16,7 @@ from functools import reduce
 import numpy as np
 
 from leo_diffmodel.explain.estimate.covariance import derivatives, solved
-from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.estimator import at_joints, Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate
@@ -84,6 +84,7 @@ class Weight:
         gates: what counts.
         folds: the folds that count, shape (F,); None for all.
         null: the model as given.
+        usual: losses that are in every hypothesis, since most joints have them.
     """
 
     spread: float
@@ -92,6 +93,7 @@ class Weight:
     gates: Gates
     folds: Array | None = None
     null: Scored | None = None
+    usual: frozenset[Candidate] = frozenset()
 
     @property
     def price(self) -> float:
@@ -227,11 +229,6 @@ def _residual(scored: Scored) -> tuple[Array, int, Numerics]:
     return fitted.residual[train], fitted.start.shape[-1], problem.numerics
 
 
-def at_joints(square: Array) -> Array:
-    """Mean of squares (2J,) of states at each joint, (J,)."""
-    return np.asarray(square.reshape(2, -1).mean(axis=0))
-
-
 def _promised(smaller: Scored, larger: Scored) -> Array:
     """What the change of the prediction should cost in each window, shape (W,)."""
     residual, channels, numerics = _residual(larger)
@@ -290,7 +287,9 @@ def _refitted(
     return move
 
 
-def weigh(sets: Sequence[Scored], most: float = np.inf) -> Weight:
+def weigh(
+    sets: Sequence[Scored], most: float = np.inf, usual: frozenset[Candidate] = frozenset()
+) -> Weight:
     """What a nat counts: by how much the residuals of the best hypothesis are alike in time.
 
     `most` is what a single window may say at most, in residuals as white as noise [nats].
@@ -301,4 +300,4 @@ def weigh(sets: Sequence[Scored], most: float = np.inf) -> Weight:
     null = next((s for s in sets if not s.names), None)
     samples = float(likelihood.degrees(best.fit.residual, 0).sum()) / spread
     gates = best.at.problem.gates
-    return Weight(spread, samples, most * spread, gates, null=null)
+    return Weight(spread, samples, most * spread, gates, null=null, usual=usual)

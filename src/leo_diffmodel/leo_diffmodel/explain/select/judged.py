@@ -7,9 +7,11 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.rounds import ORDINARY
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.together import widens
 from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.sets import Sets, widens
+from leo_diffmodel.explain.select.sets import Names, Sets
 
 
 def judged(sets: Sets, at: Estimate) -> Scored:
@@ -30,10 +32,26 @@ def judged(sets: Sets, at: Estimate) -> Scored:
     return judged(sets, sets.estimator.refitted(at, at.fit.hypothesis, at.fit.theta))
 
 
+def usual(sets: Sets, at: Estimate) -> Names:
+    """The losses that most joints have, in a set with those of every joint.
+
+    What most joints have the others have too, whether data show it or not (exchangeable priors):
+    left out, it would go into what is there.
+    """
+    mine, found = sets.keep(at), set()
+    joints = len(at.problem.base.robot.actuators)
+    for law in ORDINARY if joints > sets.settings.numerics.law_stands_for else ():
+        own = [c for c in at.fit.hypothesis.candidates if c.effect.name == law]
+        worth = [c for c in own if sets.weight.saves(_part(sets, at, c), mine, sets.threshold)]
+        if 2 * len(worth) > joints:
+            found |= {*own}
+    return frozenset(found)
+
+
 def _weakest(sets: Sets, at: Estimate) -> Scored | None:
     """The set less the effect that is worth least, if this is not surely worth anything."""
     mine = sets.keep(at)
-    parts = [_part(sets, at, c) for c in at.fit.hypothesis.candidates]
+    parts = [_part(sets, at, c) for c in at.fit.hypothesis.candidates if c not in sets.usual]
     parts += [_narrower(sets, at, c, law) for c in at.names for law in sets.pool if widens(c, law)]
     weak = [part for part in parts if not _matters(sets, part, mine)]
     return min(weak, key=lambda part: sets.weight.ahead(mine, part), default=None)

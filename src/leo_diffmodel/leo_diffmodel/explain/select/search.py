@@ -23,10 +23,9 @@ from leo_diffmodel.explain.problem.pose import Posed, refined
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select import stable
-from leo_diffmodel.explain.select.at_once import searched_at_once
 from leo_diffmodel.explain.select.evidence import Scored, Weight
 from leo_diffmodel.explain.select.neighbours import searched
-from leo_diffmodel.explain.select.sets import best_ended, Names, Sets
+from leo_diffmodel.explain.select.sets import Names, Sets
 from leo_diffmodel.explain.select.stable import Alike
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
@@ -131,23 +130,15 @@ def search(
     enough = until - settings.numerics.last_times * (time.monotonic() - began)
     first = first._replace(posed=first.posed.before(max(enough, posed.problem.until)))
     found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
-    if settings.numerics.all_together:
-        best = searched_at_once(found, first, recordings, near)
-    else:
-        best = searched(found, first)
+    best = searched(found, first, recordings, near)
     late = found.late
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in stable.turns(found))
     best = best if late else stable.narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
-    scans = found.extensions[frozenset()].scans
+    scans = found.scans
     at = _finished(fits, best, scans, until, model.integration_step)
-    ended = at.fit.certificate and at.fit.certificate.converged
-    if late and not ended and not settings.numerics.all_together:
-        best = best_ended(found)
-        at = _finished(fits, best, scans, until, model.integration_step)
-    if found.background:
-        at = at._replace(fit=found.background.widened(at.fit))
+    at = at._replace(fit=fits.doubted(best.at, at.fit, pool, found.progress))
     final = _largest_first(fits, at)
     progress('the last fit', STEPS.end // 2)
     return Search(

@@ -16,16 +16,9 @@ import numpy as np
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.select.evidence import score, Scored, weigh
-from leo_diffmodel.explain.select.sets import (
-    chosen,
-    distinct,
-    EVERYWHERE,
-    Names,
-    Sets,
-    supported,
-    widens,
-)
+from leo_diffmodel.explain.problem.together import EVERYWHERE, widens
+from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
+from leo_diffmodel.explain.select.sets import chosen, Names, Sets, supported
 
 Alike = Callable[[Candidate, Candidate], bool]
 """Whether two effects are one, or the same thing in the data."""
@@ -38,7 +31,7 @@ def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
     near = [s for s in able if len(s.names) == size and weight.ahead(best, s) < margin]
     if longer is None or len(near) < 2:
         return best
-    near = distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
+    near = _distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
     if len(near) < 2:
         return best
     posed = replace(best.at.posed, problem=longer)
@@ -61,6 +54,15 @@ def canonical(sets: Sets, best: Scored) -> Scored:
     alike = [s for s in able if s.size == best.size and abs(weight.ahead(best, s)) <= near]
     ranks = [(len(s.names), sorted(order[c] for c in s.names)) for s in alike]
     return alike[ranks.index(min(ranks))] if alike else best
+
+
+def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
+    """The sets less those that do the same as the one before, by other names."""
+    kept: list[Scored] = []
+    for scored in ordered:
+        if not kept or abs(weight.ahead(kept[-1], scored)) > weight.gates.equal_nats:
+            kept.append(scored)
+    return kept
 
 
 def _supported(sets: Sets) -> list[Scored]:

@@ -86,24 +86,9 @@ and one window may say thousands of nats for the wrong reason; and every rollout
 """
 
 
-AT_ONCE: dict[str, Any] = {
-    'all_together': True,
-    # weights of a set that is far off are hardly found again
-    'refits': 6,
-}
-"""What is different where several joints are wrong, each in ways of its own.
-
-On one or two joints effects are added one by one, for which the rates of docs/rates.md hold.
-"""
-SEVERAL = 1
-"""Joints with a motor, from which on all effects are heard at once."""
-
-
 def settings_for(robot: Robot) -> Settings:
-    """The settings for motion with contact, of arms, or of one or two joints."""
-    if robot.contacts:
-        return SETTINGS.changed(**ON_GROUND)
-    return SETTINGS.changed(**AT_ONCE) if len(robot.actuators) >= SEVERAL else SETTINGS
+    """The settings for motion with contact, or without."""
+    return SETTINGS.changed(**ON_GROUND) if robot.contacts else SETTINGS
 
 
 __all__ = ['SETTINGS', 'Gates', 'Grids', 'Numerics', 'Settings', 'settings_for', 'texts']

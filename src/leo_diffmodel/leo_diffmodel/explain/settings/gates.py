@@ -44,8 +44,6 @@ class Gates:
     """Sets no further apart are one by two names, as fits end so far apart [nats]."""
     window_nats: float = inf
     """Most that one window may say for or against a hypothesis, for a dispersion of 1 [nats]."""
-    most_effects: int = 8
-    """At most so many names together."""
     turns: int = 60
     """Draws of left-out folds in which the choice is made again."""
     left_out: float = 0.1

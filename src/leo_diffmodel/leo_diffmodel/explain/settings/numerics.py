@@ -138,38 +138,18 @@ class Numerics:
     """Of draws, or of frequencies of a wave, in one matrix product: more take memory."""
 
     # estimate: the search without contact
-    worth: float = 0.3
-    """Share of the threshold that a scan must promise to be fitted."""
-    rescanned: int = 32
-    """Effects scanned on top of a set, where there are more: an arm of six joints has 186, whose
-    scan took a minute of so101; a robot with one joint has 28."""
     singles: int = 6
-    """Effects fitted on top of a set, those that a linear scan finds best; and rivals of the best
-    set that are fitted again from its values."""
+    """Sets near another one that are fitted, those that linear algebra finds best; and sets that
+    longer windows choose from."""
     begins: int = 3
     """Whole numbers (periods of a ripple) and shapes (the rate at which friction falls) from which
-    an effect is fitted: with what else is missing, the best of a scan can be wrong."""
-    pairs: int = 2
-    """Pairs of effects fitted on top of a set at once, found in the same way;"""
-    first_pairs: int = 10
-    """and on top of the model as given, so that two effects are compared whatever leads alone."""
+    a set is fitted: with what else is missing, the best of a scan can be wrong."""
     leaders: int = 12
-    """Leading effects, one of each kind of answer, whose pairs with all others are screened."""
+    """Leading sets near another one, to which one more effect of any kind is added."""
     pair_points: int = 4
-    """Points of each candidate's grid that take part in that."""
-    pair_looks: int = 50
-    """Pairs of points looked at for each pair that is fitted."""
-    parallel: float = 0.98
-    """Cosine from which on two effects do the same thing: together they can do anything."""
-    look: int = 2
-    """Iterations of each first fit; then every fit goes on, and is given up where it stays far
-    behind the best of them."""
-    neutral_look: int = 3
-    """Iterations from neutral, where the first look leads nowhere."""
+    """Shapes of an effect that take part in the choice, those that explain most."""
 
     # select: all effects at once
-    all_together: bool = False
-    """Whether all effects are chosen together, from the losses of every joint on."""
     straight: float = 1.0
     """Most that an amplitude changes the samples of windows by [noise, rms], where effects are
     judged by a linear answer."""
@@ -242,9 +222,12 @@ class Numerics:
     # select
     noise_draws: int = 10
     """Of white noise in all windows, for what is unexplained of it on average."""
+    agree: float = 6.0
+    """Standard errors within which values at joints may be one value for all, which is then tried:
+    the errors are those of noise alone."""
     width: int = 2
-    """Best sets of a size that are extended by further effects."""
-    refits: int = 20
+    """Best sets whose effects are judged one by one."""
+    refits: int = 6
     """How often weights are found again where a fold is left out,"""
     refit_errors: float = 0.05
     """as long as that moves a parameter by so much of its error."""

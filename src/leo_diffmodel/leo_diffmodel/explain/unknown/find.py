@@ -51,8 +51,7 @@ class Found:
 
 def find(recordings: Sequence[Recording], found: Search) -> Found | None:
     """The law that what is known, the final hypothesis, cannot stand for, if any."""
-    at_once = found.problem.numerics.all_together
-    if at_once and found.weight.leaves_noise(found.chosen, found.threshold):
+    if found.weight.leaves_noise(found.chosen, found.threshold):
         return None  # nothing is ahead of it by more than noise gives
     final = scored(Estimate(found.posed, found.final))
     named = {s.names: s for s in found.sets} | {final.names: final}
@@ -125,7 +124,7 @@ def _bases(
     """
     problem, final, sparing = found.problem, found.final, found.problem.numerics.sparing
     many = len(final.hypothesis.candidates) > problem.numerics.law_stands_for
-    if many and problem.numerics.all_together:
+    if many:
         if rest_of(problem, found.null, final).matters:
             yield final, *_curves(recordings, problem, final)
         return

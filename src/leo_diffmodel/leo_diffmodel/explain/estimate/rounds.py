@@ -14,17 +14,15 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.choice import choose, Kept, price_of, pruned
+from leo_diffmodel.explain.estimate.estimator import at_joints, Estimate, Estimator, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, rest_of, unexplained
+from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices, Term
-from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.select.choice import choose, Kept, Price, pruned
-from leo_diffmodel.explain.select.evidence import at_joints
-from leo_diffmodel.explain.select.sets import Sets
+from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
 ORDINARY = ('viscous_friction', 'coulomb_friction')
@@ -34,8 +32,19 @@ ORDINARY = ('viscous_friction', 'coulomb_friction')
 class Rounds:
     """Choice and joint fit in turn; none of the pool acts at all joints at once."""
 
-    def __init__(self, sets: Sets, first: Estimate, pool: Sequence[Candidate]):
-        self._sets, self._first, self._pool = sets, first, pool
+    def __init__(
+        self, estimator: Estimator, first: Estimate, pool: Sequence[Candidate], progress: Reporter
+    ):
+        self._estimator, self._first, self._pool = estimator, first, pool
+        self._progress = progress
+
+    def of(self, recordings: Sequence[Recording], near: Fit | None = None) -> Estimate:
+        """The set that rounds lead to, from short windows or from a fit `near` the best."""
+        begun, problem = near or self.begun(recordings), self._first.problem
+        fitted = fit(problem, begun.hypothesis, begun.theta)
+        self._progress('all losses at once', STEPS.fit)
+        fitted, made = self.settled(problem, fitted)
+        return self.seen(self._first._replace(fit=fitted), made)
 
     def begun(self, recordings: Sequence[Recording]) -> Fit:
         """What short windows say: ordinary losses, and whatever else they need."""
@@ -88,8 +97,7 @@ class Rounds:
 
     def matrices(self, problem: Problem, fitted: Fit) -> Matrices:
         """All effects about a fit."""
-        scales, progress = self._sets.estimator.scales, self._sets.progress
-        return matrices(problem, fitted, scales, self._pool, progress)
+        return matrices(problem, fitted, self._estimator.scales, self._pool, self._progress)
 
     def _fitted(
         self,
@@ -136,15 +144,7 @@ class Rounds:
     def _ends(self, made: Matrices, terms: Sequence[Term]) -> Array:
         hypothesis, theta = made.hypothesis(terms)
         at = replace(made.fit, hypothesis=hypothesis, theta=theta)
-        return self._sets.estimator.ends(self._first._replace(fit=at))
-
-
-def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
-    """What an effect must save, where residuals are as much alike in time as here."""
-    spread = max(dispersion(fitted), 1.0)
-    samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
-    parameter = problem.gates.price * float(np.log(samples))
-    return Price(made.threshold * spread, parameter * spread)
+        return self._estimator.ends(self._first._replace(fit=at))
 
 
 def _ordinary(candidate: Candidate) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Choose effects on matrices: forward, back and in exchange, each step by linear algebra alone."""
+"""Choose effects on matrices: forward, back, and the sets near one, by linear algebra alone."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ import itertools
 
 import numpy as np
 
+from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.matrices import Matrices, Term
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.select.sets import compatible, widens
+from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.together import compatible, widens
 from leo_diffmodel.explain.settings import Numerics, Settings
 
 INERTIA = 'inertia'
@@ -28,6 +31,14 @@ class Price:
     def of(self, terms: Iterable[Term]) -> float:
         """The price of some terms."""
         return sum(self.effect + self.parameter * len(t.columns) for t in terms)
+
+
+def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
+    """What an effect must save, where residuals are as much alike in time as here."""
+    spread = max(dispersion(fitted), 1.0)
+    samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
+    parameter = problem.gates.price * float(np.log(samples))
+    return Price(made.threshold * spread, parameter * spread)
 
 
 def choose(
