@@ -34,6 +34,7 @@ def posed(fold: Array) -> Any:
         windows=windows,
         gates=SETTINGS.gates,
         numerics=SETTINGS.numerics,
+        base=SimpleNamespace(robot=SimpleNamespace(actuators=())),
     )
     return SimpleNamespace(problem=problem, longer=None)
 
@@ -97,12 +98,15 @@ class Regression:
         """The model as given."""
         return solved(self.at, hypothesis, self.data, self.columns)
 
-    def extended(
-        self, base: Estimate, pool: Sequence[Candidate], told: object, few: bool = False
-    ) -> Extension:
+    def begun(self, first: Estimate, *_: object) -> Estimate:
+        """The search begins with the model as given."""
+        return first
+
+    def near(self, base: Estimate, pool: Sequence[Candidate], told: object) -> Extension:
         """One and two more effects."""
+        pool = [c for c in pool if c not in base.names]
         more = [(c,) for c in pool]
-        if self.pairs and not few:
+        if self.pairs:
             more += [(c, d) for i, c in enumerate(pool) for d in pool[:i]]
         held = base.fit.hypothesis
         larger = [replace(held, candidates=(*held.candidates, *m)) for m in more]

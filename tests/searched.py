@@ -13,9 +13,6 @@ from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.settings import SETTINGS, Settings
 from leo_sim.model import Model
 
-FIRST = SETTINGS.changed(most_effects=1, pairs=0)
-"""Single effects against the model as given, and nothing on top of them."""
-
 
 def searched(
     data: Sequence[Recording],

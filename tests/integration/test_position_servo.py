@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.searched import FIRST, searched
+from tests.searched import searched
 from tests.simulate import DT, NOISE, POSITION, rounded, steps
 import yaml
 
@@ -48,7 +48,7 @@ def test_it_is_named_from_the_bag(tmp_path: Path) -> None:
     assert recording.input == 'position'
     assert episode.enabled[:, 0].sum() == SECONDS / DT, 'free before the first goal'
     for data in (recording, rounded(recording)):
-        found = searched([data], Model(POSITION), FIRST)
+        found = searched([data], Model(POSITION))
         (top,) = found.chosen.names
         assert top.effect.name == 'voltage_deadband'
         assert found.final.theta[0] == pytest.approx(DEAD_ZONE, abs=0.01)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.searched import FIRST, searched
+from tests.searched import searched
 from tests.simulate import DT, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
@@ -78,7 +78,7 @@ def explain_once(robot_name: str, name: str, number: int) -> tuple[Placed, Searc
     truth = hidden(robot, name, number)
     other = {'engine': 'rk4', 'integration_step': 0.0019} if number % 3 == 0 else {}
     data = [record(robot, truth, seconds=SECONDS, seed=number, **other)]
-    return truth, searched(data, Model(robot), FIRST), Facts(robot, ever_free=False)
+    return truth, searched(data, Model(robot)), Facts(robot, ever_free=False)
 
 
 @pytest.mark.parametrize(('robot', 'name', 'number'), list(cases()))

@@ -5,7 +5,7 @@ from dataclasses import fields
 import json
 
 import pytest
-from tests.searched import FIRST, searched
+from tests.searched import searched
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
@@ -85,8 +85,8 @@ def test_a_number_of_each_of_the_three_reaches_the_problem():
 
 def test_a_number_of_each_of_the_three_reaches_a_search():
     data = [record(TORQUE, place(TORQUE, FRICTION, 'pivot', c=0.3), seconds=6)]
-    other = FIRST.changed(price=1.0, huber=1.5, fractions=(0.1, 0.2))
-    before, after = (searched(data, Model(TORQUE), s) for s in (FIRST, other))
+    other = SETTINGS.changed(price=1.0, huber=1.5, fractions=(0.1, 0.2))
+    before, after = (searched(data, Model(TORQUE), s) for s in (SETTINGS, other))
     assert after.weight.price > 1.9 * before.weight.price
     assert after.null.loss.sum() < before.null.loss.sum()  # where it is linear it rises less
     amplitudes = [

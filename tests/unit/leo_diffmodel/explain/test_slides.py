@@ -3,7 +3,7 @@
 
 import pytest
 from tests.cart import cart
-from tests.searched import FIRST, searched
+from tests.searched import searched
 from tests.simulate import record
 import yaml
 

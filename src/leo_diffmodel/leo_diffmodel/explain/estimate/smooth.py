@@ -55,7 +55,8 @@ class Smooth(Estimator):
 
     def near(self, base: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Extension:
         """The sets that linear algebra finds best, fitted jointly."""
-        problem, made = base.problem, self._matrices(base, pool, progress)
+        problem, late = base.problem, base.problem.late()
+        made = self._matrices(base, pool, progress)
         near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
         points = [made.hypothesis(each) for each in terms]
@@ -68,6 +69,7 @@ class Smooth(Estimator):
         # of copies of another process
         own = [replace(f, hypothesis=points[i][0]) for i, f in fits.items()]
         untried = [p[0].candidates for i, p in enumerate(points) if i not in fits]
+        untried += [(c,) for c in pool] if late else []
         larger = tuple(base._replace(fit=f) for f in own)
         return Extension(base, larger, made.scans, made.threshold, tuple(untried))
 

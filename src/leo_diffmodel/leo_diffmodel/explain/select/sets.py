@@ -35,7 +35,6 @@ class Sets:
         extensions: what was tried on top of which set.
         usual: losses that are in every hypothesis, since most joints have them.
         carried: which set was fitted from the values of which other one.
-        front: sets whose extensions there was no time for.
     """
 
     estimator: Estimator
@@ -47,7 +46,6 @@ class Sets:
     extensions: dict[Names, Extension] = field(default_factory=dict)
     usual: Names = frozenset()
     carried: set[tuple[Names, Names]] = field(default_factory=set)
-    front: tuple[Names, ...] = ()
 
     def __post_init__(self) -> None:
         self.progress = Reporter.of(self.progress)
@@ -65,11 +63,7 @@ class Sets:
     @property
     def untried(self) -> tuple[str, ...]:
         """What there was no time for, in words."""
-        each = self.extensions.items()
-        begun = [_label(added) for _, e in each for added in e.untried]
-        best = min(self.known.values(), key=lambda s: float(s.left.sum()))
-        more = [] if best.names in self.extensions or not self.late else [best.names]
-        return (*begun, *(f'more with {_label(names)}' for names in more))
+        return tuple(_label(added) for e in self.extensions.values() for added in e.untried)
 
     @property
     def scans(self) -> tuple[Scan, ...]:
@@ -108,10 +102,7 @@ class Sets:
 
     def extend(self, names: Names) -> None:
         """Fit the sets near one that promise most."""
-        known = self.known[names].at
-        if known.problem.late():
-            return
-        found = self.estimator.near(known, self.pool, self.progress)
+        found = self.estimator.near(self.known[names].at, self.pool, self.progress)
         self.extensions[names] = found
         self.add([found.base, *found.larger])
 

@@ -6,10 +6,9 @@ import time
 
 import numpy as np
 import pytest
-from tests.searched import among, FIRST, searched
+from tests.searched import among, searched
 from tests.simulate import PENDULUM, record, rounded, TORQUE
 
-from leo_diffmodel.explain.estimate import smooth
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion
 from leo_diffmodel.explain.estimate.imitation import imitations
@@ -44,8 +43,7 @@ def clean() -> list[Search]:
     """Single effects on bags without any."""
     robots = (PENDULUM, TORQUE)
     return [
-        searched([record(robots[s % 2], seconds=8, seed=s)], Model(robots[s % 2]), FIRST)
-        for s in SEEDS
+        searched([record(robots[s % 2], seconds=8, seed=s)], Model(robots[s % 2])) for s in SEEDS
     ]
 
 
@@ -97,7 +95,6 @@ def test_a_scan_finds_a_lag_much_shorter_than_those_it_tries():
 
 def test_a_wider_law_is_fitted_from_the_narrower_one_too(monkeypatch):
     """A law with three parameters may come to rest behind the one that is part of it."""
-    monkeypatch.setattr(smooth, '_followed', lambda problem, rival, fitted: fitted)
     model = Model(TORQUE)
     among(monkeypatch, model, 'coulomb_friction', 'stribeck_friction')
     law = place(TORQUE, 'stribeck_friction', 'pivot', c=0.2, c_static=0.35, v_s=1.0)
@@ -293,7 +290,7 @@ def test_uncertain_constants_are_refitted_before_anything_is_named(tmp_path):
     assert found['ci95'][0] < 0.0536 < found['ci95'][1]
     assert answer.model.constants[path] == found['value']
     sure = load_model('pendulum').changed(constants={path: 0.045})
-    assert names(searched(data, sure, FIRST)) != set()
+    assert names(searched(data, sure)) != set()
 
 
 def test_whole_bags_can_be_held_out():
@@ -306,7 +303,7 @@ def test_whole_bags_can_be_held_out():
     assert row['parameters']['b']['value'] == pytest.approx(0.1, rel=0.05)
     assert [b['path'] for b in answer.provenance['bags']] == ['simulated_1', 'simulated_2']
     other = record(TORQUE, effect, seconds=8, seed=7)
-    again = searched(data[:1], Model(TORQUE), FIRST, hold_out=[other])
+    again = searched(data[:1], Model(TORQUE), hold_out=[other])
     assert names(again) == {'viscous_friction'}
     assert again.final.theta == pytest.approx([row['parameters']['b']['value']], rel=1e-3)
 

@@ -3,20 +3,18 @@
 
 from dataclasses import replace
 from itertools import permutations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.linear import POOL, posed, Regression, scored, wide
 
-from leo_diffmodel.explain.estimate.estimator import Estimate, Extension
+from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.select import neighbours
-from leo_diffmodel.explain.select import sets as choice
+from leo_diffmodel.explain.problem.together import compatible, widens
 from leo_diffmodel.explain.select.evidence import weigh, Weight
 from leo_diffmodel.explain.select.neighbours import searched
-from leo_diffmodel.explain.select.sets import chosen, compatible, Sets, widens
+from leo_diffmodel.explain.select.sets import chosen, Sets
 from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, turns
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
@@ -41,12 +39,8 @@ def left(**by_names: float) -> list:
     ]
 
 
-def names_of(effects) -> set:
-    return {c.effect.name for c in effects}
-
-
 def names(best) -> set:
-    return names_of(best.names)
+    return {c.effect.name for c in best.names}
 
 
 @pytest.mark.parametrize(
@@ -78,7 +72,7 @@ def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
 
 def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, lambda _: None)
-    best = searched(sets, estimator.first(Hypothesis()))
+    best = searched(sets, estimator.first(Hypothesis()), ())
     best = canonical(sets, long_horizon_tie_break(sets, best))
     return names(best), [frozenset(names(s)) for s in turns(sets)]
 
@@ -104,7 +98,7 @@ def test_what_is_missing_is_found_and_chosen_in_nearly_all_turns(truth, pairs):
 def test_two_that_hide_each_other_are_found_together():
     truth = {'armature': 2.0, 'bias_torque': 2.0}
     estimator = regression(truth, alike=0.2)
-    first = estimator.extended(estimator.first(Hypothesis()), [wide(POOL[n]) for n in NAMES], None)
+    first = estimator.near(estimator.first(Hypothesis()), [wide(POOL[n]) for n in NAMES], None)
     singles = [e for e in first.larger if len(e.names) == 1]
     assert min(e.fit.loss.sum() for e in singles) > 0.95 * first.base.fit.loss.sum()
     assert found(estimator)[0] == set(truth)
@@ -171,7 +165,7 @@ def test_of_two_fits_of_one_set_the_better_is_kept():
 def test_a_search_whose_time_is_over_gives_the_best_of_the_first_effects():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
     late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
-    best = searched(late, estimator.first(Hypothesis()))
+    best = searched(late, estimator.first(Hypothesis()), ())
     assert late.late and [*late.extensions] == [frozenset()] and names(best) == {'armature'}
 
 
@@ -223,20 +217,6 @@ def unfinished(at: Estimate, by: float = 1.0) -> Estimate:
     return at._replace(fit=replace(at.fit, loss=at.fit.loss + by))
 
 
-def test_a_rival_is_fitted_again_from_the_values_of_the_best():
-    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=0.1)
-    first = estimator.first(Hypothesis())
-    larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
-    sets = Sets(estimator, [], SETTINGS, lambda _: None)
-    sets.add([first, *map(unfinished, larger)])
-    best = next(s for s in sets.known.values() if names(s) == {'armature', 'coulomb_friction'})
-    before = {n: s.left.sum() for n, s in sets.known.items()}
-    neighbours._add_rivals(sets, best)
-    better = {n for n, s in sets.known.items() if s.left.sum() < before[n]}
-    assert better == {n for n in sets.known if len(n) == 2 and len(n & best.names) == 1}
-    assert not sets.uncarried(better, best.names)
-
-
 def test_a_set_that_is_fitted_better_is_carried_on_anew():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0)
     both = Hypothesis(tuple(wide(POOL[n]) for n in ('armature', 'coulomb_friction')))
@@ -244,121 +224,6 @@ def test_a_set_that_is_fitted_better_is_carried_on_anew():
     sets = Sets(estimator, [], SETTINGS, lambda _: None)
     for at, new in ((unfinished(good), True), (unfinished(good), False), (good, True)):
         sets.add([at])
-        assert sets.add_parts(sets.known[at.names]) == new
-
-
-class Begun(Regression):
-    """An estimator that keeps where fits begin."""
-
-    def refitted(
-        self,
-        at: Estimate,
-        hypothesis: Hypothesis,
-        theta: np.ndarray | None = None,
-        rival: float = np.inf,
-    ) -> Estimate:
-        """The model as given."""
-        self.begun = [*getattr(self, 'begun', ()), theta]
-        return self.first(Hypothesis())
-
-
-def test_a_ripple_is_fitted_with_one_period_more_and_one_less():
-    """Each of two, at two joints."""
-    pool = candidates(Model('double_pendulum'))
-    one, two = [c for c in pool if c.effect.name == 'torque_ripple' and c.where != 'all']
-    whole = next(i for i, p in enumerate(one.parameters) if p.whole)
-    points = {n: np.insert([0.1 * n, -0.1 * n], whole, n) for n in range(2, 8)}
-    estimator = Begun(np.zeros((40, 20)), {}, posed(FOLD))
-    first, ends = estimator.first(Hypothesis()), np.concatenate([points[4], points[5]])
-    fitted = replace(first.fit, hypothesis=Hypothesis((one, two)), theta=ends)
-    sets = Sets(estimator, [], SETTINGS, lambda _: None)
-    own = [SimpleNamespace(candidate=c, begins=tuple(points.values())) for c in (one, two)]
-    sets.extensions[frozenset()] = Extension(first, (), tuple(own), LIMIT)
-    left = scored([], np.ones(len(FOLD)), FOLD)
-    sets.known[frozenset({one, two})] = best = replace(left, at=first._replace(fit=fitted))
-    assert all(neighbours._renumbered(sets, best, c) for c in (one, two))
-    periods = [set(theta[[whole, 3 + whole]]) for theta in estimator.begun]
-    assert periods == [{3, 5}, {5}, {4}, {4, 6}]
-    assert not any(neighbours._renumbered(sets, best, c) for c in (one, two))
-
-
-def test_a_rival_that_turns_out_to_be_the_best_is_the_best_set():
-    """It comes to rest in a worse place where it is fitted from elsewhere."""
-    truth = {'armature', 'coulomb_friction'}
-    estimator = regression(dict.fromkeys(truth, 0.4), alike=0.3)
-    first = estimator.first(Hypothesis())
-    larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
-    sets = Sets(estimator, [], SETTINGS, lambda _: None)
-    sets.extensions[frozenset()] = Extension(first, (), (), LIMIT)
-    sets.add([first, *(unfinished(a, 4.0) if names_of(a.names) == truth else a for a in larger)])
-    before = choice.best_of(sets)
-    assert names(before) == {'bias_torque', 'coulomb_friction'}
-    assert names(neighbours._settled(sets)) == truth
-
-
-def test_of_what_was_cut_short_the_best_that_came_to_its_end_is_taken():
-    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
-    first = estimator.first(Hypothesis())
-    larger = estimator.extended(first, [wide(POOL[n]) for n in NAMES], None).larger
-    for cut, best in (((), {'armature'}), (('armature',), {'coulomb_friction'}), (NAMES, set())):
-        sets = Sets(estimator, [], SETTINGS, lambda _: None, until=0.0)
-        sets.add(
-            [
-                first,
-                *(at._replace(fit=replace(at.fit, ended=not names(at) & {*cut})) for at in larger),
-            ]
-        )
-        assert names(choice.best_ended(sets)) == best
-        assert names(choice.best_of(sets)) == {'armature'}
-
-
-def test_of_what_was_cut_short_a_set_is_taken_whose_part_was_given_up():
-    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0)
-    sets = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None)
-    best = searched(sets, estimator.first(Hypothesis()))
-    part = next(n for n in sets.known if names_of(n) == {'coulomb_friction'})
-    at = sets.known[part].at
-    given_up = at._replace(fit=replace(at.fit, ended=False))
-    sets.known = {n: replace(s, at=ended(s.at)) for n, s in sets.known.items()}
-    sets.known[part] = replace(sets.known[part], at=given_up)
-    assert choice.best_ended(sets).names == best.names
-
-
-def ended(at: Estimate) -> Estimate:
-    return at._replace(fit=replace(at.fit, ended=True))
-
-
-def begun(sets: Sets, first: Estimate) -> tuple[set, list]:
-    """What is chosen, and the sets of its size that were extended."""
-    best = names(searched(sets, first))
-    extended = [names_of(n) for n in sets.extensions]
-    return best, [n for n in extended if len(n) == len(best)]
-
-
-@pytest.mark.parametrize(('noise', 'most'), [(1.0, 1), (2.0, 2)])
-def test_where_the_best_leaves_only_noise_no_other_of_its_size_is_extended(noise, most):
-    truth = {'armature': 2.0, 'coulomb_friction': 1.5}
-    estimator = regression(truth, alike=1.0)
-    more = np.random.default_rng(9).normal(0, np.sqrt(noise**2 - 1), (40, 20))
-    sets = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None)
-    sets.estimator.data = estimator.data + more
-    best, extended = begun(sets, estimator.first(Hypothesis()))
-    assert best == truth.keys() and len(extended) == most
-
-
-def test_a_set_that_does_the_same_as_one_that_was_extended_is_not():
-    estimator = regression({'armature': 0.5}, alike=1e-6)
-    sets = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None)
-    first = estimator.first(Hypothesis())
-    best, extended = begun(sets, first)
-    assert extended == [best]
-    twin = next(n for n in sets.known if names_of(n) == {'armature', 'bias_torque'} - best)
-    sets.known[twin] = replace(sets.known[twin], left=sets.known[twin].left - 0.01)
-    assert begun(sets, first) == ({'armature', 'bias_torque'} - best, extended)
-
-
-def test_what_was_not_extended_is_told():
-    estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
-    late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
-    searched(late, estimator.first(Hypothesis()))
-    assert late.untried[0] == 'more with armature:pivot'
+        assert (not sets.carried) == new
+        sets.add_parts(sets.known[at.names])
+        assert {near for _, near in sets.carried} == {at.names}

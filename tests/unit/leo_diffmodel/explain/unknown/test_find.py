@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.searched import among, FIRST, searched
+from tests.searched import among, searched
 from tests.simulate import PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
@@ -189,7 +189,7 @@ def test_a_rhythm_of_another_shape_is_a_matter_of_time(law: Callable):
 def test_a_torque_that_wanders_is_no_law_of_time():
     """A table of it over time predicts nothing where a longer stretch is left out."""
     steps = np.random.default_rng(0).standard_normal(100 * SECONDS)
-    assert unknown(TORQUE, settings=FIRST, push=0.006 * np.cumsum(steps)[:, None]) is None
+    assert unknown(TORQUE, push=0.006 * np.cumsum(steps)[:, None]) is None
 
 
 def test_the_shape_of_a_law_is_found_from_the_other_folds():
@@ -224,7 +224,7 @@ def test_a_law_of_another_joint_is_judged_by_the_linear_answer():
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
 @pytest.mark.parametrize('seed', [5, *(pytest.param(n, marks=pytest.mark.slow) for n in (6, 7))])
 def test_noise_alone_has_no_law(robot, seed):
-    assert unknown(robot, settings=FIRST, seed=seed) is None
+    assert unknown(robot, seed=seed) is None
 
 
 @pytest.mark.parametrize(
@@ -238,4 +238,4 @@ def test_noise_alone_has_no_law(robot, seed):
 )
 def test_a_known_effect_keeps_its_name(robot, effect, parameters):
     placed = place(robot, effect, 'pivot', **parameters)
-    assert unknown(robot, placed, settings=FIRST) is None
+    assert unknown(robot, placed) is None

@@ -10,6 +10,7 @@ from tests.searched import searched
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.estimate.background import background
+from leo_diffmodel.explain.estimate.choice import choose, Price
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.linear_part import linear_part
 from leo_diffmodel.explain.estimate.matrices import matrices
@@ -17,16 +18,14 @@ from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose, shorter
 from leo_diffmodel.explain.problem.sizes import scales_of
-from leo_diffmodel.explain.select.choice import choose, Price
 from leo_diffmodel.explain.select.search import search
-from leo_diffmodel.explain.settings import SETTINGS, settings_for
+from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 ROBOT = load_robot('double_pendulum')
-TOGETHER = SETTINGS.changed(all_together=True)
 NOISE = 5e-4, 0.01
 DT = 0.01
 TRUTH = {
@@ -63,7 +62,7 @@ def named(found):
 
 @pytest.fixture(scope='module')
 def rubbing():
-    return searched([recorded(*LOSSES)], Model(ROBOT), TOGETHER)
+    return searched([recorded(*LOSSES)], Model(ROBOT))
 
 
 def test_losses_of_every_joint_are_named_with_their_sizes_and_nothing_beside_them(rubbing):
@@ -78,12 +77,12 @@ def test_losses_of_every_joint_are_named_with_their_sizes_and_nothing_beside_the
 
 def test_what_is_missing_beside_losses_is_named_too():
     other = place(ROBOT, 'joint_spring', 'elbow', k=1.2, rest=0.3)
-    found = searched([recorded(*LOSSES, other)], Model(ROBOT), TOGETHER)
+    found = searched([recorded(*LOSSES, other)], Model(ROBOT))
     assert named(found) == {*TRUTH, ('joint_spring', 'elbow')}
 
 
 def test_nothing_is_named_where_nothing_is_missing():
-    found = searched([recorded()], Model(ROBOT), TOGETHER)
+    found = searched([recorded()], Model(ROBOT))
     assert named(found) == set() and found.complete
 
 
@@ -97,22 +96,16 @@ def test_every_candidate_has_a_scan(rubbing):
 
 def test_without_time_the_answer_is_not_complete():
     data, model = [recorded(*LOSSES, seconds=8.0)], Model(ROBOT)
-    posed = pose(data, [], model, TOGETHER)
+    posed = pose(data, [], model)
     found = search(data, model, posed, until=time.monotonic())
     assert not found.complete
-
-
-def test_robots_of_several_motors_are_searched_so():
-    assert settings_for(load_robot('so101')).numerics.all_together
-    assert not settings_for(ROBOT).numerics.all_together
-    assert not settings_for(load_robot('leo')).numerics.all_together
 
 
 @pytest.fixture(scope='module')
 def linear():
     """A fit of two of four losses in short windows, and its matrices with all four."""
     data, model = [recorded(*LOSSES)], Model(ROBOT)
-    problem = shorter(pose(data, [], model, TOGETHER), data)
+    problem = shorter(pose(data, [], model), data)
     pool = [limited(c, model, SETTINGS.grids) for c in candidates(model) if c.where != 'all']
     pool = [c for c in pool if c.effect.name in ('viscous_friction', 'coulomb_friction')]
     first = Hypothesis(tuple(c for c in pool if c.where == 'shoulder'))
