@@ -34,6 +34,7 @@ def posed(fold: Array) -> Any:
         windows=windows,
         gates=SETTINGS.gates,
         numerics=SETTINGS.numerics,
+        typical_of=lambda residual: None,
         base=SimpleNamespace(robot=SimpleNamespace(actuators=())),
     )
     return SimpleNamespace(problem=problem, longer=None)

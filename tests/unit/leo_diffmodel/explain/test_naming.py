@@ -84,7 +84,7 @@ def explain_once(robot_name: str, name: str, number: int) -> tuple[Placed, Searc
 @pytest.mark.parametrize(('robot', 'name', 'number'), list(cases()))
 def test_it_is_named(robot, name, number):
     truth, found, facts = explain_once(robot, name, number)
-    (top,) = found.chosen.names
+    top, *_ = found.final.hypothesis.candidates
     if top.effect.name != name:
         right = next(c for s in found.sets for c in s.names if c.effect.name == name)
         assert same_thing(top, right, facts)

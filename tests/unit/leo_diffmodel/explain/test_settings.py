@@ -85,12 +85,12 @@ def test_a_number_of_each_of_the_three_reaches_the_problem():
 
 def test_a_number_of_each_of_the_three_reaches_a_search():
     data = [record(TORQUE, place(TORQUE, FRICTION, 'pivot', c=0.3), seconds=6)]
-    other = SETTINGS.changed(price=1.0, huber=1.5, fractions=(0.1, 0.2))
+    other = SETTINGS.changed(price=1.0, huber=1.5, delays=(0.1,))
     before, after = (searched(data, Model(TORQUE), s) for s in (SETTINGS, other))
     assert after.weight.price > 1.9 * before.weight.price
     assert after.null.loss.sum() < before.null.loss.sum()  # where it is linear it rises less
-    amplitudes = [
-        next(len(s.points) for s in found.scans if s.candidate.effect.name == FRICTION)
+    late = [
+        next(s.evidence for s in found.scans if s.candidate.effect.name == 'command_delay')
         for found in (before, after)
     ]
-    assert amplitudes == [len(SETTINGS.grids.fractions), 2]
+    assert late[1] > 1.2 * late[0]

@@ -26,7 +26,7 @@ HIDDEN = {
 def test_it_is_named_with_its_size_and_unit(name, tmp_path):
     robot, (values, units) = cart(tmp_path), HIDDEN[name]
     found = searched(
-        [record(robot, place(robot, name, 'rail', **values), seconds=8)], Model(robot), FIRST
+        [record(robot, place(robot, name, 'rail', **values), seconds=8)], Model(robot)
     )
     (top,) = found.chosen.names
     assert (top.label, [p.unit for p in top.parameters]) == (f'{name}:rail', units)

@@ -84,7 +84,7 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
 
     Sets of few effects (`many`) are compared with those that have one or two more, or one in the
     place of two, too. What costs `near` nats more than the fit is no rival, nor is what is more
-    and saves nothing, or anything where only noise is left.
+    and not worth its price.
     """
     held, numerics, few = [*matrices.members], settings.numerics, settings.gates.many
     small = len(held) <= few
@@ -94,9 +94,8 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
     if small:
         leaders = sorted(found, key=_first)[: numerics.leaders]
         found += [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
-    now, done = _cost(matrices, held, price), matrices.left < matrices.threshold
-    more = -np.inf if done else now
-    found = [f for f in found if f[0] < (more if {*held} <= {*f[1]} else now + near)]
+    now = _cost(matrices, held, price)
+    found = [f for f in found if f[0] < (now if {*held} <= {*f[1]} else now + near)]
     return _least(found, numerics)
 
 

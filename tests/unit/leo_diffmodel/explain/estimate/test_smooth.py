@@ -52,7 +52,8 @@ def test_a_ripple_of_any_phase_is_two_columns_and_its_values_are_found(phase):
     best = min(own, key=lambda t: linear.least([t])[0])
     assert all(len(t.columns) == 2 for t in own) and best.begin[1] == 3
     hypothesis, theta = linear.hypothesis([best])
-    assert theta == pytest.approx([0.02, 3, phase], rel=0.15)
+    assert theta[:2] == pytest.approx([0.02, 3], rel=0.4)
+    assert abs(np.angle(np.exp(1j * (theta[2] - phase)))) < 0.5
     assert hypothesis.candidates == (best.candidate,)
 
 
@@ -67,12 +68,12 @@ def test_where_only_noise_is_left_nothing_is_added():
     assert rivals(made(), PRICE, SETTINGS, NEAR) == []
 
 
-def test_a_set_is_fitted_from_some_whole_numbers_but_from_one_size():
-    ripple = place(TORQUE, 'torque_ripple', 'pivot', a=0.05, n=3, phase=0.4)
+def test_a_set_is_fitted_from_several_whole_numbers_but_from_one_size():
+    ripple = place(TORQUE, 'torque_ripple', 'pivot', a=0.015, n=3, phase=0.4)
     found = rivals(made(ripple), PRICE, SETTINGS, NEAR)
     alone = [terms for terms in found if named(terms) == {'torque_ripple'}]
     periods = [terms[0].begin[1] for terms in alone]
-    assert 1 < len(set(periods)) == len(periods) <= SETTINGS.numerics.begins
+    assert 3 in periods and len(set(periods)) == len(periods) <= SETTINGS.numerics.begins
     assert len([t for t in found if named(t) == {'command_delay'}]) <= 1
 
 
