@@ -103,7 +103,9 @@ class Regression:
         """The search begins with the model as given."""
         return first
 
-    def near(self, base: Estimate, pool: Sequence[Candidate], told: object) -> Extension:
+    def near(
+        self, base: Estimate, pool: Sequence[Candidate], told: object, rival: float = np.inf
+    ) -> Extension:
         """One and two more effects."""
         pool = [c for c in pool if c not in base.names]
         more = [(c,) for c in pool]

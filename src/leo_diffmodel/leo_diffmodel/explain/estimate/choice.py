@@ -82,16 +82,16 @@ def _best(
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
     """Sets near a fit that cost least: with one effect in the place of one of its own.
 
-    Sets of few effects (`many`) are compared with those that have one or two more, or one in the
-    place of two, too. What costs `near` nats more than the fit is no rival, nor is what is more
-    and not worth its price.
+    Sets of few effects (`many`) are compared with those that have one more, or one in the place of
+    two, too; the model as given with pairs. What costs `near` nats more than the fit is no rival,
+    nor is what is more and not worth its price.
     """
     held, numerics, few = [*matrices.members], settings.numerics, settings.gates.many
     small = len(held) <= few
     outs = [out for n in range(1 - small, 2 + small) for out in itertools.combinations(held, n)]
     rests = [[t for t in held if t not in out] for out in outs]
     found = [f for rest in rests for f in _with_one(matrices, rest, price)]
-    if small:
+    if not held:
         leaders = sorted(found, key=_first)[: numerics.leaders]
         found += [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
     now = _cost(matrices, held, price)

@@ -50,7 +50,9 @@ class Contact(Estimator):
         posed = standing(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))
 
-    def near(self, base: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Extension:
+    def near(
+        self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
+    ) -> Extension:
         """Scan all candidates; the most promising are fitted further and further beside it."""
         pool = [c for c in pool if compatible(base.names, c)]
         posed, null, _ = converged(base.posed, base.fit)

@@ -108,8 +108,13 @@ class Estimator(ABC):
         return self.refitted(first, near.hypothesis, near.theta) if near else first
 
     @abstractmethod
-    def near(self, base: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Extension:
-        """The most promising sets near a fitted one, with effects of a pool, fitted too."""
+    def near(
+        self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
+    ) -> Extension:
+        """The most promising sets near a fitted one, with effects of a pool, fitted too.
+
+        Those that stay far behind a `rival`'s loss [nats] are given up.
+        """
 
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter

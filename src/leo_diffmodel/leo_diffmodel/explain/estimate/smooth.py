@@ -13,7 +13,13 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import price_of, rivals
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
+from leo_diffmodel.explain.estimate.estimator import (
+    at_joints,
+    Estimate,
+    Estimator,
+    Extension,
+    STEPS,
+)
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
@@ -53,16 +59,18 @@ class Smooth(Estimator):
         progress.expect(2 * len(pool) + STEPS.end)
         return Rounds(self, first, of_joints(pool), progress).of(recordings, near)
 
-    def near(self, base: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Extension:
+    def near(
+        self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
+    ) -> Extension:
         """The sets that linear algebra finds best, fitted jointly."""
         problem, late = base.problem, base.problem.late()
         made = self._matrices(base, pool, progress)
         near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
-        points = [made.hypothesis(each) for each in terms]
+        points = [p for p in map(made.hypothesis, terms) if self._shows(base, *p)]
         fits = helper.spread_until(
             problem.until,
-            partial(_fitted, problem, base.fit),
+            partial(_fitted, problem, base.fit, rival),
             points,
             lambda p: progress(' + '.join(c.label for c in p[0].candidates), STEPS.fit),
         )
@@ -72,6 +80,15 @@ class Smooth(Estimator):
         untried += [(c,) for c in pool] if late else []
         larger = tuple(base._replace(fit=f) for f in own)
         return Extension(base, larger, made.scans, made.threshold, tuple(untried))
+
+    def _shows(self, base: Estimate, hypothesis: Hypothesis, theta: Array) -> bool:
+        """Whether anybody may see what a set has more than a fitted one, far ahead."""
+        if not base.names or not base.names <= {*hypothesis.candidates}:
+            return True
+        more = replace(base.fit, hypothesis=hypothesis, theta=theta)
+        change = self.ends(base._replace(fit=more)) - self.ends(base)
+        far = float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))
+        return not far < base.problem.numerics.worth_floors * base.problem.gates.least_floors
 
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter
@@ -98,8 +115,6 @@ def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
     return [c for c in pool if c.where != EVERYWHERE or c.effect.name not in own]
 
 
-def _fitted(problem: Problem, near: Fit, point: Point) -> Fit:
-    """A set from some values, given up where it stays far behind the fit that it is near."""
+def _fitted(problem: Problem, near: Fit, rival: float, point: Point) -> Fit:
     hypothesis, theta = point
-    behind = near.lost(problem.train)
-    return fit(problem, hypothesis, theta, near.start, by_start=near.by_start, rival=behind)
+    return fit(problem, hypothesis, theta, near.start, by_start=near.by_start, rival=rival)

@@ -23,8 +23,8 @@ def searched(
 ) -> Scored:
     """The set that is chosen once all near it are known; the best so far if the time is over.
 
-    Where few effects are enough, others as few may do as well: they are looked for about the
-    model as given, too.
+    Where few effects leave more than noise, others as few may do better: they are looked for about
+    the model as given, too.
 
     Args:
         sets: takes what is fitted.
@@ -37,7 +37,8 @@ def searched(
     sets.usual = usual(sets, begun)
     best = judged(sets, begun)
     search = _Search(sets)
-    if len(best.names) <= sets.settings.gates.many:
+    noise = best.names and sets.weight.leaves_noise(best, sets.threshold)
+    if len(best.names) <= sets.settings.gates.many and not noise:
         best = search.beyond(sets.known[frozenset()])
     while not sets.late and best.names not in sets.extensions:
         best = search.beyond(best)
@@ -60,7 +61,8 @@ class _Search:
         """The best set with one value at all joints, where that predicts as well."""
         sets = self._sets
         for candidate in [c for c in sets.pool if c.where == EVERYWHERE]:
-            if not sets.late and _agree(best.fit, candidate, sets.settings.numerics.agree):
+            joints = sum(c.effect.name == candidate.effect.name for c in sets.pool) - 1
+            if not sets.late and _agree(best.fit, candidate, joints, sets.settings.numerics.agree):
                 judged(sets, self._with_shared(best, candidate))
                 best = self._best()
         return best
@@ -88,12 +90,12 @@ class _Search:
         return id(scored.fit) not in self._judged
 
 
-def _agree(fitted: Fit, shared: Candidate, most: float) -> bool:
-    """Whether joints have an effect, and their values are one as far as their errors say."""
+def _agree(fitted: Fit, shared: Candidate, joints: int, most: float) -> bool:
+    """Whether half the joints have an effect, and of one value as far as their errors say."""
     full = fitted.hypothesis
     held = full.candidates
     own = [n for n, c in enumerate(held) if c.effect.name == shared.effect.name]
-    if not own or any(held[n].where == EVERYWHERE for n in own):
+    if not 2 * len(own) >= joints > 0 or any(held[n].where == EVERYWHERE for n in own):
         return False
     spans = [slice(full.offset(n), full.offset(n + 1)) for n in own]
     values = np.array([fitted.theta[s] for s in spans])

@@ -102,7 +102,9 @@ class Sets:
 
     def extend(self, names: Names) -> None:
         """Fit the sets near one that promise most."""
-        found = self.estimator.near(self.known[names].at, self.pool, self.progress)
+        at = self.known[names].at
+        rival = min(s.fit.lost(at.problem.train) for s in self.known.values())
+        found = self.estimator.near(at, self.pool, self.progress, rival)
         self.extensions[names] = found
         self.add([found.base, *found.larger])
 

@@ -146,6 +146,8 @@ class Numerics:
     a set is fitted: with what else is missing, the best of a scan can be wrong."""
     leaders: int = 12
     """Leading sets near another one, to which one more effect of any kind is added."""
+    worth_floors: float = 0.5
+    """Of `least_floors`, that one more effect must do by its linear answer, to be fitted."""
     pair_points: int = 4
     """Shapes of an effect that take part in the choice, those that explain most."""
 

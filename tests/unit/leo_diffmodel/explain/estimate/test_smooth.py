@@ -69,7 +69,7 @@ def test_where_only_noise_is_left_nothing_is_added():
 
 
 def test_a_set_is_fitted_from_several_whole_numbers_but_from_one_size():
-    ripple = place(TORQUE, 'torque_ripple', 'pivot', a=0.015, n=3, phase=0.4)
+    ripple = place(TORQUE, 'torque_ripple', 'pivot', a=0.05, n=3, phase=0.4)
     found = rivals(made(ripple), PRICE, SETTINGS, NEAR)
     alone = [terms for terms in found if named(terms) == {'torque_ripple'}]
     periods = [terms[0].begin[1] for terms in alone]
