@@ -11,9 +11,10 @@ import numpy as np
 
 from leo_diffmodel.datasheet.settings import FRICTION, Rung, RUNGS
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Progress, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.select.sets import holds
@@ -64,11 +65,11 @@ class Ladder:
         return 'worse' if self.weight.surely_ahead(best, scored) else 'as good'
 
     def alone(
-        self, fits: Estimator, pool: Sequence[Candidate], progress: Progress
+        self, fits: Smooth, pool: Sequence[Candidate], progress: Progress
     ) -> list[tuple[Scored, bool]]:
         """The chosen law with each effect of a pool, and whether it surely predicts better."""
         _, best = self.chosen
-        found = fits.extended(best.at, pool, progress, few=True)
+        found = fits.with_each(best.at, pool, progress)
         limit = max(self.limit, found.threshold)
         last = {s.fit.hypothesis.candidates[-1]: s for s in map(score, reversed(found.larger))}
         return [(s, self.weight.supports(best, s, limit)) for s in last.values()]
@@ -79,7 +80,7 @@ class Ladder:
 
 
 def climb(
-    fits: Estimator, rich: Estimate, pool: Mapping[str, Candidate], progress: Progress
+    fits: Smooth, rich: Estimate, pool: Mapping[str, Candidate], progress: Progress
 ) -> Ladder:
     """Fit each law with the other effects of `rich`, a hypothesis that holds friction of any kind.
 
@@ -105,7 +106,7 @@ def climb(
         progress(f'friction: {rough}', STEPS.end)
 
 
-def _compared(fits: Estimator, at: Mapping[str, Estimate]) -> Ladder:
+def _compared(fits: Smooth, at: Mapping[str, Estimate]) -> Ladder:
     rungs = tuple((r, score(at[r.name])) for r in RUNGS if r.name in at)
     weight = weigh([scored for _, scored in rungs], fits.most_nats)
     return Ladder(rungs, weight, at[RUNGS[0].name].problem.gates.least_nats)
@@ -119,7 +120,7 @@ def _bare(fitted: Fit) -> Fit:
     return replace(fitted, hypothesis=part, theta=part.carried(full, fitted.theta))
 
 
-def _above(fits: Estimator, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:
+def _above(fits: Smooth, rich: Fit, point: tuple[Estimate, Candidate]) -> Fit:
     """A law and one effect more: from where a scan points, and from the values of `rich`."""
     below, candidate = point
     begun, problem = added(fits, below, candidate, lambda *_: None).fit, below.problem
@@ -142,17 +143,17 @@ def _values(begun: Fit, rich: Fit) -> Array:
     return np.concatenate([found, rich.theta[known.first_constant :]])
 
 
-def added(fits: Estimator, at: Estimate, candidate: Candidate, progress: Progress) -> Estimate:
+def added(fits: Smooth, at: Estimate, candidate: Candidate, progress: Progress) -> Estimate:
     """One effect more, from where a scan points."""
-    found = fits.extended(at, [candidate], progress, few=True).larger
+    found = fits.with_each(at, [candidate], progress).larger
     return min(found, key=lambda e: float(e.fit.loss[e.problem.train].sum()))
 
 
 def better(
-    fits: Estimator, at: Estimate, pool: Sequence[Candidate], progress: Progress
+    fits: Smooth, at: Estimate, pool: Sequence[Candidate], progress: Progress
 ) -> Estimate | None:
     """The best of the effects that surely predict better what no fit saw; None where none does."""
-    found, before = fits.extended(at, pool, progress, few=True), score(at)
+    found, before = fits.with_each(at, pool, progress), score(at)
     larger = [score(e) for e in found.larger]
     weight = weigh([before, *larger], fits.most_nats)
     limit = max(at.problem.gates.least_nats, found.threshold)

@@ -13,15 +13,16 @@ from leo_diffmodel.datasheet.ladder import added, better, climb, Ladder
 from leo_diffmodel.datasheet.last_fit import last_fit
 from leo_diffmodel.datasheet.settings import COMMON, FIGURES, FRICTION, THE_SAME, TIMES
 from leo_diffmodel.explain.estimate import helper
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Progress, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Progress, STEPS
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
 from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.search import estimator
 from leo_diffmodel.explain.settings import settings_for
 from leo_msgs_py.console import Reporter
 from leo_msgs_py.errors import UserError
@@ -76,7 +77,7 @@ def measure(
     helper.prepare(climb, not any(e.source for e in extra))
     data, notes = _usable(recordings, model)
     posed, heard = _posed(data, model), Reporter.of(progress)
-    fits = estimator(posed, model)
+    fits = Smooth(posed, scales_of(model, posed.problem.windows))
     pool = [
         limited(c, model, posed.problem.grids)
         for c in seen(model, data, extra)
@@ -148,7 +149,7 @@ def _posed(data: Sequence[Recording], model: Model) -> Posed:
     return posed
 
 
-def _rich(fits: Estimator, pool: Sequence[Candidate], heard: Progress) -> Estimate:
+def _rich(fits: Smooth, pool: Sequence[Candidate], heard: Progress) -> Estimate:
     """Friction of every common kind, and each other effect that surely predicts better then."""
     problem, named = fits.posed.problem, {c.effect.name: c for c in pool}
     at = fits.first(Hypothesis(constants=uncertain(problem.base, problem.trained)))

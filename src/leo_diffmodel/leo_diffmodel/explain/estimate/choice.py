@@ -83,20 +83,29 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
     """Sets near a fit that cost least: with one effect in the place of one of its own.
 
     Sets of few effects (`many`) are compared with those that have one more, or one in the place of
-    two, too; the model as given with pairs. What costs `near` nats more than the fit is no rival,
-    nor is what is more and not worth its price.
+    two, too; a single effect, or none, with pairs. What costs `near` nats more than the fit is no
+    rival, nor is what is more and not worth its price; of what leaving out an effect costs a share
+    may be left, as answers so far away bend.
     """
     held, numerics, few = [*matrices.members], settings.numerics, settings.gates.many
-    small = len(held) <= few
-    outs = [out for n in range(1 - small, 2 + small) for out in itertools.combinations(held, n)]
-    rests = [[t for t in held if t not in out] for out in outs]
-    found = [f for rest in rests for f in _with_one(matrices, rest, price)]
-    if not held:
-        leaders = sorted(found, key=_first)[: numerics.leaders]
-        found += [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
-    now = _cost(matrices, held, price)
-    found = [f for f in found if f[0] < (now if {*held} <= {*f[1]} else now + near)]
-    return _least(found, numerics)
+    small, now = len(held) <= few, _cost(matrices, held, price)
+    outs = [out for n in range(1, 2 + small) for out in itertools.combinations(held, n)]
+    found = [f for f in _with_one(matrices, held, price) if small and f[0] < now]
+    for rest in ([t for t in held if t not in out] for out in outs):
+        bent = settings.gates.share * (_cost(matrices, rest, price) - now)
+        found += [f for f in _with_one(matrices, rest, price) if f[0] < now + max(near, bent)]
+    if len(held) < 2:
+        alone = [f for f in found if len(f[1]) == 1]
+        leaders = sorted(alone, key=_first)[: numerics.leaders]
+        pairs = [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
+        found += [f for f in pairs if f[0] < now + near]
+    return _least([f for f in found if _is_other(held, f[1])], numerics)
+
+
+def _is_other(held: list[Term], terms: list[Term]) -> bool:
+    """Whether terms are of other effects than those of a fit, or of other whole numbers."""
+    same = {t.candidate for t in held} == {t.candidate for t in terms}
+    return not same or any(t.candidate.has_whole for t in {*terms} - {*held})
 
 
 def _first(found: tuple[float, list[Term]]) -> float:

@@ -18,6 +18,7 @@ from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
     Estimator,
     Extension,
+    Progress,
     STEPS,
 )
 from leo_diffmodel.explain.estimate.finish import finished
@@ -27,7 +28,7 @@ from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import EVERYWHERE
+from leo_diffmodel.explain.problem.together import compatible, EVERYWHERE
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
@@ -68,18 +69,21 @@ class Smooth(Estimator):
         near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
         points = [p for p in map(made.hypothesis, terms) if self._shows(base, *p)]
-        fits = helper.spread_until(
-            problem.until,
-            partial(_fitted, problem, base.fit, rival),
-            points,
-            lambda p: progress(' + '.join(c.label for c in p[0].candidates), STEPS.fit),
-        )
-        # of copies of another process
-        own = [replace(f, hypothesis=points[i][0]) for i, f in fits.items()]
-        untried = [p[0].candidates for i, p in enumerate(points) if i not in fits]
-        untried += [(c,) for c in pool] if late else []
-        larger = tuple(base._replace(fit=f) for f in own)
-        return Extension(base, larger, made.scans, made.threshold, tuple(untried))
+        found = _fitted_all(base, made, points, progress, rival)
+        return replace(found, untried=(*found.untried, *((c,) for c in pool if late)))
+
+    def with_each(
+        self, base: Estimate, pool: Sequence[Candidate], progress: Progress
+    ) -> Extension:
+        """Each effect of a pool beside a fitted hypothesis, from where linear algebra points."""
+        able = [c for c in pool if compatible(base.names, c)]
+        made = matrices(base.problem, base.fit, self.scales, able, progress)
+        begins = base.problem.numerics.begins
+        points = []
+        for candidate in able:
+            own = {t.fixed: t for t in made.others if t.candidate == candidate}
+            points += [made.hypothesis([*made.members, t]) for t in [*own.values()][:begins]]
+        return _fitted_all(base, made, points, progress)
 
     def _shows(self, base: Estimate, hypothesis: Hypothesis, theta: Array) -> bool:
         """Whether anybody may see what a set has more than a fitted one, far ahead."""
@@ -113,6 +117,28 @@ def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
     """Those of a pool that act at one place, and what acts at all places only."""
     own = {c.effect.name for c in pool if c.where != EVERYWHERE}
     return [c for c in pool if c.where != EVERYWHERE or c.effect.name not in own]
+
+
+def _fitted_all(
+    base: Estimate,
+    made: Matrices,
+    points: Sequence[Point],
+    progress: Progress,
+    rival: float = np.inf,
+) -> Extension:
+    """Sets from some values each; the other process takes its share."""
+    problem = base.problem
+    fits = helper.spread_until(
+        problem.until,
+        partial(_fitted, problem, base.fit, rival),
+        points,
+        lambda p: progress(' + '.join(c.label for c in p[0].candidates), STEPS.fit),
+    )
+    # of copies of another process
+    own = [replace(f, hypothesis=points[i][0]) for i, f in fits.items()]
+    untried = tuple(p[0].candidates for i, p in enumerate(points) if i not in fits)
+    larger = tuple(base._replace(fit=f) for f in own)
+    return Extension(base, larger, made.scans, made.threshold, untried)
 
 
 def _fitted(problem: Problem, near: Fit, rival: float, point: Point) -> Fit:

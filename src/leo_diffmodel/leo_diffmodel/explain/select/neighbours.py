@@ -23,8 +23,8 @@ def searched(
 ) -> Scored:
     """The set that is chosen once all near it are known; the best so far if the time is over.
 
-    Where few effects leave more than noise, others as few may do better: they are looked for about
-    the model as given, too.
+    Where few effects are enough, others as few may do as well: they are looked for about the
+    model as given, too.
 
     Args:
         sets: takes what is fitted.
@@ -37,11 +37,12 @@ def searched(
     sets.usual = usual(sets, begun)
     best = judged(sets, begun)
     search = _Search(sets)
-    noise = best.names and sets.weight.leaves_noise(best, sets.threshold)
-    if len(best.names) <= sets.settings.gates.many and not noise:
+    if len(best.names) <= sets.settings.gates.many:
         best = search.beyond(sets.known[frozenset()])
-    while not sets.late and best.names not in sets.extensions:
+    while best.names not in sets.extensions:
         best = search.beyond(best)
+        if sets.late:
+            break
     return sets.ordered()[0] if sets.late else search.shared(best)
 
 
