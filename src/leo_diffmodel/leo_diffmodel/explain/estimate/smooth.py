@@ -92,7 +92,8 @@ class Smooth(Estimator):
         more = replace(base.fit, hypothesis=hypothesis, theta=theta)
         change = self.ends(base._replace(fit=more)) - self.ends(base)
         far = float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))
-        return not far < base.problem.numerics.worth_floors * base.problem.gates.least_floors
+        gates = base.problem.gates
+        return not far < gates.few_floors * gates.least_floors
 
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter

@@ -152,6 +152,18 @@ class Weight:
         least = np.minimum(self.gates.part * (done + 1.0), left)
         return bool((added >= least).any())
 
+    def matters(self, smaller: Scored, larger: Scored) -> bool:
+        """Whether a larger set predicts something else, and what anybody can see.
+
+        Beside few others an effect is seen that does half as much; or whatever it does, if it
+        explains most of what is left.
+        """
+        most = self.explains_most(smaller, larger)
+        many = len(larger.names) >= self.gates.many
+        least = (1.0 if many else self.gates.few_floors) * self.gates.least_floors
+        seen = self.floors(smaller, larger) >= least or (most and not many)
+        return seen and (most or self.tells_apart(smaller, larger))
+
     def floors(self, smaller: Scored, larger: Scored) -> float:
         """What a set changes the prediction of a smaller one by, far ahead [noise floors].
 

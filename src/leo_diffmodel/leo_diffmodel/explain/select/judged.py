@@ -86,11 +86,5 @@ def _narrower(sets: Sets, at: Estimate, wide: Candidate, law: Candidate) -> Scor
 
 def _matters(sets: Sets, part: Scored, whole: Scored) -> bool:
     """Whether a set predicts surely better than a part of it, and by what anybody can see."""
-    weight, most = sets.weight, sets.weight.explains_most(part, whole)
-    many = len(whole.names) >= weight.gates.many
-    few = 1.0 if many else sets.settings.numerics.worth_floors
-    if weight.floors(part, whole) < few * weight.gates.least_floors and (many or not most):
-        return False
-    return weight.supports(part, whole, sets.threshold) and (
-        most or weight.tells_apart(part, whole)
-    )
+    supports = sets.weight.supports(part, whole, sets.threshold)
+    return supports and sets.weight.matters(part, whole)

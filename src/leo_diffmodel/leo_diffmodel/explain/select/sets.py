@@ -161,11 +161,8 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     parts = [s for s in alike if s.size < scored.size and holds(scored, s)]
     fewer = [s for s in alike if len(s.names) < len(scored.names)]
 
-    def matters(less: Scored) -> bool:
-        return weight.tells_apart(less, scored) or weight.explains_most(less, scored)
-
     return all(weight.supports(s, scored, limit) for s in parts) and all(
-        weight.saves(s, scored, limit) and matters(s) for s in fewer
+        weight.saves(s, scored, limit) and weight.matters(s, scored) for s in fewer
     )
 
 

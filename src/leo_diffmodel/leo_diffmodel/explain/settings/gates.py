@@ -79,6 +79,9 @@ class Gates:
     least_floors: float = 1.0
     """What an effect must change the prediction by there, all others refitted [noise floors]: the
     size below which `leo blind --small` draws its small differences."""
+    few_floors: float = 0.5
+    """Of that, beside few other effects: as large as a single one of `leo blind` may seem, whose
+    size is counted otherwise. Set on seeds 1000 to 1043 and arm `none` 14."""
     fewest_blocks: int = 3
     """Stretches of time of a recording that shows its own value, or of held-out data that refute a
     choice."""

@@ -146,9 +146,6 @@ class Numerics:
     a set is fitted: with what else is missing, the best of a scan can be wrong."""
     leaders: int = 12
     """Leading sets near another one, to which one more effect of any kind is added."""
-    worth_floors: float = 0.5
-    """Of `least_floors`, that an effect beside few others must do, or by its linear answer to be
-    fitted: as large as a single one of `leo blind` may seem."""
     pair_points: int = 4
     """Shapes of an effect that take part in the choice, those that explain most."""
 
