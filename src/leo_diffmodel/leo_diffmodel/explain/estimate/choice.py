@@ -90,13 +90,15 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
     held, numerics, few = [*matrices.members], settings.numerics, settings.gates.many
     small, now = len(held) <= few, _cost(matrices, held, price)
     outs = [out for n in range(1, 2 + small) for out in itertools.combinations(held, n)]
-    found = [f for f in _with_one(matrices, held, price) if small and f[0] < now]
+    alone = _with_one(matrices, held, price) if small else []
+    found = [f for f in alone if f[0] < now]
     for rest in ([t for t in held if t not in out] for out in outs):
+        others = _with_one(matrices, rest, price)
         bent = settings.gates.share * (_cost(matrices, rest, price) - now)
-        found += [f for f in _with_one(matrices, rest, price) if f[0] < now + max(near, bent)]
+        found += [f for f in others if f[0] < now + max(near, bent)]
+        alone += others
     if len(held) < 2:
-        alone = [f for f in found if len(f[1]) == 1]
-        leaders = sorted(alone, key=_first)[: numerics.leaders]
+        leaders = sorted((f for f in alone if len(f[1]) == 1), key=_first)[: numerics.leaders]
         pairs = [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
         found += [f for f in pairs if f[0] < now + near]
     return _least([f for f in found if _is_other(held, f[1])], numerics)

@@ -40,7 +40,7 @@ def usual(sets: Sets, at: Estimate) -> Names:
     """
     mine, found = sets.keep(at), set()
     joints = len(at.problem.base.robot.actuators)
-    for law in ORDINARY if joints > sets.settings.numerics.law_stands_for else ():
+    for law in ORDINARY if joints >= sets.settings.gates.several else ():
         own = [c for c in at.fit.hypothesis.candidates if c.effect.name == law]
         worth = [c for c in own if sets.weight.saves(_part(sets, at, c), mine, sets.threshold)]
         if 2 * len(worth) > joints:

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.together import widens
@@ -103,6 +103,8 @@ class Sets:
     def extend(self, names: Names) -> None:
         """Fit the sets near one that promise most."""
         at = self.known[names].at
+        steps = STEPS.round(len(self.pool), self.settings.numerics.singles)
+        self.progress.expect(steps + STEPS.end)
         rival = min(s.fit.lost(at.problem.train) for s in self.known.values())
         found = self.estimator.near(at, self.pool, self.progress, rival)
         self.extensions[names] = found

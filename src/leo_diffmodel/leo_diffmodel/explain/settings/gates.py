@@ -76,6 +76,9 @@ class Gates:
     """Of so many effects or more those below the noise floor are not sure: a robot is wrong in
     many smaller ways, of which one or two names are no account. Leaves the DFKI pendulum's two
     alone."""
+    several: int = 3
+    """Motors of a robot, from which on losses that most joints have are usual there: they stay in
+    every set. Set on the TX40."""
     least_floors: float = 1.0
     """What an effect must change the prediction by there, all others refitted [noise floors]: the
     size below which `leo blind --small` draws its small differences."""
