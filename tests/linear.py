@@ -131,5 +131,5 @@ class Regression:
         return at
 
     def ends(self, at: Estimate) -> Array:
-        """The last samples of each window, of which a fifth of the noise is seen."""
-        return np.asarray(5 * (self.data - at.fit.residual)[:, -STATES:])
+        """The last samples of each window, of which a tenth of the noise is seen."""
+        return np.asarray(10 * (self.data - at.fit.residual)[:, -STATES:])
