@@ -100,8 +100,14 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
     if len(held) < 2:
         leaders = sorted((f for f in alone if len(f[1]) == 1), key=_first)[: numerics.leaders]
         pairs = [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
-        found += [f for f in pairs if f[0] < now + near]
+        most = now + near if held else now
+        found += [f for f in pairs if f[0] < most and _apart(matrices, f[1], numerics)]
     return _least([f for f in found if _is_other(held, f[1])], numerics)
+
+
+def _apart(matrices: Matrices, terms: list[Term], numerics: Numerics) -> bool:
+    """Whether the last of some terms does not do the same thing as the others."""
+    return matrices.alike(terms[:-1], terms[-1]) < numerics.parallel
 
 
 def _is_other(held: list[Term], terms: list[Term]) -> bool:

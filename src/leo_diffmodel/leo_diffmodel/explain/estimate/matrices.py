@@ -143,6 +143,13 @@ class Matrices:
         spans = [indices(group) for group in groups]
         return [0.5 * float(left[s] @ np.linalg.solve(square(free, s), left[s])) for s in spans]
 
+    def alike(self, held: Sequence[Term], term: Term) -> float:
+        """The largest cosine between a column of a term and what some others can do together."""
+        index = indices(held)
+        across = self.gram[np.ix_(index, [*term.span])]
+        shares = (across * np.linalg.solve(square(self.gram, index), across)).sum(axis=0)
+        return float(np.sqrt(np.clip(shares, 0.0, 1.0)).max(initial=0.0))
+
     def hypothesis(self, terms: Sequence[Term]) -> tuple[Hypothesis, Array]:
         """A set as a hypothesis, and its values (P,)."""
         best, full = iter(self.least(terms)[1]), self.fit.hypothesis

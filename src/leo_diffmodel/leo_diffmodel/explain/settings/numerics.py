@@ -146,6 +146,8 @@ class Numerics:
     a set is fitted: with what else is missing, the best of a scan can be wrong."""
     leaders: int = 12
     """Leading sets near another one, to which one more effect of any kind is added."""
+    parallel: float = 0.98
+    """Cosine from which on two effects do the same thing: together they can do anything."""
     pair_points: int = 4
     """Shapes of an effect that take part in the choice, those that explain most."""
 
