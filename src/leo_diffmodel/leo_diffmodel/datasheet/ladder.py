@@ -156,5 +156,9 @@ def better(
     found, before = fits.with_each(at, pool, progress), score(at)
     larger = [score(e) for e in found.larger]
     weight = weigh([before, *larger], fits.most_nats)
-    limit = max(at.problem.gates.least_nats, found.threshold)
-    return next((s.at for s in weight.ordered(larger) if weight.supports(before, s, limit)), None)
+    gates = at.problem.gates
+    limit = max(gates.least_nats, found.threshold)
+    able = [s for s in larger if weight.supports(before, s, limit)]
+    best = next(iter(weight.ordered(able)), None) if able else None
+    # of those that do as well the first of the catalogue
+    return next((s.at for s in able if best and weight.ahead(best, s) <= gates.equal_nats), None)

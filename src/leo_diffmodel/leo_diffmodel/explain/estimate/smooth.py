@@ -64,13 +64,11 @@ class Smooth(Estimator):
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
     ) -> Extension:
         """The sets that linear algebra finds best, fitted jointly."""
-        problem, late = base.problem, base.problem.late()
-        made = self._matrices(base, pool, progress)
+        problem, made = base.problem, self._matrices(base, pool, progress)
         near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
         points = [p for p in map(made.hypothesis, terms) if self._shows(base, *p)]
-        found = _fitted_all(base, made, points, progress, rival)
-        return replace(found, untried=(*found.untried, *((c,) for c in pool if late)))
+        return _fitted_all(base, made, points, progress, rival)
 
     def with_each(
         self, base: Estimate, pool: Sequence[Candidate], progress: Progress
@@ -99,6 +97,8 @@ class Smooth(Estimator):
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter
     ) -> Fit:
         """With what every other effect of the pool, at a small size, leaves to doubt."""
+        if at.problem.late():
+            return final
         made, spread = self._matrices(at, pool, progress), max(dispersion(at.fit), 1.0)
         return background(made, at.fit.hypothesis.candidates, spread).widened(final)
 

@@ -58,11 +58,11 @@ def _weakest(sets: Sets, at: Estimate) -> Scored | None:
 
 
 def _part(sets: Sets, at: Estimate, out: Candidate) -> Scored:
-    """A set less one effect, of many by its linear answer unless it was fitted."""
+    """A set less one effect, by its linear answer if it was not fitted, as of many or late."""
     names = at.names - {out}
     if len(at.names) <= sets.settings.gates.many:
         sets.add_part(names, at)
-    elif names not in sets.known:
+    if names not in sets.known:
         sets.add([at._replace(fit=linear_part(at.problem, at.fit, [out]))])
     return sets.known[names]
 

@@ -101,8 +101,13 @@ class Sets:
         return self.known[at.names]
 
     def extend(self, names: Names) -> None:
-        """Fit the sets near one that promise most."""
+        """Fit the sets near one that promise most; say what there was no time for."""
         at = self.known[names].at
+        if self.late:
+            untried = tuple((c,) for c in self.pool)
+            least = self.settings.gates.least_nats
+            self.extensions[names] = Extension(at, (), (), least, untried)
+            return
         steps = STEPS.round(len(self.pool), self.settings.numerics.singles)
         self.progress.expect(steps + STEPS.end)
         rival = min(s.fit.lost(at.problem.train) for s in self.known.values())
