@@ -123,19 +123,10 @@ class Estimator(ABC):
         return final
 
     def refitted(
-        self,
-        at: Estimate,
-        hypothesis: Hypothesis,
-        theta: Array | None = None,
-        rival: float = np.inf,
+        self, at: Estimate, hypothesis: Hypothesis, theta: Array | None = None
     ) -> Estimate:
-        """Another hypothesis on the same windows, from values near those of `at`.
-
-        It is given up where it stays far behind a `rival`'s loss [nats].
-        """
-        begun = fit(
-            at.problem, hypothesis, theta, at.fit.start, by_start=at.fit.by_start, rival=rival
-        )
+        """Another hypothesis on the same windows, from values near those of `at`."""
+        begun = fit(at.problem, hypothesis, theta, at.fit.start, by_start=at.fit.by_start)
         return Estimate(at.posed, begun)
 
     @abstractmethod
@@ -167,3 +158,8 @@ def far_floor(posed: Posed) -> Array:
 def at_joints(square: Array) -> Array:
     """Mean of squares (2J,) of states at each joint, (J,)."""
     return np.asarray(square.reshape(2, -1).mean(axis=0))
+
+
+def most_floors(change: Array) -> float:
+    """Root mean square of changes of far states (V, 2J) [noise floors], of the joint with most."""
+    return float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))

@@ -15,7 +15,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.choice import choose, Kept, price_of, pruned
-from leo_diffmodel.explain.estimate.estimator import at_joints, Estimate, Estimator, STEPS
+from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices, Term
@@ -137,8 +137,7 @@ class Rounds:
     def _floors(self, made: Matrices, terms: Sequence[Term], term: Term) -> float:
         """What a term changes predictions by, far ahead, the others refitted [noise floors]."""
         ends = (self._ends(made, some) for some in (terms, [t for t in terms if t is not term]))
-        change = np.subtract(*ends)
-        far = float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))
+        far = most_floors(np.subtract(*ends))
         return far if np.isfinite(far) else np.inf
 
     def _ends(self, made: Matrices, terms: Sequence[Term]) -> Array:

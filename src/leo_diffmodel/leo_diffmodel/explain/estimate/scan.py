@@ -101,14 +101,6 @@ class Scanner:
         found = self._found(candidate, theta, float(gains[best]), change, grid)
         return replace(found, others=tuple(others))
 
-    def promise(self, scan: Scan) -> float:
-        """What an earlier scan of a candidate promises here, its answers being straight [nats]."""
-        rows = scan.signatures
-        along, left = np.maximum(rows @ self.residual, 0.0), np.ones(len(rows))
-        if self._nuisance is not None:
-            left = left - ((rows @ self._nuisance) ** 2).sum(-1)
-        return float((0.5 * along**2 / np.maximum(left, 1e-3)).max())
-
     def change(self, candidate: Candidate, points: Array) -> Array:
         """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M)."""
         return self.without_starts(self._given - self._tried(candidate, points))

@@ -14,10 +14,10 @@ from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import price_of, rivals
 from leo_diffmodel.explain.estimate.estimator import (
-    at_joints,
     Estimate,
     Estimator,
     Extension,
+    most_floors,
     Progress,
     STEPS,
 )
@@ -89,9 +89,8 @@ class Smooth(Estimator):
             return True
         more = replace(base.fit, hypothesis=hypothesis, theta=theta)
         change = self.ends(base._replace(fit=more)) - self.ends(base)
-        far = float(np.sqrt(at_joints((change**2).mean(axis=0)).max()))
         gates = base.problem.gates
-        return not far < gates.few_floors * gates.least_floors
+        return not most_floors(change) < gates.few_floors * gates.least_floors
 
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter

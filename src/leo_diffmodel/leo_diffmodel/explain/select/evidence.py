@@ -16,7 +16,7 @@ from functools import reduce
 import numpy as np
 
 from leo_diffmodel.explain.estimate.covariance import derivatives, solved
-from leo_diffmodel.explain.estimate.estimator import at_joints, Estimate
+from leo_diffmodel.explain.estimate.estimator import at_joints, Estimate, most_floors
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate
@@ -171,7 +171,7 @@ class Weight:
         """
         if smaller.ends is None or larger.ends is None:
             return np.inf
-        return float(np.sqrt(at_joints(((larger.ends - smaller.ends) ** 2).mean(axis=0)).max()))
+        return most_floors(larger.ends - smaller.ends)
 
     def explains_most(self, smaller: Scored, larger: Scored) -> bool:
         """Whether a set leaves but a small share of what a smaller one leaves beyond noise.
