@@ -5,11 +5,12 @@ from dataclasses import replace
 from importlib import import_module
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from tests.simulate import bag, record, TORQUE
 
-from leo_diffmodel.bags.recording import read_bag
+from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.problem.usable import Logged
 from leo_diffmodel.faults.catalogue import FAULTS
@@ -29,6 +30,19 @@ def faulty(tmp_path_factory) -> Path:
     return bag(tmp_path_factory.mktemp('log') / 'faulty', replace(clean, episodes=(spoilt,)))
 
 
+def answered(monkeypatch: pytest.MonkeyPatch, sentence: str, seen: list[Recording]) -> None:
+    """Answer `fine` to whatever log is heard, and keep what it holds."""
+
+    def heard(log, asked, until):
+        seen.extend(log.recordings)
+        return SimpleNamespace(log=log, model=asked.model)
+
+    monkeypatch.setattr(EXPLANATION, 'heard', heard)
+    monkeypatch.setattr(
+        EXPLANATION, '_answered', lambda found, _: Explanation('fine', sentence, found.model)
+    )
+
+
 def test_explain_says_so_and_names_nothing(faulty, capsys):
     status = explain_verb.main([str(faulty), '--model', 'torque_pendulum', '--json'])
     answer = json.loads(capsys.readouterr().out)
@@ -44,11 +58,7 @@ def test_explain_says_so_and_names_nothing(faulty, capsys):
 def test_mend_undoes_it_and_goes_on(faulty, monkeypatch, capsys):
     seen = []
 
-    def searched(cut, model, *_):
-        seen.extend(cut.recordings)
-        return Explanation('fine', 'Nothing is missing.', model)
-
-    monkeypatch.setattr(EXPLANATION, '_explained', searched)
+    answered(monkeypatch, 'Nothing is missing.', seen)
     status = explain_verb.main([str(faulty), '--model', 'torque_pendulum', '--mend', '--json'])
     answer = json.loads(capsys.readouterr().out)
     assert (status, answer['verdict']) == (0, 'fine')
@@ -58,9 +68,7 @@ def test_mend_undoes_it_and_goes_on(faulty, monkeypatch, capsys):
 
 
 def test_keep_takes_the_log_as_it_is(faulty, monkeypatch, capsys):
-    monkeypatch.setattr(
-        EXPLANATION, '_explained', lambda cut, model, *_: Explanation('fine', 'as it is', model)
-    )
+    answered(monkeypatch, 'as it is', [])
     assert explain_verb.main([str(faulty), '--model', 'torque_pendulum', '--keep']) == 0
     assert 'as it is' in capsys.readouterr().out
 

@@ -20,9 +20,8 @@ from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fitted import Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
+from leo_diffmodel.explain.heard import Asked, Heard, heard
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
-from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.problem.pose import pose, Posed, refined, untestable
 from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
@@ -103,18 +102,14 @@ def explain(
     foreign = any(e.source for e in (*extra, *(p.effect for p in model.effects)))
     helper.prepare(search, not foreign)
     log = Logged.of(recordings, hold_out, model, mend, not foreign)
-    if log.in_the_way and not keep:
-        sentence, record = log.answer
-        answer = Explanation('unknown', sentence, model, next_run=record)
+    # a user's own law may do what a hand does
+    as_given, until = keep or foreign, began + settings.numerics.fitted * within
+    asked = Asked(model, settings, Reporter.of(progress), extra, as_given)
+    found = heard(log, asked, until) if keep or not log.decided else None
+    if found is None or (found.log.in_the_way and not keep):
+        answer = _wrong(log, model)
     else:
-        # a user's own law may do what a hand does
-        cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=keep or foreign)
-        if cut.mostly:
-            cut = replace(cut, recordings=log.recordings, hold_out=log.hold_out)
-        until = began + settings.numerics.fitted * within
-        answer = _explained(cut, model, settings, extra, Reporter.of(progress), step, until)
-        notes = ''.join(f' Note: {note}.' for note in log.notes)
-        answer = replace(answer, sentence=answer.sentence + notes)
+        log, answer = found.log, _answered(found, step)
     return replace(
         answer,
         seconds=time.monotonic() - began,
@@ -125,53 +120,26 @@ def explain(
     )
 
 
-def _explained(
-    cut: Cut,
-    model: Model,
-    settings: Settings,
-    extra: Sequence[Effect],
-    heard: Reporter,
-    step: float | None,
-    until: float,
-) -> Explanation:
-    """The answer by what a log that is right, and what moved by itself, says of the robot.
-
-    A log that looks moved from outside mostly is whole: known effects may do what a hand does.
-    """
-    recordings, hold_out = cut.thinned
-    posed = _posed(recordings, hold_out, model, settings)
-    if isinstance(posed, str):
-        return _moved(cut, model) if cut.mostly else _untestable(model, posed, extra)
-    step, everything = errors.step_seconds(recordings, step), [*recordings, *hold_out]
-    facts = Facts.of(model.robot, recordings)
-    found = search(everything, model, posed, extra, heard, until, facts.alike)
-    if cut.mostly and not found.leaves_noise:
-        return _moved(cut, model)
-    fine = _finer(found, posed, model)
-    if fine is not None:
-        found = search(everything, model, fine, extra, heard, until, facts.alike, found.final)
-    findings = collect(
-        everything, model, found, facts, step, own_constants(model, hold_out), heard
-    )
-    left_out = [] if cut.mostly else cut.notes
+def _answered(heard: Heard, step: float | None) -> Explanation:
+    """The answer by the reading of the log that predicts best."""
+    found, asked, model, data = heard.search, heard.asked, heard.asked.model, heard.recordings
+    if isinstance(found, str):
+        untestable = _untestable(model, found, asked.extra)
+        return _moved(heard.cut, model) if heard.cut.mostly else untestable
+    if heard.cut.mostly and not found.leaves_noise:
+        return _moved(heard.cut, model)
+    step, own = errors.step_seconds(data, step), own_constants(model, heard.cut.hold_out)
+    findings = collect(data, model, found, heard.facts, step, own, asked.progress)
+    left_out = [] if heard.cut.mostly else heard.cut.notes
     answer = _answer(findings, [*left_out, *_step_note(model, found.problem.base)])
-    blind = [not_shown(c, 'no speed was measured') for c in unseen(model, everything, extra)]
-    return replace(answer, used=tuple(everything), not_testable=answer.not_testable + blind)
-
-
-def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:
-    """The problem with a finer step, to search again; None where that hardly fits any better.
-
-    The step is that of the last fit, or shorter than the robot's own where this is too long for
-    the model as given. A gain counts above what noise alone can give an effect.
-    """
-    fine, own, used = found.posed, model.integration_step, posed.problem.base
-    if used.integration_step <= own:
-        fine = refined(posed, found.null.point, posed.problem.numerics.finest_step * own)
-    if fine.problem.base.integration_step == used.integration_step:
-        return None
-    gained = found.better_with(fine.problem.base) - found.better_with(used)
-    return fine if gained > found.threshold else None
+    blind = [not_shown(c, 'no speed was measured') for c in unseen(model, data, asked.extra)]
+    notes = ''.join(f' Note: {note}.' for note in heard.log.notes)
+    return replace(
+        answer,
+        sentence=answer.sentence + notes,
+        used=data,
+        not_testable=answer.not_testable + blind,
+    )
 
 
 def _step_note(model: Model, computed: Model) -> list[str]:
@@ -184,18 +152,9 @@ def _step_note(model: Model, computed: Model) -> list[str]:
     ]
 
 
-def _posed(
-    recordings: Sequence[Recording],
-    hold_out: Sequence[Recording],
-    model: Model,
-    settings: Settings,
-) -> Posed | str:
-    """The problem, or why it cannot be tested."""
-    try:
-        posed = pose(recordings, hold_out, model, settings)
-    except ValueError as error:
-        return f'{error}: record 20 s or more with a changing input'
-    return untestable(posed.problem) or posed
+def _wrong(log: Logged, model: Model) -> Explanation:
+    sentence, record = log.answer
+    return Explanation('unknown', sentence, model, next_run=record)
 
 
 def _moved(cut: Cut, model: Model) -> Explanation:

@@ -141,6 +141,9 @@ class Limits:
     at most, of arms whose log lost their inputs 3.1 and more."""
     sure: float = 2.0
     """Standard errors by which a fault must predict such blocks better than the log as it is."""
+    decided: float = 10.0
+    """And from which on no search for effects is asked as well: 18 to 1500 of 14 faults of arms
+    and pendulums, seeds 910001 to 910022 and 930001 to 930030, but for one scale of 3.3."""
 
     # Which of two readings
     readings_apart: float = 0.3

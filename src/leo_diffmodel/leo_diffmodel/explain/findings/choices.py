@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.special import stdtrit
@@ -90,31 +90,49 @@ def _comparable(found: Search, rival: Scored, facts: Facts) -> bool:
     )
 
 
+def last_word(found: Search, held: HeldOut, facts: Facts) -> Search:
+    """The search with the set that has the surely smallest held-out error as its answer.
+
+    Of sets that the folds cannot tell from the chosen one, and all of whose effects they ask for.
+    """
+    near = [s for s in found.sets if not found.weight.surely_ahead(found.chosen, s)]
+    choices = (found.choosing(s) for s in _better(found, held, facts, near))
+    return next((other for other in choices if other is not found), found)
+
+
 def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
     """The set with the surely smallest held-out error, in words; '' where the chosen one has it.
 
+    What the folds surely put behind the chosen one must be more surely (`surely`) better than what
+    they do not (`likely`): two measures then disagree.
+    """
+    better = _better(found, held, facts, found.sets)
+    return (_label(better[0].names) or 'the model as given') if better else ''
+
+
+def _better(found: Search, held: HeldOut, facts: Facts, sets: Sequence[Scored]) -> list[Scored]:
+    """Sets with a surely smaller held-out error, the smallest first.
+
     Of sets that lack a chosen effect, by any name, and have one effect more at most. The error is
     that of `leo compare`: squared, so far ahead of the measured start. A set is better where it
-    saves a good part of that (`material`), and surely over stretches of time (Student's t); what
-    the folds do not surely put behind the chosen one is less surely (`likely`) better.
+    saves a good part of that (`material`), and surely over stretches of time (Student's t).
     """
     chosen, floor = found.chosen.names, held.predict(found.final).floor.mean(axis=(0, 1))
     _, block = np.unique(found.posed.blocks.index(held.windows), return_inverse=True)
     weight, gates = found.weight, found.weight.gates
     if len(np.unique(block)) < gates.fewest_blocks:
-        return ''
+        return []
     mine = _squares(held, found.final, floor)
-    better: dict[Names, float] = {}
-    for rival in found.sets:
+    better: list[tuple[float, Scored]] = []
+    for rival in sets:
         lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
         if lacks and len(rival.names) <= len(chosen) + 1:
             part, errors = _saved(mine, _squares(held, rival.fit, floor), block)
             behind = weight.surely_ahead(found.chosen, rival)
             least = stdtrit(block.max(), gates.surely if behind else gates.likely)
             if part > gates.material and errors > least:
-                better[rival.names] = part
-    best = max(better, key=better.__getitem__, default=None)
-    return '' if best is None else _label(best) or 'the model as given'
+                better.append((part, rival))
+    return [s for _, s in sorted(better, key=lambda b: b[0], reverse=True)]
 
 
 def _saved(mine: Array, other: Array, block: Array) -> tuple[float, float]:

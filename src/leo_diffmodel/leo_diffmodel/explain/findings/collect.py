@@ -15,7 +15,7 @@ from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
 from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
-from leo_diffmodel.explain.findings.choices import choices, other, refuted
+from leo_diffmodel.explain.findings.choices import choices, last_word, other, refuted
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
 from leo_diffmodel.explain.problem.classes import Facts
@@ -42,6 +42,10 @@ def collect(
     their own.
     """
     progress('what no known effect explains', STEPS.end // 2)
+    if found.complete:
+        windows = validation_windows(recordings, found.posed, found.final, model)
+        held = HeldOut(found.problem, model, windows, tuple(own))
+        found = last_word(found, held.undisturbed(found.final), facts)
     found, law = _with_law(recordings, found)
     null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
     found = replace(found, null=null, final=final)

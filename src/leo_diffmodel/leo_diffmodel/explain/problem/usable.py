@@ -16,6 +16,7 @@ from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import find_faults
 from leo_diffmodel.faults.mending import all_mended, pooled, which
+from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Stretch, without
 from leo_sim.model import Model
 
@@ -29,12 +30,14 @@ class Logged:
     Attributes:
         recordings: to learn from, mended where that was asked for.
         hold_out: what no fit may see, mended alike.
-        faults: what was found in all of them, errors first.
+        each: what was found in each of them.
+        faults: the same in all of them, errors first.
         mended: those that were undone.
     """
 
     recordings: Sequence[Recording]
     hold_out: Sequence[Recording]
+    each: tuple[Found, ...] = ()
     faults: tuple[Found, ...] = ()
     mended: tuple[Found, ...] = ()
 
@@ -48,21 +51,39 @@ class Logged:
         by_torques: bool,
     ) -> Logged:
         """Look for faults, `by_torques` in their balance too, and `mend` those that are sure."""
-        everything = [*recordings, *hold_out]
-        each = find_faults(everything, model, by_torques)
-        faults = pooled(each)
-        undone = [f for f in faults if f.can_be_mended]
-        if not mend or not undone:
-            return cls(recordings, hold_out, tuple(faults))
-        keys = {which(f) for f in undone}
-        mended = all_mended(everything, [f for f in each if which(f) in keys])
-        count = len(recordings)
-        return cls(mended[:count], mended[count:], tuple(faults), tuple(undone))
+        each = find_faults([*recordings, *hold_out], model, by_torques)
+        log = cls(recordings, hold_out, tuple(each), tuple(pooled(each)))
+        return log.without(log.in_the_way) if mend else log
 
     @property
     def in_the_way(self) -> list[Found]:
         """Sure faults that are still there."""
         return [f for f in self.faults if f.error and f not in self.mended]
+
+    @property
+    def decided(self) -> bool:
+        """Whether a fault is so sure that no effect can do instead."""
+        return any(f.gained > LIMITS.decided for f in self.in_the_way)
+
+    def without(self, faults: Sequence[Found]) -> Logged:
+        """The recordings without those faults that can be undone; itself where none can."""
+        undone = [f for f in faults if f.can_be_mended]
+        if not undone:
+            return self
+        keys, everything = {which(f) for f in undone}, [*self.recordings, *self.hold_out]
+        data = all_mended(everything, [f for f in self.each if which(f) in keys])
+        count = len(self.recordings)
+        return replace(
+            self, recordings=data[:count], hold_out=data[count:], mended=(*self.mended, *undone)
+        )
+
+    @property
+    def doubted(self) -> Logged:
+        """With faults that may be there, and are not sure, where known effects do as well."""
+        sure = self.in_the_way
+        return replace(
+            self, faults=tuple(replace(f, error=False) if f in sure else f for f in self.faults)
+        )
 
     @property
     def answer(self) -> tuple[str, str]:

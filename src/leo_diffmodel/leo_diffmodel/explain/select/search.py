@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from operator import eq
 import time
 
@@ -24,6 +25,7 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select import stable
 from leo_diffmodel.explain.select.evidence import Scored, Weight
+from leo_diffmodel.explain.select.judged import judged
 from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import Names, Sets
 from leo_diffmodel.explain.select.stable import Alike
@@ -49,6 +51,8 @@ class Search:
         weight: what a nat counts.
         turns: what is chosen where folds are left out of the choice, one set for each draw.
         untried: what there was no time for, in words.
+        judge: what is left of a set when folds have judged its effects.
+        last_fit: of a set, as the chosen one has had it.
     """
 
     null: Fit
@@ -61,6 +65,8 @@ class Search:
     weight: Weight
     turns: tuple[Names, ...]
     untried: tuple[str, ...] = ()
+    judge: Callable[[Estimate], Scored] | None = field(default=None, repr=False)
+    last_fit: Callable[[Scored], Estimate] | None = field(default=None, repr=False)
 
     @property
     def complete(self) -> bool:
@@ -88,6 +94,14 @@ class Search:
     def known(self, names: Names) -> Scored | None:
         """A hypothesis by its effects, if it was fitted."""
         return next((s for s in self.sets if s.names == names), None)
+
+    def choosing(self, other: Scored) -> Search:
+        """The search with another set chosen; itself where folds do not ask for all of that."""
+        assert self.judge and self.last_fit
+        if self.judge(other.at).names != other.names:
+            return self
+        at = self.last_fit(other)
+        return replace(self, chosen=other, final=at.fit, posed=at.posed)
 
 
 def estimator(posed: Posed, model: Model) -> Estimator:
@@ -137,9 +151,8 @@ def search(
     best = best if late else stable.narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]
     scans = found.scans
-    at = _finished(fits, best, scans, until, model.integration_step)
-    at = at._replace(fit=fits.doubted(best.at, at.fit, pool, found.progress))
-    final = _largest_first(fits, at)
+    last_fit = partial(_last_fit, found, until, model.integration_step)
+    final = last_fit(best)
     progress('the last fit', STEPS.end // 2)
     return Search(
         null=empty.fit,
@@ -152,15 +165,18 @@ def search(
         weight=found.weight,
         turns=turns,
         untried=(*found.untried, *(['longer windows'] if late else [])),
+        judge=partial(judged, found),
+        last_fit=last_fit,
     )
 
 
-def _finished(
-    fits: Estimator, best: Scored, scans: Sequence[Scan], until: float, step: float
-) -> Estimate:
-    """The last fit, with the integration step that it needs, of `step` s at least."""
+def _last_fit(sets: Sets, until: float, step: float, best: Scored) -> Estimate:
+    """A set fitted with the integration step that it needs, of `step` s at least."""
+    fits = sets.estimator
     posed = refined(best.at.posed.before(until), best.fit.point, step)
-    return fits.finished(best.at._replace(posed=posed), _starts(best.fit, scans))
+    at = fits.finished(best.at._replace(posed=posed), _starts(best.fit, sets.scans))
+    at = at._replace(fit=fits.doubted(best.at, at.fit, sets.pool, sets.progress))
+    return _largest_first(fits, at)
 
 
 def _starts(fitted: Fit, scans: Sequence[Scan]) -> list[Array]:

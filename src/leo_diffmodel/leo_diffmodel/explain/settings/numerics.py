@@ -233,6 +233,9 @@ class Numerics:
     """How often weights are found again where a fold is left out,"""
     refit_errors: float = 0.05
     """as long as that moves a parameter by so much of its error."""
+    heard: float = 3.0
+    """Times as long as the log without its faults takes, for the log as it is: a right one takes
+    no longer, and a wrong one is left alone with its many effects."""
     fitted: float = 0.9
     """Share of the time for an answer after which nothing is fitted any more."""
     last_times: float = 10.0

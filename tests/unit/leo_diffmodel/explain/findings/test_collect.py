@@ -75,8 +75,11 @@ def test_findings_stay_as_they_are(findings):
     assert decision(replace(findings, other='armature:pivot')).verdict == 'ambiguous'
 
 
-def test_a_choice_that_compare_would_refute_is_not_sure(data, monkeypatch):
-    """Coulomb friction alone, where the two effects that do act were fitted as well."""
+def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monkeypatch):
+    """Coulomb friction alone, where the two effects that do act were fitted as well.
+
+    Where the folds surely say otherwise two measures disagree.
+    """
     among(monkeypatch, MODEL, 'viscous_friction', 'bias_torque', 'coulomb_friction')
     held = [record(TORQUE, *EFFECTS, seconds=10, seed=7)]
     found = searched(data, MODEL, hold_out=held)
@@ -90,11 +93,14 @@ def test_a_choice_that_compare_would_refute_is_not_sure(data, monkeypatch):
         wrong = replace(found, chosen=less, final=less.fit, weight=own)
         return collect([*data, *held], MODEL, wrong, Facts(TORQUE, False), STEP)
 
-    wrong = judged()
-    assert wrong.refuted == 'bias_torque:pivot + viscous_friction:pivot'
-    assert decision(replace(wrong, unknown=None)).verdict != 'named'
+    mine = 'bias_torque:pivot + viscous_friction:pivot'
+    corrected = judged().search
+    assert corrected.chosen.names == found.chosen.names and judged().refuted == ''
+    assert ' + '.join(sorted(c.label for c in corrected.final.hypothesis.candidates)) == mine
     folds_say_so = {'least_errors': -np.inf}
-    assert judged(surely=1.0).refuted == wrong.refuted
+    wrong = judged(**folds_say_so)
+    assert wrong.search.chosen is less and wrong.refuted == mine
+    assert decision(replace(wrong, unknown=None)).verdict != 'named'
     assert judged(surely=1.0, **folds_say_so).refuted == judged(likely=1.0).refuted == ''
 
 

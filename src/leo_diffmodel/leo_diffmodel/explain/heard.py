@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search in a reading of the log: as it is, or without what its torques say is wrong with it.
+
+A fault that torques show is heard beside all effects: each reading has its own search, and what
+predicts the motion that neither was fitted to is the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+import time
+
+import numpy as np
+
+from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
+from leo_diffmodel.explain.problem.candidates import own_constants
+from leo_diffmodel.explain.problem.classes import Facts
+from leo_diffmodel.explain.problem.pose import pose, Posed, refined, untestable
+from leo_diffmodel.explain.problem.usable import Cut, Logged
+from leo_diffmodel.explain.select.search import Search, search
+from leo_diffmodel.explain.settings import Settings
+from leo_diffmodel.faults.left_out import better
+from leo_diffmodel.faults.settings import LIMITS
+from leo_msgs_py.console import Reporter
+from leo_sim.effects import Effect
+from leo_sim.model import Model
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a search is asked for.
+
+    Attributes:
+        model: the model to explain.
+        settings: every number by which it is answered.
+        progress: hears what is being tried.
+        extra: a user's own effects.
+        as_given: take the log, and what may have been moved from outside, as it is.
+    """
+
+    model: Model
+    settings: Settings
+    progress: Reporter
+    extra: Sequence[Effect] = ()
+    as_given: bool = False
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What a search found in one reading of the log.
+
+    Attributes:
+        asked: what was asked for.
+        log: the reading.
+        cut: its recordings, without what moved them from outside.
+        recordings: thinned, as the search had them, held-out ones last.
+        facts: what acts alike in them.
+        search: the search, or why these data cannot test the model.
+    """
+
+    asked: Asked
+    log: Logged
+    cut: Cut
+    recordings: tuple[Recording, ...]
+    facts: Facts
+    search: Search | str
+
+    @property
+    def leaves_noise(self) -> bool:
+        """Whether known effects leave no more than noise."""
+        return not isinstance(self.search, str) and self.search.leaves_noise
+
+    def missed(self, sigma: Array) -> Array:
+        """Mean size of the errors in each held-out block of time, in noise (R, 2J), shape (B,).
+
+        As far ahead of the measured start as an answer says; NaN in blocks that are not held out.
+        """
+        found, model = self.search, self.asked.model
+        assert isinstance(found, Search)
+        windows = validation_windows(self.recordings, found.posed, found.final, model)
+        own = tuple(own_constants(model, self.cut.hold_out))
+        ahead = HeldOut(found.problem, model, windows, own).ahead(found.final)
+        size = np.sqrt(((ahead / sigma[windows.source]) ** 2).mean(axis=1))
+        block = found.posed.blocks.index(windows)
+        with np.errstate(invalid='ignore'):
+            return np.bincount(block, size) / np.bincount(block)
+
+
+def heard(log: Logged, asked: Asked, until: float) -> Heard:
+    """A search in the log as it is; its faults stand where it predicts surely better without.
+
+    Of a fault that cannot be undone nothing is predicted: it stands unless known effects leave no
+    more than noise.
+
+    Args:
+        log: with what its torques say is wrong with it.
+        asked: what is searched for.
+        until: when the searches are to be over [s of `time.monotonic`].
+    """
+    accused, began = log.in_the_way, time.monotonic()
+    if asked.as_given or not accused:
+        return _searched(log, asked, until)
+    other = log.without(accused)
+    if other is log:
+        given = _searched(log, asked, until)
+        return replace(given, log=log.doubted) if given.leaves_noise else given
+    mended, now = _searched(other, asked, until), time.monotonic()
+    until = min(until, now + asked.settings.numerics.heard * (now - began))
+    given = _searched(log, asked, until)
+    return given if _predicts_better(mended, given) else replace(given, log=log.doubted)
+
+
+def _predicts_better(other: Heard, given: Heard) -> bool:
+    """Whether one reading predicts motion surely better than another, by blocks of time."""
+    if isinstance(other.search, str) or isinstance(given.search, str):
+        return isinstance(given.search, str)
+    sigma = given.search.problem.sigma
+    pairs = zip_longest(given.missed(sigma), other.missed(sigma), fillvalue=np.nan)
+    first, second = np.array([*pairs]).T
+    return better([first], [second]) > LIMITS.sure
+
+
+def _searched(log: Logged, asked: Asked, until: float) -> Heard:
+    """A search in one reading.
+
+    A log that looks moved from outside mostly is whole: known effects may do what a hand does.
+    """
+    model, settings = asked.model, asked.settings
+    cut = Cut.of(log.recordings, log.hold_out, settings, model, as_given=asked.as_given)
+    if cut.mostly:
+        cut = replace(cut, recordings=log.recordings, hold_out=log.hold_out)
+    recordings, hold_out = cut.thinned
+    heard = Heard(asked, log, cut, (*recordings, *hold_out), Facts.of(model.robot, recordings), '')
+    posed = _posed(recordings, hold_out, model, settings)
+    return replace(heard, search=posed if isinstance(posed, str) else _found(heard, posed, until))
+
+
+def _found(heard: Heard, posed: Posed, until: float) -> Search:
+    """The search, again with a finer step where that fits better."""
+    asked, data, alike = heard.asked, heard.recordings, heard.facts.alike
+    found = search(data, asked.model, posed, asked.extra, asked.progress, until, alike)
+    if heard.cut.mostly and not found.leaves_noise:
+        return found
+    fine = _finer(found, posed, asked.model)
+    if fine is None:
+        return found
+    return search(data, asked.model, fine, asked.extra, asked.progress, until, alike, found.final)
+
+
+def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:
+    """The problem with a finer step, to search again; None where that hardly fits any better.
+
+    The step is that of the last fit, or shorter than the robot's own where this is too long for
+    the model as given. A gain counts above what noise alone can give an effect.
+    """
+    fine, own, used = found.posed, model.integration_step, posed.problem.base
+    if used.integration_step <= own:
+        fine = refined(posed, found.null.point, posed.problem.numerics.finest_step * own)
+    if fine.problem.base.integration_step == used.integration_step:
+        return None
+    gained = found.better_with(fine.problem.base) - found.better_with(used)
+    return fine if gained > found.threshold else None
+
+
+def _posed(
+    recordings: Sequence[Recording],
+    hold_out: Sequence[Recording],
+    model: Model,
+    settings: Settings,
+) -> Posed | str:
+    """The problem, or why it cannot be tested."""
+    try:
+        posed = pose(recordings, hold_out, model, settings)
+    except ValueError as error:
+        return f'{error}: record 20 s or more with a changing input'
+    return untestable(posed.problem) or posed
