@@ -155,8 +155,13 @@ def _fixed(parameter: Parameter, candidate: Candidate, grids: Grids) -> tuple[fl
         shift = grids.offset if effect.hook == 'sensor' else inf
         most = grids.gap if parameter.role == 'threshold' else shift
         return -most, most
-    rates, speeds, periods = grids.settling_rates, grids.settling_speeds, grids.periods
-    return {'rad/s': rates, 'm/s': speeds, '1/turn': periods, '1/m': periods}.get(unit)
+    rates, speeds, turn, way = (
+        grids.settling_rates,
+        grids.settling_speeds,
+        grids.periods,
+        grids.waves,
+    )
+    return {'rad/s': rates, 'm/s': speeds, '1/turn': turn, '1/m': way}.get(unit)
 
 
 def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tuple[float, float]:

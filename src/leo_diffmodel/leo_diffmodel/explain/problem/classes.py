@@ -38,19 +38,28 @@ class Facts:
         return a == b or same_thing(a, b, self) is not None
 
     @property
-    def one_hinge(self) -> bool:
-        """One joint on a fixed base, and no copy of it: all inertia acts about one axis."""
+    def alone(self) -> bool:
+        """One joint on a fixed base, and no copy of it: all acts along or about one axis."""
         robot = self.robot
         return len(robot.joint_names) == 1 and robot.base == 'fixed' and not robot.copies
 
-    def at_base(self, joint: str) -> bool:
+    @property
+    def one_hinge(self) -> bool:
+        """That is a hinge."""
+        return self.alone and not self.robot.slides
+
+    def at_base(self, joint: str, slides: bool = False) -> bool:
         """Whether a joint is a hinge between the fixed base and the first link that moves.
 
         One that others mimic is none: what moves with it turns about other axes.
+
+        Args:
+            joint: its name.
+            slides: ask for a slide there instead.
         """
         joints = self.robot.joints
         found = next((j for j in joints if j.name == joint), None)
-        if self.robot.base != 'fixed' or found is None or found.kind == 'prismatic':
+        if self.robot.base != 'fixed' or found is None or (joint in self.robot.slides) != slides:
             return False
         if any(j.leader == joint for j in joints):
             return False
@@ -88,7 +97,7 @@ CLASSES = (
     ),
     SameThing(
         frozenset({'command_delay', 'measurement_delay'}),
-        lambda f, where: (f.one_hinge or where == 'all') and not f.ever_free,
+        lambda f, where: (f.alone or where == 'all') and not f.ever_free,
         'only the time between command and answer is seen',
     ),
     SameThing(
@@ -122,6 +131,11 @@ CLASSES = (
         frozenset({'external_force', 'torque_ripple'}),
         lambda f, where: f.at_base(where),
         'about a fixed axis a constant force is a ripple once per turn',
+    ),
+    SameThing(
+        frozenset({'bias_torque', 'external_force'}),
+        lambda f, where: f.at_base(where, slides=True),
+        'along a fixed axis a constant force is one of the motor',
     ),
 )
 

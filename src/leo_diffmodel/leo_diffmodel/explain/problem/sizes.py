@@ -59,7 +59,8 @@ class Scales(UnitSizes):
         if parameter.unit == 's':
             return grids.shape_seconds
         if parameter.unit in COUNTS:
-            return tuple(float(n) for n in range(1, grids.most_periods + 1))
+            first = 2 * np.pi / self.length if parameter.unit == '1/m' else 1.0
+            return tuple(float(round(n * first)) for n in range(1, grids.most_periods + 1))
         return tuple(self.large(effect, parameter) * share for share in grids.shape_shares)
 
 

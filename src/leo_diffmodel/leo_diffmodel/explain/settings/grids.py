@@ -39,6 +39,8 @@ class Grids:
     """Of what changes over a recording: an hour."""
     periods: tuple[float, float] = (0.5, 64.0)
     """Of a ripple per turn: fewer make it a constant torque."""
+    waves: tuple[float, float] = (0.5, 1e5)
+    """1/m: of a ripple along a slide, of which the data must hold a period to show it (EMPS)."""
     settling_rates: tuple[float, float] = (0.02, 30.0)
     """rad/s: where friction falls from its static to its dynamic level; slower is sticking
     itself."""

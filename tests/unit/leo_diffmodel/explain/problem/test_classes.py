@@ -2,9 +2,12 @@
 """What is called the same thing is the same in data; with the condition off it is not."""
 
 import itertools
+from pathlib import Path
+import tempfile
 
 import numpy as np
 import pytest
+from tests.cart import cart
 from tests.searched import among
 from tests.simulate import PENDULUM, record, steps, TORQUE
 
@@ -23,6 +26,7 @@ from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 SERVO, ARM = load_robot('servo_pendulum'), load_robot('double_pendulum')
+CART = cart(Path(tempfile.mkdtemp()))
 CONSTANT = 'actuators.pivot.torque_constant'
 UNSURE = PENDULUM.with_constants({CONSTANT: Constant(CONSTANT, 0.0536, 'N m/A', (0.03, 0.08))})
 DELAYS = ('command_delay', 'measurement_delay')
@@ -59,6 +63,7 @@ PROOFS = [
         ('encoder_offset', 'pivot', {'o': -0.08}),
     ),
     (('external_force', 'torque_ripple'), ARM, ('external_force', 'upper', {'x': 0.5, 'z': 0.2})),
+    (('bias_torque', 'external_force'), CART, ('bias_torque', 'rail', {'t': 0.5})),
 ]
 
 
@@ -80,8 +85,7 @@ def candidate(robot: Robot, name: str, where: str) -> Candidate:
 def driven(robot: Robot, *effects, enabled=None) -> Recording:
     """Ten seconds of random steps at every joint, small enough not to whirl."""
     inputs = np.hstack([steps(robot, 10, seed) for seed in range(8, 8 + len(robot.actuators))])
-    if robot is ARM:
-        inputs = 0.4 * inputs
+    inputs *= {'double_pendulum': 0.4, 'cart': 0.1}.get(robot.name, 1.0)
     return record(robot, *effects, inputs=inputs, seed=8, enabled=enabled)
 
 
@@ -127,6 +131,7 @@ def test_every_class_is_proved():
         (ARM, ('external_force', 'lower', {'x': 0.5}), ('torque_ripple', 'elbow')),
         (ARM, ('command_delay', 'elbow', {'delay': 0.013}), ('measurement_delay', 'all')),
         (PENDULUM, ('torque_scale', 'pivot', {'k': 0.8}), ('voltage_scale', 'pivot')),
+        (TORQUE, ('bias_torque', 'pivot', {'t': 0.3}), ('external_force', 'bob')),
     ],
 )
 def test_elsewhere_they_are_not_the_same(robot, truth, other):
