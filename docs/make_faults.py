@@ -71,7 +71,10 @@ What the balance of one joint suggests is an error only where it is needed. The 
 and the log as it is both predict the logged input from the motion, each with friction of every
 kind, payloads, masses, rotors, springs, tilts and delays at every joint, in blocks of time that
 neither was fitted to. A fault that does not predict them better is not told; one that does so by
-less than two standard errors is a warning, and `leo explain` goes on with a note. The input is
+less than two standard errors is a warning, and `leo explain` goes on with a note. From two to ten
+it is an error of `leo check`, and `leo explain` hears it beside all effects: it searches the log
+as it is and the log without the fault, and the fault stands where that predicts held-out motion
+surely better; else it is a note. Beyond ten no effect can do instead. The input is
 what is predicted and never what others are predicted from: a factor of a noisy column comes out
 too small, the more so where friction takes most of the torque.
 
