@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import itertools
 import math
 
@@ -37,10 +37,6 @@ class Scan:
         points: the parameters tried, shape (S, P).
         nats: 0.5 |signature|^2 of each, shape (S,).
         first: where in `theta` the candidate's own parameters begin.
-        others: where else a fit may begin, best first: the best points of other whole numbers,
-            which no fit moves (periods of a ripple in a turn), and of other shapes, which move
-            hardly while they do little (the rate at which friction falls), (N, P of the
-            candidate).
     """
 
     candidate: Candidate
@@ -51,17 +47,11 @@ class Scan:
     points: Array
     nats: Array
     first: int = 0
-    others: tuple[Array, ...] = ()
 
     @property
     def own(self) -> Array:
         """The best values of the candidate itself, shape (P,)."""
         return self.theta[self.first : self.first + len(self.candidate.parameters)]
-
-    @property
-    def begins(self) -> tuple[Array, ...]:
-        """Where a fit may begin, best first."""
-        return (self.own, *self.others)
 
 
 class Scanner:
@@ -96,10 +86,8 @@ class Scanner:
         stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
-        at = [best, *_other_shapes(candidate, grid, gains, best)]
-        theta, *others = (stretched(candidate, grid[i], float(stretch[i])) for i in at)
-        found = self._found(candidate, theta, float(gains[best]), change, grid)
-        return replace(found, others=tuple(others))
+        theta = stretched(candidate, grid[best], float(stretch[best]))
+        return self._found(candidate, theta, float(gains[best]), change, grid)
 
     def change(self, candidate: Candidate, points: Array) -> Array:
         """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M)."""
@@ -199,17 +187,6 @@ class Scanner:
         seen = np.swapaxes(basis, -1, -2) @ e[..., None]
         e = (e[..., None] - basis @ seen)[..., 0]
         return np.asarray(e.reshape(*e.shape[:-2], math.prod(e.shape[-2:])))
-
-
-def _other_shapes(candidate: Candidate, grid: Array, gains: Array, best: int) -> list[int]:
-    """The best points of the grid at all other values of what a fit hardly moves, best first."""
-    kept = [i for i, p in enumerate(candidate.parameters) if p.whole or p.role == 'shape']
-    if not kept:
-        return []
-    found: dict[tuple[float, ...], int] = {}
-    for point in (best, *np.argsort(-gains, kind='stable')):
-        found.setdefault(tuple(grid[point, kept]), int(point))
-    return list(found.values())[1:]
 
 
 def stretched(candidate: Candidate, point: Array, by: float) -> Array:

@@ -113,7 +113,8 @@ def limited(candidate: Candidate, model: Model, grids: Grids) -> Candidate:
         keys = limit_keys(candidate.effect.name, candidate.where, p.name)
         given = next((model.limits[k] for k in keys if k in model.limits), None)
         low, high = given or _range(p, candidate, model, grids)
-        kept.append(replace(p, low=max(p.low, low), high=min(p.high, high)))
+        whole = p.whole and p.unit != '1/m'  # in a turn, and not on a way
+        kept.append(replace(p, low=max(p.low, low), high=min(p.high, high), whole=whole))
     return replace(candidate, parameters=tuple(kept))
 
 
@@ -155,13 +156,8 @@ def _fixed(parameter: Parameter, candidate: Candidate, grids: Grids) -> tuple[fl
         shift = grids.offset if effect.hook == 'sensor' else inf
         most = grids.gap if parameter.role == 'threshold' else shift
         return -most, most
-    rates, speeds, turn, way = (
-        grids.settling_rates,
-        grids.settling_speeds,
-        grids.periods,
-        grids.waves,
-    )
-    return {'rad/s': rates, 'm/s': speeds, '1/turn': turn, '1/m': way}.get(unit)
+    rates, speeds, turn = grids.settling_rates, grids.settling_speeds, grids.periods
+    return {'rad/s': rates, 'm/s': speeds, '1/turn': turn, '1/m': (0.0, inf)}.get(unit)
 
 
 def _inertial(unit: str, candidate: Candidate, model: Model, grids: Grids) -> tuple[float, float]:

@@ -58,9 +58,11 @@ class Scales(UnitSizes):
             return tuple(way * angle for angle in grids.directions)
         if parameter.unit == 's':
             return grids.shape_seconds
+        if parameter.unit == '1/m':
+            each = 0.5 * np.pi / self.length
+            return tuple(each * np.arange(4.0, 4.0 + grids.waves))
         if parameter.unit in COUNTS:
-            first = 2 * np.pi / self.length if parameter.unit == '1/m' else 1.0
-            return tuple(float(round(n * first)) for n in range(1, grids.most_periods + 1))
+            return tuple(float(n) for n in range(1, grids.most_periods + 1))
         return tuple(self.large(effect, parameter) * share for share in grids.shape_shares)
 
 

@@ -39,8 +39,6 @@ class Grids:
     """Of what changes over a recording: an hour."""
     periods: tuple[float, float] = (0.5, 64.0)
     """Of a ripple per turn: fewer make it a constant torque."""
-    waves: tuple[float, float] = (0.5, 1e5)
-    """1/m: of a ripple along a slide, of which the data must hold a period to show it (EMPS)."""
     settling_rates: tuple[float, float] = (0.02, 30.0)
     """rad/s: where friction falls from its static to its dynamic level; slower is sticking
     itself."""
@@ -78,6 +76,8 @@ class Grids:
     """rad: and of angles within a turn."""
     most_periods: int = 16
     """Of a ripple in a turn, tried one by one; of the sine of a readable law, too."""
+    waves: int = 48
+    """Lengths of a ripple's wave that are tried on a slide, from one on its way to twelve."""
     ground_directions: int = 24
     """Angles that the answer of a law on the ground is computed at, from two."""
     ground_factors: tuple[float, ...] = (0.25, 0.5, 2.0, 4.0)

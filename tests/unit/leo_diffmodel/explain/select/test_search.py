@@ -72,19 +72,6 @@ def test_a_scan_has_points_where_the_robot_hardly_moves():
     assert len(scan.points) and np.isfinite(scan.gain)
 
 
-def test_a_ripple_is_tried_at_several_numbers_of_periods():
-    model = Model(TORQUE)
-    problem = pose([record(TORQUE, seconds=8)], [], model).problem
-    scanner = Scanner(problem, fit(problem, Hypothesis()), scales_of(model, problem.windows))
-    scan = scanner.scan(candidate(model, 'torque_ripple'))
-    periods = [scan.own[1], *(values[1] for values in scan.others)]
-    assert len(set(periods)) == len(periods) > SETTINGS.numerics.begins > 1
-    assert not scanner.scan(candidate(model, 'coulomb_friction')).others
-    law = scanner.scan(candidate(model, 'stribeck_friction'))
-    rates = {float(values[2]) for values in law.begins}
-    assert len(rates) == len(law.begins) == len(SETTINGS.grids.shape_shares)
-
-
 def test_a_scan_finds_a_lag_much_shorter_than_those_it_tries():
     model, law = Model(TORQUE), place(TORQUE, 'actuator_lag', 'pivot', tau=0.0004)
     problem = pose([record(TORQUE, law, seconds=8, noise=(1e-5, 1e-4))], [], model).problem
