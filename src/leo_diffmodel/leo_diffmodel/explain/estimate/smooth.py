@@ -68,7 +68,11 @@ class Smooth(Estimator):
         near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
         points = [p for p in map(made.hypothesis, terms) if self._shows(base, *p)]
-        return _fitted_all(base, made, points, progress, rival)
+        if len(base.names) <= problem.gates.many:
+            return _fitted_all(base, made, points, progress, rival)
+        one_each = {frozenset(p[0].candidates): p for p in reversed(points)}
+        first = [*one_each.values()][::-1]
+        return _fitted_all(base, made, first, progress, rival, problem.numerics.patience)
 
     def with_each(
         self, base: Estimate, pool: Sequence[Candidate], progress: Progress
@@ -125,19 +129,33 @@ def _fitted_all(
     points: Sequence[Point],
     progress: Progress,
     rival: float = np.inf,
+    patience: int = 0,
 ) -> Extension:
-    """Sets from some values each; the other process takes its share."""
-    problem = base.problem
-    fits = helper.spread_until(
-        problem.until,
-        partial(_fitted, problem, base.fit, rival),
-        points,
-        lambda p: progress(' + '.join(c.label for c in p[0].candidates), STEPS.fit),
-    )
+    """Sets from some values each; the other process takes its share.
+
+    With some `patience` so many are fitted at a time, those that promise most first, as long as
+    one of them is better than all before.
+    """
+    problem, each = base.problem, patience or max(len(points), 1)
+    least, gain = base.fit.lost(problem.train), max(dispersion(base.fit), 1.0)
+    fits: dict[int, Fit] = {}
+    for first in range(0, len(points), each):
+        found = helper.spread_until(
+            problem.until,
+            partial(_fitted, problem, base.fit, rival),
+            points[first : first + each],
+            lambda p: progress(' + '.join(c.label for c in p[0].candidates), STEPS.fit),
+        )
+        fits |= {first + i: f for i, f in found.items()}
+        now = min((f.lost(problem.train) for f in found.values()), default=np.inf)
+        if now > least - problem.gates.equal_nats * gain:
+            break
+        least = now
     # of copies of another process
     own = [replace(f, hypothesis=points[i][0]) for i, f in fits.items()]
-    untried = tuple(p[0].candidates for i, p in enumerate(points) if i not in fits)
+    late = (p for i, p in enumerate(points) if i not in fits and problem.late())
     larger = tuple(base._replace(fit=f) for f in own)
+    untried = tuple(p[0].candidates for p in late)
     return Extension(base, larger, made.scans, made.threshold, untried)
 
 

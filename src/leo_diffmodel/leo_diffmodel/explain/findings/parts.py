@@ -23,7 +23,7 @@ from leo_diffmodel.explain.findings.findings import Own, Part, Range, Rival, Sho
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
-from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.together import widens
 from leo_diffmodel.explain.select.evidence import score, Scored
@@ -143,12 +143,16 @@ def _loss(scored: Scored, held: HeldOut) -> Array:
 
 
 def _less(found: Search, candidate: Candidate) -> Scored:
-    chosen = found.chosen
+    """The chosen set less an effect, by its linear answer if it was not fitted, as of many."""
+    chosen, problem = found.chosen, found.chosen.at.problem
     if known := found.known(chosen.names - {candidate}):
         return known
+    if len(chosen.names) > problem.gates.many:
+        return score(Estimate(chosen.at.posed, linear_part(problem, chosen.fit, [candidate])))
     full = chosen.fit.hypothesis
     part = full.without(full.candidates.index(candidate))
-    return score(Estimate(chosen.at.posed, _part_of(chosen.at.problem, chosen.fit, part)))
+    begin = part.carried(full, chosen.fit.theta)
+    return score(Estimate(chosen.at.posed, fit(problem, part, begin, chosen.fit.start)))
 
 
 def _up_to(found: Search, count: int) -> Fit:
@@ -159,10 +163,6 @@ def _up_to(found: Search, count: int) -> Fit:
     if count == len(names):
         return full
     return known.fit if known else linear_part(found.problem, full, names[count:])
-
-
-def _part_of(problem: Problem, full: Fit, part: Hypothesis) -> Fit:
-    return fit(problem, part, part.carried(full.hypothesis, full.theta), full.start)
 
 
 def own_values(

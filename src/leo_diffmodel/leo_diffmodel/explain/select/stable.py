@@ -25,11 +25,14 @@ Alike = Callable[[Candidate, Candidate], bool]
 
 
 def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
-    """Of sets that short windows cannot tell apart, the best in the longest that can be fitted."""
+    """Of sets that short windows cannot tell apart, the best in the longest that can be fitted.
+
+    Not of more than `many` effects, where held-out errors alone have the last word.
+    """
     longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
     size, able = len(best.names), _supported(sets)
     near = [s for s in able if len(s.names) == size and weight.ahead(best, s) < margin]
-    if longer is None or len(near) < 2:
+    if longer is None or len(near) < 2 or size > sets.settings.gates.many:
         return best
     near = _distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
     if len(near) < 2:

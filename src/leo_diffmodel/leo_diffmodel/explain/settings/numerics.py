@@ -227,6 +227,9 @@ class Numerics:
     agree: float = 6.0
     """Standard errors within which values at joints may be one value for all, which is then tried:
     the errors are those of noise alone."""
+    patience: int = 2
+    """Sets of more effects than `many` that are fitted at a time near one, those that promise most
+    first, as long as one of them is better: each takes seconds on an arm."""
     width: int = 2
     """Best sets whose effects are judged one by one."""
     refits: int = 6
