@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """At a joint that slides laws are in N and m, are found in their size, and stay in files."""
 
+import numpy as np
 import pytest
 from tests.cart import cart
 from tests.searched import searched
-from tests.simulate import record
+from tests.simulate import record, steps
 import yaml
 
 from leo_diffmodel.explain.problem.candidates import candidates, limited
+from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import place
@@ -31,6 +33,22 @@ def test_it_is_named_with_its_size_and_unit(name, tmp_path):
     (top,) = found.chosen.names
     assert (top.label, [p.unit for p in top.parameters]) == (f'{name}:rail', units)
     assert found.final.theta == pytest.approx(list(values.values()), rel=0.15)
+
+
+def test_a_ripple_has_any_wave_length_of_which_a_period_is_in_the_data(tmp_path):
+    robot = cart(tmp_path)
+    effects = [
+        place(robot, 'torque_ripple', 'rail', a=1.5, n=21.0, phase=0.4),
+        place(robot, 'viscous_friction', 'rail', b=6.0),
+    ]
+    inputs = 3 * np.sin(0.007 * np.arange(1500))[:, None] + 0.6 * steps(robot, 15, 3)
+    found = searched([record(robot, *effects, inputs=inputs, seed=8)], Model(robot))
+    assert {c.label for c in found.chosen.names} == {'torque_ripple:rail', 'viscous_friction:rail'}
+    ripple = next(c for c in found.chosen.names if c.effect.name == 'torque_ripple')
+    assert found.final.own(ripple)[:2] == pytest.approx([1.5, 21.0], rel=0.1)
+    sizes = scales_of(found.problem.base, found.problem.windows)
+    waves = sizes.shapes('torque_ripple', ripple.parameters[1], SETTINGS.grids)
+    assert min(waves) * sizes.length == pytest.approx(2 * np.pi)
 
 
 def test_limits_are_those_of_a_slide(tmp_path):

@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which sets near a fit are fitted: those that linear algebra finds best."""
 
+from importlib import import_module
+from types import SimpleNamespace
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
@@ -17,6 +21,7 @@ from leo_msgs_py.console import Reporter
 from leo_sim.effects import place
 from leo_sim.model import Model
 
+smooth = import_module('leo_diffmodel.explain.estimate.smooth')
 MODEL = Model(TORQUE)
 POOL = [limited(c, MODEL, SETTINGS.grids) for c in candidates(MODEL)]
 FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.1)
@@ -102,3 +107,35 @@ def test_one_value_for_all_joints_is_no_candidate_of_its_own():
     shared = {c.effect.name for c in of_joints(pool) if c.where == 'all'}
     assert all(c.effect.late for c in pool if c.effect.name in shared)
     assert np.sum([c.where == 'all' for c in pool]) > len(shared)
+
+
+class Lost(NamedTuple):
+    """A fit, by its loss."""
+
+    hypothesis: Hypothesis
+    loss: float
+
+    def lost(self, _) -> float:
+        return self.loss
+
+
+@pytest.mark.parametrize(
+    ('patience', 'losses', 'fitted'),
+    [
+        (2, [90.0, 95.0, 85.0, 99.0, 99.0, 99.0, 10.0], 6),
+        (2, [99.9, 120.0, 10.0], 2),
+        (0, [120.0, 120.0, 120.0, 10.0], 4),
+    ],
+)
+def test_sets_are_fitted_so_many_at_a_time_as_long_as_one_is_better(
+    patience, losses, fitted, monkeypatch
+):
+    monkeypatch.setattr(smooth, 'dispersion', lambda _: 1.0)
+    monkeypatch.setattr(smooth, '_fitted', lambda problem, near, rival, point: Lost(*point))
+    monkeypatch.setattr(smooth, 'replace', lambda fit, hypothesis: fit)
+    _, first = begun()
+    base = first._replace(fit=Lost(Hypothesis(), 100.0))
+    linear = SimpleNamespace(scans=(), threshold=8.0)
+    points = [(Hypothesis(), loss) for loss in losses]
+    found = smooth._fitted_all(base, linear, points, heard(), patience=patience)
+    assert [at.fit.loss for at in found.larger] == losses[:fitted] and found.untried == ()
