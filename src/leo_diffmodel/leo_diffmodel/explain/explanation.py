@@ -126,7 +126,7 @@ def _answered(heard: Heard, step: float | None) -> Explanation:
     if isinstance(found, str):
         untestable = _untestable(model, found, asked.extra)
         return _moved(heard.cut, model) if heard.cut.mostly else untestable
-    if heard.cut.mostly and not found.leaves_noise:
+    if heard.cut.mostly and found.complete and not found.leaves_noise:
         return _moved(heard.cut, model)
     step, own = errors.step_seconds(data, step), own_constants(model, heard.cut.hold_out)
     findings = collect(data, model, found, heard.facts, step, own, asked.progress)

@@ -56,6 +56,11 @@ def test_what_a_known_effect_explains_down_to_the_noise_was_no_hand():
     assert answer.effects[0]['parameters']['k']['value'] == pytest.approx(0.98, abs=1e-3)
 
 
+def test_a_search_that_was_cut_short_accuses_no_hand():
+    answer = explain([led(PENDULUM, 3)], Model(PENDULUM), within=0.0)
+    assert answer.sentence.startswith('Cut short, so nothing is sure')
+
+
 def test_no_effect_is_named_where_a_hand_did_most_of_it():
     answer = explain([led(PENDULUM, 3)], Model(PENDULUM))
     assert (answer.verdict, answer.effects, answer.hypotheses) == ('unknown', [], [])
