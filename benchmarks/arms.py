@@ -59,18 +59,23 @@ def answered(case: str, seed: int, folder: Path, within: float) -> dict:
 
 
 def losses(line: dict) -> Iterator[tuple[str, float, float | None, bool]]:
-    """Each friction that is there: its place, its value, what was found, and is it inside."""
-    found = {(e['name'], e['where']): e['parameters'] for e in line['effects']}
-    for name, (key, parameter) in LOSSES.items():
-        for number, value in enumerate(line['truth'][key], 1):
-            told = found.get((name, f'joint_{number}'), {}).get(parameter)
-            inside = told is not None and told['ci95'][0] <= value <= told['ci95'][1]
-            if value:
-                yield f'{name}:joint_{number}', value, told and told['value'], inside
+    """Each friction and payload: its place, its value, what was found, and is it inside."""
+    found = {f'{e["name"]}:{e["where"]}': e['parameters'] for e in line['effects']}
+    there = [
+        (f'{name}:joint_{number}', parameter, value)
+        for name, (key, parameter) in LOSSES.items()
+        for number, value in enumerate(line['truth'][key], 1)
+    ]
+    load = (line['truth']['payload'] or [0.0])[0]
+    for place, parameter, value in (*there, (f'payload:link_{line["joints"]}', 'm', load)):
+        told = found.get(place, {}).get(parameter)
+        inside = told is not None and told['ci95'][0] <= value <= told['ci95'][1]
+        if value:
+            yield place, value, told and told['value'], inside
 
 
 def beside(line: dict) -> list[str]:
-    """Effects that are named and are no friction that is there."""
+    """Effects that are named and are not there."""
     there = {place for place, *_ in losses(line)}
     return [label for e in line['effects'] if (label := f'{e["name"]}:{e["where"]}') not in there]
 
@@ -84,7 +89,7 @@ def table(lines: Sequence[dict]) -> Iterator[str]:
         inside = sum(holds for *_, holds in every)
         cpu = float(np.median([line['cpu_seconds'] for line in mine]))
         yield (
-            f'{case}: {len(mine)} arms, {named} of {len(every)} frictions at their joint, '
+            f'{case}: {len(mine)} arms, {named} of {len(every)} frictions and payloads, '
             f'{inside} inside their intervals, {cpu:.0f} s of CPU (median)'
         )
         for line in mine:

@@ -19,7 +19,6 @@ from leo_sim.model import Model
 from leo_sim.references.mjcf import hard_figures, written
 
 RIG = Path(__file__).parent / 'rigs/fr3'
-PAYLOAD = RIG / 'payload.py'
 PERIOD, SECONDS = 1e-3, 20.0  # s: of control, of a path
 KP = np.array([300, 300, 300, 300, 120, 80, 40.0])  # N m/rad
 KD = np.array([30, 30, 30, 30, 12, 8, 4.0])  # N m s/rad

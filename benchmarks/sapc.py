@@ -37,7 +37,7 @@ from pathlib import Path
 from typing import Any
 
 from arm7 import driven, measured, noisy, Samples, write
-from fr3 import arm, CASES, Change, Fourier, KD, KP, PAYLOAD, PERIOD, RIG, SECONDS, servo, Tracking
+from fr3 import arm, CASES, Change, Fourier, KD, KP, PERIOD, RIG, SECONDS, servo, Tracking
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -46,7 +46,6 @@ import yaml
 from leo_lab.result_lines import append_result, read_results, Row
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS
-from leo_sim.effects.consent import trust
 from leo_sim.kinematics.frames import Kinematics
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
@@ -55,7 +54,7 @@ LOGGED = 10  # periods of control a row of the log
 LEARNED, HELD_OUT = (1, 2, 3), (11, 12)
 NOISE, GRAIN = (1e-5, 2e-3), 1e-4  # rad, rad/s at 1 kHz; rad
 TORQUE_NOISE = 0.05  # N m at 1 kHz
-SETTINGS = 'input', 'paths', 'seconds', 'within', 'payload', 'hard', 'torque_noise'  # of a line
+SETTINGS = 'input', 'paths', 'seconds', 'within', 'hard', 'torque_noise'  # of a line
 PUBLISHED = (
     'SAPC, its main study: payload 0.794 of 0.8 kg; motion 14.43 -> 0.0296 mm; edited 0.099 mm',
     'dense least squares there: payload 0.130 kg; motion 0.0270 mm; edited 11.73 mm',
@@ -152,12 +151,11 @@ def answer(bench: Bench, name: str, draw: int, given: argparse.Namespace) -> Row
     goals = given.input == 'goals'
     bags = [bench.bag(name, seed, draw, goals) for seed in LEARNED[: given.paths]]
     model, within = bench.model(goals), given.within
-    offered = ['--effect', trust(str(PAYLOAD))] if given.payload else []
     settings = {k: getattr(given, k) for k in SETTINGS}
     out = bags[0].parent / '_'.join(['explain', *map(str, settings.values())])
     limited = ['--within', within] if within else []
     options = ['--model', model, '--json', '-o', out, '--to', given.seconds]
-    took, said = measured(given.limit, 'explain', *bags, *options, *limited, *offered)
+    took, said = measured(given.limit, 'explain', *bags, *options, *limited)
     row: Row = {'case': name, 'draw': draw, **settings}
     row |= {'truth': CASES[name].groups, **took._asdict()}
     if took.status not in (0, 1):
@@ -167,7 +165,7 @@ def answer(bench: Bench, name: str, draw: int, given: argparse.Namespace) -> Row
     row['effects'] = [{k: e[k] for k in ('name', 'where', 'parameters')} for e in data['effects']]
     row['groups'] = groups_of(data['effects'], bench.robot.joint_names)
     row['right'] = row['groups'] == row['truth']
-    return row | moved(bench, CASES[name], out, model, *offered)
+    return row | moved(bench, CASES[name], out, model)
 
 
 def moved(bench: Bench, change: Change, out: Path, *model: object) -> Row:
@@ -225,7 +223,6 @@ def main() -> None:
     parser.add_argument(
         '--seconds', type=float, default=SECONDS, help='of each; its period is 10 s'
     )
-    parser.add_argument('--payload', action='store_true', help=f'offer {PAYLOAD.name} to leo too')
     parser.add_argument('--hard', action='store_true', help="leo's hard dry friction, not theirs")
     parser.add_argument('--torque-noise', type=float, default=TORQUE_NOISE, help='[N m] at 1 kHz')
     parser.add_argument('--within', default='', help='of leo explain')

@@ -37,6 +37,7 @@ from leo_sim.effects.load_dependent_friction import LoadDependentFriction
 from leo_sim.effects.measurement_delay import MeasurementDelay
 from leo_sim.effects.motor import Motor
 from leo_sim.effects.parameter import Parameter, ROLES
+from leo_sim.effects.payload import Payload
 from leo_sim.effects.quadratic_drag import QuadraticDrag
 from leo_sim.effects.quadratic_load_friction import QuadraticLoadFriction
 from leo_sim.effects.stribeck_friction import StribeckFriction
@@ -102,6 +103,7 @@ EFFECTS: dict[str, Effect] = {
         QuadraticLoadFriction(),
         DirectionalLoadFriction(),
         VoltagePush(),
+        Payload(),
     )
 }
 

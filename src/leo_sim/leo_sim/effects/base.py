@@ -73,6 +73,7 @@ class Effect:
             that numba can compile. It then runs for whole windows at once. `torque` need not
             be written. Of a command that acts at once: the parameters and the input; `command`
             need not be written.
+        together: Effects that it does at once, at one place: a search comes to it by them.
         source: The user's file it was read from; '' for an effect of the catalogue.
         digest: Hash of that file's text.
         rank: Laws of one hook run in ascending rank.
@@ -96,6 +97,7 @@ class Effect:
     remembers: bool = False
     timed: bool = False
     law: ClassVar[Callable[..., Any] | None] = None
+    together: ClassVar[tuple[str, ...]] = ()
     rank: ClassVar[int] = 100
     source: str = ''
     digest: str = ''
@@ -136,6 +138,10 @@ class Effect:
 
     def body(self, p: Values, link: Body) -> Body:
         """The changed link."""
+        raise NotImplementedError
+
+    def between(self, before: Body, after: Body) -> Values:
+        """Values with which an effect of others together makes about one link of the other."""
         raise NotImplementedError
 
     def ground(self, p: Values, ground: Ground) -> Ground:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws of friction under load and of a push, against their formulas."""
+"""Laws of friction under load, of a push and of a payload, against their formulas."""
 
 import numpy as np
 import pytest
 
+from leo_sim.description.joint import Body
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import EFFECTS, place
 from leo_sim.effects.motor import Motor
@@ -67,3 +68,28 @@ def test_a_push_undoes_a_dead_band():
         for m, u in ((Model(TORQUE), kept), (both, inputs))
     )
     np.testing.assert_allclose(after, plain, atol=1e-12)
+
+
+LINK = Body(0.7, (0.02, -0.05, 0.11), (0.004, 0.005, 0.003, 0.0003, -0.0002, 0.0001))
+LOAD = {'m': 0.4, 'x': 0.1, 'y': -0.2, 'z': 0.3}
+
+
+def about_origin(mass, com, inertia):
+    """Mass, first moments and inertia about the origin of the link: these add up."""
+    xx, yy, zz, xy, xz, yz = inertia
+    r = np.array(com)
+    turning = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return [mass, *(mass * r), *(turning + mass * (r @ r * np.eye(3) - np.outer(r, r))).ravel()]
+
+
+def test_a_payload_is_the_link_and_a_point_mass_as_one_body():
+    one = EFFECTS['payload'].body(LOAD, LINK)
+    point = about_origin(LOAD['m'], [LOAD[axis] for axis in 'xyz'], [0.0] * 6)
+    np.testing.assert_allclose(
+        about_origin(*one[:3]), np.add(about_origin(*LINK[:3]), point), atol=1e-15
+    )
+
+
+def test_a_payload_is_found_from_the_link_that_it_makes():
+    payload = EFFECTS['payload']
+    assert payload.between(LINK, payload.body(LOAD, LINK)) == pytest.approx(LOAD)

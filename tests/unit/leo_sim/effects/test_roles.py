@@ -26,8 +26,9 @@ PLACED = [
     for effect in EFFECTS.values()
     if effect.applies(robot)
 ]
-UNTOLD = ('quadratic_load_friction', 'voltage_push')
-"""No unit tells that a square is an amplitude too, or that volts are added and not cut off."""
+UNTOLD = ('quadratic_load_friction', 'voltage_push', 'payload')
+"""No unit tells that a square is an amplitude too, that volts are added and not cut off, or that a
+length is a place."""
 
 
 @pytest.mark.parametrize(('effect', 'parameters'), PLACED)

@@ -80,17 +80,17 @@ def _best(
 
 
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
-    """Sets near a fit that cost least: with one effect in the place of one of its own.
+    """Sets near a fit that cost least: with one effect more, or one in the place of another.
 
-    Sets of few effects (`many`) are compared with those that have one more, or one in the place of
-    two, too; a single effect, or none, with pairs. What costs `near` nats more than the fit is no
-    rival, nor is what is more and not worth its price; of what leaving out an effect costs a share
-    may be left, as answers so far away bend.
+    Sets of few effects (`many`) are compared with those that have one in the place of two, too; a
+    single effect, or none, with pairs. What costs `near` nats more than the fit is no rival, nor
+    is what is more and not worth its price; of what leaving out an effect costs a share may be
+    left, as answers so far away bend.
     """
-    held, numerics, few = [*matrices.members], settings.numerics, settings.gates.many
-    small, now = len(held) <= few, _cost(matrices, held, price)
-    outs = [out for n in range(1, 2 + small) for out in itertools.combinations(held, n)]
-    alone = _with_one(matrices, held, price) if small else []
+    held, numerics = [*matrices.members], settings.numerics
+    now, few = _cost(matrices, held, price), len(held) <= settings.gates.many
+    outs = [out for n in range(1, 2 + few) for out in itertools.combinations(held, n)]
+    alone = _with_one(matrices, held, price)
     found = [f for f in alone if f[0] < now]
     for rest in ([t for t in held if t not in out] for out in outs):
         others = _with_one(matrices, rest, price)

@@ -28,7 +28,7 @@ from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import compatible, EVERYWHERE
+from leo_diffmodel.explain.problem.together import compatible, EVERYWHERE, simple
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
@@ -78,7 +78,7 @@ class Smooth(Estimator):
         self, base: Estimate, pool: Sequence[Candidate], progress: Progress
     ) -> Extension:
         """Each effect of a pool beside a fitted hypothesis, from where linear algebra points."""
-        able = [c for c in pool if compatible(base.names, c)]
+        able = [c for c in simple(pool) if compatible(base.names, c)]
         made = matrices(base.problem, base.fit, self.scales, able, progress)
         begins = base.problem.numerics.begins
         points = []
@@ -120,7 +120,7 @@ class Smooth(Estimator):
 def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
     """Those of a pool that act at one place, and what acts at all places only."""
     own = {c.effect.name for c in pool if c.where != EVERYWHERE}
-    return [c for c in pool if c.where != EVERYWHERE or c.effect.name not in own]
+    return [c for c in simple(pool) if c.where != EVERYWHERE or c.effect.name not in own]
 
 
 def _fitted_all(

@@ -11,6 +11,7 @@ from leo_diffmodel.explain.estimate.rounds import ORDINARY
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.together import widens
 from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.select.merged import merged
 from leo_diffmodel.explain.select.sets import Names, Sets
 
 
@@ -20,7 +21,8 @@ def judged(sets: Sets, at: Estimate) -> Scored:
     It is fitted again where leaving out one of them costs more than noise gives: the others are
     then far from where they were linearised.
     """
-    problem, whole = at.problem, at
+    problem, whole = at.problem, merged(sets, at)
+    at = whole
     sets.keep(at)
     while not sets.late and (weak := _weakest(sets, at)):
         at = weak.at
@@ -49,12 +51,21 @@ def usual(sets: Sets, at: Estimate) -> Names:
 
 
 def _weakest(sets: Sets, at: Estimate) -> Scored | None:
-    """The set less the effect that is worth least, if this is not surely worth anything."""
+    """The set less the effect that is worth least, if this is not surely worth anything.
+
+    Narrower laws, which have to be fitted, are tried where every effect is worth something.
+    """
     mine = sets.keep(at)
-    parts = [_part(sets, at, c) for c in at.fit.hypothesis.candidates if c not in sets.usual]
-    parts += [_narrower(sets, at, c, law) for c in at.names for law in sets.pool if widens(c, law)]
-    weak = [part for part in parts if not _matters(sets, part, mine)]
-    return min(weak, key=lambda part: sets.weight.ahead(mine, part), default=None)
+    asked = [c for c in at.fit.hypothesis.candidates if c not in sets.usual]
+    narrower = ((c, law) for c in at.names for law in sets.pool if widens(c, law))
+    for parts in (
+        (_part(sets, at, c) for c in asked),
+        (_narrower(sets, at, *n) for n in narrower),
+    ):
+        weak = [part for part in parts if not _matters(sets, part, mine)]
+        if weak:
+            return min(weak, key=lambda part: sets.weight.ahead(mine, part))
+    return None
 
 
 def _part(sets: Sets, at: Estimate, out: Candidate) -> Scored:
