@@ -19,9 +19,11 @@ from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_f
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices, Term
+from leo_diffmodel.explain.estimate.merged import merged
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.problem.together import EVERYWHERE, simple
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
@@ -30,13 +32,13 @@ ORDINARY = ('viscous_friction', 'coulomb_friction')
 
 
 class Rounds:
-    """Choice and joint fit in turn; none of the pool acts at all joints at once."""
+    """Choice and joint fit in turn, of effects that act at one place, and of what they share."""
 
     def __init__(
         self, estimator: Estimator, first: Estimate, pool: Sequence[Candidate], progress: Reporter
     ):
-        self._estimator, self._first, self._pool = estimator, first, pool
-        self._progress = progress
+        self._estimator, self._first, self._progress = estimator, first, progress
+        self._pool, self._all = of_joints(pool), pool
 
     def of(self, recordings: Sequence[Recording], near: Fit | None = None) -> Estimate:
         """The set that rounds lead to, from short windows or from a fit `near` the best."""
@@ -93,7 +95,8 @@ class Rounds:
         terms = self._chosen(problem, fitted, made)
         if problem.late() or {t.candidate for t in terms} == {*fitted.hypothesis.candidates}:
             return fitted, True
-        return self._fitted(problem, *made.hypothesis(terms), fitted.start), False
+        fitted = self._fitted(problem, *made.hypothesis(terms), fitted.start)
+        return merged(problem, fitted, self._all), False
 
     def matrices(self, problem: Problem, fitted: Fit) -> Matrices:
         """All effects about a fit."""
@@ -144,6 +147,12 @@ class Rounds:
         hypothesis, theta = made.hypothesis(terms)
         at = replace(made.fit, hypothesis=hypothesis, theta=theta)
         return self._estimator.ends(self._first._replace(fit=at))
+
+
+def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
+    """Those of a pool that act at one place, and what acts at all places only."""
+    own = {c.effect.name for c in pool if c.where != EVERYWHERE}
+    return [c for c in simple(pool) if c.where != EVERYWHERE or c.effect.name not in own]
 
 
 def _ordinary(candidate: Candidate) -> bool:

@@ -7,11 +7,11 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.merged import merged
 from leo_diffmodel.explain.estimate.rounds import ORDINARY
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.together import widens
 from leo_diffmodel.explain.select.evidence import Scored
-from leo_diffmodel.explain.select.merged import merged
 from leo_diffmodel.explain.select.sets import Names, Sets
 
 
@@ -21,9 +21,10 @@ def judged(sets: Sets, at: Estimate) -> Scored:
     It is fitted again where leaving out one of them costs more than noise gives: the others are
     then far from where they were linearised.
     """
-    problem, whole = at.problem, merged(sets, at)
-    at = whole
     sets.keep(at)
+    problem, at = at.problem, at._replace(fit=merged(at.problem, at.fit, sets.pool))
+    sets.keep(at)
+    whole = at
     while not sets.late and (weak := _weakest(sets, at)):
         at = weak.at
         cost = at.fit.lost(problem.train) - whole.fit.lost(problem.train)
