@@ -29,14 +29,14 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
     It begins where the search left it, then at other `starts`, each (P,); as many are tried as it
-    takes for two ends to agree. The last two begin a standard error to each side of the best.
-    Where there are many parameters, there is one of each kind.
+    takes for two ends to agree. The last two begin a standard error to each side of the best. Of
+    many parameters those are all: what suits each alone is no start for them together.
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
     ends = [best]
     many = len(best.theta) > problem.numerics.profiled
-    for theta in (*starts[:1], None) if many else (*starts, None, None):
+    for theta in (None, None) if many else (*starts, None, None):
         if _reached(problem, ends, best) > 1 or problem.late():
             break
         if theta is None:

@@ -116,11 +116,6 @@ class Matrices:
         """All of them."""
         return (*self.members, *self.others)
 
-    @property
-    def left(self) -> float:
-        """What the fit leaves beyond white noise [nats]."""
-        return self.least(self.members)[0] - 0.5 * self.samples
-
     def least(self, terms: Sequence[Term]) -> tuple[float, Array]:
         """Loss of a set [nats] and its coefficients within their limits, term by term."""
         index = indices(terms)

@@ -16,9 +16,10 @@ Array = np.ndarray
 
 
 def merged(problem: Problem, fitted: Fit, pool: Iterable[Candidate]) -> Fit:
-    """A fit with one cause of the pool for effects at one link, where that does as well.
+    """A fit with one cause of the pool for effects at one link, where that does better.
 
-    Linear algebra finds the effects, as what the cause does is no straight line in its place.
+    Linear algebra finds the effects, as what the cause does is no straight line in its place. On
+    a single hinge both do the same, and the effects stay.
     """
     for law in [c for c in pool if c.effect.together]:
         here = [c for c in fitted.hypothesis.candidates if c.where == law.where]
@@ -30,7 +31,7 @@ def merged(problem: Problem, fitted: Fit, pool: Iterable[Candidate]) -> Fit:
             continue
         other = fit(problem, hypothesis, theta, fitted.start, thorough=True)
         alike = problem.gates.equal_nats * max(dispersion(fitted), 1.0)
-        if other.lost(problem.train) <= fitted.lost(problem.train) + alike:
+        if other.lost(problem.train) < fitted.lost(problem.train) - alike:
             fitted = other
     return fitted
 

@@ -67,28 +67,11 @@ class Rounds:
         for _ in range(problem.numerics.most_rounds):
             made = self.matrices(problem, fitted)
             if not rest_of(problem, self._first.fit, fitted).matters:
-                fitted, more = self._one_more(problem, fitted, made)
-                return fitted, self.matrices(problem, fitted) if more else made
+                break
             fitted, again = self._round(problem, fitted, made)
             if again:
                 break
         return fitted, made
-
-    def _one_more(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
-        """With an effect that explains most of the little that is left, if there is one.
-
-        Of a robot that is wrong in many small ways each would explain a part of it.
-        """
-        left = made.left
-        terms = self._chosen(problem, fitted, made)
-        new = [t for t in terms if t not in made.members]
-        if problem.late() or not new or left <= 0:
-            return fitted, False
-        first = max(new, key=lambda t: made.gains(made.members, [[t]])[0])
-        if made.gains(made.members, [[first]])[0] < (1 - problem.gates.share) * left:
-            return fitted, False
-        terms = [t for t in terms if t in made.members or t is first]
-        return self._fitted(problem, *made.hypothesis(terms), fitted.start), True
 
     def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
         """One choice and its joint fit, and whether the choice is the same again."""
