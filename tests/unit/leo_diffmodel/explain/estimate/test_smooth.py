@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which sets near a fit are fitted: those that linear algebra finds best."""
 
+from dataclasses import replace
 from importlib import import_module
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -101,6 +102,17 @@ def test_an_effect_in_the_place_of_one_is_near():
     at = fits.refitted(first, Hypothesis((wrong,)))
     exchanged = [{c.effect.name for c in e.names} for e in fits.near(at, POOL, heard()).larger]
     assert {'coulomb_friction'} in exchanged
+
+
+def test_near_many_effects_one_more_is_tried_and_no_pair_is_exchanged():
+    few = replace(SETTINGS, gates=replace(SETTINGS.gates, many=0))
+    fits, first = begun(FRICTION, DELAY)
+    own = Hypothesis(tuple(c for c in POOL if c.effect.name == 'coulomb_friction'))
+    at = fits.refitted(first, own)
+    linear = matrices(at.problem, at.fit, fits.scales, POOL)
+    found = [named(terms) for terms in rivals(linear, PRICE, few, NEAR)]
+    assert {'coulomb_friction', 'command_delay'} in found
+    assert all(len(names) <= 2 for names in found)
 
 
 def test_one_value_for_all_joints_is_no_candidate_of_its_own():
