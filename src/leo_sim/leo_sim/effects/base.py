@@ -73,7 +73,7 @@ class Effect:
             that numba can compile. It then runs for whole windows at once. `torque` need not
             be written. Of a command that acts at once: the parameters and the input; `command`
             need not be written.
-        together: Effects that it does at once, at one place: a search comes to it by them.
+        together: Effects that it does at once: of one joint data show no more than these.
         source: The user's file it was read from; '' for an effect of the catalogue.
         digest: Hash of that file's text.
         rank: Laws of one hook run in ascending rank.
@@ -138,10 +138,6 @@ class Effect:
 
     def body(self, p: Values, link: Body) -> Body:
         """The changed link."""
-        raise NotImplementedError
-
-    def between(self, before: Body, after: Body) -> Values:
-        """Values with which an effect of others together makes about one link of the other."""
         raise NotImplementedError
 
     def ground(self, p: Values, ground: Ground) -> Ground:

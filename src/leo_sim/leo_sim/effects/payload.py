@@ -34,14 +34,5 @@ class Payload(Effect):
         inertia = tuple(i + reduced * t for i, t in zip(link.inertia, turned, strict=True))
         return link._replace(mass=mass, com=com, inertia=inertia)
 
-    def between(self, before: Body, after: Body) -> dict[str, float]:
-        """The mass and its place that move mass and centre of mass from one link to another."""
-        added = after.mass - before.mass
-        moved = (
-            (after.mass * to - before.mass * of) / added
-            for of, to in zip(before.com, after.com, strict=True)
-        )
-        return {'m': added, **dict(zip('xyz', moved, strict=True))}
-
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
         return in_space(robot, where, self.parameters)

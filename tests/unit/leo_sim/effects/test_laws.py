@@ -88,8 +88,3 @@ def test_a_payload_is_the_link_and_a_point_mass_as_one_body():
     np.testing.assert_allclose(
         about_origin(*one[:3]), np.add(about_origin(*LINK[:3]), point), atol=1e-15
     )
-
-
-def test_a_payload_is_found_from_the_link_that_it_makes():
-    payload = EFFECTS['payload']
-    assert payload.between(LINK, payload.body(LOAD, LINK)) == pytest.approx(LOAD)

@@ -54,10 +54,21 @@ def choose(
     while (found := _best(matrices, held, price, least, numerics.bounded_looks)) and len(
         held
     ) < numerics.most_terms:
-        worth, more = found
+        worth, more = found[0]
         held = pruned(matrices, _joined(held, more), price, kept)
         least = max(least, numerics.wait * worth)
     return held
+
+
+def first_steps(
+    matrices: Matrices, price: Price, numerics: Numerics, kept: Kept = lambda _: False
+) -> list[list[Term]]:
+    """Sets with one thing more than a fit that is far off, those that save most first."""
+    held = pruned(matrices, list(matrices.members), price, kept)
+    found = _best(matrices, held, price, 0.0, numerics.bounded_looks)
+    steps = (pruned(matrices, _joined(held, more), price, kept) for _, more in found)
+    one_each = {frozenset(t.candidate for t in terms): terms for terms in steps}
+    return [*one_each.values()][: numerics.patience] or [held]
 
 
 def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:
@@ -66,17 +77,16 @@ def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:
 
 def _best(
     matrices: Matrices, held: Sequence[Term], price: Price, least: float, looked: int
-) -> tuple[float, list[Term]] | None:
-    """What saves most when added, with how much; None where nothing is worth its price."""
+) -> list[tuple[float, list[Term]]]:
+    """What saves most when added, with how much; nothing where none is worth its price."""
     groups = [*_groups(matrices, held)]
     if not groups:
-        return None
+        return []
     gains = np.array(matrices.gains(held, groups)) - [price.of(g) for g in groups]
     now = _cost(matrices, held, price)
     looks = [int(i) for i in np.argsort(-gains)[:looked] if gains[i] > least]
-    worth = [(now - _cost(matrices, _joined(held, groups[i]), price), i) for i in looks]
-    best = max(worth, default=(0.0, 0))
-    return (best[0], groups[best[1]]) if best[0] > max(least, 0.0) else None
+    worth = [(now - _cost(matrices, _joined(held, groups[i]), price), groups[i]) for i in looks]
+    return sorted((w for w in worth if w[0] > max(least, 0.0)), key=_first, reverse=True)
 
 
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
@@ -153,6 +163,7 @@ def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:
     """Each further term alone, and what changes the inertia of a link together.
 
     A payload changes mass, centre of mass and inertia; one of them alone may look like anything.
+    Where it is a candidate itself it stands for those that it does at once.
     """
     names = frozenset(t.candidate for t in held)
     able = [t for t in matrices.terms if _stands(names, t.candidate)]
@@ -161,7 +172,11 @@ def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:
     for t in able:
         if t.candidate.effect.hook == 'body' and t.candidate.effect.family == INERTIA:
             links.setdefault(t.candidate.where, {}).setdefault(t.candidate, t)
-    yield from ([*of_link.values()] for of_link in links.values() if len(of_link) > 1)
+    for of_link in links.values():
+        parts = {name for c in of_link for name in c.effect.together}
+        group = [t for c, t in of_link.items() if c.effect.name not in parts]
+        if len(group) > 1:
+            yield group
 
 
 def _stands(names: frozenset[Candidate], candidate: Candidate) -> bool:

@@ -33,7 +33,7 @@ from leo_diffmodel.explain.estimate.standing import (
 )
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
-from leo_diffmodel.explain.problem.together import compatible, simple
+from leo_diffmodel.explain.problem.together import compatible
 from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Robot
 
@@ -54,7 +54,7 @@ class Contact(Estimator):
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
     ) -> Extension:
         """Scan all candidates; the most promising are fitted further and further beside it."""
-        pool = [c for c in simple(pool) if compatible(base.names, c)]
+        pool = [c for c in pool if compatible(base.names, c)]
         posed, null, _ = converged(base.posed, base.fit)
         scanner = GroundScanner(posed.problem, null, self.scales)
         traced = scanner.trace(pool, lambda c: progress(c.label, STEPS.scan))

@@ -31,12 +31,14 @@ MASS, MOMENT = 'link_mass', 'link_com'
 class Column:
     """What the parameters of an effect do, moved in one direction (P,).
 
-    Its coefficient is between `low` and `high`.
+    Its coefficient is between `low` and `high`. Some are what that does `beside` the first column
+    of an effect: of a mass at another place its first moment.
     """
 
     direction: Array
     low: float
     high: float
+    beside: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,11 @@ class Term:
             values = self.begin + by * self.columns[0].direction
             values[self.phase] = turned
             return np.asarray(values)
-        moves = (x * c.direction for x, c in zip(coefficients, self.columns, strict=True))
+        by = max(coefficients[0], 1e-9) if self.columns else 1.0
+        moves = (
+            x / by * (c.direction - self.columns[0].direction) if c.beside else x * c.direction
+            for x, c in zip(coefficients, self.columns, strict=True)
+        )
         return np.asarray(sum(moves, self.begin))
 
 
@@ -261,7 +267,9 @@ class _Builder:
         points = [term.begin + c.direction for term in terms for c in term.columns]
         rows = self._free(self._scanner.change(candidate, np.array(points)))
         rows = np.where(np.isfinite(rows), rows, 0.0)
-        return np.split(rows, np.cumsum([len(term.columns) for term in terms])[:-1])
+        parts = np.split(rows, np.cumsum([len(term.columns) for term in terms])[:-1])
+        less = [np.array([[c.beside] for c in term.columns]) for term in terms]
+        return [part - of * part[0] for part, of in zip(parts, less, strict=True)]
 
     def _gain(self, term: Term, rows: Array) -> tuple[float, Array]:
         """What a term saves beside the effects of the fit, and its coefficients."""
@@ -305,6 +313,9 @@ class _Builder:
 def _terms(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator[Term]:
     """The shapes of an effect: what is straight in its amplitudes once, else each size."""
     parameters, amplitude = candidate.parameters, amplitude_indices(candidate.parameters)
+    if candidate.effect.hook == 'body' and any(p.times for p in parameters):
+        yield from _at_places(candidate, scanner)
+        return
     others = [
         (0.0,) if p.role == 'phase' else scanner.shape(candidate, p)
         for p in parameters
@@ -325,6 +336,21 @@ def _terms(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator
                 direction = size * np.eye(len(begin))[amplitude[0]]
                 limits = stretch_limits(candidate, problem.grids)
                 yield Term(candidate, begin, (Column(direction, *limits),))
+
+
+def _at_places(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
+    """A mass at the centre of a link, or as far beyond it, and its first moments about there."""
+    parameters = candidate.parameters
+    centre = dict(zip('xyz', scanner.centre(candidate.where), strict=True))
+    for far in (1.0, 2.0):
+        begin = np.array([far * centre[p.name] if p.times else p.neutral for p in parameters])
+        mass = _straight(candidate, begin, 0, scanner)
+        others = [
+            Column(mass.direction + scanner.sizes(candidate, p)[1] * unit, -np.inf, np.inf, True)
+            for p, unit in zip(parameters, np.eye(len(begin)), strict=True)
+            if p.times
+        ]
+        yield Term(candidate, begin, (mass, *others))
 
 
 def _quarters(column: Column, phase: int) -> Iterator[Column]:

@@ -14,31 +14,30 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.choice import choose, Kept, price_of, pruned
+from leo_diffmodel.explain.estimate.choice import choose, first_steps, Kept, price_of, pruned
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices, Term
-from leo_diffmodel.explain.estimate.merged import merged
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import EVERYWHERE, simple
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
+FRICTION = 'friction'
 ORDINARY = ('viscous_friction', 'coulomb_friction')
 """Losses that every joint has."""
 
 
 class Rounds:
-    """Choice and joint fit in turn, of effects that act at one place, and of what they share."""
+    """Choice and joint fit in turn; none of the pool acts at all joints at once."""
 
     def __init__(
         self, estimator: Estimator, first: Estimate, pool: Sequence[Candidate], progress: Reporter
     ):
-        self._estimator, self._first, self._progress = estimator, first, progress
-        self._pool, self._all = of_joints(pool), pool
+        self._estimator, self._first, self._pool = estimator, first, pool
+        self._progress = progress
 
     def of(self, recordings: Sequence[Recording], near: Fit | None = None) -> Estimate:
         """The set that rounds lead to, from short windows or from a fit `near` the best."""
@@ -57,7 +56,7 @@ class Rounds:
         for _ in range(short.numerics.most_rounds):
             if short.late() or _noise_is_left(short, begun):
                 break
-            begun, again = self._round(short, begun, self.matrices(short, begun))
+            begun, again = self._round(short, begun, self.matrices(short, begun, self._plain))
             if again:
                 break
         return begun
@@ -74,16 +73,34 @@ class Rounds:
         return fitted, made
 
     def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
-        """One choice and its joint fit, and whether the choice is the same again."""
-        terms = self._chosen(problem, fitted, made)
-        if problem.late() or {t.candidate for t in terms} == {*fitted.hypothesis.candidates}:
-            return fitted, True
-        fitted = self._fitted(problem, *made.hypothesis(terms), fitted.start)
-        return merged(problem, fitted, self._all), False
+        """One choice and its joint fit, and whether the choice is the same again.
 
-    def matrices(self, problem: Problem, fitted: Fit) -> Matrices:
-        """All effects about a fit."""
-        return matrices(problem, fitted, self._estimator.scales, self._pool, self._progress)
+        Where the fit is far off, the best of those that have one thing more.
+        """
+        price = price_of(problem, fitted, made)
+        if unexplained(fitted) > problem.gates.far:
+            chosen = first_steps(made, price, problem.numerics, _ordinary)
+        else:
+            chosen = [choose(made, price, problem.numerics, _ordinary)]
+        sets = [self._seen(made, terms, _ordinary) for terms in chosen]
+        if problem.late() or {t.candidate for t in sets[0]} == {*fitted.hypothesis.candidates}:
+            return fitted, True
+        fits = [self._fitted(problem, *made.hypothesis(s), fitted.start) for s in sets]
+        best = min(fits, key=lambda f: f.lost(problem.train))
+        none = best.lost(problem.train) >= fitted.lost(problem.train)
+        return (fitted, True) if none else (best, False)
+
+    def matrices(
+        self, problem: Problem, fitted: Fit, pool: Sequence[Candidate] | None = None
+    ) -> Matrices:
+        """All effects of a pool about a fit."""
+        pool = self._pool if pool is None else pool
+        return matrices(problem, fitted, self._estimator.scales, pool, self._progress)
+
+    @property
+    def _plain(self) -> list[Candidate]:
+        """What short windows tell: of friction the ordinary losses, whatever its law is."""
+        return [c for c in self._pool if c.effect.family != FRICTION or _ordinary(c)]
 
     def _fitted(
         self,
@@ -105,11 +122,6 @@ class Rounds:
         fitted = self._fitted(at.problem, *made.hypothesis(terms), at.fit.start)
         return at._replace(fit=fitted)
 
-    def _chosen(self, problem: Problem, fitted: Fit, made: Matrices) -> list[Term]:
-        """What is worth its price and can be seen; ordinary losses are."""
-        terms = choose(made, price_of(problem, fitted, made), problem.numerics, _ordinary)
-        return self._seen(made, terms, _ordinary)
-
     def _seen(self, made: Matrices, terms: list[Term], kept: Kept = lambda _: False) -> list[Term]:
         """The terms less those that change nothing that anybody can see, the least first."""
         many = self._first.problem.gates.many
@@ -130,12 +142,6 @@ class Rounds:
         hypothesis, theta = made.hypothesis(terms)
         at = replace(made.fit, hypothesis=hypothesis, theta=theta)
         return self._estimator.ends(self._first._replace(fit=at))
-
-
-def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
-    """Those of a pool that act at one place, and what acts at all places only."""
-    own = {c.effect.name for c in pool if c.where != EVERYWHERE}
-    return [c for c in simple(pool) if c.where != EVERYWHERE or c.effect.name not in own]
 
 
 def _ordinary(candidate: Candidate) -> bool:

@@ -98,6 +98,11 @@ class Scanner:
         """How many times as heavy a link may be, and as large its first moment."""
         return self._problem.grids.heavier
 
+    def centre(self, link: str) -> tuple[float, float, float]:
+        """The centre of mass of a link in the fit [m]."""
+        base, theta = self._problem.base, self._null.theta
+        return self._null.hypothesis.model(base, theta).laws.bodies[link].com
+
     def small(self, candidate: Candidate, begin: Array, direction: Array, size: float) -> float:
         """A size, or less: that changes predictions by what is told well, and no more.
 

@@ -25,10 +25,10 @@ from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
-from leo_diffmodel.explain.estimate.rounds import of_joints, Rounds
+from leo_diffmodel.explain.estimate.rounds import Rounds
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import compatible, simple
+from leo_diffmodel.explain.problem.together import compatible, EVERYWHERE
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
@@ -58,7 +58,7 @@ class Smooth(Estimator):
     ) -> Estimate:
         """What all losses at once lead to, in short windows at first."""
         progress.expect(2 * len(pool) + STEPS.end)
-        return Rounds(self, first, pool, progress).of(recordings, near)
+        return Rounds(self, first, of_joints(pool), progress).of(recordings, near)
 
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
@@ -78,7 +78,7 @@ class Smooth(Estimator):
         self, base: Estimate, pool: Sequence[Candidate], progress: Progress
     ) -> Extension:
         """Each effect of a pool beside a fitted hypothesis, from where linear algebra points."""
-        able = [c for c in simple(pool) if compatible(base.names, c)]
+        able = [c for c in pool if compatible(base.names, c)]
         made = matrices(base.problem, base.fit, self.scales, able, progress)
         begins = base.problem.numerics.begins
         points = []
@@ -115,6 +115,12 @@ class Smooth(Estimator):
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
         """The least loss that several starts lead to."""
         return Estimate(at.posed, finished(at.problem, at.fit, starts))
+
+
+def of_joints(pool: Sequence[Candidate]) -> list[Candidate]:
+    """Those of a pool that act at one place, and what acts at all places only."""
+    own = {c.effect.name for c in pool if c.where != EVERYWHERE}
+    return [c for c in pool if c.where != EVERYWHERE or c.effect.name not in own]
 
 
 def _fitted_all(

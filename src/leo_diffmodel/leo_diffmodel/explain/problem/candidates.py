@@ -53,10 +53,16 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
     return tuple(
         Candidate(effect, where, _parameters(effect, model, where))
         for effect in (*EFFECTS.values(), *extra)
-        if effect.applies(model.robot)
+        if effect.applies(model.robot) and _told_apart(effect, model)
         for where in _places(effect, model)
         if (effect.name, where) not in taken
     )
+
+
+def _told_apart(effect: Effect, model: Model) -> bool:
+    """Whether it is another thing than the effects that it does at once, and found as one."""
+    robot = model.robot
+    return not effect.together or (len(robot.joint_names) > 1 and not robot.contacts)
 
 
 def _places(effect: Effect, model: Model) -> list[str]:

@@ -139,8 +139,8 @@ CLASSES = (
     ),
 )
 
-WELDED = 'link_inertia'
-"""It adds to that of the whole body, whichever of its links it is said of."""
+WELDED = 'link_inertia', 'payload'
+"""They add to the whole body, whichever of its links they are said of."""
 PAIRS = {
     'external_force': (
         'note: about a fixed axis a constant downward force is also a heavier link whose inertia '
@@ -156,7 +156,7 @@ def same_thing(a: Candidate, b: Candidate, facts: Facts) -> str | None:
 
 def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None:
     """As `same_thing`, for effects as (name, place)."""
-    if a[0] == b[0] == WELDED and a[1] != b[1] and facts.body(a[1]) == facts.body(b[1]):
+    if a[0] == b[0] and a[0] in WELDED and a[1] != b[1] and facts.body(a[1]) == facts.body(b[1]):
         return 'links that are welded together turn as one'
     pair, where = {a[0], b[0]}, _joint(a[1], facts)
     if len(pair) < 2 or where != _joint(b[1], facts):

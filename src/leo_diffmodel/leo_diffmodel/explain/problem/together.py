@@ -33,8 +33,3 @@ def widens(candidate: Candidate, other: Candidate) -> bool:
     Which of them it is, is no question of two causes.
     """
     return candidate.where == other.where and set(other.parameters) < set(candidate.parameters)
-
-
-def simple(pool: Iterable[Candidate]) -> list[Candidate]:
-    """The candidates that a search tries by themselves: none that does what others do together."""
-    return [c for c in pool if not c.effect.together]

@@ -7,7 +7,6 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.linear_part import linear_part
-from leo_diffmodel.explain.estimate.merged import merged
 from leo_diffmodel.explain.estimate.rounds import ORDINARY
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.together import widens
@@ -21,10 +20,8 @@ def judged(sets: Sets, at: Estimate) -> Scored:
     It is fitted again where leaving out one of them costs more than noise gives: the others are
     then far from where they were linearised.
     """
+    problem, whole = at.problem, at
     sets.keep(at)
-    problem, at = at.problem, at._replace(fit=merged(at.problem, at.fit, sets.pool))
-    sets.keep(at)
-    whole = at
     while not sets.late and (weak := _weakest(sets, at)):
         at = weak.at
         cost = at.fit.lost(problem.train) - whole.fit.lost(problem.train)

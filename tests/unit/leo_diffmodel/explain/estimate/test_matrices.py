@@ -171,3 +171,27 @@ def test_small_differences_make_intervals_wider(linear):
     assert (wider.standard_errors > fitted.standard_errors).all()
     both = [t.candidate for t in made.terms]
     assert background(made, both, 1.0).widened(fitted) is not None
+
+
+def test_a_payload_is_a_mass_at_a_place_and_its_first_moments():
+    load = place(ROBOT, 'payload', 'lower', m=0.02, x=0.03, z=-0.12)
+    model = Model(ROBOT)
+    posed = pose([recorded(load)], [], model, SETTINGS)
+    pool = [c for c in candidates(model) if c.label == 'payload:lower']
+    given = fit(posed.problem, Hypothesis())
+    linear = matrices(posed.problem, given, scales_of(model, posed.problem.windows), pool)
+    best = min(linear.terms, key=lambda t: linear.least([t])[0])
+    hypothesis, theta = linear.hypothesis([best])
+    assert hypothesis.candidates == tuple(pool)
+    assert theta == pytest.approx([0.02, 0.03, -0.12], abs=0.03)
+
+
+def test_a_payload_beside_losses_at_every_joint_is_told_as_one():
+    load = place(ROBOT, 'payload', 'lower', m=0.15, x=0.05, z=-0.1)
+    found = searched(
+        [recorded(load, *LOSSES)], Model(ROBOT), hold_out=[recorded(load, *LOSSES, seed=2)]
+    )
+    assert named(found) == {*TRUTH, ('payload', 'lower')}
+    index = [c.effect.name for c in found.final.hypothesis.candidates].index('payload')
+    values = found.final.hypothesis.values(found.final.theta, index)
+    assert values == pytest.approx({'m': 0.15, 'x': 0.05, 'z': -0.1}, abs=0.01)

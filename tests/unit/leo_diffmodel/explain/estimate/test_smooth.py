@@ -12,13 +12,11 @@ from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate.choice import Price, rivals
 from leo_diffmodel.explain.estimate.matrices import matrices
-from leo_diffmodel.explain.estimate.rounds import of_joints
-from leo_diffmodel.explain.estimate.smooth import Smooth
+from leo_diffmodel.explain.estimate.smooth import of_joints, Smooth
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.problem.sizes import scales_of
-from leo_diffmodel.explain.problem.together import simple
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import place
@@ -117,7 +115,7 @@ def test_near_many_effects_one_more_is_tried_and_no_pair_is_exchanged():
 
 def test_one_value_for_all_joints_is_no_candidate_of_its_own():
     pool = candidates(Model('double_pendulum'))
-    assert {c.effect.name for c in of_joints(pool)} == {c.effect.name for c in simple(pool)}
+    assert {c.effect.name for c in of_joints(pool)} == {c.effect.name for c in pool}
     shared = {c.effect.name for c in of_joints(pool) if c.where == 'all'}
     assert all(c.effect.late for c in pool if c.effect.name in shared)
     assert np.sum([c.where == 'all' for c in pool]) > len(shared)

@@ -196,3 +196,10 @@ def test_a_wheel_whose_mass_is_on_its_axis_has_a_size(tmp_path, motor, gravity):
     most = found['coulomb_friction', 'c'].high
     assert most == pytest.approx(0.32 if motor else 0.5 * 9.81 * radius)
     assert (push_scale(model.robot) > 0).all()
+
+
+@pytest.mark.parametrize(
+    ('robot', 'offered'), [('torque_pendulum', False), ('double_pendulum', True), ('leo', False)]
+)
+def test_a_payload_is_offered_where_it_is_another_thing_than_its_parts(robot, offered):
+    assert offered == any(c.effect.name == 'payload' for c in candidates(Model(robot)))
