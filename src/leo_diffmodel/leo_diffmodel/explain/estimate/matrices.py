@@ -342,7 +342,7 @@ def _at_places(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
     """A mass at the centre of a link, or as far beyond it, and its first moments about there."""
     parameters = candidate.parameters
     centre = dict(zip('xyz', scanner.centre(candidate.where), strict=True))
-    for far in (1.0, 2.0):
+    for far in scanner.places:
         begin = np.array([far * centre[p.name] if p.times else p.neutral for p in parameters])
         mass = _straight(candidate, begin, 0, scanner)
         others = [

@@ -94,6 +94,11 @@ class Scanner:
         return self.without_starts(self._given - self._tried(candidate, points))
 
     @property
+    def places(self) -> tuple[float, ...]:
+        """Where a payload is tried, in times the way to the centre of its link."""
+        return self._problem.grids.places
+
+    @property
     def heavier(self) -> float:
         """How many times as heavy a link may be, and as large its first moment."""
         return self._problem.grids.heavier
