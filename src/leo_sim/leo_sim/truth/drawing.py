@@ -46,6 +46,7 @@ LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
 
 BY_NAME_ALONE = (
     'directional_load_friction',
+    'payload',
     'quadratic_load_friction',
     'stribeck_load_friction',
     'voltage_push',
@@ -53,6 +54,9 @@ BY_NAME_ALONE = (
 """Joined the catalogue when seeds had their secrets: they are hidden by a file that names them."""
 
 NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
+
+PLACE = 0.1
+"""Of a payload, from the origin of its link [m]."""
 
 WINDOWS, SECONDS = 16, 0.5
 
@@ -164,6 +168,9 @@ def _shape(
         return {'mu': (0.0, 0.3), 'mu2': (0.0, 2.0 / _strongest(robot))}
     if name == 'joint_spring':
         return {'k': (0.0, 1.0), 'rest': (angle, 0.0)}
+    if name == 'payload':
+        x, z = PLACE * math.cos(angle), PLACE * math.sin(angle)
+        return {'m': (0.0, 1.0), 'x': (x, 0.0), 'z': (z, 0.0)}
     if name == 'torque_ripple':
         return {'a': (0.0, 1.0), 'n': (float(rng.integers(2, 9)), 0.0), 'phase': (angle, 0.0)}
     if {p.name for p in parameters} == {'x', 'z'}:

@@ -31,9 +31,10 @@ BY_HAND = {
 
 
 def cases() -> Iterator[Any]:
-    """Every effect on each robot it applies to; slow on all but one of them, taken in turns."""
+    """Every effect on each robot that shows it; slow on all but one of them, taken in turns."""
     for number, (name, effect) in enumerate(EFFECTS.items()):
-        robots = [robot.name for robot in ROBOTS.values() if effect.applies(robot)]
+        applies = [robot.name for robot in ROBOTS.values() if effect.applies(robot)]
+        robots = [] if effect.together else applies
         for turn, robot in enumerate(robots):
             marks = [] if turn == number % len(robots) else [pytest.mark.slow]
             yield pytest.param(robot, name, number, marks=marks)

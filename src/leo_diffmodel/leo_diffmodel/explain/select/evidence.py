@@ -33,6 +33,7 @@ class Scored:
         at: the hypothesis, fitted.
         left: loss of each training window, predicted from the other folds [nats], shape (W,).
         fold: what was left out with each of them, shape (W,).
+        behind: nats that count by which longer windows put it behind the best of its rivals.
         ends: errors of the states it predicts for the ends of long windows from their measured
             start, in noise floors there, shape (V, 2J); None where that does not matter.
     """
@@ -40,6 +41,7 @@ class Scored:
     at: Estimate
     left: Array
     fold: Array
+    behind: float = 0.0
     ends: Array | None = None
 
     @property
@@ -101,7 +103,7 @@ class Weight:
     def ahead(self, a: Scored, b: Scored) -> float:
         """Nats that count by which `a` is better than `b`, the price of parameters included."""
         saved = float(self._saved(b, a).sum()) / self.spread
-        return saved + self.price * (b.size - a.size)
+        return saved + self.price * (b.size - a.size) + b.behind - a.behind
 
     def ordered(self, sets: Sequence[Scored]) -> list[Scored]:
         """The best first: by what each is behind the best of all."""

@@ -146,7 +146,7 @@ def search(
     found = Sets(fits, pool, settings, Reporter.of(progress), first.problem.until)
     best = searched(found, first, recordings, near)
     late = found.late
-    best = stable.canonical(found, best)
+    best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in stable.turns(found))
     best = best if late else stable.narrowed(found, best, turns, alike)
     empty = found.known[frozenset()]

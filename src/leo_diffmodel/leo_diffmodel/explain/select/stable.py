@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How sure a choice is: which of equal sets it is, and what stays where folds are left out.
+"""How sure a choice is: ties that longer windows break, and what stays where folds are left out.
 
 Stability selection (Meinshausen and Bühlmann 2010) asks of each effect how often it is chosen. It
 is there by any name, in a wider law, or in a law of all joints. Where a wider law is not chosen in
@@ -13,13 +13,38 @@ from dataclasses import replace
 
 import numpy as np
 
+from leo_diffmodel.explain.estimate.estimator import Estimate
+from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.together import EVERYWHERE, widens
-from leo_diffmodel.explain.select.evidence import Scored
+from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.select.sets import chosen, Names, Sets, supported
 
 Alike = Callable[[Candidate, Candidate], bool]
 """Whether two effects are one, or the same thing in the data."""
+
+
+def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
+    """Of sets that short windows cannot tell apart, the best in the longest that can be fitted.
+
+    Not of more than `many` effects, where held-out errors alone have the last word.
+    """
+    longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
+    size, able = len(best.names), _supported(sets)
+    near = [s for s in able if len(s.names) == size and weight.ahead(best, s) < margin]
+    if longer is None or len(near) < 2 or size > sets.settings.gates.many:
+        return best
+    near = _distinct(weight.ordered(near), weight)[: sets.settings.numerics.singles]
+    if len(near) < 2:
+        return best
+    posed = replace(best.at.posed, problem=longer)
+    again = [score(Estimate(posed, fit(longer, s.fit.hypothesis, s.fit.theta))) for s in near]
+    judge = weigh(again)
+    first = judge.ordered(again)[0]
+    for scored in again:
+        mine = sets.known[scored.names]
+        sets.known[scored.names] = replace(mine, behind=judge.ahead(first, scored))
+    return sets.known[first.names]
 
 
 def canonical(sets: Sets, best: Scored) -> Scored:
@@ -32,6 +57,15 @@ def canonical(sets: Sets, best: Scored) -> Scored:
     alike = [s for s in able if s.size == best.size and abs(weight.ahead(best, s)) <= near]
     ranks = [(len(s.names), sorted(order[c] for c in s.names)) for s in alike]
     return alike[ranks.index(min(ranks))] if alike else best
+
+
+def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
+    """The sets less those that do the same as the one before, by other names."""
+    kept: list[Scored] = []
+    for scored in ordered:
+        if not kept or abs(weight.ahead(kept[-1], scored)) > weight.gates.equal_nats:
+            kept.append(scored)
+    return kept
 
 
 def _supported(sets: Sets) -> list[Scored]:

@@ -15,7 +15,7 @@ from leo_diffmodel.explain.problem.together import compatible, widens
 from leo_diffmodel.explain.select.evidence import weigh, Weight
 from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import chosen, Sets
-from leo_diffmodel.explain.select.stable import canonical, turns
+from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, turns
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
@@ -73,7 +73,7 @@ def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
 def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, lambda _: None)
     best = searched(sets, estimator.first(Hypothesis()), ())
-    best = canonical(sets, best)
+    best = canonical(sets, long_horizon_tie_break(sets, best))
     return names(best), [frozenset(names(s)) for s in turns(sets)]
 
 
