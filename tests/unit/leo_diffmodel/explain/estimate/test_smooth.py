@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.explain.estimate.choice import Price, rivals
+from leo_diffmodel.explain.estimate.choice import first_steps, Price, rivals
 from leo_diffmodel.explain.estimate.matrices import matrices
+from leo_diffmodel.explain.estimate.rounds import Rounds
 from leo_diffmodel.explain.estimate.smooth import of_joints, Smooth
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
@@ -111,6 +112,20 @@ def test_near_many_effects_one_more_is_tried_and_no_pair_is_exchanged():
     found = [named(terms) for terms in rivals(linear, PRICE, few, NEAR)]
     assert {'coulomb_friction', 'command_delay'} in found
     assert all(len(names) <= 2 for names in found)
+
+
+def test_far_from_the_data_one_thing_is_added_at_a_time():
+    steps = first_steps(made(FRICTION, DELAY), PRICE, SETTINGS.numerics)
+    assert len({frozenset(named(terms)) for terms in steps}) == SETTINGS.numerics.patience
+    assert all(len(terms) == 1 for terms in steps)
+
+
+def test_short_windows_know_viscous_and_dry_friction_only():
+    fits, first = begun(FRICTION)
+    tried = Rounds(fits, first, POOL, heard())._plain
+    laws = {c.effect.name for c in tried if c.effect.family == 'friction'}
+    assert laws == {'viscous_friction', 'coulomb_friction'}
+    assert {c.effect.name for c in POOL} - {c.effect.name for c in tried} >= {'stribeck_friction'}
 
 
 def test_one_value_for_all_joints_is_no_candidate_of_its_own():
