@@ -75,8 +75,10 @@ def losses(line: dict) -> Iterator[tuple[str, float, float | None, bool]]:
 
 
 def beside(line: dict) -> list[str]:
-    """Effects that are named and are not there."""
+    """Effects that are named and are not there; a payload has an inertia of its own."""
     there = {place for place, *_ in losses(line)}
+    if line['truth']['payload']:
+        there.add(f'link_inertia:link_{line["joints"]}')
     return [label for e in line['effects'] if (label := f'{e["name"]}:{e["where"]}') not in there]
 
 

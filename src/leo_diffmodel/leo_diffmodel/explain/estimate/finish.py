@@ -29,8 +29,9 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
     It begins where the search left it, then at other `starts`, each (P,); as many are tried as it
-    takes for two ends to agree. The last two begin a standard error to each side of the best. Of
-    many parameters those are all: what suits each alone is no start for them together.
+    takes for two ends to agree. The last two begin to each side of the best, a standard error in
+    each direction of the covariance. Of many parameters those are all: what suits each alone is
+    no start for them together.
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
@@ -40,7 +41,7 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
         if _reached(problem, ends, best) > 1 or problem.late():
             break
         if theta is None:
-            theta = hypothesis.bounded(best.theta + (-1) ** len(ends) * best.standard_errors)
+            theta = hypothesis.bounded(best.theta + (-1) ** len(ends) * _error_off(best))
         other = fit(problem, hypothesis, theta, thorough=True)
         if other.lost(problem.train) < best.lost(problem.train) - _tolerance(problem, best):
             other = _profiled(problem, other)
@@ -49,6 +50,13 @@ def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     reached = _reached(problem, ends, best)
     converged = reached > 1 and best.ended
     return replace(best, certificate=Certificate(best.decrement, len(ends), reached, converged))
+
+
+def _error_off(fitted: Fit) -> Array:
+    """Parameters (P,) off by a standard error in each direction of their covariance."""
+    variance, directions = np.linalg.eigh(fitted.covariance)
+    root = directions * np.sqrt(np.maximum(variance, 0.0)) @ directions.T
+    return np.asarray(root.sum(axis=1))
 
 
 def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:

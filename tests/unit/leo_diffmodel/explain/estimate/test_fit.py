@@ -9,6 +9,7 @@ import pytest
 from tests.simulate import POSITION, record, rounded
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.explain.estimate import finish
 from leo_diffmodel.explain.estimate.finish import finished
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, in_words
@@ -64,6 +65,23 @@ def test_rounding_and_the_order_of_windows_move_no_fit(posed: tuple[Problem, Hyp
         order = np.random.default_rng(seed).permutation(again.windows.count)
         fits.append(ended(again.take(order), hypothesis, 0.0).take(np.argsort(order)))
     check_alike(problem, fits)
+
+
+def test_other_starts_are_as_likely_as_the_errors_say(posed, monkeypatch) -> None:
+    problem, hypothesis = posed
+    begun, known = [], fit
+
+    def told(problem, hypothesis, theta=None, *rest, **named):
+        begun.append(theta)
+        return known(problem, hypothesis, theta, *rest, **named)
+
+    monkeypatch.setattr(finish, 'fit', told)
+    settings = problem.settings.changed(profiled=0)
+    best = finished(replace(problem, settings=settings), fit(problem, hypothesis), [])
+    seen = np.diag(best.covariance) > 0
+    off = (begun[1] - best.theta)[seen]
+    squared = off @ np.linalg.solve(best.covariance[np.ix_(seen, seen)], off)
+    assert squared == pytest.approx(seen.sum(), rel=0.3)
 
 
 def test_a_fit_without_time_has_not_ended_and_is_not_converged(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.explain.estimate.choice import first_steps, Price, rivals
+from leo_diffmodel.explain.estimate.choice import first_steps, Price, price_of, rivals
 from leo_diffmodel.explain.estimate.matrices import matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
 from leo_diffmodel.explain.estimate.smooth import of_joints, Smooth
@@ -118,6 +118,17 @@ def test_far_from_the_data_one_thing_is_added_at_a_time():
     steps = first_steps(made(FRICTION, DELAY), PRICE, SETTINGS.numerics)
     assert len({frozenset(named(terms)) for terms in steps}) == SETTINGS.numerics.patience
     assert all(len(terms) == 1 for terms in steps)
+
+
+def test_an_effect_must_save_more_than_a_trifle_of_what_is_unexplained():
+    fits, first = begun()
+    linear = matrices(first.problem, first.fit, fits.scales, POOL)
+    white = np.random.default_rng(0).standard_normal(first.fit.residual.shape)
+    noise, much = (
+        price_of(first.problem, replace(first.fit, residual=by * white), linear).effect
+        for by in (1.0, 10.0)
+    )
+    assert noise < 2 * linear.threshold and much > 3 * noise
 
 
 def test_short_windows_know_viscous_and_dry_friction_only():
