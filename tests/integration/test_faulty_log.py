@@ -13,6 +13,7 @@ from tests.simulate import bag, record, TORQUE
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.problem.usable import Logged
+from leo_diffmodel.explain.told import Told
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.verbs import bag as bag_verb
 from leo_diffmodel.verbs import explain as explain_verb
@@ -39,7 +40,9 @@ def answered(monkeypatch: pytest.MonkeyPatch, sentence: str, seen: list[Recordin
 
     monkeypatch.setattr(EXPLANATION, 'heard', heard)
     monkeypatch.setattr(
-        EXPLANATION, '_answered', lambda found, _: Explanation('fine', sentence, found.model)
+        EXPLANATION,
+        '_answered',
+        lambda found, _: Explanation('fine', (Told(sentence),), found.model),
     )
 
 
@@ -58,7 +61,7 @@ def test_explain_says_so_and_names_nothing(faulty, capsys):
 def test_mend_undoes_it_and_goes_on(faulty, monkeypatch, capsys):
     seen = []
 
-    answered(monkeypatch, 'Nothing is missing.', seen)
+    answered(monkeypatch, 'Nothing is missing', seen)
     status = explain_verb.main([str(faulty), '--model', 'torque_pendulum', '--mend', '--json'])
     answer = json.loads(capsys.readouterr().out)
     assert (status, answer['verdict']) == (0, 'fine')

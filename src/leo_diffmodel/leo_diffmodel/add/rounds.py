@@ -43,7 +43,7 @@ def merged(found: Sequence[Explanation]) -> Explanation:
     return replace(
         first,
         verdict=last.verdict,
-        sentence=' Then: '.join(each.sentence for each in found),
+        told=tuple(said for each in found for said in each.told),
         effects=[row for each in found for row in each.effects],
         constants={path: c for each in found for path, c in each.constants.items()},
         shown_for={joint: s for each in found for joint, s in each.shown_for.items()},

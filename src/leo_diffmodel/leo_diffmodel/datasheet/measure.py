@@ -134,7 +134,8 @@ def is_of_motor(candidate: Candidate, joint: str, robot: Robot) -> bool:
 def _usable(recordings: Sequence[Recording], model: Model) -> tuple[list[Recording], list[str]]:
     log = Logged.of(recordings, (), model, mend=False, by_torques=True)
     if log.in_the_way:
-        raise UserError('. '.join(log.answer))
+        said, todo = log.answer
+        raise UserError(f'{said} {todo}')
     cut = Cut.of(log.recordings, (), settings_for(model.robot), model)
     return cut.thinned[0], [*(f.what for f in log.faults), *cut.notes]
 

@@ -27,7 +27,9 @@ from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.sentence import answer, next_run
 from leo_diffmodel.explain.settings import Settings, settings_for
+from leo_diffmodel.explain.told import Thing, Told
 from leo_diffmodel.explain.unknown.answer import Unknown
+from leo_diffmodel.outside.outside import Stretch
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -39,13 +41,15 @@ class Explanation:
 
     Attributes:
         model: the repaired model; the model as given where nothing was named.
+        told: the answer in words, once for each round.
         search: the search itself, for the report; None where untestable.
         used: what the search was made in: thinned, without what was moved from outside.
+        left_out: stretches in which something else moved the robot.
         unknown: the law that is missing and no known effect; None where there is none.
     """
 
     verdict: str
-    sentence: str
+    told: tuple[Told, ...]
     model: Model = field(repr=False)
     effects: list[dict] = field(default_factory=list)
     constants: dict[str, dict] = field(default_factory=dict)
@@ -65,12 +69,19 @@ class Explanation:
     unknown: Unknown | None = None
     search: Search | None = field(repr=False, default=None)
     used: tuple[Recording, ...] = field(repr=False, default=())
+    left_out: tuple[Stretch, ...] = field(repr=False, default=())
+
+    @property
+    def sentence(self) -> str:
+        """All that is told."""
+        return ' Then: '.join(map(str, self.told))
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
-        hidden = ('model', 'search', 'used')
+        hidden = ('verdict', 'told', 'model', 'search', 'used', 'left_out')
         row = {name: value for name, value in vars(self).items() if name not in hidden}
-        return row | {'unknown': self.unknown.to_json() if self.unknown else None}
+        row['unknown'] = self.unknown.to_json() if self.unknown else None
+        return {'verdict': self.verdict, 'sentence': self.sentence, **row}
 
 
 def explain(
@@ -110,11 +121,12 @@ def explain(
         answer = _wrong(log, model)
     else:
         log, answer = found.log, _answered(found, step)
+    (said,) = answer.told
     return replace(
         answer,
         seconds=time.monotonic() - began,
         provenance=origin,
-        sentence=log.headline + answer.sentence,
+        told=(replace(said, about=log.headline + said.about),),
         settings=settings.gates.to_json(),
         log_faults=[f.to_json() for f in log.faults],
     )
@@ -133,11 +145,12 @@ def _answered(heard: Heard, step: float | None) -> Explanation:
     left_out = [] if heard.cut.mostly else heard.cut.notes
     answer = _answer(findings, [*left_out, *_step_note(model, found.problem.base)])
     blind = [not_shown(c, 'no speed was measured') for c in unseen(model, data, asked.extra)]
-    notes = ''.join(f' Note: {note}.' for note in heard.log.notes)
+    (said,), notes = answer.told, [f'Note: {note}.' for note in heard.log.notes]
     return replace(
         answer,
-        sentence=answer.sentence + notes,
+        told=(replace(said, more=(*said.more, *notes)),),
         used=data,
+        left_out=heard.cut.stretches,
         not_testable=answer.not_testable + blind,
     )
 
@@ -153,26 +166,27 @@ def _step_note(model: Model, computed: Model) -> list[str]:
 
 
 def _wrong(log: Logged, model: Model) -> Explanation:
-    sentence, record = log.answer
-    return Explanation('unknown', sentence, model, next_run=record)
+    said, record = log.answer
+    return Explanation('unknown', (said,), model, next_run=record)
 
 
 def _moved(cut: Cut, model: Model) -> Explanation:
-    sentence, record = cut.answer
-    return Explanation('unknown', sentence, model, next_run=record)
+    said, record = cut.answer
+    return Explanation('unknown', (said,), model, next_run=record, left_out=cut.stretches)
 
 
 def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanation:
     blind = [not_shown(c, reason) for c in candidates(model, extra)]
-    sentence, record = f'This data cannot test the model: {reason}.', reason.split(': ', 1)[-1]
-    return Explanation('untestable', sentence, model, not_testable=blind, next_run=record)
+    said = Told('This data cannot test the model', (Thing(reason),))
+    record = reason.split(': ', 1)[-1]
+    return Explanation('untestable', (said,), model, not_testable=blind, next_run=record)
 
 
 def _answer(findings: Findings, notes: Sequence[str]) -> Explanation:
     decided = decision(findings)
     return Explanation(
         decided.verdict,
-        answer(findings, decided, notes),
+        (answer(findings, decided, notes),),
         _repaired(findings.base, findings.final),
         next_run=next_run(decided.verdict, findings),
         search=findings.search,

@@ -4,12 +4,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from leo_diffmodel.explain.decide import Decision, Named
 from leo_diffmodel.explain.findings.findings import Findings, Shown
+from leo_diffmodel.explain.told import Thing, Told
 
+ABOUT = {
+    'fine': 'Nothing is missing that this data can show',
+    'named': 'Missing',
+    'partly': 'Missing for sure',
+    'ambiguous': 'Something is missing that this data cannot pin down',
+    'unknown': 'Something is missing, and none of the known effects is it',
+}
+PART = 'Part of what is missing'
+CUT_SHORT = 'Cut short, so nothing is sure'
 NEXT = (
     'leo next with the same bags and model simulates a menu of safe runs with every answer that '
     'is still open, picks the one that tells them apart best, and writes it for leo play'
@@ -20,9 +31,9 @@ MEASURED = 'if the torque was measured, say how noisy it is (sensors, input_nois
 BY_HAND = 'swing it by hand from other angles'
 
 
-def answer(findings: Findings, decision: Decision, notes: Sequence[str] = ()) -> str:
+def answer(findings: Findings, decision: Decision, notes: Sequence[str] = ()) -> Told:
     """The decision in words; `notes` say what was done to recordings and model before."""
-    said = sentence(
+    said = told(
         decision.verdict,
         decision.named,
         _change(findings),
@@ -31,10 +42,11 @@ def answer(findings: Findings, decision: Decision, notes: Sequence[str] = ()) ->
         _left(findings),
         not findings.search.complete,
     )
-    return ' '.join(filter(None, [said, shown(findings)]))
+    seen = shown(findings)
+    return replace(said, more=(*said.more, seen)) if seen else said
 
 
-def sentence(
+def told(
     verdict: str,
     named: Sequence[Named],
     change: str,
@@ -42,39 +54,33 @@ def sentence(
     unknown: str = '',
     rest: str = '',
     cut_short: bool = False,
-) -> str:
-    """One or two plain sentences of a verdict.
+) -> Told:
+    """What a verdict says.
 
     `change` of the held-out error, the `unknown` law and the `rest` that is left are in words.
     """
-    if notes:
-        change = f'{change} ({"; ".join(notes)})'
-    listed = '; '.join(map(_describe, named))
+    said = Told(ABOUT[verdict], tuple(map(_describe, named)), change, tuple(notes))
     if cut_short:
-        return f'Cut short, so nothing is sure: {"; ".join(filter(None, [listed, change]))}.'
-    if verdict == 'fine':
-        return f'Nothing is missing that this data can show: {change}.'
-    if verdict == 'ambiguous':
-        return f'Something is missing that this data cannot pin down: {listed}; {change}.'
+        return replace(said, about=CUT_SHORT)
     if verdict == 'partly':
-        return f'Missing for sure: {listed}; {change}. {rest}.'
-    if verdict == 'named':
-        return f'Missing: {listed}; {change}.'
-    if listed:
+        return replace(said, more=(f'{rest}.',))
+    if verdict != 'unknown':
+        return said
+    if named:
         law = f': {unknown}' if unknown else ''
-        return f'Part of what is missing is {listed}: {change}. The rest is no known effect{law}.'
-    return f'Something is missing, and none of the known effects is it: {unknown or change}.'
+        return replace(said, about=PART, more=(f'The rest is no known effect{law}.',))
+    return replace(said, change=unknown or change)
 
 
-def _describe(named: Named) -> str:
-    text = f'{named.label} ({named.text})'
+def _describe(named: Named) -> Thing:
+    text = f'({named.text})'
     if named.together:
         text += f', which is the same thing in this data as {" or ".join(named.together)}'
     if named.rivals:
         text += f', or {" or ".join(named.rivals)}'
     if named.doubt:
         text += f', {named.doubt}'
-    return text
+    return Thing(named.label, text)
 
 
 def _change(findings: Findings) -> str:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import re
 
 import numpy as np
 
@@ -37,7 +36,6 @@ from leo_diffmodel.report.text import source
 from leo_diffmodel.report.worst import before_and_after, stretches
 from leo_sim.model import Model
 
-OUTSIDE = re.compile(r'moved from outside', re.IGNORECASE)
 MOST_WINDOWS = 100
 MOST_CURVES = 4
 Array = np.ndarray
@@ -58,11 +56,9 @@ def explanation_page(
         sections.insert(1, unknown.section(explanation.unknown))
     if explanation.edit_test is not None:
         sections.insert(1, edited.section(explanation.edit_test))
-    if cut := OUTSIDE.search(explanation.sentence):
-        search = explanation.search
-        given = search.problem.base if search else explanation.model
-        sections.append(left_out.stretches(recordings, given))
-    if explanation.search is not None or not cut:
+    if explanation.left_out:
+        sections.append(left_out.stretches(recordings, explanation.left_out))
+    if explanation.search is not None or not explanation.left_out:
         sections.append(left_out.effects(explanation.not_testable))
     if explanation.settings:
         sections.append(decided.gates(explanation.settings, explanation.search))

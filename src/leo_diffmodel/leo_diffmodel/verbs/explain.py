@@ -20,7 +20,7 @@ from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare import ranking_table
-from leo_diffmodel.verbs.explain_text import in_lines, show_each, unique_names
+from leo_diffmodel.verbs.explain_text import show_each, unique_names
 from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -40,6 +40,8 @@ EXAMPLES = (
     'leo explain bags/payload --model arm --edit-test bags/payload_taken_off -o out/explain',
 )
 SHOWN = 8
+HEADLINE = 200
+"""Characters that a headline may take: two lines of a terminal."""
 
 
 def main(argv: list[str]) -> int:
@@ -146,7 +148,8 @@ def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> N
 def show(result: Explanation) -> None:
     """Print the verdict and the leading hypotheses."""
     console = Terminal()
-    headline, *lines = in_lines(result.verdict, result.sentence)
+    space = HEADLINE - len(f'{result.verdict}: ')
+    headline, *lines = (line for said in result.told for line in said.lines(space))
     console.print(Text.assemble((result.verdict, 'bold'), f': {headline}'), highlight=False)
     for line in lines:
         console.print(line, highlight=False)

@@ -8,8 +8,8 @@ import pytest
 
 from leo_diffmodel.add.rounds import merged, rounds
 from leo_diffmodel.explain.explanation import Explanation
+from leo_diffmodel.explain.told import Told
 from leo_diffmodel.verbs.common import seconds
-from leo_diffmodel.verbs.explain_text import in_lines
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -30,7 +30,7 @@ def round_of(number: int, verdict: str) -> Explanation:
     steps = ('as given', before), (f'+ {FOUND[number]}', after), ('noise floor', 1e-9)
     return Explanation(
         verdict=verdict,
-        sentence=f'Sentence {number}.',
+        told=(Told(f'Sentence {number}'),),
         effects=[{'name': FOUND[number], 'where': 'pivot'}],
         constants={},
         hypotheses=[],
@@ -94,40 +94,3 @@ def test_times(text, expected):
 def test_no_times(text):
     with pytest.raises(argparse.ArgumentTypeError, match='write 60s or 2min'):
         seconds(text)
-
-
-def test_a_short_sentence_is_one_line():
-    assert in_lines(
-        'fine', 'Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).'
-    ) == ['Nothing: held-out error 0.5 s ahead: a 1 -> 1 rad (noise 1) (b).']
-
-
-def test_a_long_sentence_is_a_headline_and_lines():
-    effects = [f'link_mass:{name} (m = 1 ± 0.1 kg)' for name in 'abcdefgh']
-    listed, named = '; '.join(effects), '; '.join(f'link_mass:{name}' for name in 'abcdefgh')
-    error = 'median held-out error 0.3 s ahead: a 2 -> 1 rad (noise 1) and 9 more states'
-    notes = 'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here)); the time was over'
-    rest = '40 % of the mean squared error beyond noise is something else, most of it at a'
-    assert in_lines('partly', f'Missing for sure: {listed}; {error} ({notes}). {rest}.') == [
-        f'Missing for sure: {named}.',
-        *(f'{effect}.' for effect in effects),
-        f'{error}.',
-        f'{rest}.',
-        'left out, --keep uses it: 1.0 to 2.0 s (a: pushed; hard (here))',
-        'the time was over',
-    ]
-
-
-def test_a_headline_that_is_too_long_names_the_effects_and_gives_each_a_line():
-    effects = [
-        'stribeck_friction:elbow (c = 0.124 ± 0.01 N m; a note; v_s = 0.1 rad/s)',
-        'encoder_offset:elbow (o = 0.038 rad), or bias_torque:elbow or link_com:fore',
-        'viscous_friction:shoulder (b = 0.0587 N m s/rad), the same as back_emf_scale',
-    ]
-    head = 'Something is missing that this data cannot pin down: '
-    lines = in_lines('ambiguous', f'{head}{"; ".join(effects)}; held-out error 0.5 s ahead: less.')
-    assert lines[0] == (
-        f'{head}stribeck_friction:elbow; encoder_offset:elbow; viscous_friction:shoulder.'
-    )
-    assert lines[1:4] == [f'{effect}.' for effect in effects]
-    assert len(lines[0]) + len('ambiguous: ') <= 200

@@ -14,7 +14,7 @@ from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.findings.findings import Choices, Own, Part
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.sentence import sentence
+from leo_diffmodel.explain.sentence import told
 from leo_diffmodel.explain.settings import SETTINGS, settings_for
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -102,7 +102,7 @@ def test_a_weak_spring_with_a_far_rest_leaves_a_constant_torque_its_name():
 )
 def test_how_a_verdict_is_reached(named, ratio, share, verdict):
     assert decide(named, Rest(SETTINGS.gates, ratio, share), unknown=False) == verdict
-    words = sentence(verdict, named, 'error 2 -> 1 rad', rest='60 % is something else')
+    words = str(told(verdict, named, 'error 2 -> 1 rad', rest='60 % is something else'))
     assert 'error 2 -> 1 rad' in words
     assert all(n.label in words and n.doubt in words for n in named)
     assert ('60 % is something else' in words) == (verdict == 'partly')
@@ -111,8 +111,8 @@ def test_how_a_verdict_is_reached(named, ratio, share, verdict):
 @pytest.mark.parametrize('named', [[], [ONE], [OPEN]], ids=['nothing', 'one', 'open'])
 def test_a_law_that_is_no_known_effect_makes_it_unknown(named):
     assert decide(named, Rest(SETTINGS.gates, 1.0, 0.0), unknown=True) == 'unknown'
-    words = sentence('unknown', named, 'error 2 -> 1 rad', unknown='a torque of time')
-    assert words.endswith(': a torque of time.')
+    words = told('unknown', named, 'error 2 -> 1 rad', unknown='a torque of time')
+    assert str(words).endswith(': a torque of time.')
 
 
 def test_a_doubt_about_the_whole_answer_makes_it_ambiguous_and_is_said():
@@ -120,7 +120,7 @@ def test_a_doubt_about_the_whole_answer_makes_it_ambiguous_and_is_said():
     rest = Rest(SETTINGS.gates, 1.1, 0.01)
     assert decide([ONE], rest, unknown=False, doubts=whole) == 'ambiguous'
     assert decide([], rest, unknown=False, doubts=whole) == 'fine'
-    assert whole[0] in sentence('ambiguous', [ONE], 'error 2 -> 1 rad', whole)
+    assert whole[0] in told('ambiguous', [ONE], 'error 2 -> 1 rad', whole).notes
 
 
 def test_what_is_far_above_the_noise_matters_however_much_was_explained():

@@ -9,7 +9,7 @@ from tests.simulate import PENDULUM, TORQUE
 from leo_diffmodel.explain.decide import Named
 from leo_diffmodel.explain.findings.findings import Range, Shown
 from leo_diffmodel.explain.rows import shown_for
-from leo_diffmodel.explain.sentence import next_run, sentence, shown
+from leo_diffmodel.explain.sentence import next_run, shown, told
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.description.robot_file import SensorFile
 
@@ -42,13 +42,13 @@ def test_where_nothing_is_named_nothing_is_shown():
 
 def test_an_answer_that_was_cut_short_says_so_and_asks_for_more_time():
     named, notes = [Named('armature:pivot', 'J = 1 kg m2')], ['the time was over; not tried: x']
-    said = sentence('ambiguous', named, 'held-out error 1 -> 0', notes, cut_short=True)
-    assert said == (
+    said = told('ambiguous', named, 'held-out error 1 -> 0', notes, cut_short=True)
+    assert str(said) == (
         'Cut short, so nothing is sure: armature:pivot (J = 1 kg m2); '
         'held-out error 1 -> 0 (the time was over; not tried: x).'
     )
-    none = sentence('ambiguous', [], 'held-out error 1 -> 1', cut_short=True)
-    assert none == 'Cut short, so nothing is sure: held-out error 1 -> 1.'
+    none = told('ambiguous', [], 'held-out error 1 -> 1', cut_short=True)
+    assert str(none) == 'Cut short, so nothing is sure: held-out error 1 -> 1.'
     cut = SimpleNamespace(search=SimpleNamespace(complete=False))
     assert next_run('ambiguous', cut) == 'the same again without --within, or with more time'
 

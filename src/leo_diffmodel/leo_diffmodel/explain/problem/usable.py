@@ -13,6 +13,7 @@ import math
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.settings import Settings
+from leo_diffmodel.explain.told import Thing, Told
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import find_faults
 from leo_diffmodel.faults.mending import all_mended, pooled, which
@@ -86,11 +87,11 @@ class Logged:
         )
 
     @property
-    def answer(self) -> tuple[str, str]:
-        """The sentence where a fault is in the way, and what to do about it."""
-        what = '; '.join('; or '.join([f.what, *f.otherwise]) for f in self.in_the_way)
+    def answer(self) -> tuple[Told, str]:
+        """What is said where a fault is in the way, and what to do about it."""
+        what = tuple(Thing('; or '.join([f.what, *f.otherwise])) for f in self.in_the_way)
         todo = '; '.join(dict.fromkeys(_todo(f) for f in self.in_the_way))
-        return f'The log is wrong, so no effect is named: {what}.', todo
+        return Told('The log is wrong, so no effect is named', what), todo
 
     @property
     def notes(self) -> list[str]:
@@ -182,8 +183,8 @@ class Cut:
         return [f'left out as moved or held from outside, --keep uses it: {self._listed}']
 
     @property
-    def answer(self) -> tuple[str, str]:
-        """The sentence where most of the motion is from outside, and what to record instead."""
+    def answer(self) -> tuple[Told, str]:
+        """What is said where most of the motion is from outside, and what to record instead."""
         if all(s.kind == 'unexplained' for s in self.stretches):
             what, todo = (
                 'Unlike all that is known',
@@ -192,7 +193,7 @@ class Cut:
         else:
             what, todo = 'Moved from outside', ALONE
         share = f'in {self.share:.0%} of the moving time, so no effect is named'
-        return f'{what} {share}: {self._listed}.', todo
+        return Told(f'{what} {share}', (Thing(self._listed),)), todo
 
     @property
     def _listed(self) -> str:

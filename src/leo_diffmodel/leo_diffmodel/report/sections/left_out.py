@@ -7,15 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Stretch
+from leo_diffmodel.outside.outside import share_outside, Stretch
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import numbered, percent
-from leo_sim.model import Model
 
 
-def stretches(recordings: Sequence[Recording], model: Model) -> Section:
-    """Every stretch of the recordings with its bag, times and reason, by the model as given."""
-    found = moved_from_outside(recordings, model)
+def stretches(recordings: Sequence[Recording], found: Sequence[Stretch]) -> Section:
+    """Every stretch of the recordings with its bag, times and reason."""
     numbers = numbered(recordings)
     values = {
         'share': percent(share_outside(recordings, found)),

@@ -22,13 +22,14 @@ MEANING = {
     'untestable': 'this data cannot tell',
 }
 OUTSIDE = 'most of the motion is not the robot’s own'
+WRONG_LOG = 'what is wrong with the log hides what the model lacks'
 MOST_STATES = 3
 
 
 def answer(explanation: Any) -> Section:
     """Verdict, sentence, the effects in plain words and the next run of an Explanation."""
     advice = explanation.next_run
-    said = bool(advice) and advice in explanation.sentence
+    said = explanation.verdict == 'untestable'
     values = {
         'badge': explanation.verdict,
         'kind': explanation.verdict,
@@ -67,8 +68,8 @@ def score(data: Mapping[str, Any]) -> Section:
 
 def _meaning(explanation: Any) -> str:
     """The verdict in other words; without a search nothing is known to be missing."""
-    if explanation.verdict == 'unknown' and explanation.search is None and explanation.settings:
-        return OUTSIDE
+    if explanation.verdict == 'unknown' and explanation.search is None:
+        return OUTSIDE if explanation.left_out else WRONG_LOG
     return MEANING[explanation.verdict]
 
 
