@@ -62,7 +62,7 @@ def told(
     said = Told(ABOUT[verdict], tuple(map(_describe, named)), change, tuple(notes))
     if cut_short:
         return replace(said, about=CUT_SHORT)
-    if verdict == 'partly':
+    if verdict == 'partly' and rest:
         return replace(said, more=(f'{rest}.',))
     if verdict != 'unknown':
         return said
@@ -120,7 +120,9 @@ def _range(seen: Shown) -> str:
 
 
 def _left(findings: Findings) -> str:
-    """How much is left, and where most of it is."""
+    """How much is left, and where most of it is; '' where that does not matter."""
+    if not findings.rest.matters:
+        return ''
     names, train = findings.base.robot.joint_names, findings.search.problem.train
     e = findings.final.residual[train].reshape(int(train.sum()), -1, 2, len(names))
     worst = names[int(np.argmax(np.median((e**2).mean(axis=(1, 2)), axis=0)))]

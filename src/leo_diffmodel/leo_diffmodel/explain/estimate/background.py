@@ -16,7 +16,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.matrices import indices, Matrices, square, Term
+from leo_diffmodel.explain.estimate.matrices import indices, Matrices, square
+from leo_diffmodel.explain.estimate.terms import Term
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 
 Array = np.ndarray

@@ -10,7 +10,8 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
-from leo_diffmodel.explain.estimate.matrices import Matrices, Term
+from leo_diffmodel.explain.estimate.matrices import Matrices
+from leo_diffmodel.explain.estimate.terms import Term
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.problem import Problem

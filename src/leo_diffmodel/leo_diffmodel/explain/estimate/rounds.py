@@ -18,7 +18,8 @@ from leo_diffmodel.explain.estimate.choice import choose, first_steps, Kept, pri
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
-from leo_diffmodel.explain.estimate.matrices import Matrices, matrices, Term
+from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
+from leo_diffmodel.explain.estimate.terms import Term
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
