@@ -61,12 +61,22 @@ def _error_off(fitted: Fit) -> Array:
 
 def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:
     """How many fits ended at the least loss, or at its values."""
-    least = best.lost(problem.train) + _tolerance(problem, best)
-    near = problem.numerics.same_values * best.standard_errors
-    return sum(
-        end.lost(problem.train) <= least or bool((np.abs(end.theta - best.theta) <= near).all())
-        for end in ends
+    least, near = (
+        best.lost(problem.train) + _tolerance(problem, best),
+        problem.numerics.same_values,
     )
+    return sum(end.lost(problem.train) <= least or _apart(best, end) <= near for end in ends)
+
+
+def _apart(best: Fit, end: Fit) -> float:
+    """How far two ends of a fit are apart: standard errors, rms over directions (Mahalanobis)."""
+    off, errors = end.theta - best.theta, best.standard_errors
+    seen = errors > 0
+    if off[~seen].any():
+        return np.inf
+    shown = off[seen] / errors[seen]
+    alike = best.covariance[np.ix_(seen, seen)] / np.outer(errors[seen], errors[seen])
+    return float(np.sqrt(shown @ np.linalg.pinv(alike) @ shown / max(len(shown), 1)))
 
 
 def _tolerance(problem: Problem, fitted: Fit) -> float:
@@ -121,7 +131,7 @@ def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
     own = tuple(c for c in own if c.recording in able)
     if not own:
         return fitted
-    rest, theta = _apart(fitted, own)
+    rest, theta = _without(fitted, own)
     found, starts = _found(problem, rest, Hypothesis(constants=own), theta)
     columns = np.zeros((*rest.residual.shape, len(own)))
     columns[~problem.train] = found.columns
@@ -152,7 +162,7 @@ def _found(problem: Problem, rest: Fit, own: Hypothesis, theta: Array | None) ->
     return found, starts
 
 
-def _apart(fitted: Fit, own: Sequence[Constant]) -> tuple[Fit, Array | None]:
+def _without(fitted: Fit, own: Sequence[Constant]) -> tuple[Fit, Array | None]:
     """A fit without these constants, and their values in it; None where it has none of them."""
     hypothesis = fitted.hypothesis
     rest = tuple(c for c in hypothesis.constants if c not in own)

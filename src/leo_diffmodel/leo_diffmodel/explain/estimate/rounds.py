@@ -127,17 +127,18 @@ class Rounds:
         """The terms less those that change nothing that anybody can see, the least first."""
         many = self._first.problem.gates.many
         while len(terms) >= many and (able := [t for t in terms if not kept(t.candidate)]):
-            floors = [self._floors(made, terms, t) for t in able]
+            floors = self._floors(made, terms, able)
             if min(floors) >= self._first.problem.gates.least_floors:
                 break
             terms = [t for t in terms if t is not able[int(np.argmin(floors))]]
         return terms
 
-    def _floors(self, made: Matrices, terms: Sequence[Term], term: Term) -> float:
-        """What a term changes predictions by, far ahead, the others refitted [noise floors]."""
-        ends = (self._ends(made, some) for some in (terms, [t for t in terms if t is not term]))
-        far = most_floors(np.subtract(*ends))
-        return far if np.isfinite(far) else np.inf
+    def _floors(self, made: Matrices, terms: list[Term], able: list[Term]) -> list[float]:
+        """What each term changes predictions by, far ahead, the others refitted [noise floors]."""
+        whole = self._ends(made, terms)
+        parts = ([t for t in terms if t is not out] for out in able)
+        far = [most_floors(self._ends(made, part) - whole) for part in parts]
+        return [size if np.isfinite(size) else np.inf for size in far]
 
     def _ends(self, made: Matrices, terms: Sequence[Term]) -> Array:
         hypothesis, theta = made.hypothesis(terms)

@@ -67,7 +67,7 @@ class Smooth(Estimator):
         problem, made = base.problem, self._matrices(base, pool, progress)
         near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
-        points = [p for p in map(made.hypothesis, terms) if self._shows(base, *p)]
+        points = self._shown(base, [*map(made.hypothesis, terms)])
         if len(base.names) <= problem.gates.many:
             return _fitted_all(base, made, points, progress, rival)
         one_each = {frozenset(p[0].candidates): p for p in reversed(points)}
@@ -87,14 +87,19 @@ class Smooth(Estimator):
             points += [made.hypothesis([*made.members, t]) for t in [*own.values()][:begins]]
         return _fitted_all(base, made, points, progress)
 
-    def _shows(self, base: Estimate, hypothesis: Hypothesis, theta: Array) -> bool:
-        """Whether anybody may see what a set has more than a fitted one, far ahead."""
-        if not base.names or not base.names <= {*hypothesis.candidates}:
-            return True
-        more = replace(base.fit, hypothesis=hypothesis, theta=theta)
-        change = self.ends(base._replace(fit=more)) - self.ends(base)
-        gates = base.problem.gates
-        return not most_floors(change) < gates.few_floors * gates.least_floors
+    def _shown(self, base: Estimate, points: list[Point]) -> list[Point]:
+        """The sets less those of which nobody sees far ahead what they have more than a fit."""
+        if not base.names:
+            return points
+        gates, own = base.problem.gates, self.ends(base)
+        least = gates.few_floors * gates.least_floors
+
+        def seen(hypothesis: Hypothesis, theta: Array) -> bool:
+            more = base._replace(fit=replace(base.fit, hypothesis=hypothesis, theta=theta))
+            is_part = base.names <= {*hypothesis.candidates}
+            return not (is_part and most_floors(self.ends(more) - own) < least)
+
+        return [p for p in points if seen(*p)]
 
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter

@@ -119,8 +119,8 @@ class Numerics:
     same_nats: float = 0.1
     """Ends so many nats (that count) apart are one;"""
     same_values: float = 0.5
-    """or so many standard errors of each value: where dry friction holds a joint, start states
-    have valleys of their own, and a loss of thousands of nats is rough by one."""
+    """or so many standard errors, rms over all directions: where dry friction holds a joint, start
+    states have valleys of their own, and a loss of thousands of nats is rough by one."""
     profile: tuple[float, ...] = (-3.0, -1.0, 1.0, 3.0)
     """Where along a parameter the loss is looked up [standard errors]."""
     profiled: int = 6
