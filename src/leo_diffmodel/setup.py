@@ -41,12 +41,13 @@ setup(
         'pyyaml',
         'rich',
         'rosbags>=0.11',
-        'safetensors',
         'scipy>=1.11',
-        'torch>=2.5,<2.14',
         'zstandard',
     ],
-    extras_require={'test': ['pytest', 'hypothesis']},
+    extras_require={
+        'learn': ['safetensors', 'torch>=2.5,<2.14'],
+        'test': ['pytest', 'hypothesis'],
+    },
     entry_points={
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [

@@ -34,18 +34,20 @@ setup(
         (f'share/{PACKAGE}/config', glob('config/*.yaml')),
     ],
     install_requires=[
-        'dynamixel-sdk>=4.1',
-        'feetech-servo-sdk>=1.0',
         'leo_msgs_py',
         'mcap>=1.2',
         'numba>=0.60',
         'numpy>=1.26.4',
-        'pybullet>=3.2.7',
         'pydantic>=2.9',
         'pyyaml',
         'scipy>=1.11',
     ],
-    extras_require={'mujoco': ['mujoco>=3.3,<4'], 'test': ['pytest', 'hypothesis', 'mujoco<4']},
+    extras_require={
+        'bullet': ['pybullet>=3.2.7'],
+        'mujoco': ['mujoco>=3.3,<4'],
+        'servos': ['dynamixel-sdk>=4.1', 'feetech-servo-sdk>=1.0'],
+        'test': ['pytest', 'hypothesis', 'mujoco<4'],
+    },
     entry_points={
         'leo.executables': [f'{PACKAGE}.{n} = {t}' for n, t in NODES.items()],
         'leo.verbs': [

@@ -64,6 +64,16 @@ _NO_ROS = (
     'this needs ROS 2, and there is no {} here: source a ROS 2 Jazzy, or on Linux x86-64 install '
     "'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces with pip (./run_all.sh setup does)"
 )
+_EXTRAS = {
+    'dynamixel_sdk': 'leo_sim[servos]',
+    'scservo_sdk': 'leo_sim[servos]',
+    'pybullet': 'leo_sim[bullet]',
+    'mujoco': 'leo_sim[mujoco]',
+    'safetensors': 'leo_diffmodel[learn]',
+    'torch': 'leo_diffmodel[learn]',
+}
+"""What not everybody needs, and the extra that brings it."""
+_NO_EXTRA = "this needs {}, which is not installed: pip install '{}'"
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _SAFE_PATH = 'PYTHONSAFEPATH'
 _BAD_INPUT = 2
@@ -148,11 +158,18 @@ def _run(run: Callable[[list[str]], int], words: list[str]) -> int:
     except ImportError as error:
         if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
             return _INTERRUPTED  # an extension module that was just being loaded
-        if (error.name or '').partition('.')[0] not in _ROS:
+        if not (todo := _missing((error.name or '').partition('.')[0])):
             raise
-        print(f'leo: error: {_NO_ROS.format(error.name)}', file=sys.stderr)
+        print(f'leo: error: {todo}', file=sys.stderr)
         return _BAD_INPUT
     return status
+
+
+def _missing(package: str) -> str:
+    """How to get a package that need not be installed; '' for any other."""
+    if package in _ROS:
+        return _NO_ROS.format(package)
+    return _NO_EXTRA.format(package, _EXTRAS[package]) if package in _EXTRAS else ''
 
 
 def _of_a_file(error: OSError) -> str:

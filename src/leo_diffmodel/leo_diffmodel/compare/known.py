@@ -93,7 +93,7 @@ def _apart(recordings: Sequence[Recording]) -> None:
         seen[recording.name] = recording
 
 
-PACKAGES = ('leo_sim', 'leo_diffmodel', 'numpy', 'scipy', 'pybullet')
+PACKAGES = ('leo_sim', 'leo_diffmodel', 'numba', 'numpy', 'scipy')
 
 
 def provenance(recordings: Sequence[Recording], model: Model) -> dict:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Without ROS everything works but the graph, which says in one line what is missing."""
+"""What need not be installed is missed by what needs it alone, which says so in one line."""
 
 import json
 import os
@@ -11,15 +11,16 @@ import pytest
 from tests.architecture.test_imports import ROS
 from tests.simulate import bag, PENDULUM, record
 
-BLOCKER = f"""
+EXTRAS = {'torch', 'safetensors', 'pybullet', 'mujoco', 'dynamixel_sdk', 'scservo_sdk'}
+BLOCKER = """
 import sys
 
-class NoRos:
+class Missing:
     def find_spec(self, name, path=None, target=None):
-        if name.partition('.')[0] in {ROS!r}:
-            raise ModuleNotFoundError(f'No module named {{name!r}}', name=name)
+        if name.partition('.')[0] in {!r}:
+            raise ModuleNotFoundError('No module named ' + repr(name), name=name)
 
-sys.meta_path.insert(0, NoRos())
+sys.meta_path.insert(0, Missing())
 """
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 EACH = """
@@ -40,10 +41,11 @@ print(json.dumps([said(words) for words in json.loads(sys.argv[1])]))
 
 
 @pytest.fixture
-def python(tmp_path):
-    """Run a program in an environment without ROS, in a folder of its own."""
+def python(request, tmp_path):
+    """Run a program in an environment without ROS, or others, in a folder of its own."""
+    blocker = BLOCKER.format(getattr(request, 'param', ROS))
     (tmp_path / 'site').mkdir()
-    (tmp_path / 'site' / 'sitecustomize.py').write_text(BLOCKER)  # children have it too
+    (tmp_path / 'site' / 'sitecustomize.py').write_text(blocker)  # children have it too
     paths = [str(tmp_path / 'site'), *filter(None, [os.environ.get('PYTHONPATH')])]
     environment = os.environ | {'PYTHONPATH': os.pathsep.join(paths)}
 
@@ -100,3 +102,19 @@ def test_what_needs_ros_says_so_in_one_line(python):
         assert (status, out) == (2, ''), words
         assert err.startswith('leo: error: this needs ROS 2') and err.count('\n') == 1, words
         assert './run_all.sh setup' in err
+
+
+@pytest.mark.parametrize('python', [EXTRAS], indirect=True, ids=['extras'])
+def test_a_log_is_explained_without_what_learning_and_driving_need(python, tmp_path: Path):
+    bag(tmp_path / 'swing', record(PENDULUM, seconds=6))
+    done = python(LEO, 'explain', 'swing', '--model', 'pendulum', '-o', 'out')
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / 'out' / 'report.html').is_file()
+    needing = {
+        'torch': ['learn', '--model', 'pendulum', '--steps', '10', '-o', 'x'],
+        'dynamixel_sdk': ['check-driver', 'dynamixel', '--robot', 'leo', '--port', '/dev/null'],
+    }
+    done = python(EACH, json.dumps([*needing.values()]))
+    for package, (status, _, err) in zip(needing, json.loads(done.stdout), strict=True):
+        assert status == 2 and err.count('\n') == 1, err
+        assert err.startswith(f'leo: error: this needs {package}') and 'pip install' in err
