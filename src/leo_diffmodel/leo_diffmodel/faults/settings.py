@@ -97,10 +97,6 @@ class Limits:
     """Share of an instant in which the joint moves."""
     fewest_instants: int = 30
     """Such instants that are needed."""
-    rounds: int = 12
-    """Of reweighting."""
-    balance_huber: float = 1.5
-    """Standard deviations from which on an instant counts less."""
     latest: float = 0.4
     """How far inputs may be from their stamps [s],"""
     late_grid: float = 0.02

@@ -79,7 +79,12 @@ class Flow:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """The flow of a recording whose rates are right; None where no episode holds a bell."""
+    """The flow of a recording whose rates are right.
+
+    None where no episode holds a bell, and of a robot on the ground unless its base is held.
+    """
+    if model.robot.contacts and not recording.held:
+        return None
     step, still = period(recording), still_rates(recording)
     bell = max(OUTSIDE.bell_seconds, OUTSIDE.bell_least_intervals * step)
     grid = max(step, bell / OUTSIDE.bell_most_intervals)

@@ -117,7 +117,7 @@ def _robust(columns: Array, y: Array, bounds: Array) -> Array:
         right = solve_triangular(upper, weighted @ y, trans='T')
         return np.asarray(lsq_linear(upper, right, (low, high), method='bvls').x)
 
-    return reweighted(solve, columns, y, OUTSIDE.huber, OUTSIDE.rounds, floor)[0]
+    return reweighted(solve, columns, y, floor)[0]
 
 
 def ordinary(flow: Flow, j: int) -> list[Law]:
@@ -132,11 +132,6 @@ def ordinary(flow: Flow, j: int) -> list[Law]:
         Law(-(flow.q[:, j] - np.median(flow.q[:, j])), 0.0, steep or ANY),
     ]
     return [law for law in laws if np.abs(law.torque).max() > OUTSIDE.trifle * own]
-
-
-def strength(flow: Flow, j: int) -> list[Law]:
-    """A motor that is stronger or weaker than it is said to be."""
-    return [Law(flow.motor[:, j], OUTSIDE.weaker, ANY)]
 
 
 def _masses(flow: Flow, j: int) -> list[Law]:

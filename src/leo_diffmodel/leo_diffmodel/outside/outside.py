@@ -20,7 +20,6 @@ from leo_diffmodel.outside.ordinary import (
     Law,
     Ordinary,
     ordinary,
-    strength,
     strongest_wave,
 )
 from leo_diffmodel.outside.rate import with_true_rates
@@ -151,8 +150,7 @@ def _gaps(recording: Recording) -> list[Span]:
 
 
 def _forces(recording: Recording, model: Model) -> list[Stretch]:
-    on_ground = model.robot.contacts and not recording.held
-    seen = None if on_ground else flow(recording, model)
+    seen = flow(recording, model)
     if seen is None:
         return []
     joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
@@ -163,7 +161,8 @@ def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stre
     fitted = seen.moving[:, j] > 0.5
     if fitted.sum() < OUTSIDE.fewest_instants:
         return []
-    laws = [*ordinary(seen, j), *strength(seen, j)]
+    stronger = Law(seen.motor[:, j], OUTSIDE.weaker, np.inf)
+    laws = [*ordinary(seen, j), stronger]
     found = explained(seen, j, fitted, laws)
     pushes = bursts(seen, found.rest, j, fitted)
     led = _led(seen, laws, found, j, fitted)

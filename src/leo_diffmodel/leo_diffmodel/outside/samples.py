@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
 THIRD = 20.0
@@ -45,9 +46,9 @@ def reweighted(
     solve: Callable[[Array], Array],
     columns: Array,
     y: Array,
-    huber: float,
-    rounds: int,
     floor: float,
+    huber: float = OUTSIDE.huber,
+    rounds: int = OUTSIDE.rounds,
 ) -> tuple[Array, Array]:
     """Amounts of columns (N, P) that fit most of y (N,), whatever the others do; the weights (N,).
 
@@ -55,9 +56,9 @@ def reweighted(
         solve: the amounts for weights (N,).
         columns: what is fitted.
         y: to this.
-        huber: standard deviations from which on a sample counts less.
+        floor: added to the standard deviation of what is left over.
+        huber: such deviations from which on a sample counts less.
         rounds: of reweighting.
-        floor: added to that deviation.
     """
     weight = np.ones(len(y))
     for _ in range(rounds):
