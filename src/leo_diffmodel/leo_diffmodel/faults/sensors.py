@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
 
 import numpy as np
 
@@ -47,15 +46,8 @@ def _longest(recording: Recording, found: Found) -> float:
     return LIMITS.chance * float(runs * np.median(step))
 
 
-def is_no_measurement(found: Sequence[Found], joint: str) -> bool:
-    """Whether the angle of a joint is known to be none."""
-    return any(f.fault.name == 'goal_as_angle' and f.joint == joint for f in found)
-
-
 def _frozen(recording: Recording) -> Iterator[Found]:
-    found = frozen(recording)
-    for (joint, sensor, at_end), group in groupby(found, lambda f: (f.joint, f.sensor, f.at_end)):
-        spans = tuple((f.begin, f.end) for f in group)
+    for joint, sensor, at_end, spans in frozen(recording):
         longest = max(b - a for a, b in spans)
         how = 'stays at its largest value' if at_end else 'stands still'
         lost = sum(b - a for a, b in spans)

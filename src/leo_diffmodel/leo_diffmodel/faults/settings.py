@@ -122,8 +122,6 @@ class Limits:
     # What is predicted where the fit has not looked
     blocks: int = 8
     """Of time, of which each is left out once."""
-    shared_bells: int = 4
-    """Instants before and after that share their bell with one: they are not fitted, either."""
     odd: float = 0.02
     """Share of an input that the motion of its joint does not explain, from which on it may be
     another's: large masses explain 95 % and more of many a smooth torque."""

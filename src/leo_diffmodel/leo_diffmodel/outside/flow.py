@@ -216,12 +216,9 @@ def _at_motors(model: Model, e: Episode) -> Array:
 def _mean(t: Array, held: Array, nodes: Array) -> Array:
     """Mean of held values over the intervals between nodes."""
     area = np.vstack([np.zeros(held.shape[1]), np.cumsum(held[:-1] * np.diff(t)[:, None], axis=0)])
-    at = [np.interp(nodes, t, a, left=np.nan) for a in area.T]
-    if not at:
-        return np.zeros((len(nodes) - 1, 0))
-    known = np.stack(at, axis=1)
-    early = np.isnan(known)
-    known = np.where(early, (nodes[:, None] - t[0]) * held[0], known)
+    known = np.minimum(nodes - t[0], 0.0)[:, None] * held[0]
+    for column, a in zip(known.T, area.T, strict=True):
+        column += np.interp(nodes, t, a)
     return np.diff(known, axis=0) / np.diff(nodes)[:, None]
 
 

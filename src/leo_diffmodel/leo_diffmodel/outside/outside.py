@@ -109,7 +109,7 @@ def not_the_robot(recording: Recording, model: Model) -> list[Span]:
     They are with their margins, in order and apart.
     """
     stretches = moved_from_outside([recording], model)
-    spans = [*_spans(0, stretches), *((f.begin, f.end) for f in frozen(recording))]
+    spans = [*_spans(0, stretches), *(s for f in frozen(recording) for s in f.spans)]
     return _cuts([*spans, *_gaps(recording)])
 
 
