@@ -110,7 +110,7 @@ def check(
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except ValueError as error:
         return _too_short(bags, model, str(error))
-    looked = [_looked(bag, model, s) for bag, s in zip(bags, sigma, strict=True)]
+    looked = [look_at(bag, model, s) for bag, s in zip(bags, sigma, strict=True)]
     findings = [f for found, _ in looked for f in found]
     recordings = [right for _, right in looked]
     if any(right is not bag.recording for right, bag in zip(recordings, bags, strict=True)):
@@ -136,13 +136,8 @@ def check(
     )
 
 
-def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
-    """What is wrong, or right, with one bag by itself, of noise sigma (2J,)."""
-    return _looked(bag, model, sigma)[0]
-
-
-def _looked(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
-    """What is wrong with one bag, and the bag without what can be put right."""
+def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
+    """What is wrong, or right, with a bag of noise sigma (2J,), and the bag put right."""
     faults = faults_of(bag.recording, model)
     held = hold(*_mended(bag, faults), bag.hold, model, sigma)
     recording = bag.recording

@@ -84,8 +84,9 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
     read, way = at_rows(read, mine), at_rows(way, theirs)
     if _removed(read.loss, way.loss, model) < CHECK.hold_trifle:
         return 0.0
-    spared = way.loss - read.loss
-    return _nats(spared, _apart(read, way), _excess(np.minimum(read.loss, way.loss), model))
+    usual = float(np.median(np.minimum(read.loss, way.loss)))
+    excess = max(1.0, usual / _expected(model))  # of white noise, so that nats stay odds
+    return _nats(way.loss - read.loss, _apart(read, way), excess)
 
 
 def _apart(read: Misfit, way: Misfit) -> Array:
@@ -112,11 +113,6 @@ def _removed(loss: Array, other: Array, model: Model) -> float:
     low, high = sorted((float(loss.sum()), float(other.sum())))
     beyond = high - len(loss) * _expected(model)
     return (high - low) / beyond if beyond > high - low else 1.0
-
-
-def _excess(loss: Array, model: Model) -> float:
-    """How many times the loss exceeds that of white noise, so that nats stay odds; 1 or more."""
-    return max(1.0, float(np.median(loss)) / _expected(model))
 
 
 def _expected(model: Model) -> float:

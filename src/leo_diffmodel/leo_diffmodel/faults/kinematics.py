@@ -74,11 +74,8 @@ def relate(recording: Recording, j: int) -> Relation | None:
     law, kind, sure = _simplest(motion, full)
     scale, sd = law.of('scale')
     away = max(abs(scale), 1 / max(abs(scale), 1e-300)) >= LIMITS.largest_scale
-    if (
-        away
-        or sd > LIMITS.clear_scale * abs(scale)
-        or np.abs(law.theta[1:3]).max() >= LIMITS.reach
-    ):
+    late = np.abs(law.theta[1:3]).max() >= LIMITS.reach
+    if away or late or sd > LIMITS.clear_scale * abs(scale):
         return None
     speed = float(np.sqrt(np.mean((motion.dq - law.theta[3]) ** 2))) / abs(scale)
     usual = float(np.abs(motion.dq - law.theta[3]).mean())

@@ -158,8 +158,6 @@ class Limits:
     # Leaving out
     around: float = 0.05
     """Left out about a stretch without measurements [s]."""
-    shortest_piece: float = 0.5
-    """That is kept [s]."""
 
 
 LIMITS = Limits()

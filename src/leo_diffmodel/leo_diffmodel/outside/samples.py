@@ -42,6 +42,15 @@ def noise(parts: Sequence[Array]) -> float:
     return spread(rough) / np.sqrt(THIRD) if rough.size else 0.0
 
 
+def runs(inside: Array, part: Array | None = None) -> list[Array]:
+    """Rows of each run of rows that are all inside (N,), of one and the same part (N,)."""
+    cut = np.diff(inside.astype(int)) != 0
+    if part is not None:
+        cut |= np.diff(part) != 0
+    found = np.split(np.arange(len(inside)), np.flatnonzero(cut) + 1)
+    return [rows for rows in found if inside[rows[0]]]
+
+
 def reweighted(
     solve: Callable[[Array], Array],
     columns: Array,

@@ -26,12 +26,10 @@ class AngleScale(Factor):
     costs = 'Gravity does not fit anywhere, and everything else is bent until it does.'
 
 
-class AngleSign(Factor):
+class AngleSign(AngleScale):
     """The logged angle has the wrong sign, the speed has not."""
 
     name = 'angle_sign'
-    channel = 'angle'
-    key = 'scale'
     law = 'q_log = -q'
     harmless = (0.0, float('inf'))
     looks_like = 'The angle falls while the speed is positive, and inputs turn the joint back.'

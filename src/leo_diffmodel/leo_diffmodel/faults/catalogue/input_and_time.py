@@ -28,12 +28,10 @@ class InputScale(Factor):
     costs = 'The motor comes out with a gain that no motor has.'
 
 
-class InputSign(Factor):
+class InputSign(InputScale):
     """The input counts the other way round than the angle."""
 
     name = 'input_sign'
-    channel = 'input'
-    key = 'input_scale'
     law = 'u_log = -u'
     harmless = (0.0, float('inf'))
     looks_like = 'The joint goes against its motor.'

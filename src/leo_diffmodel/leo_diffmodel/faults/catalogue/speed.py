@@ -25,12 +25,10 @@ class SpeedScale(Factor):
     costs = 'Friction and inertia come out wrong by the same factor, or a hand is suspected.'
 
 
-class SpeedSign(Factor):
+class SpeedSign(SpeedScale):
     """The logged speed has the wrong sign."""
 
     name = 'speed_sign'
-    channel = 'speed'
-    key = 'speed_scale'
     law = 'w = -dq/dt'
     harmless = (0.0, float('inf'))
     looks_like = 'The angle falls while the speed is positive.'
