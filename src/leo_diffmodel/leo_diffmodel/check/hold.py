@@ -21,7 +21,6 @@ from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
-OTHER = {'next': 'previous', 'previous': 'next'}
 MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its stamp'}
 
 
@@ -58,7 +57,13 @@ def hold(
         return []
     ahead = preference(recording, other, model, sigma)
     if ahead < -CHECK.hold_nats and _agrees(recording, hold_now, model, sigma):
-        return [_wrong_way(hold_now, -ahead)]
+        right = 'previous' if hold_now == 'next' else 'next'
+        what = (
+            f'an input acts {MEANING[right]}, not {MEANING[hold_now]}: '
+            f'that fits better by {-ahead:.0f} nats'
+        )
+        todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
+        return [Finding('hold', ERROR, what, todo)]
     return [_right_way(hold_now, ahead)]
 
 
@@ -121,16 +126,6 @@ def _expected(model: Model) -> float:
     channels = 2 * joints * (CHECK.hold_intervals + 1)
     free = 4 * joints + len(model.robot.actuators)
     return 0.5 * (channels - free)
-
-
-def _wrong_way(hold_now: str, nats: float) -> Finding:
-    right = OTHER[hold_now]
-    what = (
-        f'an input acts {MEANING[right]}, not {MEANING[hold_now]}: '
-        f'that fits better by {nats:.0f} nats'
-    )
-    todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
-    return Finding('hold', ERROR, what, todo)
 
 
 def _right_way(hold_now: str, nats: float) -> Finding:

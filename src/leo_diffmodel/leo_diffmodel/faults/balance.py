@@ -67,7 +67,9 @@ def balance(flow: Flow, j: int) -> Balance | None:
     rest = _columns(flow, j)
 
     def columns(late: float) -> dict[str, Array]:
-        return _usable(rest | _motor(flow, motor, late), fitted)
+        """Those that are not zero, where the joint moves."""
+        moving = {k: v[fitted] for k, v in (rest | _motor(flow, motor, late)).items()}
+        return {k: v for k, v in moving.items() if np.abs(v).max() > 1e-12}
 
     losses = {late: _loss(columns(late), target[fitted]) for late in _delays(motor)}
     late = min(losses, key=losses.__getitem__)
@@ -132,11 +134,6 @@ def _loss(columns: dict[str, Array], y: Array) -> float:
     a = np.stack([x for name, x in columns.items() if name != 'late'], axis=1)
     left = y - a @ np.linalg.lstsq(a, y, rcond=1e-9)[0]
     return float(np.abs(left).sum())
-
-
-def _usable(columns: dict[str, Array], fitted: Array) -> dict[str, Array]:
-    """Those that are not zero, where the joint moves."""
-    return {k: v[fitted] for k, v in columns.items() if np.abs(v[fitted]).max() > 1e-12}
 
 
 def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Balance:

@@ -11,8 +11,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
-from leo_diffmodel.faults.motion import Channels, coarse, grain, Law, Motion
+from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.frozen import resolution
 
 BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
 
@@ -79,7 +80,8 @@ def relate(recording: Recording, j: int) -> Relation | None:
         return None
     speed = float(np.sqrt(np.mean((motion.dq - law.theta[3]) ** 2))) / abs(scale)
     usual = float(np.abs(motion.dq - law.theta[3]).mean())
-    return Relation(law, kind, sure, motion.period, speed, grain([motion.dq]), usual)
+    grain = resolution(motion.dq, quantile=LIMITS.grain)
+    return Relation(law, kind, sure, motion.period, speed, grain, usual)
 
 
 def kinematic_faults(relation: Relation, joint: str, unit: str) -> list[Found]:

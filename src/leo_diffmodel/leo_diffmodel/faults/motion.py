@@ -19,6 +19,7 @@ from scipy.special import huber
 
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.faults.spline import Knots, Rows, solved
+from leo_diffmodel.outside.frozen import resolution
 from leo_diffmodel.outside.samples import block_covariance, noise, spread
 
 Array = np.ndarray
@@ -249,10 +250,5 @@ def _noise(parts: Sequence[Channels], name: str) -> float:
     """A first guess of a channel's noise: third differences, and the steps of its sensor."""
     values = [getattr(part, name) for part in parts]
     span = max(float(np.ptp(v)) for v in values)
-    return max(noise(values), grain(values) / np.sqrt(12), LIMITS.floor * span + 1e-12)
-
-
-def grain(values: Sequence[Array]) -> float:
-    """Step of a sensor, from its values in stretches (T,)."""
-    step = np.abs(np.concatenate([np.diff(v) for v in values]))
-    return float(np.quantile(step[step > 0], LIMITS.grain)) if step.any() else 0.0
+    grain = resolution(*values, quantile=LIMITS.grain)
+    return max(noise(values), grain / np.sqrt(12), LIMITS.floor * span + 1e-12)

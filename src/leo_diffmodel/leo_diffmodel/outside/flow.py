@@ -158,6 +158,8 @@ def _intervals(
         return _mean(e.t + late, given, nodes), _mean(e.t + late, enabled, nodes)
 
     u, on = acting(0.0)
+    enabled_joints = np.zeros_like(ddq)
+    enabled_joints[:, list(model.robot.actuated)] = on
     sign = np.clip(rate / still, -1, 1)
     held = _held(model, middle, rate, u, on, sign)
     mass, bias = model.rigid.mass_and_bias(middle, rate)
@@ -174,7 +176,7 @@ def _intervals(
         'turning': np.diagonal(inertial, axis1=1, axis2=2),
         'sign': sign,
         'moving': (np.abs(rate) > still).astype(float),
-        'enabled': _at_joints(model, on, ddq),
+        'enabled': enabled_joints,
         'before': np.stack([_motor(model, *acting(d), middle) for d in OUTSIDE.delays], axis=1),
     }
 
@@ -192,13 +194,6 @@ def _motor(model: Model, u: Array, on: Array, q: Array) -> Array:
     still = np.zeros_like(q)
     load = still if model.laws.needs_load else None
     return np.broadcast_to(model.laws.torques(q, still, still, u, on, load).motor, q.shape)
-
-
-def _at_joints(model: Model, figures: Array, like: Array) -> Array:
-    """Figures of actuators (N, A) at their joints (N, J), 0 elsewhere."""
-    out = np.zeros_like(like)
-    out[:, list(model.robot.actuated)] = figures
-    return out
 
 
 def _at_motors(model: Model, e: Episode) -> Array:

@@ -86,8 +86,8 @@ def _constant(t: Array, values: Array) -> list[tuple[int, int]]:
     return list(zip(first[long].tolist(), last[long].tolist(), strict=True))
 
 
-def resolution(values: Array) -> float:
-    """The smallest step between neighbouring samples (N,); 0 where there is none."""
-    step = np.abs(np.diff(values))
+def resolution(*parts: Array, quantile: float = 0.05) -> float:
+    """The smallest step between neighbouring samples of stretches (N,); 0 where there is none."""
+    step = np.abs(np.concatenate([np.diff(part) for part in parts]))
     moved = step[step > 0]
-    return float(np.quantile(moved, 0.05)) if moved.size else 0.0
+    return float(np.quantile(moved, quantile)) if moved.size else 0.0

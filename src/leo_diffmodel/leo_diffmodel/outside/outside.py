@@ -132,8 +132,11 @@ def _within(t: Array, spans: Iterable[Span]) -> Array:
 
 def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
     true = with_true_rates(recording)
-    before = [Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)]
-    return [replace(s, source=source) for s in (*before, *_forces(true, model))]
+    found = [Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)]
+    if (seen := flow(true, model)) is not None:
+        joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
+        found += [s for j, joint in joints for s in _at_joint(true, seen, j, joint)]
+    return [replace(s, source=source) for s in found]
 
 
 def _gaps(recording: Recording) -> list[Span]:
@@ -147,14 +150,6 @@ def _gaps(recording: Recording) -> list[Span]:
         for k in np.flatnonzero(np.diff(e.t) > limit)
     ]
     return [(a, b) for a, b in (*edges, *inner) if b - a > limit]
-
-
-def _forces(recording: Recording, model: Model) -> list[Stretch]:
-    seen = flow(recording, model)
-    if seen is None:
-        return []
-    joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
-    return [s for j, joint in joints for s in _at_joint(recording, seen, j, joint)]
 
 
 def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stretch]:
