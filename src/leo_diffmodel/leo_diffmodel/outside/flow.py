@@ -72,11 +72,6 @@ class Flow:
         """The largest torque at work at each instant and joint [N m, N], shape (N, J)."""
         return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), np.abs(self.turning))
 
-    @property
-    def unbalanced(self) -> Array:
-        """The larger of what motor and weight leave of each other, and what turns, (N, J)."""
-        return np.maximum(np.abs(self.motor + self.load), np.abs(self.turning))
-
 
 def flow(recording: Recording, model: Model) -> Flow | None:
     """The flow of a recording whose rates are right.

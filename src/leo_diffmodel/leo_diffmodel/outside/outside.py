@@ -184,8 +184,8 @@ def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) ->
     """
     if fitted.sum() * float(np.median(np.diff(seen.time))) < OUTSIDE.least_led:
         return False
-    size = _lasting(found.rest, fitted)
-    if size <= OUTSIDE.hand * seen.unbalanced[fitted, j].mean():
+    size, free = _lasting(found.rest, fitted), np.abs(seen.motor + seen.load)
+    if size <= OUTSIDE.hand * np.maximum(free, np.abs(seen.turning))[fitted, j].mean():
         return False
     if follows(seen, j):
         return True
