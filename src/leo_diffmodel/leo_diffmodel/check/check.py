@@ -23,7 +23,6 @@ from leo_diffmodel.compare.known import provenance, with_known
 from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.mending import mapped
 from leo_sim.description.robot import Robot
@@ -110,7 +109,7 @@ def check(
         sigma = noise.estimate(model, noise.short_windows(recordings))
     except ValueError as error:
         return _too_short(bags, model, str(error))
-    looked = [_looked(bag, model, s) for bag, s in zip(bags, sigma, strict=True)]
+    looked = [look_at(bag, model, s) for bag, s in zip(bags, sigma, strict=True)]
     findings = [f for found, _ in looked for f in found]
     recordings = [right for _, right in looked]
     if any(right is not bag.recording for right, bag in zip(recordings, bags, strict=True)):
@@ -136,16 +135,12 @@ def check(
     )
 
 
-def look_at(bag: Bag, model: Model, sigma: Array) -> list[Finding]:
-    """What is wrong, or right, with one bag by itself, of noise sigma (2J,)."""
-    return _looked(bag, model, sigma)[0]
-
-
-def _looked(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
-    """What is wrong with one bag, and the bag without what can be put right."""
+def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
+    """What is wrong, or right, with a bag of noise sigma (2J,), and the bag put right."""
     faults = faults_of(bag.recording, model)
-    held = hold(*_mended(bag, faults), bag.hold, model, sigma)
-    recording = bag.recording
+    sure = [f for f in faults if f.error and f.fault.name != 'input_late']  # `hold` tells it
+    recording, other = bag.recording, bag.other and mapped(bag.other, sure)
+    held = hold(mapped(recording, sure), other, bag.hold, model, sigma)
     if bag.other is not None and any(f.severity == ERROR for f in held):
         recording, faults = bag.other, faults_of(bag.other, model)
     right = mapped(recording, [f for f in faults if f.error])
@@ -158,12 +153,6 @@ def _looked(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Record
         *forces(right, model),
     ]
     return [replace(f, bag=str(recording.path)) for f in found], right
-
-
-def _mended(bag: Bag, faults: Sequence[Found]) -> tuple[Recording, Recording | None]:
-    """Both ways of reading a bag, put right but for when inputs act, which is what they tell."""
-    sure = [f for f in faults if f.error and f.fault.name != 'input_late']
-    return mapped(bag.recording, sure), None if bag.other is None else mapped(bag.other, sure)
 
 
 def traps(recording: Recording, robot: Robot) -> list[Finding]:

@@ -13,7 +13,7 @@ from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.finding import Finding, OK, times, WARNING
 from leo_diffmodel.check.settings import CHECK
-from leo_diffmodel.outside.samples import period
+from leo_diffmodel.outside.samples import period, runs
 
 Array = np.ndarray
 EARLY, OWN, LATE = 0, 1, 2
@@ -68,13 +68,12 @@ def _stretches(
     above = (q > high - CHECK.at_end * span) & (goal > high + CHECK.beyond * span)
     below = (q < low + CHECK.at_end * span) & (goal < low - CHECK.beyond * span)
     for there in (above & e.enabled[:, a], below & e.enabled[:, a]):
-        edges = np.flatnonzero(np.diff(np.r_[False, there, False]))
-        for begin, end in edges.reshape(-1, 2):
-            moved = float(np.ptp(goal[begin:end]))
-            stands = np.ptp(q[begin:end]) <= CHECK.follows * moved
-            long = e.t[end - 1] - e.t[begin] >= CHECK.unmet_seconds
+        for rows in runs(there):
+            begin, end, moved = float(e.t[rows[0]]), float(e.t[rows[-1]]), np.ptp(goal[rows])
+            stands = np.ptp(q[rows]) <= CHECK.follows * moved
+            long = end - begin >= CHECK.unmet_seconds
             if long and stands and moved > CHECK.goal_moves * span:
-                yield float(e.t[begin]), float(e.t[end - 1])
+                yield begin, end
 
 
 def frame_shift(recording: Recording) -> list[Finding]:

@@ -21,7 +21,6 @@ from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
 Array = np.ndarray
-OTHER = {'next': 'previous', 'previous': 'next'}
 MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its stamp'}
 
 
@@ -58,7 +57,13 @@ def hold(
         return []
     ahead = preference(recording, other, model, sigma)
     if ahead < -CHECK.hold_nats and _agrees(recording, hold_now, model, sigma):
-        return [_wrong_way(hold_now, -ahead)]
+        right = 'previous' if hold_now == 'next' else 'next'
+        what = (
+            f'an input acts {MEANING[right]}, not {MEANING[hold_now]}: '
+            f'that fits better by {-ahead:.0f} nats'
+        )
+        todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
+        return [Finding('hold', ERROR, what, todo)]
     return [_right_way(hold_now, ahead)]
 
 
@@ -84,8 +89,9 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
     read, way = at_rows(read, mine), at_rows(way, theirs)
     if _removed(read.loss, way.loss, model) < CHECK.hold_trifle:
         return 0.0
-    spared = way.loss - read.loss
-    return _nats(spared, _apart(read, way), _excess(np.minimum(read.loss, way.loss), model))
+    usual = float(np.median(np.minimum(read.loss, way.loss)))
+    excess = max(1.0, usual / _expected(model))  # of white noise, so that nats stay odds
+    return _nats(way.loss - read.loss, _apart(read, way), excess)
 
 
 def _apart(read: Misfit, way: Misfit) -> Array:
@@ -114,27 +120,12 @@ def _removed(loss: Array, other: Array, model: Model) -> float:
     return (high - low) / beyond if beyond > high - low else 1.0
 
 
-def _excess(loss: Array, model: Model) -> float:
-    """How many times the loss exceeds that of white noise, so that nats stay odds; 1 or more."""
-    return max(1.0, float(np.median(loss)) / _expected(model))
-
-
 def _expected(model: Model) -> float:
     """Loss of a window in which only noise is left [nats]."""
     joints = len(model.robot.joint_names)
     channels = 2 * joints * (CHECK.hold_intervals + 1)
     free = 4 * joints + len(model.robot.actuators)
     return 0.5 * (channels - free)
-
-
-def _wrong_way(hold_now: str, nats: float) -> Finding:
-    right = OTHER[hold_now]
-    what = (
-        f'an input acts {MEANING[right]}, not {MEANING[hold_now]}: '
-        f'that fits better by {nats:.0f} nats'
-    )
-    todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
-    return Finding('hold', ERROR, what, todo)
 
 
 def _right_way(hold_now: str, nats: float) -> Finding:

@@ -84,13 +84,9 @@ def _instead(recordings: Sequence[Recording], model: Model) -> str:
     if model.robot.base_joints and all(r.held for r in recordings):
         return 'the base was held: record the robot standing and stepping too'
     names = [r.name for r in recordings]
-    refitted = list(dict.fromkeys(c.path for c in uncertain(model, names)))
-    todo = 'leo next proposes a run that shows them'
-    return (
-        f'{todo}; or the refitted constants take their place: {", ".join(refitted)}'
-        if refitted
-        else todo
-    )
+    refitted = ', '.join(dict.fromkeys(c.path for c in uncertain(model, names)))
+    more = f'; or the refitted constants take their place: {refitted}' if refitted else ''
+    return f'leo next proposes a run that shows them{more}'
 
 
 def nowhere(model: Model) -> tuple[str, ...]:

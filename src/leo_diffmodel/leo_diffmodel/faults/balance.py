@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
 from leo_diffmodel.outside.samples import block_covariance, reweighted
-from leo_sim.model import Model
 
 Array = np.ndarray
 GIVEN = ('weight', 'across', 'motor', 'late')
@@ -57,37 +57,31 @@ class Balance:
     gained: float = 1.0
 
 
-def balance(
-    flow: Flow, model: Model, j: int, usual: tuple[float, float] = (0.0, 0.0)
-) -> Balance | None:
-    """Fit the factors of joint j; None where it hardly moves.
-
-    Args:
-        flow: of one recording.
-        model: its model.
-        j: the joint.
-        usual: delays of the inputs that a good log has, least and most [s].
-    """
+def balance(flow: Flow, j: int) -> Balance | None:
+    """Fit the factors of joint j; None where it hardly moves."""
     fitted = flow.moving[:, j] > LIMITS.moving
     if fitted.sum() < LIMITS.fewest_instants:
         return None
     motor = flow.motor[:, j]
     target = flow.load[:, j] + motor + flow.missing[:, j]  # what motion and losses take [N m, N]
-    rest = _columns(flow, model, j)
+    rest = _columns(flow, j)
 
-    def loss(late: float) -> float:
-        return _loss(flow, fitted, target, rest, motor, late)
+    def columns(late: float) -> dict[str, Array]:
+        """Those that are not zero, where the joint moves."""
+        moving = {k: v[fitted] for k, v in (rest | _motor(flow, motor, late)).items()}
+        return {k: v for k, v in moving.items() if np.abs(v).max() > 1e-12}
 
-    losses = {late: loss(late) for late in _delays(motor)}
+    losses = {late: _loss(columns(late), target[fitted]) for late in _delays(motor)}
     late = min(losses, key=losses.__getitem__)
-    found = _fitted(flow, fitted, target, rest | _motor(flow, motor, late))
+    found = _fitted(flow, fitted, target[fitted], columns(late))
     if 'late' not in found.figures:
         return found
     nearer = _seconds(found, late).value
     if abs(nearer - late) <= LIMITS.late_grid and abs(nearer) <= LIMITS.latest:
-        losses[nearer], late = loss(nearer), nearer
-        found = _fitted(flow, fitted, target, rest | _motor(flow, motor, late))
-    good = min(size for at, size in losses.items() if usual[0] <= at <= usual[1])
+        losses[nearer], late = _loss(columns(nearer), target[fitted]), nearer
+        found = _fitted(flow, fitted, target[fitted], columns(late))
+    least, most = FAULTS['input_late'].harmless
+    good = min(size for at, size in losses.items() if least <= at <= most)
     return replace(
         found, figures={**found.figures, 'late': _seconds(found, late)}, gained=losses[late] / good
     )
@@ -99,8 +93,9 @@ def _seconds(found: Balance, shift: float) -> Figure:
     return Figure(shift + slope.value / gain, slope.sd / gain, slope.worst / gain)
 
 
-def _columns(flow: Flow, model: Model, j: int) -> dict[str, Array]:
+def _columns(flow: Flow, j: int) -> dict[str, Array]:
     """Weight, and all that takes energy or is constant."""
+    model = flow.motion.model
     dq, sign, load = (x[:, j] for x in (flow.dq, flow.sign, flow.load))
     turned = flow.q.copy()
     turned[:, j] += 0.5 * np.pi
@@ -134,22 +129,14 @@ def _motor(flow: Flow, motor: Array, late: float) -> dict[str, Array]:
     return {'motor': moved, 'late': -slope}
 
 
-def _loss(
-    flow: Flow, fitted: Array, target: Array, rest: dict[str, Array], motor: Array, late: float
-) -> float:
-    columns = _usable(rest | {'motor': _motor(flow, motor, late)['motor']}, fitted)
-    a = np.stack([*columns.values()], axis=1)
-    left = target[fitted] - a @ np.linalg.lstsq(a, target[fitted], rcond=1e-9)[0]
+def _loss(columns: dict[str, Array], y: Array) -> float:
+    """Size of what the columns leave over, but for how it would change with the delay."""
+    a = np.stack([x for name, x in columns.items() if name != 'late'], axis=1)
+    left = y - a @ np.linalg.lstsq(a, y, rcond=1e-9)[0]
     return float(np.abs(left).sum())
 
 
-def _usable(columns: dict[str, Array], fitted: Array) -> dict[str, Array]:
-    """Those that are not zero, where the joint moves."""
-    return {k: v[fitted] for k, v in columns.items() if np.abs(v[fitted]).max() > 1e-12}
-
-
-def _fitted(flow: Flow, fitted: Array, target: Array, columns: dict[str, Array]) -> Balance:
-    used, y = _usable(columns, fitted), target[fitted]
+def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Balance:
     size = np.array([np.sqrt((v**2).mean()) for v in used.values()])
     a = np.stack([*used.values()], axis=1) / size
     amounts, weight = _robust(a, y)
@@ -173,7 +160,7 @@ def _robust(a: Array, y: Array) -> tuple[Array, Array]:
         return np.asarray(np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y)))
 
     floor = 1e-9 * float(np.abs(y).max()) + 1e-300
-    return reweighted(solve, a, y, LIMITS.balance_huber, LIMITS.rounds, floor)
+    return reweighted(solve, a, y, floor)
 
 
 def _spread(a: Array, left: Array, inverse: Array, flow: Flow, fitted: Array) -> Array:

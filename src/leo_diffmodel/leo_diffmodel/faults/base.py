@@ -28,6 +28,7 @@ class Fault:
         name: stable, for programs.
         channel: angle, speed, input or time.
         unit: of its value; '' for a factor.
+        key: of a topic map, whose value is its size, that undoes it; '' where there is none.
         turn: values that differ by it are the same; infinite where none are.
         law: what is logged, of what happened.
         harmless: sizes that a good log may have, lowest and highest; outside it is an error.
@@ -41,9 +42,10 @@ class Fault:
     name: ClassVar[str]
     channel: ClassVar[str]
     unit: ClassVar[str] = ''
+    key: ClassVar[str] = ''
     turn: ClassVar[float] = math.inf
     law: ClassVar[str]
-    harmless: ClassVar[tuple[float, float]]
+    harmless: ClassVar[tuple[float, float]] = (0.0, 0.0)
     harmless_words: ClassVar[str] = ''
     looks_like: ClassVar[str]
     confused_with: ClassVar[str]
@@ -76,13 +78,11 @@ class Fault:
             value: size of the fault.
             names: joints whose columns it is about.
         """
-        return {}
+        return {self.key: value} if self.key else {}
 
 
 class Factor(Fault):
     """A channel logged as a multiple of what happened; `key` of a topic map has the inverse."""
-
-    key: ClassVar[str]
 
     def logged(self, t: Array, x: Array, value: float) -> Array:
         """The multiple."""

@@ -26,22 +26,14 @@ from leo_sim.model import Model
 
 def balances(recording: Recording, model: Model) -> dict[str, Balance]:
     """The balance of each joint that shows it; of a robot on the ground only when it is held."""
-    seen = _flow(recording, model)
+    seen = flow(with_true_rates(recording), model)
     return {} if seen is None else _balances(recording, seen)
 
 
-def _flow(recording: Recording, model: Model) -> Flow | None:
-    on_ground = model.robot.contacts and not recording.held
-    return None if on_ground else flow(with_true_rates(recording), model)
-
-
 def _balances(recording: Recording, seen: Flow) -> dict[str, Balance]:
-    usual, base = FAULTS['input_late'].harmless, seen.motion.model.robot.base_joints
     with np.errstate(all='ignore'):
-        found = {
-            name: balance(seen, seen.motion.model, j, usual)
-            for j, name in enumerate(recording.joints)
-        }
+        found = {name: balance(seen, j) for j, name in enumerate(recording.joints)}
+    base = seen.motion.model.robot.base_joints
     return {name: b for name, b in found.items() if b is not None and name not in base}
 
 
@@ -56,7 +48,7 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
         model: of its robot.
         settled: joints whose inputs are in their own columns by now, or whose zeros are right.
     """
-    seen = _flow(recording, model)
+    seen = flow(with_true_rates(recording), model)
     if seen is None:
         return []
     driven = [*recording.actuators] if recording.input in ('voltage', 'torque') else []
@@ -117,13 +109,12 @@ def _gained(
 ) -> float:
     """Standard errors by which a log with this fault predicts better than one without."""
     number = recording.joints.index
-    if f.fault.name in ('input_scale', 'input_sign'):
-        unit = math.prod(g.value for g in mine if g.fault.channel == 'input')
-        j = number(f.joint)
-        return better([misses(seen, j)], [misses(seen, j, Reading(unit))])
+    right = Reading(math.prod(g.value for g in mine if g.fault.channel == 'input'))
     if f.fault.name == 'gravity_compensated':
+        right = Reading(share=f.value)
+    if f.fault.name in ('input_scale', 'input_sign', 'gravity_compensated'):
         j = number(f.joint)
-        return better([misses(seen, j)], [misses(seen, j, Reading(share=f.value))])
+        return better([misses(seen, j)], [misses(seen, j, right)])
     mended = flow(with_true_rates(mapped(recording, [f])), seen.motion.model)
     if mended is None:
         return 0.0

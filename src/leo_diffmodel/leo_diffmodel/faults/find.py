@@ -17,7 +17,7 @@ from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.left_out import better, split
 from leo_diffmodel.faults.mending import mapped, without
 from leo_diffmodel.faults.readings import who_is_right
-from leo_diffmodel.faults.sensors import is_no_measurement, sensor_faults
+from leo_diffmodel.faults.sensors import sensor_faults
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.rate import stretches
 from leo_sim.description.robot import Robot
@@ -87,13 +87,12 @@ def _kinematic(
 ) -> list[Found]:
     """Where angle and speed contradict each other, of all joints whose angle is measured."""
     robot = model.robot
-    held = robot.base_joints if recording.held else ()
+    silent = {f.joint for f in stuck if f.fault.name == 'goal_as_angle'}
+    silent.update(robot.base_joints if recording.held else ())
     moves = [
         f
         for j, name in enumerate(recording.joints)
-        if name not in held
-        and not is_no_measurement(stuck, name)
-        and (r := relate(recording, j)) is not None
+        if name not in silent and (r := relate(recording, j)) is not None
         for f in adding_up(recording, kinematic_faults(r, name, f'{length_unit(robot, name)}/s'))
     ]
     return who_is_right(recording, model if by_torques else None, moves)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.left_out import better, mean, misses, Reading, rest
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.samples import runs
 
 Array = np.ndarray
 
@@ -95,7 +95,7 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
         spans = [
             (float(e.t[rows[0]]), float(e.t[rows[-1]]))
             for e, none in zip(recording.episodes, zero, strict=True)
-            for rows in _runs(none)
+            for rows in runs(none)
         ]
         what = (
             f'the input of {joint} is logged as 0 in {share:.0%} of the rows, and what moves it '
@@ -107,8 +107,3 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
 
 def _median(values: Array) -> float:
     return float(np.median(np.abs(values)))
-
-
-def _runs(inside: Array) -> list[list[int]]:
-    """Rows of each run of rows that are all inside."""
-    return [[*rows] for is_in, rows in groupby(range(len(inside)), lambda i: inside[i]) if is_in]

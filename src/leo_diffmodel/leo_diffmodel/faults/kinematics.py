@@ -11,8 +11,9 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
-from leo_diffmodel.faults.motion import Channels, coarse, grain, Law, Motion
+from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.frozen import resolution
 
 BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
 
@@ -74,15 +75,13 @@ def relate(recording: Recording, j: int) -> Relation | None:
     law, kind, sure = _simplest(motion, full)
     scale, sd = law.of('scale')
     away = max(abs(scale), 1 / max(abs(scale), 1e-300)) >= LIMITS.largest_scale
-    if (
-        away
-        or sd > LIMITS.clear_scale * abs(scale)
-        or np.abs(law.theta[1:3]).max() >= LIMITS.reach
-    ):
+    late = np.abs(law.theta[1:3]).max() >= LIMITS.reach
+    if away or late or sd > LIMITS.clear_scale * abs(scale):
         return None
     speed = float(np.sqrt(np.mean((motion.dq - law.theta[3]) ** 2))) / abs(scale)
     usual = float(np.abs(motion.dq - law.theta[3]).mean())
-    return Relation(law, kind, sure, motion.period, speed, grain([motion.dq]), usual)
+    grain = resolution(motion.dq, quantile=LIMITS.grain)
+    return Relation(law, kind, sure, motion.period, speed, grain, usual)
 
 
 def kinematic_faults(relation: Relation, joint: str, unit: str) -> list[Found]:

@@ -16,6 +16,7 @@ import numpy as np
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
 from leo_diffmodel.outside.ordinary import explained, ordinary
+from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
 
@@ -60,13 +61,15 @@ def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Arr
 def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
     """Mean size of the rest of joint j in blocks of time, each by a fit of the others, (B,).
 
-    NaN in blocks without motion.
+    Instants that share a bell with one of the block are not fitted, either. NaN in blocks without
+    motion.
     """
     moving = flow.moving[:, j] > LIMITS.moving
     block = _blocks(len(flow.time))
     out = np.full(LIMITS.blocks, np.nan)
     for b in range(LIMITS.blocks):
-        left, fitted = moving & (block == b), moving & ~_near(block == b)
+        near = np.convolve(block == b, np.ones(2 * OUTSIDE.per_bell + 1), mode='same') > 0.5
+        left, fitted = moving & (block == b), moving & ~near
         if left.any() and fitted.sum() >= LIMITS.fewest_instants:
             out[b] = float(np.abs(rest(flow, j, fitted, reading)[left]).mean())
     return out
@@ -106,9 +109,3 @@ def split(values: Array) -> Array:
 def _blocks(count: int) -> Array:
     """Number of the block of each of so many values in order of time."""
     return np.arange(count) * LIMITS.blocks // max(count, 1)
-
-
-def _near(inside: Array) -> Array:
-    """Which instants share a bell with one that is inside."""
-    wide = np.convolve(inside, np.ones(2 * LIMITS.shared_bells + 1), mode='same')
-    return np.asarray(wide > 0.5)

@@ -18,6 +18,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.settings import OUTSIDE
 from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import INTERFACES
 
@@ -46,7 +47,7 @@ def mended(recording: Recording, faults: Sequence[Found]) -> Recording:
     left = without(recording, [f for f in faults if f.cuts])
     if left is None:
         raise UserError(
-            f'{recording.path}: no {LIMITS.shortest_piece} s in which all sensors measure'
+            f'{recording.path}: no {OUTSIDE.least_piece} s in which all sensors measure'
         )
     return mapped(left, faults)
 
@@ -63,7 +64,7 @@ def without(recording: Recording, found: Sequence[Found]) -> Recording | None:
     spans = [(a - around, b + around) for f in found for a, b in f.where]
     if not spans:
         return recording
-    return kept(recording, merged(spans, around), LIMITS.shortest_piece)
+    return kept(recording, merged(spans, around), OUTSIDE.least_piece)
 
 
 def runs_of(recording: Recording) -> list[Run]:

@@ -19,6 +19,7 @@ from scipy.special import huber
 
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.faults.spline import Knots, Rows, solved
+from leo_diffmodel.outside.frozen import resolution
 from leo_diffmodel.outside.samples import block_covariance, noise, spread
 
 Array = np.ndarray
@@ -145,37 +146,25 @@ class Motion:
         return _Point(theta, heavy, rest, slope)
 
     def _law(self, at: _Point, index: Sequence[int]) -> Law:
+        """Its covariance is the larger of what blocks and what single samples say."""
         scores = (at.weight * at.rest)[:, None] * at.slope
+        apart = block_covariance(at.inverse, scores, self.block)
+        squares = float((at.weight * at.rest**2).sum())
+        alone = at.inverse * squares / max(2 * len(self.q) - self.count, 1)
+        ratio = np.sqrt(np.maximum(alone.diagonal() / np.maximum(apart.diagonal(), 1e-300), 1.0))
         covariance = np.zeros((len(NAMES), len(NAMES)))
-        squares = at.weight * at.rest**2
-        covariance[np.ix_(index, index)] = self._covariance(at.inverse, scores, squares)
+        covariance[np.ix_(index, index)] = apart * np.outer(ratio, ratio)
         loss = float(huber(LIMITS.motion_huber, at.rest).sum())
         return Law(at.theta, covariance, loss, at.weight)
-
-    def _covariance(self, inverse: Array, scores: Array, squares: Array) -> Array:
-        """The larger of what blocks and what single samples say, (P, P).
-
-        Args:
-            inverse: of the normal matrix, shape (P, P).
-            scores: of each sample, shape (2N, P).
-            squares: weighted residuals, shape (2N,).
-        """
-        apart = block_covariance(inverse, scores, self.block)
-        alone = inverse * float(squares.sum()) / max(2 * len(self.q) - self.count, 1)
-        ratio = np.sqrt(np.maximum(alone.diagonal() / np.maximum(apart.diagonal(), 1e-300), 1.0))
-        return apart * np.outer(ratio, ratio)
 
     def _rows(self, theta: Array) -> tuple[Rows, Rows, Rows, Rows]:
         """Rows of angle and speed, and of p' and p'' where the angle sees them."""
         late = theta[1]
+        each = [*zip(self.knots, self.parts, strict=True)]
         p, dp, ddp = (
-            Rows.stacked(
-                [k.rows(part.t + late, d) for k, part in zip(self.knots, self.parts, strict=True)]
-            )
-            for d in range(3)
+            Rows.stacked([knots.rows(part.t + late, d) for knots, part in each]) for d in range(3)
         )
-        each = zip(self.knots, self.parts, strict=True)
-        speed = Rows.stacked([k.rows(part.t, 1) for k, part in each])
+        speed = Rows.stacked([knots.rows(part.t, 1) for knots, part in each])
         return p + theta[2] * dp, speed, dp, dp + theta[2] * ddp
 
     def _whitened(self, theta: Array) -> tuple[Rows, Array]:
@@ -232,12 +221,7 @@ def coarse(parts: Sequence[Channels], period: float) -> Array:
         slope = np.gradient(np.interp(grid, part.t, part.q), period)
         speed = np.interp(grid, part.t, part.dq)
         slope, speed = (np.pad(x - x.mean(), reach) for x in (slope, speed))
-        crossed += np.array(
-            [
-                speed[reach + k : len(speed) - reach + k] @ slope[reach:-reach]
-                for k in range(-reach, reach + 1)
-            ]
-        )
+        crossed += np.correlate(speed, slope[reach:-reach], mode='valid')
         power += float(slope @ slope)
     best = int(np.argmax(np.abs(crossed)))
     return np.array([crossed[best] / max(power, 1e-300), (best - reach) * period, 0.0, 0.0])
@@ -266,10 +250,5 @@ def _noise(parts: Sequence[Channels], name: str) -> float:
     """A first guess of a channel's noise: third differences, and the steps of its sensor."""
     values = [getattr(part, name) for part in parts]
     span = max(float(np.ptp(v)) for v in values)
-    return max(noise(values), grain(values) / np.sqrt(12), LIMITS.floor * span + 1e-12)
-
-
-def grain(values: Sequence[Array]) -> float:
-    """Step of a sensor, from its values in stretches (T,)."""
-    step = np.abs(np.concatenate([np.diff(v) for v in values]))
-    return float(np.quantile(step[step > 0], LIMITS.grain)) if step.any() else 0.0
+    grain = resolution(*values, quantile=LIMITS.grain)
+    return max(noise(values), grain / np.sqrt(12), LIMITS.floor * span + 1e-12)

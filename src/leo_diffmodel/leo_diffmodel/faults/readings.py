@@ -17,6 +17,7 @@ from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.faults.settings import LIMITS
 from leo_sim.model import Model
 
+CONTRADICTIONS = ('speed_scale', 'speed_sign')
 ANGLES = {
     180 / math.pi: 'degrees',
     1 / (2 * math.pi): 'turns',
@@ -58,12 +59,9 @@ def who_is_right(recording: Recording, model: Model | None, found: Sequence[Foun
         model: of its robot; None where torques cannot be asked.
         found: what the kinematics say.
     """
-    kinds = ('speed_scale', 'speed_sign')
-    out = [f for f in found if f.fault.name not in kinds]
-    for joint in dict.fromkeys(f.joint for f in found if f.fault.name in kinds):
-        mine = {f.fault.name: f for f in found if f.joint == joint}
-        rest = [f for f in found if f.error and f.joint == joint and f.fault.name not in kinds]
-        out += _resolved(recording, model, joint, mine, rest)
+    out = [f for f in found if f.fault.name not in CONTRADICTIONS]
+    for joint in dict.fromkeys(f.joint for f in found if f.fault.name in CONTRADICTIONS):
+        out += _resolved(recording, model, joint, found)
     clock = next((f for f in out if f.fault.name == 'time_stretch'), None)
     return out if clock is None else [clock, *(f for f in out if not _explains(clock, f))]
 
@@ -77,12 +75,10 @@ def _explains(clock: Found, other: Found) -> bool:
 
 
 def _resolved(
-    recording: Recording,
-    model: Model | None,
-    joint: str,
-    mine: dict[str, Found],
-    rest: Sequence[Found],
+    recording: Recording, model: Model | None, joint: str, found: Sequence[Found]
 ) -> list[Found]:
+    mine = {f.fault.name: f for f in found if f.joint == joint}
+    rest = [f for f in mine.values() if f.error and f.fault.name not in CONTRADICTIONS]
     out = []
     if 'speed_scale' in mine:
         signed = [mine['speed_sign']] if 'speed_sign' in mine else []

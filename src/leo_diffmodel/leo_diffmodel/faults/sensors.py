@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
 
 import numpy as np
 
@@ -22,13 +21,12 @@ def sensor_faults(recording: Recording, robot: Robot) -> list[Found]:
     """What is wrong with single channels of a robot's recording."""
     out: list[Found] = []
     for j, joint in enumerate(recording.joints):
-        out += [
-            *_goal(recording, j, joint),
-            *_early(recording, j, joint),
-            *_unsigned(recording, j, joint),
-            *_repeated(recording, j, joint),
-            *_coarse(recording, j, joint, length_unit(robot, joint)),
-        ]
+        if recording.input == 'position' and joint in recording.actuators:
+            a = recording.actuators.index(joint)
+            out += [*_goal(recording, j, a, joint), *_early(recording, j, a, joint)]
+        if recording.rates == 'measured':
+            out += [*_unsigned(recording, j, joint), *_repeated(recording, j, joint)]
+        out += _coarse(recording, j, joint, length_unit(robot, joint))
     longest = {f.joint: _longest(recording, f) for f in out}
     return [*out, *(f for f in _frozen(recording) if f.value > longest.get(f.joint, 0.0))]
 
@@ -47,15 +45,8 @@ def _longest(recording: Recording, found: Found) -> float:
     return LIMITS.chance * float(runs * np.median(step))
 
 
-def is_no_measurement(found: Sequence[Found], joint: str) -> bool:
-    """Whether the angle of a joint is known to be none."""
-    return any(f.fault.name == 'goal_as_angle' and f.joint == joint for f in found)
-
-
 def _frozen(recording: Recording) -> Iterator[Found]:
-    found = frozen(recording)
-    for (joint, sensor, at_end), group in groupby(found, lambda f: (f.joint, f.sensor, f.at_end)):
-        spans = tuple((f.begin, f.end) for f in group)
+    for joint, sensor, at_end, spans in frozen(recording):
         longest = max(b - a for a, b in spans)
         how = 'stays at its largest value' if at_end else 'stands still'
         lost = sum(b - a for a, b in spans)
@@ -74,11 +65,8 @@ def _top(recording: Recording, joint: str) -> float:
     return max(float(np.abs(e.dq[:, j]).max()) for e in recording.episodes)
 
 
-def _goal(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+def _goal(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
     """Whether the angle is the goal of its row, or of the row before."""
-    if recording.input != 'position' or joint not in recording.actuators:
-        return
-    a = recording.actuators.index(joint)
     same = total = moved = 0
     for e in recording.episodes:
         goal, q = e.inputs[:, a], e.q[:, j]
@@ -90,11 +78,9 @@ def _goal(recording: Recording, j: int, joint: str) -> Iterator[Found]:
         yield Found(FAULTS['goal_as_angle'], joint, same / total, 0.0, what, True, 'sensor')
 
 
-def _early(recording: Recording, j: int, joint: str) -> Iterator[Found]:
+def _early(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
     """Whether the angle does in advance what its goal says later."""
-    if recording.input != 'position' or joint not in recording.actuators:
-        return
-    a, period = recording.actuators.index(joint), float(np.median(steps(recording)))
+    period = float(np.median(steps(recording)))
     reach = round(LIMITS.reach / period)
     goals = [np.diff(e.inputs[:, a]) for e in recording.episodes]
     alike = _alike(goals, [np.diff(e.q[:, j]) for e in recording.episodes], reach)
@@ -120,8 +106,6 @@ def _alike(goals: Sequence[np.ndarray], angles: Sequence[np.ndarray], reach: int
 
 def _unsigned(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     """Whether negative speeds were read as positive numbers, far above all others."""
-    if recording.rates != 'measured':
-        return
     speed = np.concatenate([e.dq[:, j] for e in recording.episodes])
     slope = np.concatenate([np.gradient(e.q[:, j], e.t) for e in recording.episodes])
     values = np.unique(speed)
@@ -146,8 +130,6 @@ def _unsigned(recording: Recording, j: int, joint: str) -> Iterator[Found]:
 
 def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
     """Share of the samples of the moving joint that repeat angle and speed of the one before."""
-    if recording.rates != 'measured':
-        return
     again = total = 0
     for e in recording.episodes:
         fast = np.abs(e.dq[:-1, j]) * np.diff(e.t) > LIMITS.moves * resolution(e.q[:, j])
@@ -170,9 +152,7 @@ def _coarse(recording: Recording, j: int, joint: str, unit: str) -> Iterator[Fou
     if not span or len(values) > len(q) / 2:
         return
     step = float(np.diff(values).min())
-    if (
-        step > min(LIMITS.coarse * span, FAULTS['quantised'].harmless[1])
-        and len(q) > LIMITS.fewest
-    ):
+    most = min(LIMITS.coarse * span, FAULTS['quantised'].harmless[1])
+    if step > most and len(q) > LIMITS.fewest:
         what = f'the angle of {joint} has {len(values)} different values, {step:.2g} {unit} apart'
         yield Found(FAULTS['quantised'], joint, step, 0.0, what, False, 'sensor')

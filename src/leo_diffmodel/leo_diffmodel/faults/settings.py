@@ -97,10 +97,6 @@ class Limits:
     """Share of an instant in which the joint moves."""
     fewest_instants: int = 30
     """Such instants that are needed."""
-    rounds: int = 12
-    """Of reweighting."""
-    balance_huber: float = 1.5
-    """Standard deviations from which on an instant counts less."""
     latest: float = 0.4
     """How far inputs may be from their stamps [s],"""
     late_grid: float = 0.02
@@ -126,8 +122,6 @@ class Limits:
     # What is predicted where the fit has not looked
     blocks: int = 8
     """Of time, of which each is left out once."""
-    shared_bells: int = 4
-    """Instants before and after that share their bell with one: they are not fitted, either."""
     odd: float = 0.02
     """Share of an input that the motion of its joint does not explain, from which on it may be
     another's: large masses explain 95 % and more of many a smooth torque."""
@@ -164,8 +158,6 @@ class Limits:
     # Leaving out
     around: float = 0.05
     """Left out about a stretch without measurements [s]."""
-    shortest_piece: float = 0.5
-    """That is kept [s]."""
 
 
 LIMITS = Limits()

@@ -44,9 +44,8 @@ class Rows:
     @staticmethod
     def stacked(parts: Sequence[Rows]) -> Rows:
         """All rows below each other."""
-        return Rows(
-            np.concatenate([p.first for p in parts]), np.concatenate([p.values for p in parts])
-        )
+        first, values = zip(*((p.first, p.values) for p in parts), strict=True)
+        return Rows(np.concatenate(first), np.concatenate(values))
 
 
 @dataclass(frozen=True)
@@ -69,18 +68,11 @@ class Knots:
         """Values, or derivatives, of the basis functions at t (N,)."""
         place = np.clip((t - self.begin) / self.step, 0, self.count - ORDER + 1 - 1e-9)
         first = place.astype(int)
-        u = place - first
-        powers, factor = _powers(u, derivative)
+        degree, factor = np.arange(ORDER), np.ones(ORDER)  # of 1, u, u^2, u^3
+        for k in range(derivative):
+            factor *= np.maximum(degree - k, 0)
+        powers = (place - first)[:, None] ** np.maximum(degree - derivative, 0)
         return Rows(self.offset + first, powers @ (PIECES * factor).T / self.step**derivative)
-
-
-def _powers(u: Array, derivative: int) -> tuple[Array, Array]:
-    """The derivative of 1, u, u^2, u^3 as powers (N, 4) and their factors (4,)."""
-    degree = np.arange(ORDER)
-    factor = np.ones(ORDER)
-    for k in range(derivative):
-        factor = factor * np.maximum(degree - k, 0)
-    return u[:, None] ** np.maximum(degree - derivative, 0), factor
 
 
 def solved(rows: Rows, count: int, targets: Array) -> Array:
@@ -91,11 +83,8 @@ def solved(rows: Rows, count: int, targets: Array) -> Array:
             product = rows.values[:, a] * rows.values[:, b]
             bands[b - a] += np.bincount(rows.first + a, product, count)
     bands[0] += LIMITS.ridge * bands[0].mean() + 1e-300
-    right = np.stack(
-        [
-            sum(np.bincount(rows.first + a, rows.values[:, a] * y, count) for a in range(ORDER))
-            for y in targets.T
-        ],
-        axis=1,
-    )
+    right = np.zeros((count, targets.shape[1]))
+    for a in range(ORDER):
+        for column, y in zip(right.T, targets.T, strict=True):
+            column += np.bincount(rows.first + a, rows.values[:, a] * y, count)
     return np.asarray(solveh_banded(bands, right, lower=True))

@@ -72,14 +72,14 @@ class Flow:
         """The largest torque at work at each instant and joint [N m, N], shape (N, J)."""
         return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), np.abs(self.turning))
 
-    @property
-    def unbalanced(self) -> Array:
-        """The larger of what motor and weight leave of each other, and what turns, (N, J)."""
-        return np.maximum(np.abs(self.motor + self.load), np.abs(self.turning))
-
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """The flow of a recording whose rates are right; None where no episode holds a bell."""
+    """The flow of a recording whose rates are right.
+
+    None where no episode holds a bell, and of a robot on the ground unless its base is held.
+    """
+    if model.robot.contacts and not recording.held:
+        return None
     step, still = period(recording), still_rates(recording)
     bell = max(OUTSIDE.bell_seconds, OUTSIDE.bell_least_intervals * step)
     grid = max(step, bell / OUTSIDE.bell_most_intervals)
@@ -153,6 +153,8 @@ def _intervals(
         return _mean(e.t + late, given, nodes), _mean(e.t + late, enabled, nodes)
 
     u, on = acting(0.0)
+    enabled_joints = np.zeros_like(ddq)
+    enabled_joints[:, list(model.robot.actuated)] = on
     sign = np.clip(rate / still, -1, 1)
     held = _held(model, middle, rate, u, on, sign)
     mass, bias = model.rigid.mass_and_bias(middle, rate)
@@ -169,7 +171,7 @@ def _intervals(
         'turning': np.diagonal(inertial, axis1=1, axis2=2),
         'sign': sign,
         'moving': (np.abs(rate) > still).astype(float),
-        'enabled': _at_joints(model, on, ddq),
+        'enabled': enabled_joints,
         'before': np.stack([_motor(model, *acting(d), middle) for d in OUTSIDE.delays], axis=1),
     }
 
@@ -189,13 +191,6 @@ def _motor(model: Model, u: Array, on: Array, q: Array) -> Array:
     return np.broadcast_to(model.laws.torques(q, still, still, u, on, load).motor, q.shape)
 
 
-def _at_joints(model: Model, figures: Array, like: Array) -> Array:
-    """Figures of actuators (N, A) at their joints (N, J), 0 elsewhere."""
-    out = np.zeros_like(like)
-    out[:, list(model.robot.actuated)] = figures
-    return out
-
-
 def _at_motors(model: Model, e: Episode) -> Array:
     """What the command effects of the model make of the inputs, shape (T, A)."""
     if not model.laws.dynamic:
@@ -211,12 +206,9 @@ def _at_motors(model: Model, e: Episode) -> Array:
 def _mean(t: Array, held: Array, nodes: Array) -> Array:
     """Mean of held values over the intervals between nodes."""
     area = np.vstack([np.zeros(held.shape[1]), np.cumsum(held[:-1] * np.diff(t)[:, None], axis=0)])
-    at = [np.interp(nodes, t, a, left=np.nan) for a in area.T]
-    if not at:
-        return np.zeros((len(nodes) - 1, 0))
-    known = np.stack(at, axis=1)
-    early = np.isnan(known)
-    known = np.where(early, (nodes[:, None] - t[0]) * held[0], known)
+    known = np.minimum(nodes - t[0], 0.0)[:, None] * held[0]
+    for column, a in zip(known.T, area.T, strict=True):
+        column += np.interp(nodes, t, a)
     return np.diff(known, axis=0) / np.diff(nodes)[:, None]
 
 

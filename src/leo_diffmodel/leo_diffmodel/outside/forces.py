@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.outside.flow import Flow, still_rates
 from leo_diffmodel.outside.ordinary import Ordinary
-from leo_diffmodel.outside.samples import spread
+from leo_diffmodel.outside.samples import runs, spread
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
@@ -36,7 +36,7 @@ def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Burst]:
         return []
     both = _surely(flow, rest, j, np.abs(rest) > OUTSIDE.burst_wide * limit)
     sure = out & (both > limit)
-    wide = _runs(flow, both > OUTSIDE.burst_wide * limit)
+    wide = runs(both > OUTSIDE.burst_wide * limit, flow.episode)
     half = 0.25 * flow.bell
     return [
         (
@@ -89,13 +89,6 @@ def _typical(time: Array, rest: Array, features: Array, wanted: Array) -> Array:
     return out
 
 
-def _runs(flow: Flow, inside: Array) -> list[Array]:
-    """Runs of instants that are all inside (N,), within episodes."""
-    cut = (np.diff(flow.episode) != 0) | (np.diff(inside.astype(int)) != 0)
-    runs = np.split(np.arange(len(inside)), np.flatnonzero(cut) + 1)
-    return [run for run in runs if inside[run[0]]]
-
-
 def _stops(flow: Flow, rest: Array, j: int, run: Array) -> bool:
     """Whether the torque opposes the motion, ends it, and the joint is where it turns back."""
     low, high = flow.q[:, j].min(), flow.q[:, j].max()
@@ -123,14 +116,11 @@ def blocked(
     least = OUTSIDE.blocked_frictions * float(np.quantile(friction, 0.75))
     least += OUTSIDE.blocked_share * float(np.quantile(flow.own[fitted, j], 0.9))
     time, stands = flow.time, flow.moving[:, j] < OUTSIDE.stands
-    runs = [
-        run
-        for run in _runs(flow, stands)
-        if time[run[-1]] - time[run[0]] > OUTSIDE.standing_seconds
-    ]
-    sizes = np.array([float(np.quantile(pushed[run], 0.75)) for run in runs])
+    least_seconds = OUTSIDE.standing_seconds
+    long = [r for r in runs(stands, flow.episode) if time[r[-1]] - time[r[0]] > least_seconds]
+    sizes = np.array([float(np.quantile(pushed[run], 0.75)) for run in long])
     out = []
-    for i, run in enumerate(runs):
+    for i, run in enumerate(long):
         others = np.delete(sizes, i).max(initial=0.0)
         limit = least if driven[run].mean() > 0.5 else OUTSIDE.blocked_undriven * least
         hard = sizes[i] > max(limit, OUTSIDE.blocked_elsewhere * others)

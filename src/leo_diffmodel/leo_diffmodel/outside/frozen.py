@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,27 +15,24 @@ from leo_diffmodel.outside.settings import OUTSIDE
 Array = np.ndarray
 
 
-@dataclass(frozen=True)
-class Frozen:
-    """A stretch of one value.
+class Frozen(NamedTuple):
+    """Stretches of one value.
 
     Attributes:
         joint: its name.
         sensor: angle or speed.
-        begin: since the recording's first state [s].
-        end: the same [s].
-        at_end: the value is the largest or smallest that the sensor ever showed.
+        at_end: the values are the largest or smallest that the sensor ever showed.
+        spans: begin and end of each since the recording's first state [s].
     """
 
     joint: str
     sensor: str
-    begin: float
-    end: float
     at_end: bool
+    spans: tuple[tuple[float, float], ...]
 
 
 def frozen(recording: Recording) -> list[Frozen]:
-    """Every stretch in which a sensor keeps one value and the other goes on."""
+    """Where a sensor keeps one value and the other goes on."""
     out = []
     for j, joint in enumerate(recording.joints):
         for sensor, find, name in (('angle', _angle, 'q'), ('speed', _speed, 'dq')):
@@ -45,8 +42,8 @@ def frozen(recording: Recording) -> list[Frozen]:
             for at_end in (False, True):
                 same = ((a, b) for a, b, end in found if end == at_end)
                 spans = merged(same, OUTSIDE.frozen_adjacent)
-                out += [Frozen(joint, sensor, a, b, at_end) for a, b in spans]
-    return out
+                out.append(Frozen(joint, sensor, at_end, spans))
+    return [f for f in out if f.spans]
 
 
 def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
@@ -89,8 +86,8 @@ def _constant(t: Array, values: Array) -> list[tuple[int, int]]:
     return list(zip(first[long].tolist(), last[long].tolist(), strict=True))
 
 
-def resolution(values: Array) -> float:
-    """The smallest step between neighbouring samples (N,); 0 where there is none."""
-    step = np.abs(np.diff(values))
+def resolution(*parts: Array, quantile: float = 0.05) -> float:
+    """The smallest step between neighbouring samples of stretches (N,); 0 where there is none."""
+    step = np.abs(np.concatenate([np.diff(part) for part in parts]))
     moved = step[step > 0]
-    return float(np.quantile(moved, 0.05)) if moved.size else 0.0
+    return float(np.quantile(moved, quantile)) if moved.size else 0.0

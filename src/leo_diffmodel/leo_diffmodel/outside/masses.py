@@ -76,13 +76,9 @@ def _places(body: Body) -> Array:
     far[0] *= 1.0 if far[0] @ np.array(body.com) >= 0 else -1.0
     c, s = np.cos(OUTSIDE.beside), np.sin(OUTSIDE.beside)
     about = [c * far[0] + sign * s * side for side in far[1:] for sign in (1, -1)]
-    return _reach(body) * np.array([0 * far[0], far[0], *about])
-
-
-def _reach(body: Body) -> float:
-    """Distance of the far end of a rod with such figures from its joint [m]."""
-    turns = sum(body.inertia[:3]) / 2 / max(body.mass, 1e-9)
-    return float(np.sqrt(sum(x**2 for x in body.com)) + np.sqrt(3 * max(turns, 0.0)))
+    turns = sum(body.inertia[:3]) / 2 / max(body.mass, 1e-9)  # of a rod with such figures
+    reach = float(np.sqrt(sum(x**2 for x in body.com)) + np.sqrt(3 * max(turns, 0.0)))
+    return reach * np.array([0 * far[0], far[0], *about])
 
 
 def _twice(body: Body) -> Body:

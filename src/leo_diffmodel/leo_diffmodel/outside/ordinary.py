@@ -117,7 +117,7 @@ def _robust(columns: Array, y: Array, bounds: Array) -> Array:
         right = solve_triangular(upper, weighted @ y, trans='T')
         return np.asarray(lsq_linear(upper, right, (low, high), method='bvls').x)
 
-    return reweighted(solve, columns, y, OUTSIDE.huber, OUTSIDE.rounds, floor)[0]
+    return reweighted(solve, columns, y, floor)[0]
 
 
 def ordinary(flow: Flow, j: int) -> list[Law]:
@@ -132,11 +132,6 @@ def ordinary(flow: Flow, j: int) -> list[Law]:
         Law(-(flow.q[:, j] - np.median(flow.q[:, j])), 0.0, steep or ANY),
     ]
     return [law for law in laws if np.abs(law.torque).max() > OUTSIDE.trifle * own]
-
-
-def strength(flow: Flow, j: int) -> list[Law]:
-    """A motor that is stronger or weaker than it is said to be."""
-    return [Law(flow.motor[:, j], OUTSIDE.weaker, ANY)]
 
 
 def _masses(flow: Flow, j: int) -> list[Law]:
@@ -163,17 +158,14 @@ def _friction(flow: Flow, j: int) -> list[Law]:
 
 def _model_friction(model: Model, j: int) -> tuple[float, float]:
     """Viscous [N m s/rad] and dry [N m] friction of the model at joint j, back-EMF included."""
-    joints, motors = len(model.robot.joint_names), len(model.robot.actuators)
-    zero, u, fast = np.zeros((1, joints)), np.zeros((1, motors)), 1e-3
+    zero, fast = np.zeros((2, len(model.robot.joint_names))), 1e-3
+    u, dq = np.zeros((2, len(model.robot.actuators))), zero.copy()
+    dq[1, j] = fast
     load = zero if model.laws.needs_load else None
-    moved = fast * np.eye(joints)[j][None]
-    at = [model.laws.torques(zero, w, w, u, np.ones((1, motors)), load) for w in (zero, moved)]
-    given = [np.broadcast_to(x.motor + x.joint, (1, joints))[0, j] for x in at]
-    dry = at[0].level
-    return (
-        max(0.0, float(given[0] - given[1]) / fast),
-        0.0 if dry is None else float(np.broadcast_to(dry, (1, joints))[0, j]),
-    )
+    given = model.laws.torques(zero, dq, dq, u, np.ones_like(u), load)
+    still, moved = np.broadcast_to(given.motor + given.joint, zero.shape)[:, j]
+    dry = zero if given.level is None else np.broadcast_to(given.level, zero.shape)
+    return max(0.0, float(still - moved) / fast), float(dry[0, j])
 
 
 def _motor(flow: Flow, j: int) -> list[Law]:

@@ -20,7 +20,6 @@ from leo_diffmodel.outside.ordinary import (
     Law,
     Ordinary,
     ordinary,
-    strength,
     strongest_wave,
 )
 from leo_diffmodel.outside.rate import with_true_rates
@@ -110,7 +109,7 @@ def not_the_robot(recording: Recording, model: Model) -> list[Span]:
     They are with their margins, in order and apart.
     """
     stretches = moved_from_outside([recording], model)
-    spans = [*_spans(0, stretches), *((f.begin, f.end) for f in frozen(recording))]
+    spans = [*_spans(0, stretches), *(s for f in frozen(recording) for s in f.spans)]
     return _cuts([*spans, *_gaps(recording)])
 
 
@@ -133,8 +132,11 @@ def _within(t: Array, spans: Iterable[Span]) -> Array:
 
 def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
     true = with_true_rates(recording)
-    before = [Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)]
-    return [replace(s, source=source) for s in (*before, *_forces(true, model))]
+    found = [Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)]
+    if (seen := flow(true, model)) is not None:
+        joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
+        found += [s for j, joint in joints for s in _at_joint(true, seen, j, joint)]
+    return [replace(s, source=source) for s in found]
 
 
 def _gaps(recording: Recording) -> list[Span]:
@@ -150,20 +152,12 @@ def _gaps(recording: Recording) -> list[Span]:
     return [(a, b) for a, b in (*edges, *inner) if b - a > limit]
 
 
-def _forces(recording: Recording, model: Model) -> list[Stretch]:
-    on_ground = model.robot.contacts and not recording.held
-    seen = None if on_ground else flow(recording, model)
-    if seen is None:
-        return []
-    joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
-    return [s for j, joint in joints for s in _at_joint(recording, seen, j, joint)]
-
-
 def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stretch]:
     fitted = seen.moving[:, j] > 0.5
     if fitted.sum() < OUTSIDE.fewest_instants:
         return []
-    laws = [*ordinary(seen, j), *strength(seen, j)]
+    stronger = Law(seen.motor[:, j], OUTSIDE.weaker, np.inf)
+    laws = [*ordinary(seen, j), stronger]
     found = explained(seen, j, fitted, laws)
     pushes = bursts(seen, found.rest, j, fitted)
     led = _led(seen, laws, found, j, fitted)
@@ -190,8 +184,8 @@ def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) ->
     """
     if fitted.sum() * float(np.median(np.diff(seen.time))) < OUTSIDE.least_led:
         return False
-    size = _lasting(found.rest, fitted)
-    if size <= OUTSIDE.hand * seen.unbalanced[fitted, j].mean():
+    size, free = _lasting(found.rest, fitted), np.abs(seen.motor + seen.load)
+    if size <= OUTSIDE.hand * np.maximum(free, np.abs(seen.turning))[fitted, j].mean():
         return False
     if follows(seen, j):
         return True

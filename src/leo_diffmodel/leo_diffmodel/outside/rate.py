@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -108,18 +107,13 @@ def _noise(recording: Recording, j: int, name: str) -> float:
 
 def stretches(recording: Recording, j: int) -> Array:
     """Angle change, integral of the rate, change of the rate, and seconds, of stretches (4, S)."""
-    rows = [row for e in recording.episodes for row in _stretches(e, j)]
-    return np.array(rows).reshape(-1, 4).T
+    return np.concatenate([_stretches(e, j) for e in recording.episodes], axis=1)
 
 
-def _stretches(e: Episode, j: int) -> list[tuple[float, float, float, float]]:
+def _stretches(e: Episode, j: int) -> Array:
     count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
-    area = integral(e.t, e.dq[:, j])
-    edges = np.arange(0, len(e.t), count)
-    return [
-        (e.q[b, j] - e.q[a, j], area[b] - area[a], e.dq[b, j] - e.dq[a, j], e.t[b] - e.t[a])
-        for a, b in pairwise(edges)
-    ]
+    channels = np.stack([e.q[:, j], integral(e.t, e.dq[:, j]), e.dq[:, j], e.t])
+    return np.diff(channels[:, ::count])
 
 
 def _robust(columns: Array, y: Array) -> tuple[Array, Array]:
@@ -129,6 +123,6 @@ def _robust(columns: Array, y: Array) -> tuple[Array, Array]:
         root = np.sqrt(weight)[:, None]
         return np.asarray(np.linalg.lstsq(columns * root, y * root[:, 0], rcond=None)[0])
 
-    theta, weight = reweighted(solve, columns, y, OUTSIDE.rate_huber, OUTSIDE.rate_rounds, TINY)
+    theta, weight = reweighted(solve, columns, y, TINY, OUTSIDE.rate_huber, OUTSIDE.rate_rounds)
     gram = columns.T @ (columns * weight[:, None])
     return theta, (spread(y - columns @ theta) + TINY) ** 2 * np.linalg.pinv(gram)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
 THIRD = 20.0
@@ -41,13 +42,22 @@ def noise(parts: Sequence[Array]) -> float:
     return spread(rough) / np.sqrt(THIRD) if rough.size else 0.0
 
 
+def runs(inside: Array, part: Array | None = None) -> list[Array]:
+    """Rows of each run of rows that are all inside (N,), of one and the same part (N,)."""
+    cut = np.diff(inside.astype(int)) != 0
+    if part is not None:
+        cut |= np.diff(part) != 0
+    found = np.split(np.arange(len(inside)), np.flatnonzero(cut) + 1)
+    return [rows for rows in found if inside[rows[0]]]
+
+
 def reweighted(
     solve: Callable[[Array], Array],
     columns: Array,
     y: Array,
-    huber: float,
-    rounds: int,
     floor: float,
+    huber: float = OUTSIDE.huber,
+    rounds: int = OUTSIDE.rounds,
 ) -> tuple[Array, Array]:
     """Amounts of columns (N, P) that fit most of y (N,), whatever the others do; the weights (N,).
 
@@ -55,9 +65,9 @@ def reweighted(
         solve: the amounts for weights (N,).
         columns: what is fitted.
         y: to this.
-        huber: standard deviations from which on a sample counts less.
+        floor: added to the standard deviation of what is left over.
+        huber: such deviations from which on a sample counts less.
         rounds: of reweighting.
-        floor: added to that deviation.
     """
     weight = np.ones(len(y))
     for _ in range(rounds):

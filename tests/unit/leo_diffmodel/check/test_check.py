@@ -41,7 +41,7 @@ def complaints(recording: Recording, other: Recording | None = None) -> dict[str
     """Findings that are not ok, by code."""
     model = Model(PENDULUM if recording.input == 'voltage' else TORQUE)
     sigma = estimate(model, short_windows([recording]))
-    found = look_at(Bag(recording, other), model, sigma[0])
+    found, _ = look_at(Bag(recording, other), model, sigma[0])
     found += judge(excitation([recording], sigma, model.robot))
     return {f.code: f for f in found if f.severity in SPOILT}
 

@@ -38,7 +38,7 @@ def fed_back(seed: int, late: int = 1) -> Recording:
 
 def said(recording: Recording) -> str:
     sigma = estimate(MODEL, short_windows([recording]))[0]
-    found = look_at(Bag(recording, shifted(recording, -DT)), MODEL, sigma)
+    found, _ = look_at(Bag(recording, shifted(recording, -DT)), MODEL, sigma)
     return next(f.severity for f in found if f.code == 'hold')
 
 
@@ -64,6 +64,6 @@ def test_when_inputs_act_is_asked_once_time_is_right():
     names = ('pivot',), ('pivot',), 'position', 1 / 30, (episode,), {}
     log = Recording(Path('a.bag'), '', *names, rates='absent')
     sigma = estimate(model, short_windows([log]))[0]
-    found = look_at(Bag(log, shifted(log, -1 / 30)), model, sigma)
+    found, _ = look_at(Bag(log, shifted(log, -1 / 30)), model, sigma)
     told = [f.code for f in found if f.severity == 'error']
     assert told == ['time_stretch']

@@ -4,62 +4,34 @@
 from __future__ import annotations
 
 from leo_diffmodel.faults.base import Fault
-from leo_diffmodel.faults.catalogue.angle import (
-    AngleScale,
-    AngleSign,
-    AngleZero,
-    Frozen,
-    GoalAsAngle,
-    GoalExchanged,
-    Quantised,
-    Repeated,
-)
-from leo_diffmodel.faults.catalogue.input_and_time import (
-    GravityCompensated,
-    InputDead,
-    InputExchanged,
-    InputLate,
-    InputScale,
-    InputSign,
-    TimeStretch,
-)
-from leo_diffmodel.faults.catalogue.speed import (
-    Clipped,
-    SpeedFilter,
-    SpeedLate,
-    SpeedScale,
-    SpeedSign,
-    SpeedSignBit,
-    SpeedWraps,
-    SpeedZero,
-)
+from leo_diffmodel.faults.catalogue import angle, input_and_time, speed
 
 FAULTS: dict[str, Fault] = {
     fault.name: fault
     for fault in (
-        SpeedScale(),
-        SpeedSign(),
-        SpeedWraps(),
-        SpeedSignBit(),
-        SpeedZero(),
-        SpeedLate(),
-        SpeedFilter(),
-        AngleScale(),
-        AngleSign(),
-        AngleZero(),
-        GoalAsAngle(),
-        GoalExchanged(),
-        Frozen(),
-        Clipped(),
-        Repeated(),
-        Quantised(),
-        InputScale(),
-        InputSign(),
-        InputExchanged(),
-        InputDead(),
-        InputLate(),
-        GravityCompensated(),
-        TimeStretch(),
+        speed.SpeedScale(),
+        speed.SpeedSign(),
+        speed.SpeedWraps(),
+        speed.SpeedSignBit(),
+        speed.SpeedZero(),
+        speed.SpeedLate(),
+        speed.SpeedFilter(),
+        angle.AngleScale(),
+        angle.AngleSign(),
+        angle.AngleZero(),
+        angle.GoalAsAngle(),
+        angle.GoalExchanged(),
+        angle.Frozen(),
+        speed.Clipped(),
+        angle.Repeated(),
+        angle.Quantised(),
+        input_and_time.InputScale(),
+        input_and_time.InputSign(),
+        input_and_time.InputExchanged(),
+        input_and_time.InputDead(),
+        input_and_time.InputLate(),
+        input_and_time.GravityCompensated(),
+        input_and_time.TimeStretch(),
     )
 }
 """By name."""

@@ -26,12 +26,10 @@ class AngleScale(Factor):
     costs = 'Gravity does not fit anywhere, and everything else is bent until it does.'
 
 
-class AngleSign(Factor):
+class AngleSign(AngleScale):
     """The logged angle has the wrong sign, the speed has not."""
 
     name = 'angle_sign'
-    channel = 'angle'
-    key = 'scale'
     law = 'q_log = -q'
     harmless = (0.0, float('inf'))
     looks_like = 'The angle falls while the speed is positive, and inputs turn the joint back.'
@@ -66,7 +64,6 @@ class GoalAsAngle(Fault):
     name = 'goal_as_angle'
     channel = 'angle'
     law = 'q_log = goal'
-    harmless = (0.0, 0.0)
     looks_like = 'The angle is the goal to the last digit, in the same row or the next.'
     confused_with = 'Nothing: no servo is that good.'
     costs = 'A robot without mass or friction.'
@@ -107,7 +104,6 @@ class Frozen(Fault):
     channel = 'angle'
     unit = 's'
     law = 'q(t) = q(t0) for a while'
-    harmless = (0.0, 0.0)
     harmless_words = 'a fiftieth of the time in all: what is left says the same (a warning)'
     looks_like = 'A flat stretch of one channel while the other goes on, and a jump after it.'
     confused_with = 'A joint that stands: then the other channel says so, too.'

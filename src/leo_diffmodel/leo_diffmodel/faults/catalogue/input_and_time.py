@@ -28,12 +28,10 @@ class InputScale(Factor):
     costs = 'The motor comes out with a gain that no motor has.'
 
 
-class InputSign(Factor):
+class InputSign(InputScale):
     """The input counts the other way round than the angle."""
 
     name = 'input_sign'
-    channel = 'input'
-    key = 'input_scale'
     law = 'u_log = -u'
     harmless = (0.0, float('inf'))
     looks_like = 'The joint goes against its motor.'
@@ -47,7 +45,6 @@ class InputExchanged(Fault):
     name = 'input_exchanged'
     channel = 'input'
     law = 'u_log of joint i is u of joint k'
-    harmless = (0.0, 0.0)
     harmless_words = 'never'
     looks_like = 'Joints move against their inputs, and with those of another one.'
     confused_with = 'A coupling between joints, where both inputs are alike.'
@@ -67,7 +64,6 @@ class InputDead(Fault):
     name = 'input_dead'
     channel = 'input'
     law = 'u_log = 0 in a share of the rows'
-    harmless = (0.0, 0.0)
     harmless_words = 'zeros that the motion agrees with'
     looks_like = 'A joint carries its weight, or speeds up, with nothing at its motor.'
     confused_with = 'A hand, where the input is 0 throughout.'
@@ -86,6 +82,7 @@ class InputLate(Fault):
     name = 'input_late'
     channel = 'input'
     unit = 's'
+    key = 'input_late'
     law = 'u(t) = u_log(t - d)'
     harmless = (0.0, 0.06)
     """s: what explain tries as `command_delay` and `actuator_lag`; a sample before that may be
@@ -97,9 +94,6 @@ class InputLate(Fault):
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
         return with_inputs_late(e, [-value] * e.inputs.shape[1])
-
-    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        return {'input_late': value}
 
 
 class GravityCompensated(Fault):

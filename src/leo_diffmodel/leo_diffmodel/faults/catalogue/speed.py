@@ -25,12 +25,10 @@ class SpeedScale(Factor):
     costs = 'Friction and inertia come out wrong by the same factor, or a hand is suspected.'
 
 
-class SpeedSign(Factor):
+class SpeedSign(SpeedScale):
     """The logged speed has the wrong sign."""
 
     name = 'speed_sign'
-    channel = 'speed'
-    key = 'speed_scale'
     law = 'w = -dq/dt'
     harmless = (0.0, float('inf'))
     looks_like = 'The angle falls while the speed is positive.'
@@ -44,6 +42,7 @@ class SpeedZero(Fault):
     name = 'speed_zero'
     channel = 'speed'
     unit = 'rad/s'
+    key = 'speed_zero'
     law = 'w = dq/dt + b'
     harmless = (-0.02, 0.02)
     """Of how fast the joint moves (rms)."""
@@ -55,9 +54,6 @@ class SpeedZero(Fault):
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return x + value
 
-    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        return {'speed_zero': value}
-
 
 class SpeedLate(Fault):
     """The speed comes later than the angle, by a delay; one period where rows are one apart."""
@@ -65,6 +61,7 @@ class SpeedLate(Fault):
     name = 'speed_late'
     channel = 'speed'
     unit = 's'
+    key = 'speed_late'
     law = 'w(t) = dq/dt(t - d)'
     harmless = (-0.02, 0.06)
     """s: a driver filters, and explain tries `velocity_lag` and `measurement_delay`."""
@@ -74,9 +71,6 @@ class SpeedLate(Fault):
 
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return np.interp(t - value, t, x)
-
-    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        return {'speed_late': value}
 
 
 class SpeedFilter(Fault):
@@ -130,7 +124,6 @@ class Clipped(Fault):
     channel = 'speed'
     unit = 'rad/s'
     law = 'w = clip(dq/dt, -c, c)'
-    harmless = (0.0, 0.0)
     looks_like = 'Flat tops at one and the same value.'
     confused_with = 'A motor at its no-load speed: then the angle says so, too.'
     costs = 'Quadratic drag or a weak supply is named.'
@@ -148,8 +141,8 @@ class SpeedWraps(Fault):
     name = 'speed_wraps'
     channel = 'speed'
     unit = 'rad/s'
+    key = 'speed_wraps'
     law = 'w_log = w, or w + c where w < 0'
-    harmless = (0.0, 0.0)
     harmless_words = 'never'
     looks_like = 'Two bands of values: one from 0 up, one from c down.'
     confused_with = 'speed_sign_bit, whose upper band goes up.'
@@ -158,20 +151,15 @@ class SpeedWraps(Fault):
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return np.where(x < 0, x + value, x)
 
-    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        return {'speed_wraps': value}
-
 
 class SpeedSignBit(SpeedWraps):
     """A negative speed was read as a positive number: its sign bit counted as a value."""
 
     name = 'speed_sign_bit'
+    key = 'speed_sign_at'
     law = 'w_log = w, or c - w where w < 0'
     looks_like = 'Two bands of values: one from 0 up, one from c up.'
     confused_with = 'speed_wraps, whose upper band goes down.'
 
     def logged(self, t: Array, x: Array, value: float) -> Array:
         return np.where(x < 0, value - x, x)
-
-    def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        return {'speed_sign_at': value}
