@@ -20,7 +20,6 @@ from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare import ranking_table
-from leo_diffmodel.verbs.explain_text import show_each, unique_names
 from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -134,7 +133,32 @@ def _show_each(results: Mapping[str, Explanation], as_json: bool) -> None:
     if as_json:
         print(json.dumps({name: result.to_json() for name, result in results.items()}))
     else:
-        show_each([*results], [*results.values()])
+        Terminal().print(_each_table(results))
+
+
+def unique_names(paths: Sequence[Path]) -> list[str]:
+    """The last parts of the paths in which they differ, as names of folders."""
+    for count in range(1, max(len(p.resolve().parts) for p in paths) + 1):
+        names = ['_'.join(p.resolve().parts[-count:]).strip('/') for p in paths]
+        if len(set(names)) == len(names):
+            return names
+    return [f'{number}_{path.name}' for number, path in enumerate(paths, 1)]
+
+
+def _each_table(results: Mapping[str, Explanation]) -> Table:
+    """The verdict on each bag, and the effects with their values."""
+    table = Table('bag', 'verdict', 'effects', title='each bag by itself')
+    for bag, answer in results.items():
+        table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
+    return table
+
+
+def _effect(row: dict) -> str:
+    values = (
+        f'{name} = {p["value"]:.3g} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}] {p["unit"]}'
+        for name, p in row['parameters'].items()
+    )
+    return f'{row["name"]}:{row["where"]} ({", ".join(v.rstrip() for v in values)})'
 
 
 def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:

@@ -9,9 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from leo_diffmodel.bags.importing.column_map import ColumnMap
-from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
+from leo_diffmodel.bags.importing.convert import (
+    import_logs,
+    load_map,
+    shipped_maps,
+    undone_on_error,
+)
 from leo_diffmodel.bags.importing.guess import guess_map
-from leo_diffmodel.bags.importing.undone import undone_on_error
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError

@@ -121,10 +121,8 @@ def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scen
 
 
 def _look(live: Any, server: Any) -> None:
-    from leo_msgs_py.node import running
-
     live.look()
-    if not running():
+    if _ended():
         server.end()
 
 

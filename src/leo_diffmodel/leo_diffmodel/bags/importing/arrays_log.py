@@ -126,12 +126,13 @@ def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
     return {f'{name}[{k}, :]': matrix[k] for k in range(wide[0])}
 
 
-def from_rows(log: Path, rows: Sequence[Any], place: str, log_format: LogFormat) -> Table:
+def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
     """Return records, or rows that are lists of one length; without a header they are counted."""
-    if rows and all(isinstance(row, dict) for row in rows):
+    is_list = isinstance(rows, list) and bool(rows)
+    if is_list and all(isinstance(row, dict) for row in rows):
         names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
         return {name: np.array([number(row.get(name)) for row in rows]) for name in names}
-    if not rows or not all(isinstance(row, list) for row in rows):
+    if not is_list or not all(isinstance(row, list) for row in rows):
         raise UserError(f'{log}: no list of records at {place or "the top"!r}')
     names = log_format.header or numbered(len(rows[0]))
     each_once(names, str(log))

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib.resources import files
 import json
 from pathlib import Path
+import shutil
 
 import numpy as np
 
@@ -64,7 +66,9 @@ def import_logs(
     if how_joined:
         metadata['joined'] = how_joined
     if mapping.inputs:
-        metadata['inputs_from'] = ', '.join(_sources(mapping))
+        specs = (spec for of in mapping.inputs.values() for spec in of.items())
+        sources = [spec.source for name, spec in specs if name in APPLIED]
+        metadata['inputs_from'] = ', '.join(sources)
     if mapping.robot:
         metadata['robot'] = mapping.robot
     if mapping.constants:
@@ -72,13 +76,25 @@ def import_logs(
     return write_runs(Path(bag), runs, metadata)
 
 
-def _sources(mapping: ColumnMap) -> list[str]:
-    return [
-        str(spec.column or spec.expression)
-        for interfaces in mapping.inputs.values()
-        for name, spec in interfaces.items()
-        if name in APPLIED
-    ]
+@contextmanager
+def undone_on_error(output: Path) -> Iterator[list[Path]]:
+    """Yield a list for the bags that are made, and remove them again on an error or Ctrl-C.
+
+    Args:
+        output: the bag or the folder of bags; where it was not there before, it goes with those
+            above it that were made for it.
+    """
+    made: list[Path] = []
+    new = [folder for folder in (output, *output.parents) if not folder.exists()]
+    try:
+        yield made
+    except BaseException:
+        for bag in made:
+            shutil.rmtree(bag, ignore_errors=True)
+        for folder in new:
+            with suppress(OSError):  # not empty: others have put something there
+                folder.rmdir()
+        raise
 
 
 def load_map(source: str | Path | ColumnMap) -> ColumnMap:

@@ -23,8 +23,7 @@ from leo_sim.description.robot import Robot
 from .calibration import ARM, Calibration, calibration_beside
 from .guess_columns import choose, Columns, INPUTS, known_robot, KnownRobot, Roles
 from .guess_each import Units
-from .guess_flags import with_flags
-from .guess_roles import as_taken, roles_of
+from .guess_roles import as_taken, roles_of, with_flags
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat, Table

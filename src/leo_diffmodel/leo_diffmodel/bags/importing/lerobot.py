@@ -145,9 +145,7 @@ def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
     except ImportError:
         raise UserError('reading LeRobot data sets needs pyarrow: pip install pyarrow') from None
     try:
-        frames = parquet.ParquetFile(file).read(columns=names)
-        columns = zip(frames.column_names, frames.columns, strict=True)
-        return {name: column.to_pylist() for name, column in columns}
+        return parquet.ParquetFile(file).read(columns=names).to_pydict()
     except (ArrowException, OSError, ValueError, OverflowError) as error:
         raise UserError(f'{file} does not read: {one_line(error)}') from None
 
