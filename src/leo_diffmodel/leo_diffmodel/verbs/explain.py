@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 import json
 from pathlib import Path
 import sys
@@ -128,12 +129,14 @@ def _each(
 
 
 def _show_each(results: Mapping[str, Explanation], as_json: bool) -> None:
-    if not results:
-        return
-    if as_json:
+    """Print the verdict on each bag, and the effects with their values; nothing of none."""
+    if results and as_json:
         print(json.dumps({name: result.to_json() for name, result in results.items()}))
-    else:
-        Terminal().print(_each_table(results))
+    elif results:
+        table = Table('bag', 'verdict', 'effects', title='each bag by itself')
+        for bag, answer in results.items():
+            table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
+        Terminal().print(table)
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
@@ -143,14 +146,6 @@ def unique_names(paths: Sequence[Path]) -> list[str]:
         if len(set(names)) == len(names):
             return names
     return [f'{number}_{path.name}' for number, path in enumerate(paths, 1)]
-
-
-def _each_table(results: Mapping[str, Explanation]) -> Table:
-    """The verdict on each bag, and the effects with their values."""
-    table = Table('bag', 'verdict', 'effects', title='each bag by itself')
-    for bag, answer in results.items():
-        table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
-    return table
 
 
 def _effect(row: dict) -> str:
@@ -172,11 +167,12 @@ def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> N
 def show(result: Explanation) -> None:
     """Print the verdict and the leading hypotheses."""
     console = Terminal()
+    write = partial(console.print, highlight=False)
     space = HEADLINE - len(f'{result.verdict}: ')
     headline, *lines = (line for said in result.told for line in said.lines(space))
-    console.print(Text.assemble((result.verdict, 'bold'), f': {headline}'), highlight=False)
+    write(Text.assemble((result.verdict, 'bold'), f': {headline}'))
     for line in lines:
-        console.print(line, highlight=False)
+        write(line)
     if result.hypotheses:
         columns = 'effect', 'parameters', 'gain train / held out [nats]'
         table = Table(*columns, title='hypotheses, best first')
@@ -186,15 +182,13 @@ def show(result: Explanation) -> None:
     for path, row in result.constants.items():
         if own := row.get('recordings'):
             each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
-            console.print(f'{path}: {each}', highlight=False)
+            write(f'{path}: {each}')
     if result.edit_test:
-        console.print(
-            'edit test: what was named is taken out of the model and of the robot', highlight=False
-        )
+        write('edit test: what was named is taken out of the model and of the robot')
         console.print(ranking_table(result.edit_test))
-        console.print(result.edit_test['sentence'], highlight=False)
+        write(result.edit_test['sentence'])
     if result.next_run:
-        console.print(f'what would settle it: {result.next_run}', highlight=False)
+        write(f'what would settle it: {result.next_run}')
 
 
 def _parser() -> Parser:

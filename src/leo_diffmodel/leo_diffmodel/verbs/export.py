@@ -64,8 +64,8 @@ def main(argv: list[str]) -> int:
     }
     if options.json:
         print(json.dumps(data, indent=2, allow_nan=False))
-        return 0
-    _print(data, model)
+    else:
+        _print(data, model)
     return 0
 
 
