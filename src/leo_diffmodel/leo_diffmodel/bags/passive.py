@@ -54,9 +54,11 @@ def refuse_driven(contents: BagContents, robot: Robot, topic_map: TopicMap) -> N
         )
     unread = unread_commands(contents, robot, topic_map)
     if unread:
+        hint = _HINTS.get(unread[0].type, '').format(unread[0].name)
+        how = f'say in a topic map what it is ({hint})' if hint else f'write it as {FLOAT64_ARRAY}'
         raise UserError(
             f'{contents.path} has no input that is read, and it was not passive: {named(unread)}; '
-            f'{_what_to_do(unread[0])}, or say input: none in a topic map if the motors were off'
+            f'{how}, or say input: none in a topic map if the motors were off'
         )
 
 
@@ -68,12 +70,6 @@ def _goals(contents: BagContents, robot: Robot, topic_map: TopicMap) -> TopicLog
     roles: tuple[Role, ...] = ('controller_state', 'trajectory')
     found = (t for role in roles for t in goal_topics(contents, role, topic_map))
     return next((topic for topic in found if names_joints(topic, names)), None)
-
-
-def _what_to_do(topic: TopicLog) -> str:
-    if topic.type in _HINTS:
-        return f'say in a topic map what it is ({_HINTS[topic.type].format(topic.name)})'
-    return f'write it as {FLOAT64_ARRAY}'
 
 
 def joint_names(robot: Robot, topic_map: TopicMap) -> list[str]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import codecs
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,11 +102,7 @@ def canonical_index(name: str) -> str:
     return _INDEX.sub(r'[\1, \2]', name)
 
 
-_MARKS = {
-    codecs.BOM_UTF8: 'utf-8-sig',
-    codecs.BOM_UTF16_LE: 'utf-16',
-    codecs.BOM_UTF16_BE: 'utf-16',
-}
+_MARKS = {BOM_UTF8: 'utf-8-sig', BOM_UTF16_LE: 'utf-16', BOM_UTF16_BE: 'utf-16'}
 """What a file may begin with, and what that says."""
 WINDOWS = 'cp1252'
 """What spreadsheets and older programs of western Europe write."""
