@@ -42,17 +42,7 @@ from leo_sim.common.yaml_file import Fixed, read
 from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
-from .types import (
-    CONTROLLER_STATE,
-    DYNAMIC_JOINT_STATE,
-    EPISODE,
-    FLOAT64_ARRAY,
-    Floats,
-    JOINT_STATE,
-    STATES,
-    TRAJECTORY,
-    UINT32,
-)
+from .types import EPISODE, Floats, STATES, TYPES
 
 MOST_LATE = 10.0
 """s; what comes later belongs to another recording."""
@@ -73,15 +63,6 @@ DEFAULT_NAMES = {
     'episode': EPISODE.name,
 }
 COMMANDS = {kind: f'/{name}_controller/commands' for kind, name in INTERFACES.items()}
-TYPES = {
-    'joint_states': JOINT_STATE,
-    'applied': JOINT_STATE,
-    'dynamic_joint_states': DYNAMIC_JOINT_STATE,
-    'commands': FLOAT64_ARRAY,
-    'controller_state': CONTROLLER_STATE,
-    'trajectory': TRAJECTORY,
-    'episode': UINT32,
-}
 
 Factor = Annotated[float, AfterValidator(_no_zero)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]

@@ -15,8 +15,7 @@ from rich.console import Console
 from rich.table import Column
 from rich.text import Text
 
-from leo_diffmodel.bags.episode import distinct
-from leo_diffmodel.bags.rates import by_rate
+from leo_diffmodel.bags.episode import by_rate, distinct
 from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common

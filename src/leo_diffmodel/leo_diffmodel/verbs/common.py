@@ -12,8 +12,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from leo_diffmodel.bags.episode import between, distinct
-from leo_diffmodel.bags.rates import by_rate
+from leo_diffmodel.bags.episode import between, by_rate, distinct
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.check.angles import angle_units
 from leo_msgs_py.errors import UserError

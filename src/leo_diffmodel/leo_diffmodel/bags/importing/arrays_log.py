@@ -154,10 +154,8 @@ def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     if len(set(counts.values())) != 1:
         raise UserError(f'{log}: fields differ in their number of episodes: {counts}')
     episodes = range(next(iter(counts.values())))
-    return [
-        _episode(log, {n: v[k] if n in counts else v[0] for n, v in found.items()})
-        for k in episodes
-    ]
+    parts = ({n: v[k] if n in counts else v[0] for n, v in found.items()} for k in episodes)
+    return [_episode(log, part) for part in parts]
 
 
 def listed(places: str | Sequence[str]) -> Sequence[str]:

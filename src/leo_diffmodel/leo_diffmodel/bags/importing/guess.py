@@ -85,9 +85,8 @@ def _lines(
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
-    units = Units(
-        tables[0], table, roles, chosen, robot, _calibration(log, roles), is_lerobot(log)
-    )
+    calibration = _calibration(log, roles)
+    units = Units(tables[0], table, roles, chosen, robot, calibration, is_lerobot(log))
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
     yield from map(_note, (*notes, *chosen.notes))
