@@ -61,19 +61,16 @@ def import_logs(
         'column_map': where,
         'angle_units_said': ', '.join(said),
     }
-    if left_out:
-        metadata['left_out'] = '\n'.join(left_out)
-    if how_joined:
-        metadata['joined'] = how_joined
-    if mapping.inputs:
-        specs = (spec for of in mapping.inputs.values() for spec in of.items())
-        sources = [spec.source for name, spec in specs if name in APPLIED]
-        metadata['inputs_from'] = ', '.join(sources)
-    if mapping.robot:
-        metadata['robot'] = mapping.robot
-    if mapping.constants:
-        metadata['constants'] = json.dumps(_known_constants(tables, mapping))
-    return write_runs(Path(bag), runs, metadata)
+    inputs = (spec for of in mapping.inputs.values() for spec in of.items())
+    more = {
+        'left_out': '\n'.join(left_out),
+        'joined': how_joined,
+        'inputs_from': ', '.join(spec.source for name, spec in inputs if name in APPLIED),
+        'robot': mapping.robot or '',
+        'constants': json.dumps(_known_constants(tables, mapping)) if mapping.constants else '',
+    }
+    known = {name: text for name, text in more.items() if text}
+    return write_runs(Path(bag), runs, metadata | known)
 
 
 @contextmanager
