@@ -175,7 +175,5 @@ def _named(contents: BagContents, name: str, type_name: str) -> TopicLog:
 
 def list_topics(contents: BagContents) -> str:
     """Return the topics of a bag in words."""
-    return (
-        ', '.join(f'{topic.name} ({topic.type})' for topic in contents.topics.values())
-        or 'no topics'
-    )
+    found = [f'{topic.name} ({topic.type})' for topic in contents.topics.values()]
+    return ', '.join(found) or 'no topics'

@@ -13,8 +13,7 @@ import sys
 
 from rich.text import Text
 
-from leo_diffmodel.bags.episode import by_rate, distinct
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.episode import by_rate, distinct, Recording
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown.found_effect import text_of

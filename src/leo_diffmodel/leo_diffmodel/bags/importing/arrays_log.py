@@ -108,9 +108,8 @@ def _has_numbers(values: Any) -> bool:
     """Say whether there is a number, at any depth of a list."""
     if isinstance(values, np.ndarray) and values.dtype != object:
         return values.dtype.kind in 'biuf'
-    return is_number(values) or (
-        isinstance(values, list | np.ndarray) and any(map(_has_numbers, values))
-    )
+    inside = values if isinstance(values, list | np.ndarray) else []
+    return is_number(values) or any(map(_has_numbers, inside))
 
 
 def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
