@@ -6,8 +6,6 @@ Goals, and topics that look like commands, say that they were not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
@@ -99,13 +97,9 @@ def _looks_like_one(topic: TopicLog, names: list[str]) -> bool:
         return False
     if topic.type not in typestore().fielddefs:
         return True
-    theirs = next(_named(topic), None)
-    return theirs is not None and (not theirs or bool(theirs & set(names)))
-
-
-def _named(topic: TopicLog) -> Iterator[set[str]]:
-    for _, message in deserialize(topic, topic.type):
-        yield {*getattr(message, 'name', ()), *getattr(message, 'joint_names', ())}
+    message = next((m for _, m in deserialize(topic, topic.type)), None)
+    theirs = {*getattr(message, 'name', ()), *getattr(message, 'joint_names', ())}
+    return message is not None and (not theirs or bool(theirs & set(names)))
 
 
 def named(topics: list[TopicLog]) -> str:

@@ -54,7 +54,7 @@ def main(argv: list[str]) -> int:
 
 
 def _parser(verb: str, about: str) -> common.Parser:
-    return common.Parser(f'leo bag {verb}', about, EXAMPLES[verb])
+    return common.Parser(leo('bag', verb), about, EXAMPLES[verb])
 
 
 def _of_a_bag(verb: str, about: str) -> common.Parser:
