@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 import warnings
 
-from leo_diffmodel.bags.episode import distinct
-from leo_diffmodel.bags.rates import by_rate
+from leo_diffmodel.bags.episode import by_rate, distinct
 from leo_diffmodel.bags.recording import read_bag, Recording
 
 if TYPE_CHECKING:

@@ -81,11 +81,8 @@ def _messages(run: Run, number: int, stamps: list[int]) -> Iterator[tuple[Topic,
             if 'supply_voltage' in interfaces:
                 yield SUPPLY, stamp, cdr.supply(stamp, joint, interfaces['supply_voltage'][k])
             if 'temperature' in interfaces:
-                yield (
-                    TEMPERATURE,
-                    stamp,
-                    cdr.temperature(stamp, joint, interfaces['temperature'][k]),
-                )
+                degrees = interfaces['temperature'][k]
+                yield TEMPERATURE, stamp, cdr.temperature(stamp, joint, degrees)
 
 
 def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:

@@ -26,8 +26,8 @@ from leo_msgs_py.values import nanoseconds
 
 from .contents import BagContents, Logged, TopicLog
 from .states import deserialize, stamp_of, StateLog
-from .topic_map import find_topic, Role, TopicMap, TYPES
-from .types import Floats, Stamps, TRAJECTORY
+from .topic_map import find_topic, Role, TopicMap
+from .types import Floats, Stamps, TRAJECTORY, TYPES
 
 _FOLLOWS = 'leo_msgs/msg/Followed'
 _FOLLOWED = (

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
+from leo_sim.description.constants import INPUT_UNITS
 from leo_sim.description.joint import sliding
 from leo_sim.description.robot import Actuator, Robot
 
@@ -62,7 +63,7 @@ def without_impossible(states: StateLog, robot: Robot) -> tuple[StateLog, list[s
 
 def input_channels(robot: Robot, kind: str) -> list[Channel]:
     """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
-    unit = {'voltage': 'V', 'torque': 'N m', 'position': 'rad'}[kind]
+    unit = INPUT_UNITS[kind]
 
     def most(motor: Actuator) -> float:
         if kind == 'position':

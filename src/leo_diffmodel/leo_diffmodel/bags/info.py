@@ -13,7 +13,7 @@ import numpy as np
 from rich.console import Console
 
 from leo_msgs_py.cdr import joints_text
-from leo_msgs_py.console import Table
+from leo_msgs_py.console import figures, Table
 from leo_msgs_py.errors import UserError
 
 from .contents import BagContents, load, TopicLog
@@ -179,24 +179,19 @@ def show(info: BagInfo, console: Console) -> None:
         write(f'and {len(info.metadata) - _MOST_FACTS} more facts')
     console.print(_topic_table(info))
     if info.episodes:
+        found = [f'{n} x {kind}' for kind, n in info.breaks.items() if kind != 'new episode']
+        also = f'also split at {", ".join(found)}' if found else 'no gaps'
         write(
             f'joints {", ".join(info.joints)} at {info.state_rate:.0f} Hz; '
-            f'{len(info.episodes)} episode(s){_breaks(info)}'
+            f'{len(info.episodes)} episode(s), {also}'
         )
         console.print(_episode_table(info.episodes))
     for text in info.told:
         write(text)
 
 
-def _breaks(info: BagInfo) -> str:
-    found = [f'{count} x {kind}' for kind, count in info.breaks.items() if kind != 'new episode']
-    return f', also split at {", ".join(found)}' if found else ', no gaps'
-
-
 def _topic_table(info: BagInfo) -> Table:
-    table = Table('topic', 'type')
-    table.add_column('messages', justify='right')
-    table.add_column('Hz', justify='right')
+    table = Table('topic', 'type', *figures('messages', 'Hz'))
     for topic in info.topics:
         rate = f'{topic.rate:.1f}' if topic.rate else ''
         table.add_row(topic.name, topic.type, str(topic.count), rate)
@@ -204,9 +199,7 @@ def _topic_table(info: BagInfo) -> Table:
 
 
 def _episode_table(episodes: tuple[EpisodeInfo, ...]) -> Table:
-    table = Table()
-    for name in ('episode', 'from s', 'to s', 'samples'):
-        table.add_column(name, justify='right')
+    table = Table(*figures('episode', 'from s', 'to s', 'samples'))
     for number, episode in enumerate(episodes[:_MANY], start=1):
         start, end = f'{episode.start:.3f}', f'{episode.end:.3f}'
         table.add_row(str(number), start, end, str(episode.samples))

@@ -25,6 +25,11 @@ from .states import deserialize, stamp_of, StateLog
 from .topic_map import COMMANDS, find_topic, Role, TopicMap
 from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
 
+NEAR_GOAL = 1.0
+"""rad: so near its goal, less whole turns, a joint mostly is where the goal counts from
+another turn."""
+MOSTLY = 0.9
+"""Share of the goals."""
 Row = tuple[list[float], list[float]]
 """Values and enabled of one message, in actuator order."""
 
@@ -197,9 +202,8 @@ class _Bag:
                 'input: effort if 0 N m is right'
             )
         ones = np.ones_like(values)
-        return self._usable(
-            InputLog('torque', 'effort', states.log_ns, states.stamp_ns, values, ones)
-        )
+        found = InputLog('torque', 'effort', states.log_ns, states.stamp_ns, values, ones)
+        return self._usable(found)
 
     def _ours(self, values: Floats) -> Floats:
         joints = [a.joint for a in self.robot.actuators]
@@ -244,3 +248,44 @@ def _dynamic_row(interface: str, message: Any, wanted: Sequence[str]) -> Row | N
         return None
     enabled = (values.get('enabled', 1.0) for values in found)
     return [v[interface] for v in found], [1.0 if math.isnan(on) else on for on in enabled]
+
+
+def on_the_angles_turn(inputs: InputLog | None, states: StateLog, robot: Robot) -> InputLog | None:
+    """Take off the turns by which goals were wrapped apart; a free motor and a slide have none.
+
+    An angle that goes on over a turn and a goal that was wrapped at pi for itself are 2 pi apart,
+    and no servo is. A goal that steps far is none of these: the joint then goes the long way.
+    """
+    if inputs is None or inputs.kind != 'position':
+        return inputs
+    t, at = states.log_ns - states.log_ns[0], inputs.log_ns - states.log_ns[0]
+    values, notes = inputs.values.copy(), [*inputs.notes]
+    for a, (motor, j) in enumerate(zip(robot.actuators, robot.actuated, strict=True)):
+        on = inputs.enabled[:, a] > 0
+        turns = _turns(values[on, a], np.interp(at[on], t, states.q[:, j]))
+        if turns.any() and motor.joint not in robot.slides:
+            values[on, a] -= math.tau * turns
+            notes.append(
+                f'{int((turns != 0).sum())} goals of {motor.joint} were wrapped apart from its '
+                'angle; brought to the turn it is in'
+            )
+    return replace(inputs, values=values, notes=tuple(notes))
+
+
+def _turns(goal: Floats, angle: Floats) -> Floats:
+    """Whole turns that a goal is off by, shape (N,); zeros where it may be meant."""
+    off = goal - angle
+    nearest = np.round(off / math.tau)
+    none = np.zeros_like(goal)
+    if not nearest.any():
+        return none
+    near = np.abs(off - math.tau * nearest) < NEAR_GOAL
+    if _leaps(goal - math.tau * nearest) < _leaps(goal) and near[nearest != 0].mean() >= MOSTLY:
+        return nearest
+    most = float(np.median(nearest))
+    same = np.abs(off - math.tau * most) < NEAR_GOAL
+    return none + most if most and same.mean() >= MOSTLY else none
+
+
+def _leaps(goal: Floats) -> int:
+    return int((np.abs(np.diff(goal)) > math.tau / 2).sum())

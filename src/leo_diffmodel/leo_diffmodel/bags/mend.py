@@ -13,7 +13,7 @@ from leo_msgs_py.errors import UserError
 from .episode import Episode, Recording
 from .states import in_our_units
 from .topic_map import JointMap, TopicMap
-from .types import at_rows, Floats
+from .types import at_rows
 from .zoh import average
 
 
@@ -82,16 +82,12 @@ def with_inputs_late(e: Episode, seconds: Sequence[float]) -> Episode:
     inputs, enabled = e.inputs.astype(float), e.enabled.copy()
     for a, late in enumerate(seconds):
         if late:
+            later = stamps + round(late * 1e9)
+            early = np.r_[min(int(stamps[0]), int(later[0])) - 1, later]
             both = np.stack([e.inputs[:, a], e.enabled[:, a].astype(float)], axis=1)
-            inputs[:, a], on = _held_later(stamps, both, late).T
+            inputs[:, a], on = average(stamps, early, np.vstack([both[:1], both])).T
             enabled[:, a] = on > 0.5
     return replace(e, inputs=inputs, enabled=enabled)
-
-
-def _held_later(stamps: np.ndarray, values: Floats, seconds: float) -> Floats:
-    later = stamps + round(seconds * 1e9)
-    early = np.r_[min(int(stamps[0]), int(later[0])) - 1, later]
-    return average(stamps, early, np.vstack([values[:1], values]))
 
 
 def _on_time(

@@ -162,6 +162,6 @@ def _there(topic: TopicLog) -> str:
 
 
 def _unfinished(contents: BagContents) -> str:
-    if any(is_recording(file) for file in contents.files):
+    if any(map(is_recording, contents.files)):
         return 'still being recorded; read up to now'
     return 'cut short (the recorder was killed?); read up to the cut'

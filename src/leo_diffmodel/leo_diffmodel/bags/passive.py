@@ -6,8 +6,6 @@ Goals, and topics that look like commands, say that they were not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
@@ -54,9 +52,11 @@ def refuse_driven(contents: BagContents, robot: Robot, topic_map: TopicMap) -> N
         )
     unread = unread_commands(contents, robot, topic_map)
     if unread:
+        hint = _HINTS.get(unread[0].type, '').format(unread[0].name)
+        how = f'say in a topic map what it is ({hint})' if hint else f'write it as {FLOAT64_ARRAY}'
         raise UserError(
             f'{contents.path} has no input that is read, and it was not passive: {named(unread)}; '
-            f'{_what_to_do(unread[0])}, or say input: none in a topic map if the motors were off'
+            f'{how}, or say input: none in a topic map if the motors were off'
         )
 
 
@@ -68,12 +68,6 @@ def _goals(contents: BagContents, robot: Robot, topic_map: TopicMap) -> TopicLog
     roles: tuple[Role, ...] = ('controller_state', 'trajectory')
     found = (t for role in roles for t in goal_topics(contents, role, topic_map))
     return next((topic for topic in found if names_joints(topic, names)), None)
-
-
-def _what_to_do(topic: TopicLog) -> str:
-    if topic.type in _HINTS:
-        return f'say in a topic map what it is ({_HINTS[topic.type].format(topic.name)})'
-    return f'write it as {FLOAT64_ARRAY}'
 
 
 def joint_names(robot: Robot, topic_map: TopicMap) -> list[str]:
@@ -103,13 +97,9 @@ def _looks_like_one(topic: TopicLog, names: list[str]) -> bool:
         return False
     if topic.type not in typestore().fielddefs:
         return True
-    theirs = next(_named(topic), None)
-    return theirs is not None and (not theirs or bool(theirs & set(names)))
-
-
-def _named(topic: TopicLog) -> Iterator[set[str]]:
-    for _, message in deserialize(topic, topic.type):
-        yield {*getattr(message, 'name', ()), *getattr(message, 'joint_names', ())}
+    message = next((m for _, m in deserialize(topic, topic.type)), None)
+    theirs = {*getattr(message, 'name', ()), *getattr(message, 'joint_names', ())}
+    return message is not None and (not theirs or bool(theirs & set(names)))
 
 
 def named(topics: list[TopicLog]) -> str:

@@ -109,7 +109,7 @@ class Recorder:
             self.lost += 1
         else:
             self.messages += 1
-            self._write(self._writer, topic, data, published_ns, logged_ns, number)
+            self._write(self._writer, topic, data, logged_ns, published_ns, number)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Set the `leo` record of this bag and those that follow."""
@@ -230,22 +230,15 @@ class Recorder:
                 writer.add_metadata(facts)
 
     def _write_latched(self, writer: BagWriter, logged_ns: int) -> None:
-        for latched in self._latched.values():
-            self._write(writer, *latched, logged_ns)
+        for topic, data, published_ns in self._latched.values():
+            self._write(writer, topic, data, logged_ns, published_ns)
 
-    def _write(
-        self,
-        writer: BagWriter,
-        topic: Topic,
-        data: bytes,
-        published_ns: int,
-        logged_ns: int,
-        number: int = 0,
-    ) -> None:
+    def _write(self, writer: BagWriter, topic: Topic, data: bytes, *times: int) -> None:
+        """Write a message with its times and number, as `BagWriter.write` takes them."""
         if topic.name not in self._channels:
             self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)
         with self._disk():
-            writer.write(self._channels[topic.name], data, logged_ns, published_ns, number)
+            writer.write(self._channels[topic.name], data, *times)
 
     def _is_left_over(self, topic: Topic, data: bytes) -> bool:
         """Whether a topic still goes on where it was when another one jumped back."""

@@ -16,9 +16,8 @@ from leo_sim.description.robot import load_robot, Robot
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
-from .goal_turns import on_the_angles_turn
 from .impossible import lengths, without_impossible
-from .inputs import InputLog, read_inputs
+from .inputs import InputLog, on_the_angles_turn, read_inputs
 from .mend import on_time
 from .notes import input_notes, reading_notes
 from .spikes import without_spikes
@@ -107,24 +106,21 @@ def held_each_way(
         if not episodes:
             raise UserError(f'{path}: no joint states while inputs were recorded; record both')
         used = sum(len(episode.t) for episode in episodes)
-        yield on_time(
-            Recording(
-                path=path,
-                sha256=digest,
-                joints=tuple(robot.joint_names),
-                actuators=tuple(a.joint for a in robot.actuators),
-                input=inputs.kind if inputs else 'none',
-                command_period=_command_period(contents, robot, mapping, states, inputs),
-                episodes=episodes,
-                metadata=_metadata(contents, mapping),
-                warnings=(
-                    *reading_notes(contents, states, segments, turns, used, made, notes),
-                    *input_notes(contents, robot, mapping, inputs, unmeasured),
-                ),
-                rates='made' if made else 'measured' if states.dq is not None else 'absent',
-            ),
-            mapping,
+        warnings = reading_notes(contents, states, segments, turns, used, made, notes)
+        warnings += input_notes(contents, robot, mapping, inputs, unmeasured)
+        recording = Recording(
+            path=path,
+            sha256=digest,
+            joints=tuple(robot.joint_names),
+            actuators=tuple(a.joint for a in robot.actuators),
+            input=inputs.kind if inputs else 'none',
+            command_period=_command_period(contents, robot, mapping, states, inputs),
+            episodes=episodes,
+            metadata=_metadata(contents, mapping),
+            warnings=tuple(warnings),
+            rates='made' if made else 'measured' if states.dq is not None else 'absent',
         )
+        yield on_time(recording, mapping)
 
 
 def _metadata(contents: BagContents, mapping: TopicMap) -> Mapping[str, str]:

@@ -55,9 +55,8 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     cuts = {'stamps jump back': back, 'gap': gap & ~back}
     mismatch = jump_ratio(states)
     if episodes is not None and episodes.messages:
-        cuts['new episode'] = _episode_cuts(
-            states, episodes, back | gap | (mismatch > 1.0), mismatch
-        )
+        broken = back | gap | (mismatch > 1.0)
+        cuts['new episode'] = _episode_cuts(states, episodes, broken, mismatch)
         for kind in ('gap', 'stamps jump back'):
             cuts[kind] &= ~cuts['new episode']
     else:

@@ -35,24 +35,14 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, Field
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.yaml_file import read
+from leo_sim.common.yaml_file import Fixed, read
 from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
-from .types import (
-    CONTROLLER_STATE,
-    DYNAMIC_JOINT_STATE,
-    EPISODE,
-    FLOAT64_ARRAY,
-    Floats,
-    JOINT_STATE,
-    STATES,
-    TRAJECTORY,
-    UINT32,
-)
+from .types import EPISODE, Floats, STATES, TYPES
 
 MOST_LATE = 10.0
 """s; what comes later belongs to another recording."""
@@ -73,22 +63,13 @@ DEFAULT_NAMES = {
     'episode': EPISODE.name,
 }
 COMMANDS = {kind: f'/{name}_controller/commands' for kind, name in INTERFACES.items()}
-TYPES = {
-    'joint_states': JOINT_STATE,
-    'applied': JOINT_STATE,
-    'dynamic_joint_states': DYNAMIC_JOINT_STATE,
-    'commands': FLOAT64_ARRAY,
-    'controller_state': CONTROLLER_STATE,
-    'trajectory': TRAJECTORY,
-    'episode': UINT32,
-}
 
 Factor = Annotated[float, AfterValidator(_no_zero)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Seconds = Annotated[float, Field(ge=-MOST_LATE, le=MOST_LATE, allow_inf_nan=False)]
 
 
-class JointMap(BaseModel):
+class JointMap(Fixed):
     """Where one of our joints is in the bag, and how its channels are to be mended.
 
     angle = sign * scale * theirs + offset; speed(t) = sign * speed_scale *
@@ -98,8 +79,6 @@ class JointMap(BaseModel):
     is above half of speed_wraps is that much less, or what is above speed_sign_at counts down from
     there.
     """
-
-    model_config = ConfigDict(extra='forbid', frozen=True)
 
     name: str | None = None
     sign: Literal[1, -1] = 1
@@ -117,13 +96,11 @@ class JointMap(BaseModel):
     input_late: Seconds = 0.0
 
 
-class TopicMap(BaseModel):
+class TopicMap(Fixed):
     """Names, signs and timing of a foreign bag (module docstring shows the file)."""
 
-    model_config = ConfigDict(extra='forbid', frozen=True)
-
-    topics: dict[Role, str] = {}
-    joints: dict[str, JointMap] = {}
+    topics: dict[Role, str] = Field(default_factory=dict)
+    joints: dict[str, JointMap] = Field(default_factory=dict)
     input: Literal['auto', Input, 'effort', 'none'] = 'auto'
     interface: str | None = None
     command_order: list[str] | None = None
@@ -131,7 +108,7 @@ class TopicMap(BaseModel):
     scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     hold: Literal['next', 'previous'] = 'next'
     held: bool | None = None
-    input_of: dict[str, str] = {}
+    input_of: dict[str, str] = Field(default_factory=dict)
     time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     input_late: Seconds = 0.0
 
@@ -198,7 +175,5 @@ def _named(contents: BagContents, name: str, type_name: str) -> TopicLog:
 
 def list_topics(contents: BagContents) -> str:
     """Return the topics of a bag in words."""
-    return (
-        ', '.join(f'{topic.name} ({topic.type})' for topic in contents.topics.values())
-        or 'no topics'
-    )
+    found = [f'{topic.name} ({topic.type})' for topic in contents.topics.values()]
+    return ', '.join(found) or 'no topics'

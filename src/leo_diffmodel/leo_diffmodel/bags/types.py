@@ -61,6 +61,16 @@ FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 CONTROLLER_STATE = 'control_msgs/msg/JointTrajectoryControllerState'
 UINT32 = 'std_msgs/msg/UInt32'
+TYPES = {
+    'joint_states': JOINT_STATE,
+    'applied': JOINT_STATE,
+    'dynamic_joint_states': DYNAMIC_JOINT_STATE,
+    'commands': FLOAT64_ARRAY,
+    'controller_state': CONTROLLER_STATE,
+    'trajectory': TRAJECTORY,
+    'episode': UINT32,
+}
+"""Type of each role that a topic may play in a bag (`topic_map.Role`)."""
 
 
 class Topic(NamedTuple):

@@ -178,12 +178,9 @@ class BagWriter:
             raise UserError(f'cannot write to {folder}: {error.strerror}') from None
         fcntl.flock(self._stream, fcntl.LOCK_EX)
         self.count = self.unsaved = 0
-        self._writer = Writer(
-            cast(IO[bytes], self._stream), CHUNK_BYTES, compression=CompressionType.NONE
-        )
-        self._writer._Writer__chunk_indices = ChunksOfFile(  # type: ignore[attr-defined]
-            self._stream.read
-        )
+        stream, chunks = cast(IO[bytes], self._stream), ChunksOfFile(self._stream.read)
+        self._writer = Writer(stream, CHUNK_BYTES, compression=CompressionType.NONE)
+        self._writer._Writer__chunk_indices = chunks  # type: ignore[attr-defined]
         self._writer.start(profile='ros2', library='leo_diffmodel')
         self._schemas: dict[str, int] = {}
         self._flushed = time.monotonic()
@@ -197,12 +194,8 @@ class BagWriter:
             self._schemas[type_name] = self._writer.register_schema(
                 type_name, 'ros2msg', text.encode()
             )
-        return self._writer.register_channel(
-            name,
-            'cdr',
-            self._schemas[type_name],
-            {'offered_qos_profiles': qos, 'topic_type_hash': digest},
-        )
+        facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
+        return self._writer.register_channel(name, 'cdr', self._schemas[type_name], facts)
 
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
         """Add a `leo` metadata record; of several the last one counts."""

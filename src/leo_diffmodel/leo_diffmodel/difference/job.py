@@ -198,7 +198,7 @@ def _fit(options: argparse.Namespace) -> dict[str, float]:
 
 def _readable(bags: Sequence[Path], robot: Robot) -> list[Recording]:
     """The bags that hold something; a robot killed at its start leaves one that does not."""
-    from leo_diffmodel.bags.rates import by_rate
+    from leo_diffmodel.bags.episode import by_rate
     from leo_diffmodel.bags.recording import read_bag
 
     found, errors = [], []

@@ -19,26 +19,26 @@ if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording
     from leo_diffmodel.faults.base import Found
 
-_RECORD_EXAMPLES = """\
+EXAMPLES = {
+    'record': """\
   leo bag record                      # the graph's topics, into a new dated folder
   leo bag record -o bags/swing /joint_states /robot/applied_voltage
-"""
-_PLAY_EXAMPLES = '  leo bag play bags/swing --rate 0.5\n'
-_INFO_EXAMPLES = """\
+""",
+    'play': '  leo bag play bags/swing --rate 0.5\n',
+    'info': """\
   leo bag info bags/swing             # also finishes a bag whose recorder was killed
-"""
-_CUT_EXAMPLES = """\
-  leo bag cut bags/swing -o bags/part --from 3 --to 12.5
-  leo bag cut bags/swing -o bags/alone --without-outside --model pendulum
-"""
-_SHOW_EXAMPLES = """\
+""",
+    'show': """\
   leo bag show bags/swing             # swing.png, eight poses side by side
   leo bag show bags/swing -o swing.gif --at 2 --seconds 5
   leo bag show bags/swing -o at_3s.png --at 3
-"""
-_FIX_EXAMPLES = """\
-  leo bag fix bags/run1 -o bags/run1_mended --model pendulum
-"""
+""",
+    'cut': """\
+  leo bag cut bags/swing -o bags/part --from 3 --to 12.5
+  leo bag cut bags/swing -o bags/alone --without-outside --model pendulum
+""",
+    'fix': '  leo bag fix bags/run1 -o bags/run1_mended --model pendulum\n',
+}
 _FIX_ABOUT = """\
 Mend what is surely wrong with a log, as leo check names it, and write joint states and inputs as
 a new bag; the old one stays as it is.
@@ -47,28 +47,24 @@ a new bag; the old one stays as it is.
 
 def main(argv: list[str]) -> int:
     """Run the chosen subcommand and return its exit status."""
-    verbs = {
-        'record': (_record, _RECORD_EXAMPLES),
-        'play': (_play, _PLAY_EXAMPLES),
-        'info': (_info, _INFO_EXAMPLES),
-        'show': (_show, _SHOW_EXAMPLES),
-        'cut': (_cut, _CUT_EXAMPLES),
-        'fix': (_fix, _FIX_EXAMPLES),
-    }
+    verbs = (_record, _play, _info, _show, _cut, _fix)
     about = 'Record, play, look into, draw, cut and mend bags (rosbag2, MCAP).'
-    run = {name: function for name, (function, _) in verbs.items()}
-    examples = ''.join(text for _, text in verbs.values())
-    return common.dispatch('leo bag', about, run, argv, examples)
+    run = dict(zip(EXAMPLES, verbs, strict=True))
+    return common.dispatch('leo bag', about, run, argv, ''.join(EXAMPLES.values()))
 
 
-def _of_a_bag(verb: str, about: str, examples: str) -> common.Parser:
-    parser = common.Parser(verb, about, examples)
+def _parser(verb: str, about: str) -> common.Parser:
+    return common.Parser(leo('bag', verb), about, EXAMPLES[verb])
+
+
+def _of_a_bag(verb: str, about: str) -> common.Parser:
+    parser = _parser(verb, about)
     parser.add_argument('bag', type=Path, metavar='BAG')
     return parser
 
 
 def _record(argv: list[str]) -> int:
-    parser = common.Parser('leo bag record', 'Record topics until Ctrl-C.', _RECORD_EXAMPLES)
+    parser = _parser('record', 'Record topics until Ctrl-C.')
     parser.add_argument('topics', nargs='*', metavar='TOPIC', help="default: the graph's topics")
     parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder to make')
     parser.add_json()
@@ -83,7 +79,7 @@ def _record(argv: list[str]) -> int:
 
 
 def _play(argv: list[str]) -> int:
-    parser = _of_a_bag('leo bag play', 'Publish a bag as it was recorded.', _PLAY_EXAMPLES)
+    parser = _of_a_bag('play', 'Publish a bag as it was recorded.')
     parser.add_argument('--rate', type=float, default=1.0, metavar='R', help='1 = as recorded')
     parser.add_argument('--loop', action='store_true', help='again and again until Ctrl-C')
     parser.add_argument(
@@ -107,7 +103,7 @@ def _play(argv: list[str]) -> int:
 
 def _info(argv: list[str]) -> int:
     about = 'Topics, rates, episodes and gaps of a bag; finishes one cut short.'
-    parser = _of_a_bag('leo bag info', about, _INFO_EXAMPLES)
+    parser = _of_a_bag('info', about)
     parser.add_json()
     options = parser.parse_args(argv)
 
@@ -127,7 +123,7 @@ def _info(argv: list[str]) -> int:
 
 def _show(argv: list[str]) -> int:
     about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
-    parser = _of_a_bag('leo bag show', about, _SHOW_EXAMPLES)
+    parser = _of_a_bag('show', about)
     parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='.png, .gif or .mp4')
     parser.add_argument('--model', default='', help="the bag's robot by default")
     add_effect_argument(parser)
@@ -148,7 +144,7 @@ def _show(argv: list[str]) -> int:
 
 def _cut(argv: list[str]) -> int:
     about = 'Write a part of a bag as a new bag: all topics, stamps as they were.'
-    parser = _of_a_bag('leo bag cut', about, _CUT_EXAMPLES)
+    parser = _of_a_bag('cut', about)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--from', dest='begin', type=float, metavar='S', help='begin there [s]')
     parser.add_argument('--to', dest='end', type=float, metavar='S', help='end there [s]')
@@ -195,7 +191,7 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
 
 def _fix(argv: list[str]) -> int:
     """Run `leo bag fix`; exit status 1 where something that is sure could not be mended."""
-    parser = _of_a_bag('leo bag fix', _FIX_ABOUT, _FIX_EXAMPLES)
+    parser = _of_a_bag('fix', _FIX_ABOUT)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--model', default='', help="the bag's robot by default")
     parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')

@@ -15,8 +15,7 @@ from rich.console import Console
 from rich.table import Column
 from rich.text import Text
 
-from leo_diffmodel.bags.episode import distinct
-from leo_diffmodel.bags.rates import by_rate
+from leo_diffmodel.bags.episode import by_rate, distinct
 from leo_diffmodel.bags.recording import read_both_ways, Recording
 from leo_diffmodel.bags.topic_map import read_topic_map
 from leo_diffmodel.verbs import common
@@ -157,14 +156,9 @@ def _excitation_table(rows: Sequence[Excitation], unit: str) -> Table:
     ranges = figures(f'position [{unit}]', f'speed [{unit}/s]', 'input', 'moving', 'motor off')
     table = Table('joint', *ranges, title='what each joint was put through')
     for row in rows:
-        table.add_row(
-            row.joint,
-            _span(row.angle),
-            _span(row.rate),
-            '-' if row.input is None else f'{_span(row.input)} {row.unit}',
-            f'{100 * row.moving:.0f} %',
-            f'{row.free:.1f} s',
-        )
+        given = '-' if row.input is None else f'{_span(row.input)} {row.unit}'
+        moving, off = f'{100 * row.moving:.0f} %', f'{row.free:.1f} s'
+        table.add_row(row.joint, _span(row.angle), _span(row.rate), given, moving, off)
     return table
 
 
@@ -181,15 +175,9 @@ def _effects_table(result: Check) -> Table:
     found, typical = figures('found from', 'named from'), figures('size', 'seconds')
     table = _titled(result, caption, 'effect', *found, 'unit', *typical, 'most like')
     for row in sorted(result.reaches, key=lambda r: r.seconds_to_name or 1e9):
-        table.add_row(
-            row.label,
-            _number(row.detectable),
-            _number(row.nameable),
-            row.unit,
-            _number(row.typical),
-            _seconds(row.seconds_to_name),
-            _like(row, result.seconds),
-        )
+        least, named, size = map(_number, (row.detectable, row.nameable, row.typical))
+        seconds, like = _seconds(row.seconds_to_name), _like(row, result.seconds)
+        table.add_row(row.label, least, named, row.unit, size, seconds, like)
     return table
 
 
@@ -204,14 +192,8 @@ def _by_name(result: Check) -> Table:
     kinds = dict.fromkeys((row.name, row.unit) for row in result.reaches)
     for rows in ([r for r in result.reaches if (r.name, r.unit) == kind] for kind in kinds):
         worst = max(rows, key=lambda r: r.seconds_to_name or 1e9)
-        table.add_row(
-            worst.name,
-            str(len(rows)),
-            _range([r.detectable for r in rows]),
-            _range([r.nameable for r in rows]),
-            worst.unit,
-            worst.where,
-        )
+        least, named = _range([r.detectable for r in rows]), _range([r.nameable for r in rows])
+        table.add_row(worst.name, str(len(rows)), least, named, worst.unit, worst.where)
     return table
 
 

@@ -12,8 +12,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from leo_diffmodel.bags.episode import between, distinct
-from leo_diffmodel.bags.rates import by_rate
+from leo_diffmodel.bags.episode import between, by_rate, distinct
 from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.check.angles import angle_units
 from leo_msgs_py.errors import UserError
@@ -55,14 +54,9 @@ def add_bag_arguments(
     """Bags or parts of them, the model; held-out bags and a length of steps where they count."""
     arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
     add_model_arguments(arguments, several)
-    for option, name, what in (('--from', 'begin', 'begin'), ('--to', 'end', 'end')):
-        arguments.add_argument(
-            option,
-            dest=name,
-            type=float,
-            metavar='S',
-            help=f'{what} there, in seconds from the first state of each bag',
-        )
+    for option, name in (('--from', 'begin'), ('--to', 'end')):
+        about = f'{name} there, in seconds from the first state of each bag'
+        arguments.add_argument(option, dest=name, type=float, metavar='S', help=about)
     if step:
         arguments.add_argument('--step', type=float, help='length of one step [s]')
     arguments.set_defaults(hold_out=[])

@@ -147,9 +147,8 @@ def _places(rows: list[dict], worst: list[dict]) -> Table:
     for row in worst[:SHOWN]:
         shares = percent(row['share']), percent(row['data_share'])
         torque = f'{row["torque_nm"]:.2g} {row["torque_unit"]}'
-        table.add_row(
-            row['joint'], row['variable'], _bars(rows, row), bin_in_words(row), *shares, torque
-        )
+        place = row['joint'], row['variable'], _bars(rows, row), bin_in_words(row)
+        table.add_row(*place, *shares, torque)
     return table
 
 

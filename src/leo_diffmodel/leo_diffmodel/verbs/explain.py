@@ -6,21 +6,19 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 import json
 from pathlib import Path
 import sys
 
 from rich.text import Text
 
-from leo_diffmodel.bags.episode import distinct
-from leo_diffmodel.bags.rates import by_rate
-from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.bags.episode import by_rate, distinct, Recording
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare import ranking_table
-from leo_diffmodel.verbs.explain_text import show_each, unique_names
 from leo_msgs_py.console import progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -129,12 +127,31 @@ def _each(
 
 
 def _show_each(results: Mapping[str, Explanation], as_json: bool) -> None:
-    if not results:
-        return
-    if as_json:
+    """Print the verdict on each bag, and the effects with their values; nothing of none."""
+    if results and as_json:
         print(json.dumps({name: result.to_json() for name, result in results.items()}))
-    else:
-        show_each([*results], [*results.values()])
+    elif results:
+        table = Table('bag', 'verdict', 'effects', title='each bag by itself')
+        for bag, answer in results.items():
+            table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
+        Terminal().print(table)
+
+
+def unique_names(paths: Sequence[Path]) -> list[str]:
+    """The last parts of the paths in which they differ, as names of folders."""
+    for count in range(1, max(len(p.resolve().parts) for p in paths) + 1):
+        names = ['_'.join(p.resolve().parts[-count:]).strip('/') for p in paths]
+        if len(set(names)) == len(names):
+            return names
+    return [f'{number}_{path.name}' for number, path in enumerate(paths, 1)]
+
+
+def _effect(row: dict) -> str:
+    values = (
+        f'{name} = {p["value"]:.3g} [{p["ci95"][0]:.3g}, {p["ci95"][1]:.3g}] {p["unit"]}'
+        for name, p in row['parameters'].items()
+    )
+    return f'{row["name"]}:{row["where"]} ({", ".join(v.rstrip() for v in values)})'
 
 
 def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> None:
@@ -148,11 +165,12 @@ def _write(folder: Path, result: Explanation, recordings: list, watch: str) -> N
 def show(result: Explanation) -> None:
     """Print the verdict and the leading hypotheses."""
     console = Terminal()
+    write = partial(console.print, highlight=False)
     space = HEADLINE - len(f'{result.verdict}: ')
     headline, *lines = (line for said in result.told for line in said.lines(space))
-    console.print(Text.assemble((result.verdict, 'bold'), f': {headline}'), highlight=False)
+    write(Text.assemble((result.verdict, 'bold'), f': {headline}'))
     for line in lines:
-        console.print(line, highlight=False)
+        write(line)
     if result.hypotheses:
         columns = 'effect', 'parameters', 'gain train / held out [nats]'
         table = Table(*columns, title='hypotheses, best first')
@@ -162,15 +180,13 @@ def show(result: Explanation) -> None:
     for path, row in result.constants.items():
         if own := row.get('recordings'):
             each = ', '.join(f'{v["value"]:.4g} {v["unit"]} in {name}' for name, v in own.items())
-            console.print(f'{path}: {each}', highlight=False)
+            write(f'{path}: {each}')
     if result.edit_test:
-        console.print(
-            'edit test: what was named is taken out of the model and of the robot', highlight=False
-        )
+        write('edit test: what was named is taken out of the model and of the robot')
         console.print(ranking_table(result.edit_test))
-        console.print(result.edit_test['sentence'], highlight=False)
+        write(result.edit_test['sentence'])
     if result.next_run:
-        console.print(f'what would settle it: {result.next_run}', highlight=False)
+        write(f'what would settle it: {result.next_run}')
 
 
 def _parser() -> Parser:

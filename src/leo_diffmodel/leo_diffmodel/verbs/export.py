@@ -64,8 +64,8 @@ def main(argv: list[str]) -> int:
     }
     if options.json:
         print(json.dumps(data, indent=2, allow_nan=False))
-        return 0
-    _print(data, model)
+    else:
+        _print(data, model)
     return 0
 
 
@@ -163,9 +163,8 @@ def _print_check(check: dict[str, Any], format_name: str) -> None:
         cells = [ENDLESS if error is None else f'{error:.4g}' for error in found]
         table.add_row(f'{state["name"]} [{state["unit"]}]', *cells)
     Terminal(highlight=False).print(table)
-    print(
-        f'error of what {format_name} holds: {_change(check, "reduced", "ours")} beside this model'
-    )
+    held = _change(check, 'reduced', 'ours')
+    print(f'error of what {format_name} holds: {held} beside this model')
     if 'exported' not in errors:
         print(f'(by our engine; nothing that reads {format_name} ran)')
         return

@@ -8,10 +8,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from leo_diffmodel.bags.importing import convert
 from leo_diffmodel.bags.importing.column_map import ColumnMap
-from leo_diffmodel.bags.importing.convert import import_logs, load_map, shipped_maps
 from leo_diffmodel.bags.importing.guess import guess_map
-from leo_diffmodel.bags.importing.undone import undone_on_error
 from leo_diffmodel.bags.info import bag_info, BagInfo
 from leo_msgs_py.console import progress
 from leo_msgs_py.errors import UserError
@@ -61,12 +60,12 @@ def main(argv: list[str]) -> int:
             'leo import needs --map MAP.yaml and -o BAG; without a map, begin with: '
             f'{leo("import", options.logs[0], "--guess")}'
         )
-    column_map = load_map(options.map)
+    column_map = convert.load_map(options.map)
     output, infos = Path(options.output), []
     jobs = _jobs(options.logs, output, options.bag_per_log)
-    with undone_on_error(output) as made, progress('importing', len(jobs)) as heard:
+    with convert.undone_on_error(output) as made, progress('importing', len(jobs)) as heard:
         for logs, bag in jobs:
-            made.append(import_logs(logs, options.map, bag, options.join))
+            made.append(convert.import_logs(logs, options.map, bag, options.join))
             infos.append(bag_info(bag))
             heard(bag.name)
     command = _next([info.path for info in infos], column_map)
@@ -101,7 +100,7 @@ def _parser() -> Parser:
     parser = Parser(
         'leo import',
         'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
-        f'{EXAMPLES}\nshipped maps: {", ".join(shipped_maps())}',
+        f'{EXAMPLES}\nshipped maps: {", ".join(convert.shipped_maps())}',
     )
     parser.add_argument(
         'logs',

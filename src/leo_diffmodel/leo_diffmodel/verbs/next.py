@@ -14,7 +14,6 @@ from rich.text import Text
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.verbs import common
-from leo_diffmodel.verbs.common import NEGATIVE
 from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
@@ -173,7 +172,7 @@ def in_words(found: Proposal, answer: dict[str, Any], seconds: float) -> list[st
 
 def _nothing(answer: dict[str, Any]) -> str:
     """Why no run is proposed, of the contents of explain.json."""
-    if answer['verdict'] in NEGATIVE and not answer.get('unknown'):
+    if answer['verdict'] in common.NEGATIVE and not answer.get('unknown'):
         wanted = answer.get('next_run') or 'vary one at a time: speed, load, angle, supply'
         return f'No run of the menu settles what is open: {wanted}'
     if answer['verdict'] == 'unknown':

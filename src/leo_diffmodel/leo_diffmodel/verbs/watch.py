@@ -121,10 +121,8 @@ def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scen
 
 
 def _look(live: Any, server: Any) -> None:
-    from leo_msgs_py.node import running
-
     live.look()
-    if not running():
+    if _ended():
         server.end()
 
 
@@ -137,20 +135,17 @@ def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
             return None
         raise UserError(f'no robot is publishing joint_states {where()}; {HINT}')
     began = time.monotonic()
+    enough, most = began + ENOUGH, began + AT_MOST
     with progress('listening to the robot'):
-        while _until(lambda: _since(began) > ENOUGH, ENOUGH) and not _until(_ended, 0.5):
+        while _until(lambda: time.monotonic() > enough, ENOUGH) and not _until(_ended, 0.5):
             try:
                 return source.scene(robot.tape.contents())
             except OtherRobot:
                 raise
             except UserError:
-                if _since(began) > AT_MOST:
+                if time.monotonic() > most:
                     raise
     return None
-
-
-def _since(began: float) -> float:
-    return time.monotonic() - began
 
 
 def _until(true: Callable[[], bool], seconds: float) -> bool:

@@ -40,6 +40,12 @@ class Schema(BaseModel):
     model_config = ConfigDict(extra='forbid')
 
 
+class Fixed(Schema):
+    """A part of a file that knows all its keys, and stays as it was read."""
+
+    model_config = ConfigDict(frozen=True)
+
+
 class Quantity(Schema):
     """A number with its unit, and the range it is known to lie in."""
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
 
-from leo_diffmodel.bags.episode import between, distinct
-from leo_diffmodel.bags.rates import by_rate
+from leo_diffmodel.bags.episode import between, by_rate, distinct
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import every
 from leo_msgs_py.errors import UserError

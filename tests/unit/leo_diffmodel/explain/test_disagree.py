@@ -10,7 +10,7 @@ from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.verbs.explain_text import unique_names
+from leo_diffmodel.verbs.explain import unique_names
 from leo_msgs_py.cli import main
 from leo_sim.effects import place
 from leo_sim.model import Model

@@ -108,9 +108,8 @@ def _has_numbers(values: Any) -> bool:
     """Say whether there is a number, at any depth of a list."""
     if isinstance(values, np.ndarray) and values.dtype != object:
         return values.dtype.kind in 'biuf'
-    return is_number(values) or (
-        isinstance(values, list | np.ndarray) and any(map(_has_numbers, values))
-    )
+    inside = values if isinstance(values, list | np.ndarray) else []
+    return is_number(values) or any(map(_has_numbers, inside))
 
 
 def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
@@ -126,12 +125,13 @@ def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
     return {f'{name}[{k}, :]': matrix[k] for k in range(wide[0])}
 
 
-def from_rows(log: Path, rows: Sequence[Any], place: str, log_format: LogFormat) -> Table:
+def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
     """Return records, or rows that are lists of one length; without a header they are counted."""
-    if rows and all(isinstance(row, dict) for row in rows):
+    is_list = isinstance(rows, list) and bool(rows)
+    if is_list and all(isinstance(row, dict) for row in rows):
         names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
         return {name: np.array([number(row.get(name)) for row in rows]) for name in names}
-    if not rows or not all(isinstance(row, list) for row in rows):
+    if not is_list or not all(isinstance(row, list) for row in rows):
         raise UserError(f'{log}: no list of records at {place or "the top"!r}')
     names = log_format.header or numbered(len(rows[0]))
     each_once(names, str(log))
@@ -153,10 +153,8 @@ def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
     if len(set(counts.values())) != 1:
         raise UserError(f'{log}: fields differ in their number of episodes: {counts}')
     episodes = range(next(iter(counts.values())))
-    return [
-        _episode(log, {n: v[k] if n in counts else v[0] for n, v in found.items()})
-        for k in episodes
-    ]
+    parts = ({n: v[k] if n in counts else v[0] for n, v in found.items()} for k in episodes)
+    return [_episode(log, part) for part in parts]
 
 
 def listed(places: str | Sequence[str]) -> Sequence[str]:

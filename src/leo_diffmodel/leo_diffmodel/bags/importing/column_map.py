@@ -30,11 +30,12 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from leo_msgs_py import units
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
+from leo_sim.common.yaml_file import Fixed
 
 from .expression import evaluate
 from .log_format import canonical_index, Column, LogFormat, without_infinite
@@ -61,10 +62,8 @@ def _name(value: object) -> object:
 Name = Annotated[str, BeforeValidator(_name)]
 
 
-class ColumnSpec(BaseModel):
+class ColumnSpec(Fixed):
     """One value over time: a column or an expression, brought to SI."""
-
-    model_config = ConfigDict(extra='forbid', frozen=True)
 
     column: Name | None = None
     expression: str | None = None
@@ -78,6 +77,11 @@ class ColumnSpec(BaseModel):
         if (self.column is None) == (self.expression is None):
             raise ValueError('give either column or expression')
         return self
+
+    @property
+    def source(self) -> str:
+        """The column or the expression."""
+        return str(self.column or self.expression)
 
     @property
     def says_unit(self) -> bool:
@@ -96,7 +100,7 @@ class ColumnSpec(BaseModel):
             unit: that a bag has it in, where it is none of `QUANTITIES`.
         """
         targets = QUANTITIES[quantity] if unit is None else (unit,)
-        where = f'{log}, {self.column or self.expression}'
+        where = f'{log}, {self.source}'
         factor = self.sign * self.scale * unit_factor(self.unit, quantity, where, targets)
         with np.errstate(over='ignore', invalid='ignore'):
             return without_infinite(factor * self._raw(columns, quantity, log) + self.offset)
@@ -113,10 +117,8 @@ class ColumnSpec(BaseModel):
         return columns[name]
 
 
-class TimeSpec(BaseModel):
+class TimeSpec(Fixed):
     """Time as a column, or as a constant sampling period [s]."""
-
-    model_config = ConfigDict(extra='forbid', frozen=True)
 
     column: Name | None = None
     period: float | None = Field(default=None, gt=0.0)
@@ -140,10 +142,8 @@ Interface = Literal[
 ]
 
 
-class JointColumns(BaseModel):
+class JointColumns(Fixed):
     """Columns of one joint."""
-
-    model_config = ConfigDict(extra='forbid', frozen=True)
 
     position: Spec
     velocity: Spec | None = None

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib.resources import files
 import json
 from pathlib import Path
+import shutil
 
 import numpy as np
 
@@ -59,26 +61,37 @@ def import_logs(
         'column_map': where,
         'angle_units_said': ', '.join(said),
     }
-    if left_out:
-        metadata['left_out'] = '\n'.join(left_out)
-    if how_joined:
-        metadata['joined'] = how_joined
-    if mapping.inputs:
-        metadata['inputs_from'] = ', '.join(_sources(mapping))
-    if mapping.robot:
-        metadata['robot'] = mapping.robot
-    if mapping.constants:
-        metadata['constants'] = json.dumps(_known_constants(tables, mapping))
-    return write_runs(Path(bag), runs, metadata)
+    inputs = (spec for of in mapping.inputs.values() for spec in of.items())
+    more = {
+        'left_out': '\n'.join(left_out),
+        'joined': how_joined,
+        'inputs_from': ', '.join(spec.source for name, spec in inputs if name in APPLIED),
+        'robot': mapping.robot or '',
+        'constants': json.dumps(_known_constants(tables, mapping)) if mapping.constants else '',
+    }
+    known = {name: text for name, text in more.items() if text}
+    return write_runs(Path(bag), runs, metadata | known)
 
 
-def _sources(mapping: ColumnMap) -> list[str]:
-    return [
-        str(spec.column or spec.expression)
-        for interfaces in mapping.inputs.values()
-        for name, spec in interfaces.items()
-        if name in APPLIED
-    ]
+@contextmanager
+def undone_on_error(output: Path) -> Iterator[list[Path]]:
+    """Yield a list for the bags that are made, and remove them again on an error or Ctrl-C.
+
+    Args:
+        output: the bag or the folder of bags; where it was not there before, it goes with those
+            above it that were made for it.
+    """
+    made: list[Path] = []
+    new = [folder for folder in (output, *output.parents) if not folder.exists()]
+    try:
+        yield made
+    except BaseException:
+        for bag in made:
+            shutil.rmtree(bag, ignore_errors=True)
+        for folder in new:
+            with suppress(OSError):  # not empty: others have put something there
+                folder.rmdir()
+        raise
 
 
 def load_map(source: str | Path | ColumnMap) -> ColumnMap:

@@ -23,8 +23,7 @@ from leo_sim.description.robot import Robot
 from .calibration import ARM, Calibration, calibration_beside
 from .guess_columns import choose, Columns, INPUTS, known_robot, KnownRobot, Roles
 from .guess_each import Units
-from .guess_flags import with_flags
-from .guess_roles import as_taken, roles_of
+from .guess_roles import as_taken, roles_of, with_flags
 from .join import are_parts, joined
 from .lerobot import is_lerobot, read_info
 from .log_format import LogFormat, Table
@@ -86,9 +85,8 @@ def _lines(
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
-    units = Units(
-        tables[0], table, roles, chosen, robot, _calibration(log, roles), is_lerobot(log)
-    )
+    calibration = _calibration(log, roles)
+    units = Units(tables[0], table, roles, chosen, robot, calibration, is_lerobot(log))
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
     yield from map(_note, (*notes, *chosen.notes))

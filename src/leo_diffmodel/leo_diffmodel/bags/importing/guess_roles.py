@@ -12,7 +12,10 @@ import re
 from typing import NamedTuple
 import unicodedata
 
+import numpy as np
+
 from .column_map import QUANTITIES
+from .log_format import Table
 from .unit_names import by_word, canonical, fits, is_unit
 
 
@@ -56,6 +59,8 @@ BESIDES = _words(
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')
 """Words of a flag that says whether a motor is on."""
+MOTORS = ('motor', 'motors', 'servo', 'servos', 'drive')
+"""What a flag of all joints may name besides."""
 _PARTS = sorted(
     _words(
         'soll ist ziel dreh gelenk motor winkel drehzahl geschwindigkeit moment kraft spannung '
@@ -159,6 +164,20 @@ def as_taken(roles: Mapping[str, Role], takes: str) -> dict[str, Role]:
     if any(roles[name].quantity == takes for name in roles.keys() - bare):
         return dict(roles)
     return {n: r._replace(quantity=takes) if n in bare else r for n, r in roles.items()}
+
+
+def with_flags(roles: Mapping[str, Role], table: Table) -> dict[str, Role]:
+    """Return the roles of columns; of nothing but 0 and 1, as `torque_enable`, those of flags.
+
+    A flag enables a joint, or all where it names none or only a motor.
+    """
+    found = dict(roles)
+    for name, role in roles.items():
+        numbers = set(table[name][np.isfinite(table[name])])
+        if not role.unit and numbers <= {0.0, 1.0} and ENABLED & set(words_of(name)):
+            joint = '_'.join(word for word in role.joint.split('_') if word not in ENABLED)
+            found[name] = Role('enabled', False, '' if joint in MOTORS else joint, '')
+    return found
 
 
 def plain(word: str) -> str:

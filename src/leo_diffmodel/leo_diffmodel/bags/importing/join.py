@@ -59,11 +59,8 @@ def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
     """
     named = [role_of(name).quantity for name in short_names(logs)]
     differ = len(logs) > 1 and all(named) and len(set(named)) == len(named)
-    return differ and all(len(_quantities(table)) < 2 for table in tables)
-
-
-def _quantities(table: Table) -> set[str]:
-    return {role_of(name).quantity for name in table} & {*MEASURED, 'voltage'}
+    found = ({role_of(name).quantity for name in table} for table in tables)
+    return differ and all(len(of_table & {*MEASURED, 'voltage'}) < 2 for of_table in found)
 
 
 def joined(

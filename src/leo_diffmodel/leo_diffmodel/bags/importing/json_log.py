@@ -61,9 +61,8 @@ def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
     rows = follow(content, place, log)
     if isinstance(rows, dict):
         return same_length(log, columns(log, rows, log_format))
-    if not isinstance(rows, list):
-        raise UserError(f'{log}: no list of records at {place or "the top"!r}')
-    return filled(_on_the_way(content, place), len(rows)) | from_rows(log, rows, place, log_format)
+    table = from_rows(log, rows, place, log_format)
+    return filled(_on_the_way(content, place), len(rows)) | table
 
 
 def _on_the_way(content: Any, place: str) -> dict[str, float]:

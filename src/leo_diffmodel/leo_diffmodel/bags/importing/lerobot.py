@@ -40,16 +40,16 @@ class Feature(BaseModel):
     names: list[Any] | dict[str, Any] | None = None
 
     def columns(self, name: str) -> list[str]:
-        """Return the names of its columns; none where it is no row of numbers."""
+        """Return the names of its columns, by number where not each number has one of its own.
+
+        There are none where it is no row of numbers.
+        """
         if not self.dtype.startswith(_NUMBERS) or len(self.shape) != 1 or self.shape[0] > WIDEST:
             return []
-        parts = self._named(self.shape[0]) or range(self.shape[0])
+        width, found = self.shape[0], list(_texts(self.names))
+        named = len(set(found)) == len(found) == width
+        parts: Sequence[object] = found if named else range(width)
         return [name] if parts == range(1) else [f'{name}.{part}' for part in parts]
-
-    def _named(self, width: int) -> list[str]:
-        """Return the names of its numbers; none where there are not as many as numbers."""
-        found = list(_texts(self.names))
-        return found if len(set(found)) == len(found) == width else []
 
 
 def _texts(names: Any) -> Iterator[str]:
@@ -145,9 +145,7 @@ def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
     except ImportError:
         raise UserError('reading LeRobot data sets needs pyarrow: pip install pyarrow') from None
     try:
-        frames = parquet.ParquetFile(file).read(columns=names)
-        columns = zip(frames.column_names, frames.columns, strict=True)
-        return {name: column.to_pylist() for name, column in columns}
+        return parquet.ParquetFile(file).read(columns=names).to_pydict()
     except (ArrowException, OSError, ValueError, OverflowError) as error:
         raise UserError(f'{file} does not read: {one_line(error)}') from None
 

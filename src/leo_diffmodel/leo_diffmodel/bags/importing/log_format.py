@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import codecs
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +11,10 @@ import re
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from leo_msgs_py.errors import UserError
-from leo_sim.common.yaml_file import shown
+from leo_sim.common.yaml_file import Fixed, shown
 
 from ..types import Floats
 
@@ -24,7 +24,7 @@ Table = dict[str, Column]
 _INDEX = re.compile(r'\[\s*(:|\d+)\s*,\s*(:|\d+)\s*\]')
 
 
-class LogFormat(BaseModel):
+class LogFormat(Fixed):
     """What a log's own name and text do not say: a part of the column map.
 
     Attributes:
@@ -38,15 +38,13 @@ class LogFormat(BaseModel):
         fields: JSON and MATLAB, where arrays are, by the name that the column shall have.
     """
 
-    model_config = ConfigDict(extra='forbid', frozen=True)
-
     format: str | None = None
     delimiter: str | None = Field(default=None, min_length=1, max_length=1)
     decimal: Literal['.', ','] | None = None
     encoding: str | None = None
     header: list[str] | None = None
     records: str | list[str] | None = None
-    fields: dict[str, str | list[str]] = {}
+    fields: dict[str, str | list[str]] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -104,11 +102,7 @@ def canonical_index(name: str) -> str:
     return _INDEX.sub(r'[\1, \2]', name)
 
 
-_MARKS = {
-    codecs.BOM_UTF8: 'utf-8-sig',
-    codecs.BOM_UTF16_LE: 'utf-16',
-    codecs.BOM_UTF16_BE: 'utf-16',
-}
+_MARKS = {BOM_UTF8: 'utf-8-sig', BOM_UTF16_LE: 'utf-16', BOM_UTF16_BE: 'utf-16'}
 """What a file may begin with, and what that says."""
 WINDOWS = 'cp1252'
 """What spreadsheets and older programs of western Europe write."""

@@ -76,7 +76,7 @@ def incomplete(log: Path, run: Run, mapping: ColumnMap) -> LeftOut:
         UserError: too few are left.
     """
     columns = {
-        _source(spec): values[:, k]
+        spec.source: values[:, k]
         for quantity, values in (('position', run.q), ('velocity', run.dq))
         for k, joint in enumerate(mapping.joints.values())
         if values is not None and (spec := getattr(joint, quantity))
@@ -100,13 +100,9 @@ def refuse_unknown_inputs(log: Path, run: Run, mapping: ColumnMap) -> None:
         for name in specs.keys() & APPLIED.keys():
             if not off and not np.isfinite(values[name]).any():
                 raise UserError(
-                    f'{log}: {_source(specs[name])} ({name} of {joint}) holds no number; name '
+                    f'{log}: {specs[name].source} ({name} of {joint}) holds no number; name '
                     'another column, or import this log without it if the motors were off'
                 )
-
-
-def _source(spec: ColumnSpec) -> str:
-    return str(spec.column or spec.expression)
 
 
 def sentences(left_out: Mapping[Path, LeftOut], rows: Mapping[Path, int]) -> list[str]:

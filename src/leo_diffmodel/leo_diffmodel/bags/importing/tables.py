@@ -11,6 +11,7 @@ from itertools import chain
 from pathlib import Path
 
 from leo_msgs_py.errors import UserError
+from leo_msgs_py.terminal import leo
 from leo_sim.common.user_code import guarded
 from leo_sim.common.yaml_file import shown
 
@@ -22,11 +23,12 @@ from .json_log import JSON
 from .lerobot import is_lerobot, LEROBOT
 from .log_format import LogFormat, Reader, Table, without_infinite
 from .mat_log import MAT
-from .unread import refuse_unread
 
 READERS = CSV, JSON, MAT, LEROBOT
 GROUP = 'leo.log_formats'
 """Entry points by which other packages register a `Reader`."""
+BAGS = {'.mcap', '.db3'}
+SHEETS = {'.xlsx', '.xls', '.xlsm', '.xlsb', '.ods', '.numbers'}
 
 
 def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
@@ -44,12 +46,30 @@ def reader_of(log: Path, log_format: LogFormat) -> Reader:
         if reader.takes(log, log_format):
             return reader
         tried.append(reader)
-    refuse_unread(log)
+    _refuse_unread(log)
     name = log_format.format or log.suffix.lower().lstrip('.')
     *names, last = [reader.name for reader in tried if reader.endings]
     raise UserError(
         f'{log}: unknown format {shown(name)}; name one (format: {", ".join(names)} or {last})'
     )
+
+
+def _refuse_unread(log: Path) -> None:
+    """Refuse a log that is not there, a bag, a spreadsheet, and a folder of something else."""
+    if not log.exists():
+        raise UserError(f'no log {log}')
+    files = log.iterdir() if log.is_dir() else [log]
+    endings = {file.suffix.lower() for file in files}
+    if endings & BAGS:
+        raise UserError(
+            f'{log} is a bag already and needs no import; look into it: {leo("bag", "info", log)}'
+        )
+    if log.is_dir():
+        raise UserError(
+            f'{log} is a folder without meta/info.json, so no LeRobot data set; name files'
+        )
+    if endings & SHEETS:
+        raise UserError(f'{log} is a spreadsheet; save it as CSV and import that')
 
 
 def _foreign(entry: EntryPoint) -> Reader:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Matrices and rows that are lists: columns by their number, or by the names the map gives."""
+"""Matrices and rows that are lists, by number or by the names of the map; what is no log."""
 
 import json
 
@@ -10,7 +10,7 @@ import scipy.io
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.importing.log_format import LogFormat
-from leo_diffmodel.bags.importing.tables import read_tables
+from leo_diffmodel.bags.importing.tables import read_tables, reader_of
 from leo_diffmodel.bags.recording import read_bag
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -147,3 +147,23 @@ def test_an_unknown_format_names_those_that_are_known(tmp_path):
         assert str(refusal.value) == (
             f"{tmp_path}/a.csv: unknown format '{said}'; name one (format: csv, json or mat)"
         )
+
+
+@pytest.mark.parametrize(
+    ('file', 'log', 'message'),
+    [
+        ('run.xlsx', 'run.xlsx', 'is a spreadsheet; save it as CSV and import that'),
+        ('run.mcap', 'run.mcap', 'is a bag already and needs no import; look into it: leo bag'),
+        ('run/run_0.mcap', 'run', 'is a bag already and needs no import; look into it: leo bag'),
+        ('run/run_0.db3', 'run', 'is a bag already and needs no import; look into it: leo bag'),
+        ('run/a.csv', 'run', 'is a folder without meta/info.json'),
+        ('run/a.csv', 'other', 'no log'),
+        ('run.dat', 'run.dat', "unknown format 'dat'"),
+    ],
+)
+def test_what_is_no_log_is_told_what_to_do(tmp_path, file, log, message):
+    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / file).touch()
+    with pytest.raises(UserError) as refusal:
+        reader_of(tmp_path / log, LogFormat())
+    assert message in str(refusal.value) and '\n' not in str(refusal.value)

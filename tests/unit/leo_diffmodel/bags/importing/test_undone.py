@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from leo_diffmodel.bags.importing.undone import undone_on_error
+from leo_diffmodel.bags.importing.convert import undone_on_error
 from leo_diffmodel.verbs import import_logs
 from leo_msgs_py.errors import UserError
 
