@@ -86,6 +86,8 @@ def traces_of(
     if any(a is not b for a, b in zip(used, recordings, strict=True)):
         sigma = None  # inputs that are averaged over longer steps leave other residuals
     whole, blocks = searched(used, (), model, sigma=sigma)
+    if not whole.windows.count:
+        raise ValueError('no window of this data can be tested')
     some = roughly(fewer(whole), whole.windows.count)
     problem = standing(Posed(some, None, blocks)).problem
     share = problem.windows.count * float(problem.windows.dt[0].sum())

@@ -140,8 +140,9 @@ def test_of_several_bags_the_one_that_is_too_short_is_named():
     assert 'simulated_7 holds' in check([Bag(whole), Bag(short)], Model(PENDULUM)).findings[0].what
 
 
-def test_too_short_a_bag_is_an_error_and_no_crash():
-    result = check([Bag(record(PENDULUM, seconds=0.1))], Model(PENDULUM))
+@pytest.mark.parametrize('seconds', [0.1, 0.5])
+def test_too_short_a_bag_is_an_error_and_no_crash(seconds):
+    result = check([Bag(record(PENDULUM, seconds=seconds))], Model(PENDULUM))
     assert not result.is_good and result.findings[0].code == 'short'
 
 
