@@ -17,7 +17,7 @@ from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
 from leo_diffmodel.explain.findings.choices import choices, last_word, other, refuted
 from leo_diffmodel.explain.findings.findings import Findings
-from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
+from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import Unknown
@@ -43,15 +43,13 @@ def collect(
     """
     progress('what no known effect explains', STEPS.end // 2)
     if found.complete:
-        windows = validation_windows(recordings, found.posed, found.final, model)
-        held = HeldOut(found.problem, model, windows, tuple(own))
+        held = HeldOut.of(recordings, found.posed, found.final, model, own)
         found = last_word(found, held.undisturbed(found.final), facts)
     found, law = _with_law(recordings, found)
     null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
     found = replace(found, null=null, final=final)
     law = law and law.completed(own)
-    windows = validation_windows(recordings, found.posed, found.final, model)
-    held = HeldOut(found.problem, model, windows, tuple(own))
+    held = HeldOut.of(recordings, found.posed, found.final, model, own)
     held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
     unknown = _unknown(recordings, law, held) if law else None
     return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)

@@ -30,17 +30,9 @@ from leo_sim.model.model_file import limit_keys
 def seen(
     model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
 ) -> tuple[Candidate, ...]:
-    """The candidates that recordings can say something about at all."""
+    """The candidates that recordings can say something about: not of speeds, if none measured."""
     measured = any(r.rates == 'measured' for r in recordings)
     return tuple(c for c in candidates(model, extra) if measured or not c.effect.of_rates)
-
-
-def unseen(
-    model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
-) -> tuple[Candidate, ...]:
-    """The candidates that change speeds alone, where the recordings measured none."""
-    measured = any(r.rates == 'measured' for r in recordings)
-    return tuple(c for c in candidates(model, extra) if c.effect.of_rates and not measured)
 
 
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
