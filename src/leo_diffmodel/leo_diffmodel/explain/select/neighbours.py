@@ -82,13 +82,12 @@ class _Search:
         """The set that is chosen, once the best ones are judged."""
         sets = self._sets
         width = sets.settings.numerics.width
-        while not sets.late and (new := [s for s in sets.ordered()[:width] if self._new(s)]):
+        while not sets.late and (
+            new := [s for s in sets.ordered()[:width] if id(s.fit) not in self._judged]
+        ):
             self._judged[id(new[0].fit)] = new[0].fit
             judged(sets, new[0].at)
         return chosen([*sets.known.values()], sets.weight, sets.threshold)
-
-    def _new(self, scored: Scored) -> bool:
-        return id(scored.fit) not in self._judged
 
 
 def _agree(fitted: Fit, shared: Candidate, joints: int, most: float) -> bool:

@@ -106,10 +106,8 @@ class Search:
 
 def estimator(posed: Posed, model: Model) -> Estimator:
     """The one for this robot: the only place where contact is asked for."""
-    scales = scales_of(model, posed.problem.windows)
-    if model.robot.contacts:
-        return Contact(posed, scales)
-    return Smooth(posed, scales)
+    kind = Contact if model.robot.contacts else Smooth
+    return kind(posed, scales_of(model, posed.problem.windows))
 
 
 def search(
@@ -149,18 +147,16 @@ def search(
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in stable.turns(found))
     best = best if late else stable.narrowed(found, best, turns, alike)
-    empty = found.known[frozenset()]
-    scans = found.scans
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
     progress('the last fit', STEPS.end // 2)
     return Search(
-        null=empty.fit,
+        null=found.known[frozenset()].fit,
         final=final.fit,
         posed=final.posed,
         chosen=best,
         sets=tuple(found.ordered()),
-        scans=scans,
+        scans=found.scans,
         threshold=found.threshold,
         weight=found.weight,
         turns=turns,
