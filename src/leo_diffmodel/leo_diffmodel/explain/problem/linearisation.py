@@ -114,7 +114,7 @@ class _Settling:
         else:
             self.start = windows.measured[:, 0].copy()
             self._predicted, self.columns = respond(
-                model, windows, self.start, _no_torques(windows)
+                model, windows, self.start, no_torques(windows)
             )
             self.columns[~tame(self.columns)] = 0.0
             self.loss = self._lost(windows, self._predicted)
@@ -185,12 +185,13 @@ class _Settling:
     def linearise(self, active: Array) -> None:
         """Find the sensitivity of some windows to their start states again."""
         part = self._windows.take(active)
-        predicted, columns = respond(self._model, part, self.start[active], _no_torques(part))
+        predicted, columns = respond(self._model, part, self.start[active], no_torques(part))
         sane = tame(columns)
         self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
-def _no_torques(windows: Windows) -> Array:
+def no_torques(windows: Windows) -> Array:
+    """No torques that windows are to respond to."""
     return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
 
 

@@ -100,8 +100,7 @@ def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
 
 def table_of(curve: Curve) -> Law:
     """The curve itself as a law."""
-    variable, values = curve.variable, curve.score.values
-    family = table(variable.knots, values, variable.period, variable.hats)
+    family = table(curve.variable, curve.score.values)
     return Law(curve, family, (Parameter('k', ''),), np.ones(1), read=True)
 
 
