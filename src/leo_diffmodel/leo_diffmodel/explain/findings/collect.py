@@ -116,18 +116,12 @@ def _judged(
 def _tables(before: Prediction, after: Prediction, step: float) -> dict:
     """Rms errors of each state and their mean, one control period ahead and further."""
     b, a = (errors.one_step(p, step) for p in (before, after))
-    further = (errors.horizon_table(p, step) for p in (before, after))
-    return {
-        'one_step': _figures(b['rmse'], a['rmse'], a['noise_floor']['rmse']),
-        'horizon': [
-            {
-                'steps': b['steps'],
-                'seconds': b['seconds'],
-                **_figures(b['rmse'], a['rmse'], a['noise_floor']),
-            }
-            for b, a in zip(*further, strict=True)
-        ],
-    }
+    one, further = _figures(b['rmse'], a['rmse'], a['noise_floor']['rmse']), []
+    tables = (errors.horizon_table(p, step) for p in (before, after))
+    for b, a in zip(*tables, strict=True):
+        figures = _figures(b['rmse'], a['rmse'], a['noise_floor'])
+        further.append({'steps': b['steps'], 'seconds': b['seconds'], **figures})
+    return {'one_step': one, 'horizon': further}
 
 
 def _figures(before: list[float], after: list[float], floor: list[float]) -> dict:
