@@ -211,11 +211,8 @@ def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array
     z = np.zeros((len(reaches), *left.q.shape))
     for source, recording in enumerate(recordings):
         for episode in recording.episodes:
-            inside = (
-                (windows.source == source)
-                & (time[:, 0] >= episode.t[0])
-                & (time[:, -1] <= episode.t[-1])
-            )
+            within = (time[:, 0] >= episode.t[0]) & (time[:, -1] <= episode.t[-1])
+            inside = within & (windows.source == source)
             along = dahl(episode, np.array(reaches))
             for r, j in np.ndindex(len(reaches), z.shape[-1]):
                 z[r, inside, :, j] = np.interp(time[inside], episode.t, along[:, r, j])

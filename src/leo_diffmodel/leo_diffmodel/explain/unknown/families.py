@@ -48,18 +48,13 @@ class Family:
 
     def with_constant(self) -> Family:
         """The same and a constant c."""
-
-        def basis(x: Array) -> Array:
-            columns = self.basis(x)
-            return np.concatenate([np.ones_like(columns[..., :1]), columns], axis=-1)
-
         return replace(
             self,
             law=lambda x, c, **others: c + self.law(x, **others),
             text=f'c + {self.text}',
             words=f'c + {self.words}',
             linear=(('c', 0), *self.linear),
-            basis=basis,
+            basis=lambda x: np.insert(self.basis(x), 0, 1.0, axis=-1),
         )
 
 
