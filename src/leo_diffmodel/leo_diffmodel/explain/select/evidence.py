@@ -105,7 +105,9 @@ class Weight:
         prediction promises in them: a fold that cannot show an effect does not disagree.
         """
         saved = self._by_fold(self._saved(smaller, larger), larger)
-        promised = self._by_fold(np.minimum(_promised(smaller, larger), self.most), larger)
+        change = _residual(smaller)[0] - _residual(larger)[0]
+        cost = likelihood.promised(change, *_residual(larger), larger.fit.typical)
+        promised = self._by_fold(np.minimum(cost, self.most), larger)
         nats, count = float(saved.sum()), len(saved)
         apart = saved - nats / max(float(promised.sum()), 1e-12) * promised
         error = np.sqrt((apart**2).sum() * count / max(count - 1, 1))
@@ -231,14 +233,6 @@ def _residual(scored: Scored) -> tuple[Array, int, Numerics]:
     problem, fitted = scored.at.problem, scored.fit
     train = np.flatnonzero(problem.train)
     return fitted.residual[train], fitted.start.shape[-1], problem.numerics
-
-
-def _promised(smaller: Scored, larger: Scored) -> Array:
-    """What the change of the prediction should cost in each window, shape (W,)."""
-    residual, channels, numerics = _residual(larger)
-    train = np.flatnonzero(larger.at.problem.train)
-    change = (smaller.fit.residual - larger.fit.residual)[train]
-    return likelihood.promised(change, residual, channels, numerics, larger.fit.typical)
 
 
 def _moves(

@@ -104,12 +104,6 @@ class Search:
         return replace(self, chosen=other, final=at.fit, posed=at.posed)
 
 
-def estimator(posed: Posed, model: Model) -> Estimator:
-    """The one for this robot: the only place where contact is asked for."""
-    kind = Contact if model.robot.contacts else Smooth
-    return kind(posed, scales_of(model, posed.problem.windows))
-
-
 def search(
     recordings: Sequence[Recording],
     model: Model,
@@ -135,7 +129,8 @@ def search(
     began, settings = time.monotonic(), posed.problem.settings
     longest = settings.numerics.last_longest
     posed = posed.before(longest * began + (1 - longest) * until)
-    fits = estimator(posed, model)
+    kind = Contact if model.robot.contacts else Smooth  # nothing else asks for contact
+    fits = kind(posed, scales_of(model, posed.problem.windows))
     pool = [limited(c, model, settings.grids) for c in seen(model, recordings, extra)]
     constants = uncertain(model, posed.problem.trained)
     first = fits.first(Hypothesis(constants=constants))

@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.together import widens
@@ -35,6 +36,7 @@ class Sets:
         extensions: what was tried on top of which set.
         usual: losses that are in every hypothesis, since most joints have them.
         carried: which set was fitted from the values of which other one.
+        judged: fits of which each effect was judged by the folds, by their identity.
     """
 
     estimator: Estimator
@@ -46,6 +48,7 @@ class Sets:
     extensions: dict[Names, Extension] = field(default_factory=dict)
     usual: Names = frozenset()
     carried: set[tuple[Names, Names]] = field(default_factory=set)
+    judged: dict[int, Fit] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.progress = Reporter.of(self.progress)
