@@ -50,9 +50,6 @@ class Sets:
     carried: set[tuple[Names, Names]] = field(default_factory=set)
     judged: dict[int, Fit] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        self.progress = Reporter.of(self.progress)
-
     @property
     def weight(self) -> Weight:
         """What a nat counts, by the best set so far."""
