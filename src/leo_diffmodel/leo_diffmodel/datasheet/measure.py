@@ -16,7 +16,7 @@ from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate, Progress, STEPS
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.smooth import Smooth
-from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
+from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
@@ -89,8 +89,7 @@ def measure(
     _, best = ladder.chosen
     rest = [c for c in pool if c.effect.name not in FRICTION and c not in best.names]
     alone = ladder.alone(fits, rest, heard)
-    windows = validation_windows(data, posed, best.fit, model)
-    held = HeldOut(posed.problem, model, windows)
+    held = HeldOut.of(data, posed, best.fit, model)
     final = last_fit(posed.problem, best.fit)
     heard('the last fit', STEPS.end)
     return Measured(model, joint, posed, ladder, final, tuple(alone), held, tuple(notes))

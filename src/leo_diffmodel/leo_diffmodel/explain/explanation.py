@@ -21,8 +21,8 @@ from leo_diffmodel.explain.estimate.fitted import Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
 from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.heard import Asked, Heard, heard
-from leo_diffmodel.explain.problem.candidates import candidates, own_constants, unseen
-from leo_diffmodel.explain.problem.usable import Cut, Logged
+from leo_diffmodel.explain.problem.candidates import candidates, own_constants, seen
+from leo_diffmodel.explain.problem.usable import Logged
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.sentence import answer, next_run
@@ -118,7 +118,7 @@ def explain(
     asked = Asked(model, settings, Reporter.of(progress), extra, as_given)
     found = heard(log, asked, until) if keep or not log.decided else None
     if found is None or (found.log.in_the_way and not keep):
-        answer = _wrong(log, model)
+        answer = _not_named(log.answer, model)
     else:
         log, answer = found.log, _answered(found, step)
     (said,) = answer.told
@@ -135,16 +135,16 @@ def explain(
 def _answered(heard: Heard, step: float | None) -> Explanation:
     """The answer by the reading of the log that predicts best."""
     found, asked, model, data = heard.search, heard.asked, heard.asked.model, heard.recordings
-    if isinstance(found, str):
-        untestable = _untestable(model, found, asked.extra)
-        return _moved(heard.cut, model) if heard.cut.mostly else untestable
-    if heard.cut.mostly and found.complete and not found.leaves_noise:
-        return _moved(heard.cut, model)
+    if isinstance(found, str) and not heard.cut.mostly:
+        return _untestable(model, found, asked.extra)
+    if isinstance(found, str) or (heard.cut.mostly and found.complete and not found.leaves_noise):
+        return _not_named(heard.cut.answer, model, heard.cut.stretches)
     step, own = errors.step_seconds(data, step), own_constants(model, heard.cut.hold_out)
     findings = collect(data, model, found, heard.facts, step, own, asked.progress)
     left_out = [] if heard.cut.mostly else heard.cut.notes
     answer = _answer(findings, [*left_out, *_step_note(model, found.problem.base)])
-    blind = [not_shown(c, 'no speed was measured') for c in unseen(model, data, asked.extra)]
+    able, why = seen(model, data, asked.extra), 'no speed was measured'
+    blind = [not_shown(c, why) for c in candidates(model, asked.extra) if c not in able]
     (said,), notes = answer.told, [f'Note: {note}.' for note in heard.log.notes]
     return replace(
         answer,
@@ -165,14 +165,11 @@ def _step_note(model: Model, computed: Model) -> list[str]:
     ]
 
 
-def _wrong(log: Logged, model: Model) -> Explanation:
-    said, record = log.answer
-    return Explanation('unknown', (said,), model, next_run=record)
-
-
-def _moved(cut: Cut, model: Model) -> Explanation:
-    said, record = cut.answer
-    return Explanation('unknown', (said,), model, next_run=record, left_out=cut.stretches)
+def _not_named(
+    why: tuple[Told, str], model: Model, left_out: tuple[Stretch, ...] = ()
+) -> Explanation:
+    said, record = why
+    return Explanation('unknown', (said,), model, next_run=record, left_out=left_out)
 
 
 def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanation:

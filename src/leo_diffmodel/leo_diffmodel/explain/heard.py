@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
+from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.pose import pose, Posed, refined, untestable
@@ -82,9 +82,9 @@ class Heard:
         """
         found, model = self.search, self.asked.model
         assert isinstance(found, Search)
-        windows = validation_windows(self.recordings, found.posed, found.final, model)
-        own = tuple(own_constants(model, self.cut.hold_out))
-        ahead = HeldOut(found.problem, model, windows, own).ahead(found.final)
+        own = own_constants(model, self.cut.hold_out)
+        held = HeldOut.of(self.recordings, found.posed, found.final, model, own)
+        ahead, windows = held.ahead(found.final), held.windows
         size = np.sqrt(((ahead / sigma[windows.source]) ** 2).mean(axis=1))
         block = found.posed.blocks.index(windows)
         with np.errstate(invalid='ignore'):
@@ -136,20 +136,22 @@ def _searched(log: Logged, asked: Asked, until: float) -> Heard:
         cut = replace(cut, recordings=log.recordings, hold_out=log.hold_out)
     recordings, hold_out = cut.thinned
     heard = Heard(asked, log, cut, (*recordings, *hold_out), Facts.of(model.robot, recordings), '')
-    posed = _posed(recordings, hold_out, model, settings)
-    return replace(heard, search=posed if isinstance(posed, str) else _found(heard, posed, until))
+    try:
+        posed = pose(recordings, hold_out, model, settings)
+    except ValueError as error:
+        return replace(heard, search=f'{error}: record 20 s or more with a changing input')
+    return replace(heard, search=untestable(posed.problem) or _found(heard, posed, until))
 
 
 def _found(heard: Heard, posed: Posed, until: float) -> Search:
     """The search, again with a finer step where that fits better."""
-    asked, data, alike = heard.asked, heard.recordings, heard.facts.alike
-    found = search(data, asked.model, posed, asked.extra, asked.progress, until, alike)
+    asked, data = heard.asked, heard.recordings
+    how = asked.extra, asked.progress, until, heard.facts.alike
+    found = search(data, asked.model, posed, *how)
     if heard.cut.mostly and not found.leaves_noise:
         return found
     fine = _finer(found, posed, asked.model)
-    if fine is None:
-        return found
-    return search(data, asked.model, fine, asked.extra, asked.progress, until, alike, found.final)
+    return search(data, asked.model, fine, *how, found.final) if fine else found
 
 
 def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:
@@ -165,17 +167,3 @@ def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:
         return None
     gained = found.better_with(fine.problem.base) - found.better_with(used)
     return fine if gained > found.threshold else None
-
-
-def _posed(
-    recordings: Sequence[Recording],
-    hold_out: Sequence[Recording],
-    model: Model,
-    settings: Settings,
-) -> Posed | str:
-    """The problem, or why it cannot be tested."""
-    try:
-        posed = pose(recordings, hold_out, model, settings)
-    except ValueError as error:
-        return f'{error}: record 20 s or more with a changing input'
-    return untestable(posed.problem) or posed

@@ -17,7 +17,7 @@ from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
 from leo_diffmodel.explain.findings.choices import choices, last_word, other, refuted
 from leo_diffmodel.explain.findings.findings import Findings
-from leo_diffmodel.explain.findings.held_out import HeldOut, validation_windows
+from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import Unknown
@@ -43,15 +43,13 @@ def collect(
     """
     progress('what no known effect explains', STEPS.end // 2)
     if found.complete:
-        windows = validation_windows(recordings, found.posed, found.final, model)
-        held = HeldOut(found.problem, model, windows, tuple(own))
+        held = HeldOut.of(recordings, found.posed, found.final, model, own)
         found = last_word(found, held.undisturbed(found.final), facts)
     found, law = _with_law(recordings, found)
     null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
     found = replace(found, null=null, final=final)
     law = law and law.completed(own)
-    windows = validation_windows(recordings, found.posed, found.final, model)
-    held = HeldOut(found.problem, model, windows, tuple(own))
+    held = HeldOut.of(recordings, found.posed, found.final, model, own)
     held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
     unknown = _unknown(recordings, law, held) if law else None
     return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)
@@ -118,18 +116,12 @@ def _judged(
 def _tables(before: Prediction, after: Prediction, step: float) -> dict:
     """Rms errors of each state and their mean, one control period ahead and further."""
     b, a = (errors.one_step(p, step) for p in (before, after))
-    further = (errors.horizon_table(p, step) for p in (before, after))
-    return {
-        'one_step': _figures(b['rmse'], a['rmse'], a['noise_floor']['rmse']),
-        'horizon': [
-            {
-                'steps': b['steps'],
-                'seconds': b['seconds'],
-                **_figures(b['rmse'], a['rmse'], a['noise_floor']),
-            }
-            for b, a in zip(*further, strict=True)
-        ],
-    }
+    one, further = _figures(b['rmse'], a['rmse'], a['noise_floor']['rmse']), []
+    tables = (errors.horizon_table(p, step) for p in (before, after))
+    for b, a in zip(*tables, strict=True):
+        figures = _figures(b['rmse'], a['rmse'], a['noise_floor'])
+        further.append({'steps': b['steps'], 'seconds': b['seconds'], **figures})
+    return {'one_step': one, 'horizon': further}
 
 
 def _figures(before: list[float], after: list[float], floor: list[float]) -> dict:

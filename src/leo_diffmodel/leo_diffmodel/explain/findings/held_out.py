@@ -26,26 +26,6 @@ Array = np.ndarray
 Values = tuple[tuple[str, ...], bytes]
 
 
-def validation_windows(
-    recordings: Sequence[Recording], posed: Posed, fitted: Fit, model: Model
-) -> Windows:
-    """Windows of validation data, as long as the longest horizon that fits.
-
-    That is the longest of which there are enough, or else the shortest. They keep what was before
-    them where the fitted model has a memory, such as a delay that was named.
-    """
-    remembering = errors.has_memory(fitted.hypothesis.model(model, fitted.theta))
-    problem = posed.problem
-    numerics, chosen = problem.numerics, problem.windows.take(problem.judged)
-    shortest = numerics.longer * float(chosen.dt[0].sum())
-    for seconds in (s for s in problem.grids.horizon_seconds if s > shortest):
-        windows = held_out(recordings, posed.blocks, model, seconds, remembering)
-        chosen = windows if windows and windows.count else chosen
-        if windows and windows.count >= numerics.held_windows:
-            break
-    return chosen
-
-
 def held_out(
     recordings: Sequence[Recording],
     blocks: Blocks,
@@ -81,6 +61,31 @@ class HeldOut:
     own: tuple[Constant, ...] = ()
     _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
     _figures: dict[Values, Figures] = field(default_factory=dict, init=False, repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        recordings: Sequence[Recording],
+        posed: Posed,
+        fitted: Fit,
+        model: Model,
+        own: Sequence[Constant] = (),
+    ) -> HeldOut:
+        """Windows of validation data, as long as the longest horizon that fits.
+
+        That is the longest of which there are enough, or else the shortest. They keep what was
+        before them where the fitted model has a memory, such as a delay that was named.
+        """
+        remembering = errors.has_memory(fitted.hypothesis.model(model, fitted.theta))
+        problem = posed.problem
+        numerics, chosen = problem.numerics, problem.windows.take(problem.judged)
+        shortest = numerics.longer * float(chosen.dt[0].sum())
+        for seconds in (s for s in problem.grids.horizon_seconds if s > shortest):
+            windows = held_out(recordings, posed.blocks, model, seconds, remembering)
+            chosen = windows if windows and windows.count else chosen
+            if windows and windows.count >= numerics.held_windows:
+                break
+        return cls(problem, model, chosen, tuple(own))
 
     @property
     def headline(self) -> Headline:

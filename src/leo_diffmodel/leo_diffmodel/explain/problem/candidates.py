@@ -30,17 +30,9 @@ from leo_sim.model.model_file import limit_keys
 def seen(
     model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
 ) -> tuple[Candidate, ...]:
-    """The candidates that recordings can say something about at all."""
+    """The candidates that recordings can say something about: not of speeds, if none measured."""
     measured = any(r.rates == 'measured' for r in recordings)
     return tuple(c for c in candidates(model, extra) if measured or not c.effect.of_rates)
-
-
-def unseen(
-    model: Model, recordings: Sequence[Recording], extra: Iterable[Effect] = ()
-) -> tuple[Candidate, ...]:
-    """The candidates that change speeds alone, where the recordings measured none."""
-    measured = any(r.rates == 'measured' for r in recordings)
-    return tuple(c for c in candidates(model, extra) if c.effect.of_rates and not measured)
 
 
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
@@ -50,19 +42,15 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
     body effects at each moving link. What the model holds already is left out.
     """
     taken = {(p.effect.name, place) for p in model.effects for place in p.where}
+    # what does several effects at once is another thing than these, and found as one, only here
+    told = len(model.robot.joint_names) > 1 and not model.robot.contacts
     return tuple(
         Candidate(effect, where, _parameters(effect, model, where))
         for effect in (*EFFECTS.values(), *extra)
-        if effect.applies(model.robot) and _told_apart(effect, model)
+        if effect.applies(model.robot) and (told or not effect.together)
         for where in _places(effect, model)
         if (effect.name, where) not in taken
     )
-
-
-def _told_apart(effect: Effect, model: Model) -> bool:
-    """Whether it is another thing than the effects that it does at once, and found as one."""
-    robot = model.robot
-    return not effect.together or (len(robot.joint_names) > 1 and not robot.contacts)
 
 
 def _places(effect: Effect, model: Model) -> list[str]:

@@ -141,12 +141,10 @@ CLASSES = (
 
 WELDED = 'link_inertia', 'payload'
 """They add to the whole body, whichever of its links they are said of."""
-PAIRS = {
-    'external_force': (
-        'note: about a fixed axis a constant downward force is also a heavier link whose inertia '
-        'about the joint is kept, link_mass with a negative link_inertia'
-    )
-}
+PAIR = (
+    'note: about a fixed axis a constant downward force is also a heavier link whose inertia '
+    'about the joint is kept, link_mass with a negative link_inertia'
+)
 
 
 def same_thing(a: Candidate, b: Candidate, facts: Facts) -> str | None:
@@ -167,7 +165,7 @@ def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None
 def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
     """What pair of effects could stand for a named one."""
     fixed = (c.effect.name for c in candidates if facts.at_base(_joint(c.where, facts)))
-    return next((PAIRS[name] for name in fixed if name in PAIRS), None)
+    return PAIR if 'external_force' in fixed else None
 
 
 def _joint(where: str, facts: Facts) -> str:

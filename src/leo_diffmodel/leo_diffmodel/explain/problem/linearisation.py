@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from leo_diffmodel.compare.pushes import predict, respond, tame
+from leo_diffmodel.compare.pushes import predict, respond, tame, whitened
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.shooting import whiten
@@ -110,11 +110,13 @@ class _Settling:
             self.start, self.columns = before.start.copy(), before.by_start.copy()
             self._predicted = predict(model, windows, before.start)
             self.loss = self._lost(windows, self._predicted)
-            self._measured_again(np.flatnonzero(self.worse(before).any(axis=0)))
+            bad = np.flatnonzero(self.worse(before).any(axis=0))
+            if bad.size:  # start them where they were measured, those that are better for it
+                self._try(bad, windows.measured[bad, 0], self._predicted[bad])
         else:
             self.start = windows.measured[:, 0].copy()
             self._predicted, self.columns = respond(
-                model, windows, self.start, _no_torques(windows)
+                model, windows, self.start, no_torques(windows)
             )
             self.columns[~tame(self.columns)] = 0.0
             self.loss = self._lost(windows, self._predicted)
@@ -124,14 +126,6 @@ class _Settling:
         numerics, loss = self._numerics, self.loss
         far = loss > numerics.released * np.median(loss)
         return np.stack([far, loss > before.loss + numerics.follow_nats])
-
-    def _measured_again(self, bad: Array) -> None:
-        """Start some windows where they were measured, those that are better for it."""
-        if bad.size:
-            part = self._windows.take(bad)
-            first = part.measured[:, 0]
-            other = predict(self._model, part, first)
-            self._take_better(bad, first, other, self._lost(part, other))
 
     def step(self, active: Array) -> Array:
         """Move the starts of some windows where that is better; which are to be linearised anew.
@@ -158,9 +152,9 @@ class _Settling:
     def _robust_step(self, windows: Windows, predicted: Array, columns: Array) -> Array:
         """The robust least-squares step of the start states, (W, 2J)."""
         noise, numerics = per_window(self._sigma, windows), self._numerics
-        e = ((windows.measured - predicted) / noise).reshape(windows.count, -1)
+        e, white = whitened(windows.measured - predicted, columns, noise)
         root = np.sqrt(likelihood.robust_weight(e, predicted.shape[-1], numerics))[..., None]
-        a = root * (columns / noise[..., None]).reshape(*e.shape, -1)
+        a = root * white
         inverse = _inverse(a, numerics.least_damping)
         return (inverse @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
 
@@ -172,25 +166,23 @@ class _Settling:
         """Take the starts that are better; which are, and how far off was expected [nats]."""
         part = self._windows.take(some)
         predicted = predict(self._model, part, start)
-        better = self._take_better(some, start, predicted, self._lost(part, predicted))
-        return better, self._lost(part, part.measured + expected - predicted)
-
-    def _take_better(self, some: Array, start: Array, predicted: Array, loss: Array) -> Array:
+        loss = self._lost(part, predicted)
         better: Array = loss < self.loss[some]
         taken = some[better]
         self.start[taken], self._predicted[taken] = start[better], predicted[better]
         self.loss[taken] = loss[better]
-        return better
+        return better, self._lost(part, part.measured + expected - predicted)
 
     def linearise(self, active: Array) -> None:
         """Find the sensitivity of some windows to their start states again."""
         part = self._windows.take(active)
-        predicted, columns = respond(self._model, part, self.start[active], _no_torques(part))
+        predicted, columns = respond(self._model, part, self.start[active], no_torques(part))
         sane = tame(columns)
         self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
-def _no_torques(windows: Windows) -> Array:
+def no_torques(windows: Windows) -> Array:
+    """No torques that windows are to respond to."""
     return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
 
 

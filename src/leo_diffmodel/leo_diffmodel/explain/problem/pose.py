@@ -15,6 +15,7 @@ from leo_diffmodel.compare.pushes import fast_enough, respond
 from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.linearisation import no_torques
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.shooting import eliminate, Linear
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
@@ -177,13 +178,12 @@ def _halved(
     return steps[-1], steps[alike.index(True)]
 
 
-def _with_steps(problem: Problem, step: float, rough: float) -> Problem:
+def _with_steps(problem: Problem, step: float, rough: float | None) -> Problem:
     return replace(problem, base=problem.base.changed(integration_step=step), rough_step=rough)
 
 
 def _stepped(problem: Problem, at: Point, step: float) -> Linear:
-    stepped = replace(problem, base=problem.base.changed(integration_step=step))
-    return stepped.linearised(*at)
+    return _with_steps(problem, step, problem.rough_step).linearised(*at)
 
 
 def _apart(rough: Linear, fine: Linear) -> float:
@@ -256,8 +256,7 @@ def _problem(
 def _is_tame(problem: Problem) -> bool:
     """Whether start noise moves the ends of most windows by little, and grows by little."""
     windows, joints = problem.windows, problem.windows.q.shape[-1]
-    none = np.zeros((0, *windows.dt.shape, joints))
-    _, columns = respond(problem.base, windows, windows.measured[:, 0], none)
+    _, columns = respond(problem.base, windows, windows.measured[:, 0], no_torques(windows))
     end = columns[:, -1, :joints]
     moved = end * per_window(problem.sigma, windows)
     spread = np.sqrt((moved**2).sum(axis=-1)).max(axis=-1)

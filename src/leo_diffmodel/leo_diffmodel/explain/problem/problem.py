@@ -152,19 +152,9 @@ class Problem:
         by_start: Array | None = None,
     ) -> Linear:
         """The windows linearised about a hypothesis at some values; see `shooting.linearise`."""
-        return linearise(
-            self.base,
-            self.windows,
-            self.sigma,
-            self.numerics,
-            hypothesis,
-            theta,
-            start,
-            self.by_start if by_start is None else by_start,
-            errors,
-            self.rough,
-            self.noise,
-        )
+        known, noise = self.by_start if by_start is None else by_start, self.noise
+        data, at = (self.base, self.windows, self.sigma), (hypothesis, theta, start)
+        return linearise(*data, self.numerics, *at, known, errors, self.rough, noise)
 
     def residual(self, start: Array, model: Model | None = None) -> Array:
         """Whitened residual of the model from some start states (..., W, 2J), (..., W, N)."""
@@ -194,10 +184,6 @@ class Problem:
         """The problem on some of its windows."""
         optional = {name: getattr(self, name) for name in ('block', 'fold', 'telling')}
         taken: dict[str, Any] = {n: x[index] for n, x in optional.items() if x is not None}
-        return replace(
-            self,
-            windows=self.windows.take(index),
-            train=self.train[index],
-            linearisation=self.linearisation and self.linearisation.take(index),
-            **taken,
-        )
+        linear = self.linearisation and self.linearisation.take(index)
+        taken |= {'windows': self.windows.take(index), 'train': self.train[index]}
+        return replace(self, linearisation=linear, **taken)

@@ -15,10 +15,8 @@ def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
     """Whether an effect may stand with others: not what shares a term with one at its place."""
 
     def overlaps(one: Candidate) -> bool:
-        everywhere = (
-            EVERYWHERE in (one.where, other.where) and one.effect.hook == other.effect.hook
-        )
-        return one.where == other.where or everywhere
+        everywhere = EVERYWHERE in (one.where, other.where)
+        return one.where == other.where or (everywhere and one.effect.hook == other.effect.hook)
 
     return not any(overlaps(c) and _terms(c) & _terms(other) for c in names)
 

@@ -22,6 +22,7 @@ from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Str
 from leo_sim.model import Model
 
 ALONE = 'record the robot alone, moved by its motors or by its weight'
+COLUMNS = 'look at columns, units and signs of the inputs'
 
 
 @dataclass(frozen=True)
@@ -185,15 +186,10 @@ class Cut:
     @property
     def answer(self) -> tuple[Told, str]:
         """What is said where most of the motion is from outside, and what to record instead."""
-        if all(s.kind == 'unexplained' for s in self.stretches):
-            what, todo = (
-                'Unlike all that is known',
-                'look at columns, units and signs of the inputs',
-            )
-        else:
-            what, todo = 'Moved from outside', ALONE
+        unlike = all(s.kind == 'unexplained' for s in self.stretches)
+        what = 'Unlike all that is known' if unlike else 'Moved from outside'
         share = f'in {self.share:.0%} of the moving time, so no effect is named'
-        return Told(f'{what} {share}', (Thing(self._listed),)), todo
+        return Told(f'{what} {share}', (Thing(self._listed),)), COLUMNS if unlike else ALONE
 
     @property
     def _listed(self) -> str:

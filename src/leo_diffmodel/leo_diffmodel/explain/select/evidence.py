@@ -61,18 +61,6 @@ class Scored:
 
 
 @dataclass(frozen=True)
-class Saved:
-    """What a hypothesis saves of the loss of another in data that neither was fitted to [nats].
-
-    `error` is the standard deviation, from how far the folds are from what the change of the
-    prediction promises in them: a fold that cannot show an effect does not disagree.
-    """
-
-    nats: float
-    error: float
-
-
-@dataclass(frozen=True)
 class Weight:
     """What a nat counts where residuals are no white noise.
 
@@ -110,14 +98,20 @@ class Weight:
         best = reduce(lambda a, b: a if self.ahead(a, b) >= 0 else b, sets)
         return sorted(sets, key=lambda s: self.ahead(best, s))
 
-    def compare(self, smaller: Scored, larger: Scored) -> Saved:
-        """What one saves in all folds, and how far each is from what it should save there."""
+    def compare(self, smaller: Scored, larger: Scored) -> tuple[float, float]:
+        """What one saves of the loss in data neither was fitted to, and the error of that [nats].
+
+        That is the standard deviation, from how far the folds are from what the change of the
+        prediction promises in them: a fold that cannot show an effect does not disagree.
+        """
         saved = self._by_fold(self._saved(smaller, larger), larger)
-        promised = self._by_fold(np.minimum(_promised(smaller, larger), self.most), larger)
+        change = _residual(smaller)[0] - _residual(larger)[0]
+        cost = likelihood.promised(change, *_residual(larger), larger.fit.typical)
+        promised = self._by_fold(np.minimum(cost, self.most), larger)
         nats, count = float(saved.sum()), len(saved)
         apart = saved - nats / max(float(promised.sum()), 1e-12) * promised
         error = np.sqrt((apart**2).sum() * count / max(count - 1, 1))
-        return Saved(nats, float(error))
+        return nats, float(error)
 
     def saves(self, smaller: Scored, larger: Scored, limit: float) -> bool:
         """Whether a set predicts better than one of fewer effects or parameters, all counted.
@@ -185,8 +179,8 @@ class Weight:
 
     def surely_ahead(self, a: Scored, b: Scored) -> bool:
         """Whether `a` predicts better than `b` beyond how far the folds disagree about it."""
-        saved = self.compare(b, a)
-        return saved.nats > self.gates.least_errors * saved.error
+        nats, error = self.compare(b, a)
+        return nats > self.gates.least_errors * error
 
     def unexplained(self, scored: Scored) -> float:
         """What a model that leaves only noise would save [nats], in no window out of line."""
@@ -239,14 +233,6 @@ def _residual(scored: Scored) -> tuple[Array, int, Numerics]:
     problem, fitted = scored.at.problem, scored.fit
     train = np.flatnonzero(problem.train)
     return fitted.residual[train], fitted.start.shape[-1], problem.numerics
-
-
-def _promised(smaller: Scored, larger: Scored) -> Array:
-    """What the change of the prediction should cost in each window, shape (W,)."""
-    residual, channels, numerics = _residual(larger)
-    train = np.flatnonzero(larger.at.problem.train)
-    change = (smaller.fit.residual - larger.fit.residual)[train]
-    return likelihood.promised(change, residual, channels, numerics, larger.fit.typical)
 
 
 def _moves(

@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.linear_part import linear_part
 from leo_diffmodel.explain.estimate.rounds import ORDINARY
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.together import widens
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.sets import Names, Sets
@@ -80,16 +78,7 @@ def _narrower(sets: Sets, at: Estimate, wide: Candidate, law: Candidate) -> Scor
     """A set with a narrower law in the place of a wider one, fitted from its values."""
     names = at.names - {wide} | {law}
     if names not in sets.known:
-        full, theta = at.fit.hypothesis, at.fit.theta
-        values = full.values(theta, full.candidates.index(wide))
-        own = [
-            [values[p.name] for p in law.parameters] if c == wide else at.fit.own(c)
-            for c in full.candidates
-        ]
-        candidates = tuple(law if c == wide else c for c in full.candidates)
-        begin = np.concatenate([*own, theta[full.first_constant :]])
-        part = Hypothesis(candidates, full.constants)
-        sets.add([sets.estimator.refitted(at, part, begin)])
+        sets.add_from(at, [law if c == wide else c for c in at.fit.hypothesis.candidates])
     return sets.known[names]
 
 

@@ -36,59 +36,47 @@ def searched(
     begun = sets.estimator.begun(first, recordings, sets.pool, sets.progress, near)
     sets.usual = usual(sets, begun)
     best = judged(sets, begun)
-    search = _Search(sets)
     if len(best.names) <= sets.settings.gates.many:
-        best = search.beyond(sets.known[frozenset()])
+        sets.extend(frozenset())
+        best = _best(sets)
     while best.names not in sets.extensions:
-        best = search.beyond(best)
+        sets.extend(best.names)
+        best = _best(sets)
         if sets.late:
             break
-    return sets.ordered()[0] if sets.late else search.shared(best)
+    return sets.ordered()[0] if sets.late else _shared(sets, best)
 
 
-class _Search:
-    """What folds leave of the best sets that were fitted."""
+def _shared(sets: Sets, best: Scored) -> Scored:
+    """The best set with one value at all joints, where that predicts as well."""
+    for candidate in [c for c in sets.pool if c.where == EVERYWHERE]:
+        joints = sum(c.effect.name == candidate.effect.name for c in sets.pool) - 1
+        if not sets.late and _agree(best.fit, candidate, joints, sets.settings.numerics.agree):
+            judged(sets, _with_shared(sets, best, candidate))
+            best = _best(sets)
+    return best
 
-    def __init__(self, sets: Sets):
-        self._sets = sets
-        self._judged: dict[int, Fit] = {}
 
-    def beyond(self, scored: Scored) -> Scored:
-        """The best set, once those near one are fitted."""
-        self._sets.extend(scored.names)
-        return self._best()
+def _with_shared(sets: Sets, best: Scored, candidate: Candidate) -> Estimate:
+    """A set with the mean of its values of an effect at joints as one value at all."""
+    fitted, full = best.fit, best.fit.hypothesis
+    rest = [c for c in full.candidates if c.effect.name != candidate.effect.name]
+    own = [fitted.own(c) for c in full.candidates if c not in rest]
+    constants = fitted.theta[full.first_constant :]
+    theta = np.concatenate([*map(fitted.own, rest), np.mean(own, axis=0), constants])
+    part = replace(full, candidates=(*rest, candidate))
+    return sets.estimator.refitted(best.at, part, theta)
 
-    def shared(self, best: Scored) -> Scored:
-        """The best set with one value at all joints, where that predicts as well."""
-        sets = self._sets
-        for candidate in [c for c in sets.pool if c.where == EVERYWHERE]:
-            joints = sum(c.effect.name == candidate.effect.name for c in sets.pool) - 1
-            if not sets.late and _agree(best.fit, candidate, joints, sets.settings.numerics.agree):
-                judged(sets, self._with_shared(best, candidate))
-                best = self._best()
-        return best
 
-    def _with_shared(self, best: Scored, candidate: Candidate) -> Estimate:
-        """A set with the mean of its values of an effect at joints as one value at all."""
-        fitted, full = best.fit, best.fit.hypothesis
-        rest = [c for c in full.candidates if c.effect.name != candidate.effect.name]
-        own = [fitted.own(c) for c in full.candidates if c not in rest]
-        constants = fitted.theta[full.first_constant :]
-        theta = np.concatenate([*map(fitted.own, rest), np.mean(own, axis=0), constants])
-        part = replace(full, candidates=(*rest, candidate))
-        return self._sets.estimator.refitted(best.at, part, theta)
-
-    def _best(self) -> Scored:
-        """The set that is chosen, once the best ones are judged."""
-        sets = self._sets
-        width = sets.settings.numerics.width
-        while not sets.late and (new := [s for s in sets.ordered()[:width] if self._new(s)]):
-            self._judged[id(new[0].fit)] = new[0].fit
-            judged(sets, new[0].at)
-        return chosen([*sets.known.values()], sets.weight, sets.threshold)
-
-    def _new(self, scored: Scored) -> bool:
-        return id(scored.fit) not in self._judged
+def _best(sets: Sets) -> Scored:
+    """The set that is chosen, once the best ones are judged."""
+    width = sets.settings.numerics.width
+    while not sets.late and (
+        new := [s for s in sets.ordered()[:width] if id(s.fit) not in sets.judged]
+    ):
+        sets.judged[id(new[0].fit)] = new[0].fit
+        judged(sets, new[0].at)
+    return chosen([*sets.known.values()], sets.weight, sets.threshold)
 
 
 def _agree(fitted: Fit, shared: Candidate, joints: int, most: float) -> bool:

@@ -104,14 +104,6 @@ class Search:
         return replace(self, chosen=other, final=at.fit, posed=at.posed)
 
 
-def estimator(posed: Posed, model: Model) -> Estimator:
-    """The one for this robot: the only place where contact is asked for."""
-    scales = scales_of(model, posed.problem.windows)
-    if model.robot.contacts:
-        return Contact(posed, scales)
-    return Smooth(posed, scales)
-
-
 def search(
     recordings: Sequence[Recording],
     model: Model,
@@ -137,7 +129,8 @@ def search(
     began, settings = time.monotonic(), posed.problem.settings
     longest = settings.numerics.last_longest
     posed = posed.before(longest * began + (1 - longest) * until)
-    fits = estimator(posed, model)
+    kind = Contact if model.robot.contacts else Smooth  # nothing else asks for contact
+    fits = kind(posed, scales_of(model, posed.problem.windows))
     pool = [limited(c, model, settings.grids) for c in seen(model, recordings, extra)]
     constants = uncertain(model, posed.problem.trained)
     first = fits.first(Hypothesis(constants=constants))
@@ -149,18 +142,16 @@ def search(
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
     turns = tuple(s.names for s in stable.turns(found))
     best = best if late else stable.narrowed(found, best, turns, alike)
-    empty = found.known[frozenset()]
-    scans = found.scans
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
     progress('the last fit', STEPS.end // 2)
     return Search(
-        null=empty.fit,
+        null=found.known[frozenset()].fit,
         final=final.fit,
         posed=final.posed,
         chosen=best,
         sets=tuple(found.ordered()),
-        scans=scans,
+        scans=found.scans,
         threshold=found.threshold,
         weight=found.weight,
         turns=turns,

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 import time
 
 import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
+from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.together import widens
@@ -35,6 +36,7 @@ class Sets:
         extensions: what was tried on top of which set.
         usual: losses that are in every hypothesis, since most joints have them.
         carried: which set was fitted from the values of which other one.
+        judged: fits of which each effect was judged by the folds, by their identity.
     """
 
     estimator: Estimator
@@ -46,9 +48,7 @@ class Sets:
     extensions: dict[Names, Extension] = field(default_factory=dict)
     usual: Names = frozenset()
     carried: set[tuple[Names, Names]] = field(default_factory=set)
-
-    def __post_init__(self) -> None:
-        self.progress = Reporter.of(self.progress)
+    judged: dict[int, Fit] = field(default_factory=dict)
 
     @property
     def weight(self) -> Weight:
@@ -63,7 +63,11 @@ class Sets:
     @property
     def untried(self) -> tuple[str, ...]:
         """What there was no time for, in words."""
-        return tuple(_label(added) for e in self.extensions.values() for added in e.untried)
+        return tuple(
+            ' + '.join(c.label for c in added)
+            for e in self.extensions.values()
+            for added in e.untried
+        )
 
     @property
     def scans(self) -> tuple[Scan, ...]:
@@ -117,8 +121,8 @@ class Sets:
 
     def add_parts(self, whole: Scored) -> None:
         """Fit a set less one effect, for each of them, from its values."""
-        for names in _parts(whole):
-            self.add_part(names, whole.at)
+        for candidate in whole.fit.hypothesis.candidates:
+            self.add_part(whole.names - {candidate}, whole.at)
 
     def add_part(self, names: Names, near: Estimate) -> None:
         """Fit a part of a set from its values, unless that was done.
@@ -127,16 +131,23 @@ class Sets:
         """
         if not self.late and (names, near.names) not in self.carried:
             self.carried.add((names, near.names))
-            self.add([self._part(names, near)])
+            self.add_from(near, [c for c in near.fit.hypothesis.candidates if c in names])
 
-    def _part(self, names: Names, near: Estimate) -> Estimate:
-        full = near.fit.hypothesis
-        part = Hypothesis(tuple(c for c in full.candidates if c in names), full.constants)
-        return self.estimator.refitted(near, part, part.carried(full, near.fit.theta))
+    def add_from(self, near: Estimate, candidates: Sequence[Candidate]) -> None:
+        """Fit a set from the values of one that has its effects, or wider laws of them."""
+        full, theta = near.fit.hypothesis, near.fit.theta
+        values = [v for c in candidates for v in _values(full, theta, c)]
+        begin = np.array([*values, *theta[full.first_constant :]])
+        part = Hypothesis(tuple(candidates), full.constants)
+        self.add([self.estimator.refitted(near, part, begin)])
 
 
-def _label(names: Iterable[Candidate]) -> str:
-    return ' + '.join(c.label for c in names)
+def _values(full: Hypothesis, theta: Array, candidate: Candidate) -> list[float]:
+    """Values of an effect in a fit that has it, or a wider law of it."""
+    held = full.candidates
+    law = candidate if candidate in held else next(c for c in held if widens(c, candidate))
+    values = full.values(theta, held.index(law))
+    return [values[p.name] for p in candidate.parameters]
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
@@ -145,12 +156,8 @@ def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:
     Of a set that takes part, each less one effect is in `sets` too. Noise alone can give an effect
     a gain of `limit` [nats].
     """
-    best = next(_fitting(sets, weight, limit), None)
-    return best or next(s for s in sets if not s.names)
-
-
-def _fitting(sets: Sequence[Scored], weight: Weight, limit: float) -> Iterator[Scored]:
-    return (s for s in weight.ordered(sets) if supported(sets, s, weight, limit))
+    able = (s for s in weight.ordered(sets) if supported(sets, s, weight, limit))
+    return next(able, None) or next(s for s in sets if not s.names)
 
 
 def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: float) -> bool:
@@ -171,10 +178,6 @@ def supported(sets: Sequence[Scored], scored: Scored, weight: Weight, limit: flo
     return all(weight.supports(s, scored, limit) for s in parts) and all(
         weight.saves(s, scored, limit) and weight.matters(s, scored) for s in fewer
     )
-
-
-def _parts(scored: Scored) -> list[Names]:
-    return [scored.names - {c} for c in scored.fit.hypothesis.candidates]
 
 
 def holds(larger: Scored, smaller: Scored) -> bool:

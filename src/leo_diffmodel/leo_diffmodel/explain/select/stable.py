@@ -15,7 +15,7 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.problem.together import EVERYWHERE, widens
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.select.sets import chosen, Names, Sets, supported
@@ -138,18 +138,6 @@ def _narrowed(
 def _fitted(found: Sets, best: Scored, names: Names) -> Scored:
     """A set, fitted with all its parts from the values of the chosen one."""
     if names not in found.known:
-        full, theta = best.fit.hypothesis, best.fit.theta
-        core = Hypothesis(tuple(c for c in found.pool if c in names), full.constants)
-        values = [v for c in core.candidates for v in _values(full, theta, c)]
-        start = np.array([*values, *theta[full.first_constant :]])
-        found.add([found.estimator.refitted(best.at, core, start)])
+        found.add_from(best.at, [c for c in found.pool if c in names])
     found.add_parts(found.known[names])
     return found.known[names]
-
-
-def _values(full: Hypothesis, theta: np.ndarray, candidate: Candidate) -> list[float]:
-    """Values of an effect in a fit that has it, or a wider law of it."""
-    held = full.candidates
-    index = next(i for i, c in enumerate(held) if c == candidate or widens(c, candidate))
-    values = full.values(theta, index)
-    return [values[p.name] for p in candidate.parameters]

@@ -30,17 +30,12 @@ class Settings:
     def changed(self, **numbers: Any) -> Settings:
         """These settings with other numbers, by the names of fields of the three."""
         parts = {part.name: getattr(self, part.name) for part in fields(self)}
-        mine = {
-            part: {f.name for f in fields(value)} & numbers.keys() for part, value in parts.items()
-        }
-        if unknown := numbers.keys() - set().union(*mine.values()):
+        names = {part: {f.name for f in fields(value)} for part, value in parts.items()}
+        if unknown := numbers.keys() - set().union(*names.values()):
             raise TypeError(f'no setting is named {sorted(unknown)}')
-        return Settings(
-            **{
-                part: replace(value, **{name: numbers[name] for name in mine[part]})
-                for part, value in parts.items()
-            }
-        )
+        for part, own in names.items():
+            parts[part] = replace(parts[part], **{n: numbers[n] for n in own & numbers.keys()})
+        return Settings(**parts)
 
 
 def texts(part: type) -> dict[str, str]:

@@ -124,8 +124,7 @@ def joined(
     """
     joint = left.model.robot.joint_names[law.curve.joint]
     hypothesis = base.hypothesis.with_candidate(candidate or _effect(left, law, joint))
-    first = hypothesis.offset(len(hypothesis.candidates) - 1)
-    theta = np.concatenate([base.theta[:first], law.values, base.theta[first:]])
+    theta = base.with_values(law.values)
     if not expressible(law, joint):
         trace = _trace(left, law) / left.root
         linear = _linear_fit(posed.problem, base, hypothesis, theta, trace)
@@ -167,28 +166,22 @@ def _linear_fit(
     The law's size alone is free, in place of its first parameter. `trace` (W, N) is what the law
     does to the prediction, initial states projected out.
     """
-    first = hypothesis.offset(len(hypothesis.candidates) - 1)
-    columns = np.insert(base.columns, [first] * (len(theta) - len(base.theta)), 0.0, axis=-1)
+    first = base.hypothesis.first_constant
+    places = [first] * (len(theta) - len(base.theta))
+    columns = np.insert(base.columns, places, 0.0, axis=-1)
     columns[..., first] = -trace
     residual, channels, train = base.residual - trace, base.start.shape[-1], problem.train
     numerics, typical = problem.numerics, problem.typical_of(residual)
     block = np.arange(len(train)) if problem.block is None else problem.block
-    errors = covariance(
-        columns[train],
-        residual[train],
-        block[train],
-        hypothesis.prior(theta),
-        likelihood.dispersion(residual[train], channels),
-        channels,
-        numerics,
-        typical,
-    )
+    spread = likelihood.dispersion(residual[train], channels)
+    data = columns[train], residual[train], block[train]
+    errors = covariance(*data, hypothesis.prior(theta), spread, channels, numerics, typical)
     return replace(
         base,
         hypothesis=hypothesis,
         theta=theta,
         covariance=errors,
-        beyond=np.insert(base.beyond, [first] * (len(theta) - len(base.theta)), 0.0, axis=0),
+        beyond=np.insert(base.beyond, places, 0.0, axis=0),
         columns=columns,
         loss=likelihood.loss(residual, channels, numerics, typical),
         residual=residual,

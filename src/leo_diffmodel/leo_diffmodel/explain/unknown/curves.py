@@ -132,7 +132,7 @@ def regressed(
         return None
     basis = variable.hats(variable.values)
     if hertz:
-        basis = waves(variable.values, np.array([hertz]))[:, :, 0]
+        basis = waves(2 * np.pi * variable.values, np.array([hertz]))[:, :, 0]
     return regression.of((basis * carried[..., None])[:, :, None]).at(0)
 
 
@@ -143,18 +143,16 @@ def _periodic(regression: Regression, variable: Variable) -> Curve:
     highest = min(grids.fastest_hz, grids.of_rate / period)
     grid = np.arange(1.0 / span, highest, 1.0 / (grids.per_period * span))
     parts = np.array_split(grid, max(1, len(grid) // problem.numerics.at_once))
-    tried = [
-        (float(hertz), scores.at(i))
-        for part, scores in ((p, regression.of(waves(variable.values, p))) for p in parts)
-        for i, hertz in enumerate(part)
-    ]
+    turned = 2 * np.pi * variable.values
+    scores = [(p, regression.of(waves(turned, p))) for p in parts]
+    tried = [(float(f), score.at(i)) for part, score in scores for i, f in enumerate(part)]
     best, score = max(tried, key=lambda t: float(t[1].gain))
     return Curve(regression.joint, variable, 'torque', best, score)
 
 
-def waves(time: Array, hertz: Array) -> Array:
-    """Sine and cosine of each frequency, shape (..., F, 2)."""
-    phase = 2 * np.pi * time[..., None] * hertz
+def waves(x: Array, rates: Array) -> Array:
+    """Sine and cosine of x at each rate [rad per unit of x], shape (..., F, 2)."""
+    phase = x[..., None] * rates
     return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
 
 
@@ -213,11 +211,8 @@ def paths(recordings: Sequence[Recording], left: Influence) -> dict[float, Array
     z = np.zeros((len(reaches), *left.q.shape))
     for source, recording in enumerate(recordings):
         for episode in recording.episodes:
-            inside = (
-                (windows.source == source)
-                & (time[:, 0] >= episode.t[0])
-                & (time[:, -1] <= episode.t[-1])
-            )
+            within = (time[:, 0] >= episode.t[0]) & (time[:, -1] <= episode.t[-1])
+            inside = within & (windows.source == source)
             along = dahl(episode, np.array(reaches))
             for r, j in np.ndindex(len(reaches), z.shape[-1]):
                 z[r, inside, :, j] = np.interp(time[inside], episode.t, along[:, r, j])

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from leo_diffmodel.explain.settings import Grids
-from leo_diffmodel.explain.unknown.curves import Curve
+from leo_diffmodel.explain.unknown.curves import Curve, Variable, waves
 
 Array = np.ndarray
 
@@ -48,18 +48,13 @@ class Family:
 
     def with_constant(self) -> Family:
         """The same and a constant c."""
-
-        def basis(x: Array) -> Array:
-            columns = self.basis(x)
-            return np.concatenate([np.ones_like(columns[..., :1]), columns], axis=-1)
-
         return replace(
             self,
             law=lambda x, c, **others: c + self.law(x, **others),
             text=f'c + {self.text}',
             words=f'c + {self.words}',
             linear=(('c', 0), *self.linear),
-            basis=basis,
+            basis=lambda x: np.insert(self.basis(x), 0, 1.0, axis=-1),
         )
 
 
@@ -166,17 +161,12 @@ def _bump(x: Array, period: float | None, grids: Grids) -> Family:
 
 def _sine(name: str, grid: Array, times: float = 1.0, typed: str = '', said: str = '') -> Family:
     """A sine of `times` a parameter and x; `typed` and `said` are the factor in texts."""
-
-    def basis(x: Array) -> Array:
-        phase = times * x[..., None] * grid
-        return np.stack([np.sin(phase), np.cos(phase)], axis=-1)
-
     return Family(
         lambda x, a, phase, **shape: a * np.sin(times * shape[name] * x + phase),
         f'a * np.sin({typed}{name} * x + phase)',
         f'a sin({said}{name} {{x}} + phase)',
         (('a', 0),),
-        basis,
+        lambda x: waves(times * x, grid),
         ((name, 1), ('phase', 0)),
         grid[:, None],
         polar=True,
@@ -195,16 +185,15 @@ def _settling(grid: Array) -> Family:
     )
 
 
-def table(
-    knots: Array, values: Array, period: float | None, hats: Callable[[Array], Array]
-) -> Family:
+def table(variable: Variable, values: Array) -> Family:
     """The curve itself, scaled by one coefficient: what no readable form comes close to."""
-    at, known = ([float(f'{v:.6g}') for v in each] for each in (knots, values))
+    at, known = ([float(f'{v:.6g}') for v in each] for each in (variable.knots, values))
+    period = variable.period
     ring = f', period={period!r}' if period else ''
     return Family(
         lambda x, k: k * np.interp(x, at, known, period=period),
         f'k * np.interp(x, {at}, {known}{ring})',
         'k table({x})',
         (('k', 0),),
-        lambda x: (hats(x) @ values)[..., None, None],
+        lambda x: (variable.hats(x) @ values)[..., None, None],
     )

@@ -93,13 +93,10 @@ def _leading(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Atte
     weight = weigh(sets, found.weight.most / found.weight.spread)
     for first in weight.ordered([a.scored for a in laws.values()]):
         law, rivals = laws[first.names], named.values()
+        as_few = [s for s in rivals if len(s.names) <= len(first.names)]
         if (
             all(weight.ahead(first, s) > limit for s in rivals)
-            and all(
-                weight.supports(s, first, limit)
-                for s in rivals
-                if len(s.names) <= len(first.names)
-            )
+            and all(weight.supports(s, first, limit) for s in as_few)
             and (_lacking(law, named, laws) or supported(sets, first, weight, limit))
         ):
             return law

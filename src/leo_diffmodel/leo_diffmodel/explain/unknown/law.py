@@ -64,12 +64,9 @@ class Law:
 
     def settled(self, values: Array) -> Law:
         """This law with other values, which are also where its shape is neutral."""
-        count = len(self.family.linear)
-        shapes = [
-            replace(p, neutral=float(v))
-            for p, v in zip(self.parameters[count:], values[count:], strict=True)
-        ]
-        return replace(self, parameters=(*self.parameters[:count], *shapes), values=values)
+        if self.read:
+            return replace(self, values=values)
+        return Law.of(self.curve, self.family, values)
 
     def known(self, periods: float) -> bool:
         """Whether the catalogue has it: viscous friction or a spring, or a ripple, and a bias.
@@ -100,8 +97,7 @@ def law_of(left: Influence, curve: Curve, weight: Weight) -> Law:
 
 def table_of(curve: Curve) -> Law:
     """The curve itself as a law."""
-    variable, values = curve.variable, curve.score.values
-    family = table(variable.knots, values, variable.period, variable.hats)
+    family = table(curve.variable, curve.score.values)
     return Law(curve, family, (Parameter('k', ''),), np.ones(1), read=True)
 
 

@@ -8,7 +8,7 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare import errors
-from leo_diffmodel.explain.findings.held_out import validation_windows
+from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.pose import pose
@@ -30,7 +30,7 @@ def errors_after(recording, named):
     hypothesis = Hypothesis(tuple(pool))
     theta = np.full(len(pool), DELAY)
     final = SimpleNamespace(hypothesis=hypothesis, theta=theta)
-    windows = validation_windows([recording], posed, final, model)
+    windows = HeldOut.of([recording], posed, final, model).windows
     late = hypothesis.model(model, theta)
     made = errors.predict_windows(late, windows, posed.problem.sigma)
     return (float(np.sqrt(np.mean(x[:, -1, 0]))) for x in (made.error**2, made.floor))

@@ -20,7 +20,7 @@ from leo_diffmodel.compare.sizes import (
     reach,
     stall_torque,
 )
-from leo_diffmodel.explain.problem.candidates import at_limit, candidates, limited, seen, unseen
+from leo_diffmodel.explain.problem.candidates import at_limit, candidates, limited, seen
 from leo_diffmodel.explain.problem.together import compatible
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.verbs.common import own_effects
@@ -61,12 +61,11 @@ def test_an_entry_point_is_enough(tmp_path, monkeypatch):
 @pytest.mark.parametrize('rates', ['absent', 'made', 'measured'])
 def test_a_speed_that_nobody_measured_has_no_lag(rates):
     log = replace(record(PENDULUM, seconds=2), rates=rates)
-    tried, left = (
-        {c.effect.name for c in which(Model(PENDULUM), [log])} for which in (seen, unseen)
-    )
-    assert ('velocity_lag' in tried) == (rates == 'measured') == (left == set())
-    everything = {c.effect.name for c in candidates(Model(PENDULUM))}
-    assert 'command_delay' in tried and tried | left == everything
+    tried, everything = seen(Model(PENDULUM), [log]), candidates(Model(PENDULUM))
+    left = {c.effect.name for c in everything if c not in tried}
+    assert ('velocity_lag' in left) == (rates != 'measured') == (left != set())
+    assert all(c.effect.of_rates for c in everything if c not in tried)
+    assert 'command_delay' in {c.effect.name for c in tried} and {*tried} <= {*everything}
 
 
 ROBOTS = [PENDULUM, TORQUE, load_robot('servo_pendulum'), load_robot('leo')]

@@ -51,7 +51,7 @@ def test_noise_alone_stays_below_the_threshold(clean):
     for found in clean:
         assert names(found) == set() and not any(found.turns)
         empty = found.known(frozenset())
-        saved = [found.weight.compare(empty, s).nats for s in found.sets if s.names]
+        saved = [found.weight.compare(empty, s)[0] for s in found.sets if s.names]
         assert max(saved, default=0.0) < found.threshold
         assert 8.0 <= found.threshold < 40.0
 

@@ -17,11 +17,13 @@ from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import chosen, Sets
 from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, turns
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_msgs_py.console import Reporter
 from leo_sim.model import Model
 
 PLAIN = Weight(spread=1.0, samples=1000.0, most=np.inf, gates=SETTINGS.gates)
 FOLD = np.repeat(np.arange(10), 4)
 LIMIT = 12.0
+QUIET = Reporter.of(lambda _: None)
 NAMES = ('armature', 'bias_torque', 'coulomb_friction', 'torque_scale', 'viscous_friction')
 BETWEEN = {c.label: c for c in candidates(Model('double_pendulum'))}
 
@@ -71,7 +73,7 @@ def regression(truth: dict, seed: int = 0, alike: float = 0.0, **options):
 
 
 def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
-    sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, lambda _: None)
+    sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, QUIET)
     best = searched(sets, estimator.first(Hypothesis()), ())
     best = canonical(sets, long_horizon_tie_break(sets, best))
     return names(best), [frozenset(names(s)) for s in turns(sets)]
@@ -151,7 +153,7 @@ def test_an_effect_stands_beside_no_other_with_a_term_of_its_own():
 
 def test_of_two_fits_of_one_set_the_better_is_kept():
     estimator = regression({'armature': 0.5}, alike=1.0)
-    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    sets = Sets(estimator, [], SETTINGS, QUIET)
     hypothesis = Hypothesis((wide(POOL['armature']),))
     good = estimator.refitted(estimator.first(Hypothesis()), hypothesis)
     worse = good._replace(fit=good.fit.__class__(**{**vars(good.fit), 'loss': good.fit.loss + 1}))
@@ -164,14 +166,14 @@ def test_of_two_fits_of_one_set_the_better_is_kept():
 
 def test_a_search_whose_time_is_over_goes_no_further():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0, pairs=False)
-    late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, lambda _: None, until=0.0)
+    late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, QUIET, until=0.0)
     best = searched(late, estimator.first(Hypothesis()), ())
     assert late.late and names(best) == set() and len(late.untried) == len(NAMES)
 
 
 def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     estimator = regression({}, alike=1.0)
-    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    sets = Sets(estimator, [], SETTINGS, QUIET)
     sets.add([estimator.first(Hypothesis())])
     weight = weigh(list(sets.known.values()))
     assert weight.spread == pytest.approx(1.0, abs=0.3)
@@ -221,7 +223,7 @@ def test_a_set_that_is_fitted_better_is_carried_on_anew():
     estimator = regression({'armature': 0.5, 'coulomb_friction': 0.3}, alike=1.0)
     both = Hypothesis(tuple(wide(POOL[n]) for n in ('armature', 'coulomb_friction')))
     good = estimator.refitted(estimator.first(Hypothesis()), both)
-    sets = Sets(estimator, [], SETTINGS, lambda _: None)
+    sets = Sets(estimator, [], SETTINGS, QUIET)
     for at, new in ((unfinished(good), True), (unfinished(good), False), (good, True)):
         sets.add([at])
         assert (not sets.carried) == new

@@ -12,9 +12,11 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.select.sets import Sets
 from leo_diffmodel.explain.select.stable import holds, narrowed, part_of, share
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_msgs_py.console import Reporter
 from leo_sim.model import Model
 
 FOLD = np.repeat(np.arange(10), 4)
+QUIET = Reporter.of(lambda _: None)
 ARM = {c.label: c for c in candidates(Model('double_pendulum'))}
 ELBOW, BOTH = ARM['coulomb_friction:elbow'], ARM['coulomb_friction:all']
 STRIBECK, WIDEST = ARM['stribeck_friction:elbow'], ARM['stribeck_friction:all']
@@ -79,7 +81,7 @@ class Straight:
 def test_a_wider_law_gives_way_where_only_the_narrower_one_stays(stays, answer):
     column = 2 * np.random.default_rng(0).standard_normal((40, 20))
     estimator = Straight({'stribeck_friction': column, 'coulomb_friction': column})
-    sets = Sets(estimator, [ELBOW, STRIBECK], SETTINGS, lambda _: None)
+    sets = Sets(estimator, [ELBOW, STRIBECK], SETTINGS, QUIET)
     sets.add([estimator.fitted(), estimator.fitted(STRIBECK)])
     wide = round(stays * SETTINGS.gates.turns)
     turns = [frozenset({STRIBECK})] * wide + [frozenset({ELBOW})] * (SETTINGS.gates.turns - wide)
@@ -90,7 +92,7 @@ def test_a_wider_law_gives_way_where_only_the_narrower_one_stays(stays, answer):
 def test_an_effect_that_does_not_stay_by_any_law_is_kept_for_the_doubts():
     column = 2 * np.random.default_rng(0).standard_normal((40, 20))
     estimator = Straight({'stribeck_friction': column, 'coulomb_friction': column})
-    sets = Sets(estimator, [ELBOW, STRIBECK], SETTINGS, lambda _: None)
+    sets = Sets(estimator, [ELBOW, STRIBECK], SETTINGS, QUIET)
     sets.add([estimator.fitted(), estimator.fitted(STRIBECK)])
     turns = [frozenset({STRIBECK})] * 40 + [frozenset({SPRING})] * 20
     best = sets.known[frozenset({STRIBECK})]

@@ -34,7 +34,7 @@ def laws(name: str, carrier: str, period: float | None, hertz: float = 0.0) -> l
     curve = SimpleNamespace(variable=variable, carrier=carrier, hertz=hertz)
     forms = families(curve, SETTINGS.grids)
     if name != 'path':
-        forms.append(table(knots, np.sin(knots) / 3, period, variable.hats))
+        forms.append(table(variable, np.sin(knots) / 3))
     made = []
     for form in forms:
         count = len(form.linear) + len(form.shapes)
