@@ -35,16 +35,11 @@ class Price:
 
 
 def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
-    """What an effect must save: more than noise gives, and than a trifle of what is unexplained.
-
-    Where residuals are alike in time, as here, a nat counts less.
-    """
-    spread, channels = max(dispersion(fitted), 1.0), fitted.start.shape[-1]
-    residual, material = fitted.residual[problem.train], problem.gates.material
-    trifle = float(likelihood.swollen(residual, channels, problem.numerics, material).sum())
+    """What an effect must save, where residuals are as much alike in time as here."""
+    spread = max(dispersion(fitted), 1.0)
     samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
     parameter = problem.gates.price * float(np.log(samples))
-    return Price(max(made.threshold * spread, trifle), parameter * spread)
+    return Price(made.threshold * spread, parameter * spread)
 
 
 def choose(

@@ -14,12 +14,20 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.choice import choose, first_steps, Kept, price_of, pruned
+from leo_diffmodel.explain.estimate.choice import (
+    choose,
+    first_steps,
+    Kept,
+    Price,
+    price_of,
+    pruned,
+)
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.terms import Term
+from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import shorter
 from leo_diffmodel.explain.problem.problem import Problem
@@ -78,7 +86,7 @@ class Rounds:
 
         Where the fit is far off, the best of those that have one thing more.
         """
-        price = price_of(problem, fitted, made)
+        price = self._price(problem, fitted, made)
         if unexplained(fitted) > problem.gates.far:
             chosen = first_steps(made, price, problem.numerics, _ordinary)
         else:
@@ -99,9 +107,24 @@ class Rounds:
         return matrices(problem, fitted, self._estimator.scales, pool, self._progress)
 
     @property
+    def _several(self) -> bool:
+        """Whether the robot has several joints, at which small errors of each add up."""
+        problem = self._first.problem
+        return len(problem.base.robot.actuators) >= problem.gates.several
+
+    @property
     def _plain(self) -> list[Candidate]:
-        """What short windows tell: of friction the ordinary losses, whatever its law is."""
+        """What short windows tell: of friction at several joints the ordinary losses alone."""
+        if not self._several:
+            return [*self._pool]
         return [c for c in self._pool if c.effect.family != FRICTION or _ordinary(c)]
+
+    def _price(self, problem: Problem, fitted: Fit, made: Matrices) -> Price:
+        """At several joints an effect must save more than a trifle of what is unexplained, too."""
+        price, channels = price_of(problem, fitted, made), fitted.start.shape[-1]
+        residual, material = fitted.residual[problem.train], problem.gates.material
+        trifle = float(likelihood.swollen(residual, channels, problem.numerics, material).sum())
+        return replace(price, effect=max(price.effect, trifle)) if self._several else price
 
     def _fitted(
         self,
