@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arms that are wrong at every joint: what `leo explain` names, and whether its intervals hold.
 
-    python benchmarks/arms.py friction:980001 payload:980021 one:980051 -o out
-    python benchmarks/arms.py --table out/arms.jsonl
+    python -m benchmarks.arms friction:980001 payload:980021 one:980051 -o out
+    python -m benchmarks.arms --table out/arms.jsonl
 
 A case is CASE:SEED of ../shared/cases/arm_everywhere.py (friction, payload, masses, one, none):
 MuJoCo simulates the arm, and the model is right but for what the case says. The first log is
