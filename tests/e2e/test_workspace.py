@@ -12,6 +12,7 @@ from threading import Timer
 import tomllib
 import xml.etree.ElementTree as ElementTree
 
+from packaging.requirements import Requirement
 import pytest
 from tests.places import ROOT
 
@@ -232,5 +233,5 @@ def test_the_two_manifests_agree(package: str) -> None:
     assert manifest.findtext('version') == installed['Version']
     assert manifest.findtext('license') == installed['License']
     ours = {d.text for d in manifest.findall('exec_depend')} & set(PACKAGES)
-    required = {r.split()[0] for r in distribution(package).requires or ()}
+    required = {Requirement(r).name for r in distribution(package).requires or ()}
     assert ours == required & set(PACKAGES)
