@@ -68,7 +68,6 @@ _EXTRAS = {
     'dynamixel_sdk': 'leo_sim[servos]',
     'scservo_sdk': 'leo_sim[servos]',
     'pybullet': 'leo_sim[bullet]',
-    'mujoco': 'leo_sim[mujoco]',
     'safetensors': 'leo_diffmodel[learn]',
     'torch': 'leo_diffmodel[learn]',
 }

@@ -61,10 +61,8 @@ def _error_off(fitted: Fit) -> Array:
 
 def _reached(problem: Problem, ends: Sequence[Fit], best: Fit) -> int:
     """How many fits ended at the least loss, or at its values."""
-    least, near = (
-        best.lost(problem.train) + _tolerance(problem, best),
-        problem.numerics.same_values,
-    )
+    least = best.lost(problem.train) + _tolerance(problem, best)
+    near = problem.numerics.same_values
     return sum(end.lost(problem.train) <= least or _apart(best, end) <= near for end in ends)
 
 
