@@ -3,7 +3,7 @@
 #
 # ./run_all.sh [OPTION…]   set up, then the main job: leo demo [OPTION…]
 # ./run_all.sh test [ARG…] set up, then pytest [ARG…] on all cores, ruff and mypy beside it
-# ./run_all.sh test-all    as test, with the tests marked slow too
+# ./run_all.sh test-all    as test, with the tests marked slow too, and what they cover
 # ./run_all.sh setup       only set up: .venv with the leo command, and the laboratory's verbs
 #
 # PYTHON=/path/to/python chooses the interpreter (3.11 or 3.12). A second run starts at once.
@@ -178,7 +178,7 @@ case ${1:-} in
     ;;
   test-all)
     setup requirements.txt requirements-test.txt
-    run_tests "${@:2}"
+    run_tests --cov "${@:2}"
     ;;
   -h | --help)
     sed -n '4,9s/^# //p' run_all.sh

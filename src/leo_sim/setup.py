@@ -2,6 +2,7 @@
 """Package leo_sim, for pip and for colcon."""
 
 from glob import glob
+from pathlib import Path
 from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
@@ -13,8 +14,19 @@ setup(
     name=PACKAGE,
     version=ElementTree.parse('package.xml').findtext('version'),
     description='Robots, motor law, effects, engines, the model and the robot node',
+    long_description=Path('README.md').read_text(),
+    long_description_content_type='text/markdown',
     author='The LEO developers',
-    license='Apache-2.0',
+    license_expression='Apache-2.0',
+    classifiers=[
+        'Development Status :: 4 - Beta',
+        'Intended Audience :: Science/Research',
+        'Operating System :: POSIX :: Linux',
+        'Programming Language :: Python :: 3.11',
+        'Programming Language :: Python :: 3.12',
+        'Topic :: Scientific/Engineering',
+        'Typing :: Typed',
+    ],
     python_requires='>=3.11',
     packages=find_packages(),
     package_data={

@@ -2,6 +2,8 @@
 """The tables of docs/architecture.md name the rooms that are there, and what each may import."""
 
 import re
+import subprocess
+import sys
 import tomllib
 
 from tests.architecture.source import HOMES, imports, MODULES, PRODUCT, room
@@ -49,3 +51,9 @@ def test_rooms_import_what_the_page_says_they_may() -> None:
         if other in allowed and other != room(m, PACKAGE)
     }
     assert sorted((here, other) for here, other in found if other not in allowed[here]) == []
+
+
+def test_the_reference_of_python_is_that_of_the_docstrings() -> None:
+    make = ROOT / 'docs/make_api.py'
+    done = subprocess.run([sys.executable, str(make), '--check'], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, 'up to date\n'), done.stdout + done.stderr
