@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package leo_msgs_py, for pip and for colcon."""
 
+from pathlib import Path
 from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
