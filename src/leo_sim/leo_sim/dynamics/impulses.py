@@ -17,38 +17,24 @@ SETTLED = 1e-12  # rad/s
 
 
 class Contact(NamedTuple):
-    """What may push in a substep, (..., J); in compiled functions rows (N or 1, J).
+    """What may push in a substep, (..., J); in compiled functions rows (N or 1, J)."""
 
-    Attributes:
-        level: Largest dry friction, N m; 0 without.
-        low, high: Stops, rad; infinite without.
-        gap: Width of the dead zone, rad; 0 without.
-        rotor: Effective inertia of the motor sides, kg m2.
-        offset: Motor angle minus joint angle, rad, before the kick.
-        q, dq: Angles and rates at the kick.
-    """
-
-    level: Any
-    low: Any
+    level: Any  # largest dry friction, N m; 0 without
+    low: Any  # stops, rad; infinite without
     high: Any
-    gap: Any
-    rotor: Any
-    offset: Any
-    q: Any
+    gap: Any  # width of the dead zone, rad; 0 without
+    rotor: Any  # effective inertia of the motor sides, kg m2
+    offset: Any  # motor angle minus joint angle, rad, before the kick
+    q: Any  # angles and rates at the kick
     dq: Any
 
 
 def settled(
     contact: Contact, factor: Factor, h: Numbers, dq: Array, motor: Any
 ) -> tuple[Any, Any]:
-    """Rates of joints and motor sides after all impulses of h s.
+    """Rates (..., J) of joints and motor sides after all impulses of h s.
 
-    Args:
-        contact: What may push.
-        factor: Of the inertia of the links.
-        h: s.
-        dq: Rates without impulses, (..., J).
-        motor: Rates of the motor sides without impulses; None without dead zones.
+    Dq and motor are those without impulses; there is no motor side without dead zones.
     """
     size, moved = np.shape(dq)[-1], [dq, 0.0 if motor is None else motor]
     shape = common(*(np.shape(f)[:-1] for f in (*contact, *moved, h)), factor.inverse.shape[:-2])

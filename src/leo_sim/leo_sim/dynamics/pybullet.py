@@ -80,7 +80,6 @@ class Bullet(Dynamics):
         self._bias: Any = None
 
     def begin(self, q: Array, dq: Array, h: float) -> None:
-        """Put the robot into a state; substeps of h s follow."""
         if h != self._h:
             pybullet.setTimeStep(h, **self._at)
             self._h = h
@@ -88,7 +87,6 @@ class Bullet(Dynamics):
             pybullet.resetJointState(self._body, joint, angle, rate, **self._at)
 
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Joint-space inertia (J, J) and bias torques (J,), external forces included."""
         angles = q[self._to_bullet].tolist()
         mass = np.array(pybullet.calculateMassMatrix(self._body, angles, **self._at))
         if not self._in_order:
@@ -97,17 +95,8 @@ class Bullet(Dynamics):
         return mass, self._less_pulls(self._bias, angles)
 
     def bias(self, q: Array, dq: Array) -> Any:
-        """The bias torques alone, (J,)."""
         angles = q[self._to_bullet].tolist()
         return self._less_pulls(self._resistance(angles, dq), angles)
-
-    def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces at the joints, (J,), along +q."""
-        angles = q[self._to_bullet].tolist()
-        still = pybullet.calculateInverseDynamics(
-            self._body, angles, self._still, self._still, **self._at
-        )
-        return self._pulls(angles) - np.array(still)[self._from_bullet]
 
     def move(self, q: Array, dq: Array, faster: Array, h: float) -> tuple[Any, Any]:
         """One step of the simulator under the torques that take the rates to `faster`."""

@@ -98,17 +98,9 @@ def integrate(
 ) -> tuple[Any, Any, Memory]:
     """The state after `count` substeps of h s with the inputs held.
 
-    Args:
-        laws: Of the model.
-        dynamics: Of its body.
-        q: True angles, (..., J).
-        dq: True rates, (..., J).
-        memory: What the effects remember.
-        inputs: V, N m or rad, (..., A).
-        enabled: Booleans (..., A) or None for all.
-        h: Substep s: a float, or an array that broadcasts with q.
-        count: Number of substeps.
-        push: Extra torque on the links, N m, (..., J).
+    Q and dq are true angles and rates (..., J), inputs V, N m or rad (..., A), enabled booleans
+    (..., A) or None for all. H is a float, or an array that broadcasts with q; push is an extra
+    torque on the links, N m, (..., J).
     """
     memory = rested(laws, q, dq, memory)
     u, on, memory = laws.command(inputs, enabled, memory, h)

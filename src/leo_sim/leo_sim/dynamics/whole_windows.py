@@ -32,6 +32,7 @@ from leo_sim.dynamics.window_input import (
     pieces,
     Play,
 )
+from leo_sim.dynamics.window_kernel import room_of
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
 from leo_sim.laws.sensors import Use
@@ -51,15 +52,9 @@ def possible(laws: Laws, q: Array, inputs: Array) -> bool:
 def run(
     laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float
 ) -> tuple[Any, Any]:
-    """Measured angles and rates at all samples, (K + 1, ..., W, J).
+    """Measured angles and rates at all samples, (K + 1, ..., W, J), under `possible` laws.
 
-    Args:
-        laws: Of the model, `possible` ones.
-        tree: Its body.
-        q: True angles at the start, (..., W, J).
-        dq: True rates there, (..., W, J).
-        held: What is held over the sample periods.
-        longest: Substep, s.
+    From true angles and rates (..., W, J); no substep takes longer than `longest` s.
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
     play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
@@ -82,6 +77,7 @@ def run(
         *looped(laws, cut, held.memory, (lead, size)),
         angles,
         rates,
+        room_of(size),
     )
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)

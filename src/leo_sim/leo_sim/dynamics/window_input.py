@@ -24,125 +24,73 @@ BEHIND = numba.float64(*[numba.float64] * 4)
 
 
 class Held(NamedTuple):
-    """What is held over K sample periods.
+    """What is held over K sample periods."""
 
-    Attributes:
-        inputs: V, N m or rad, (..., W, K, A).
-        periods: s, (W, K).
-        enabled: Booleans (..., W, K, A), or None for all motors on.
-        push: Extra torque on the links, N m, (..., W, K, J), or None.
-        memory: What the effects remember; it stays.
-    """
-
-    inputs: Array
-    periods: Array
-    enabled: Any
-    push: Any
-    memory: Memory
+    inputs: Array  # V, N m or rad, (..., W, K, A)
+    periods: Array  # s, (W, K)
+    enabled: Any  # booleans (..., W, K, A), or None for all motors on
+    push: Any  # extra torque on the links, N m, (..., W, K, J), or None
+    memory: Memory  # what the effects remember; it stays
 
 
 class Pieces(NamedTuple):
-    """What is constant over each of P periods, for S values of what is scanned (1 for none).
+    """What is constant over each of P periods, for S values of what is scanned (1 for none)."""
 
-    Attributes:
-        inputs: At the motors, V, N m or rad, (P, S, W, A).
-        enabled: Which are on, or for what share of the time, (P, S, W, A); None for all on.
-        push: Extra torque on the links, N m, (P, S, W, J), or None.
-        h: Substep, s, (P, W).
-        parts: Substeps in each of them, (P,).
-        first: 1 where a sample period begins, (P,).
-        ends: The samples are at the ends of these, (K,).
-    """
-
-    inputs: Array
-    enabled: Any
-    push: Any
-    h: Array
-    parts: Indices
-    first: Indices
-    ends: Indices
+    inputs: Array  # at the motors, V, N m or rad, (P, S, W, A)
+    enabled: Any  # which are on, or for what share of the time, (P, S, W, A); None for all on
+    push: Any  # extra torque on the links, N m, (P, S, W, J), or None
+    h: Array  # substep, s, (P, W)
+    parts: Indices  # substeps in each of them, (P,)
+    first: Indices  # 1 where a sample period begins, (P,)
+    ends: Indices  # the samples are at the ends of these, (K,)
 
 
 class Driving(NamedTuple):
-    """What drives N states over K periods, of samples or of substeps.
+    """What drives N states over K periods, of samples or of substeps."""
 
-    Attributes:
-        torque: Of motors and joints at rates of 0, gravity left out, N m, (K, N, J).
-        falling: How it falls with the rates, N m s/rad, (K, N, J).
-        motor, motor_falling: What of the two is the motors'; (K, N, J) where a law asks.
-        level: Of dry friction, N m, (N or 1, J).
-        rotor: Inertia of the motor sides, kg m2, (N or 1, J).
-        low, high: Stops, rad, (1, J).
-        h: Substep, s, (K, N).
-        parts: Substeps in a period, (K,).
-        first: 1 where a sample period begins, (K,).
-    """
-
-    torque: Array
-    falling: Array
-    motor: Array
+    torque: Array  # of motors and joints at rates of 0, gravity left out, N m, (K, N, J)
+    falling: Array  # how it falls with the rates, N m s/rad, (K, N, J)
+    motor: Array  # what of the two is the motors'; (K, N, J) where a law asks
     motor_falling: Array
-    level: Array
-    rotor: Array
-    low: Array
+    level: Array  # of dry friction, N m, (N or 1, J)
+    rotor: Array  # inertia of the motor sides, kg m2, (N or 1, J)
+    low: Array  # stops, rad, (1, J)
     high: Array
-    h: Array
-    parts: Indices
-    first: Indices
+    h: Array  # substep, s, (K, N)
+    parts: Indices  # substeps in a period, (K,)
+    first: Indices  # 1 where a sample period begins, (K,)
 
 
 class Play(NamedTuple):
-    """Dead zones between the motors and their joints.
+    """Dead zones between the motors and their joints."""
 
-    Attributes:
-        gap: Their width, 0 where there is none, rad, (N or 1, J).
-        slip: Angle of each motor side less that of its joint at the start, rad, (N or 1, J).
-        speed: Rate of each motor side at the start, rad/s, (N or 1, J).
-    """
-
-    gap: Array
-    slip: Array
-    speed: Array
+    gap: Array  # their width, 0 where there is none, rad, (N or 1, J)
+    slip: Array  # angle of each motor side less that of its joint at the start, rad, (N or 1, J)
+    speed: Array  # rate of each motor side at the start, rad/s, (N or 1, J)
 
 
 class Bent(NamedTuple):
-    """Laws that are asked in every substep, B of them.
+    """Laws that are asked in every substep, B of them."""
 
-    Attributes:
-        values: Their parameters, 0 where there is none, (B, N, 3).
-        acts: 1 at the joints where they act, (B, J).
-        dry: 1 where the law is one of dry friction, (B,).
-        loaded: Whether one looks at the load, 1 or 0.
-    """
-
-    values: Array
-    acts: Indices
-    dry: Indices
-    loaded: int
+    values: Array  # their parameters, 0 where there is none, (B, N, 3)
+    acts: Indices  # 1 at the joints where they act, (B, J)
+    dry: Indices  # 1 where the law is one of dry friction, (B,)
+    loaded: int  # whether one looks at the load, 1 or 0
 
 
 class Looped(NamedTuple):
-    """Position servos' own loops, of N states over K sample periods; see `laws.servo`.
+    """Position servos' own loops, of N states over K sample periods; see `laws.servo`."""
 
-    Attributes:
-        goal: rad, (K, N, J); of no periods where inputs are no goals.
-        torque: What 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one.
-        gain, rate_gain, grain, supply: (N or 1, J).
-        scale, zero: A servo reads scale q + zero at the angle q, (N or 1, J).
-        values: Parameters of the laws behind the loop, 0 where there is none, (B, N, 3).
-        acts: 1 at the joints where these act, (B, J).
-    """
-
-    goal: Array
-    torque: Array
-    gain: Array
+    goal: Array  # rad, (K, N, J); of no periods where inputs are no goals
+    torque: Array  # what 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one
+    gain: Array  # (N or 1, J)
     rate_gain: Array
     grain: Array
     supply: Array
-    scale: Array
+    scale: Array  # a servo reads scale q + zero at the angle q, (N or 1, J)
     zero: Array
-    values: Array
-    acts: Indices
+    values: Array  # parameters of the laws behind the loop, 0 where there is none, (B, N, 3)
+    acts: Indices  # 1 at the joints where these act, (B, J)
 
 
 def pieces(laws: Laws, held: Held, longest: float) -> Pieces:

@@ -28,19 +28,12 @@ class Drive(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """The floor under a robot: a plane through the origin, as broadcastable figures.
+    """The floor under a robot: a plane through the origin, as broadcastable figures."""
 
-    Attributes:
-        stiffness: N/m per sphere that touches it.
-        damping: N s/m per sphere.
-        friction: Coefficient.
-        slope: rad, positive uphill in +x.
-    """
-
-    stiffness: Any
-    damping: Any
-    friction: Any
-    slope: Any
+    stiffness: Any  # N/m per sphere that touches it
+    damping: Any  # n s/m per sphere
+    friction: Any  # coefficient
+    slope: Any  # rad, positive uphill in +x
 
 
 class Effect:
@@ -214,22 +207,14 @@ class Effect:
 
 @dataclass(frozen=True)
 class Placed:
-    """An effect at joints or links of a robot with one value per parameter.
+    """An effect at joints or links of a robot with one value per parameter."""
 
-    Attributes:
-        effect: The law.
-        where: Joint or link names; one shared value for all of them.
-        parameters: Floats, or arrays (S, 1, 1) that scan S values at once.
-        everywhere: True when the place was given as 'all'.
-        units: Unit of each parameter on this robot.
-        ci95: 95 % confidence intervals of fitted parameters.
-    """
-
-    effect: Effect
-    where: tuple[str, ...]
-    parameters: Mapping[str, Any]
-    everywhere: bool = False
-    units: Mapping[str, str] = field(default_factory=dict)
+    effect: Effect  # the law
+    where: tuple[str, ...]  # joint or link names; one shared value for all of them
+    parameters: Mapping[str, Any]  # floats, or arrays (S, 1, 1) that scan S values at once
+    everywhere: bool = False  # true when the place was given as 'all'
+    units: Mapping[str, str] = field(default_factory=dict)  # unit of each parameter on this robot
+    # 95 % confidence intervals of fitted parameters
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 

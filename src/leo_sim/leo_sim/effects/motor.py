@@ -7,15 +7,10 @@ from leo_sim.common.broadcasting import Array, Numbers
 
 
 class Motor(NamedTuple):
-    """What the motors do at the joints, N m, positive along +q.
+    """What the motors do at the joints, N m, positive along +q."""
 
-    Attributes:
-        torque: Net motor torque, back-EMF included.
-        back_emf: The part of it that back-EMF causes (0 for a torque source or a free motor).
-    """
-
-    torque: Any
-    back_emf: Any
+    torque: Any  # net motor torque, back-EMF included
+    back_emf: Any  # the part of it that back-EMF causes (0 for a torque source or a free motor)
 
 
 def voltage_motor(

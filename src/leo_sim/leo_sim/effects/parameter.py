@@ -20,27 +20,20 @@ ASKEW = 1e-6
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect: its unit, the value that changes nothing, its physical bounds.
-
-    Attributes:
-        above: Another parameter of the effect, which a search keeps this one at or above.
-        times: Another parameter; the law is a straight line in the product of the two.
-        whole: It is a whole number.
-        role: What it does in the law, one of ROLES; '' where `with_roles` finds it by the unit.
-        linear: Of an amplitude: predictions change nearly in proportion to it.
-        constant: The constant of the robot that is its neutral value, as `ground.slope`.
-    """
+    """One number of an effect: its unit, the value that changes nothing, its physical bounds."""
 
     name: str
     unit: str
     neutral: float = 0.0
     low: float = float('-inf')
     high: float = float('inf')
-    above: str = ''
-    times: str = ''
-    whole: bool = False
+    above: str = ''  # another parameter of the effect, which a search keeps this one at or above
+    times: str = ''  # another parameter; the law is a straight line in the product of the two
+    whole: bool = False  # it is a whole number
+    # what it does in the law, one of ROLES; '' where `with_roles` finds it by the unit
     role: str = ''
-    linear: bool = True
+    linear: bool = True  # of an amplitude: predictions change nearly in proportion to it
+    # the constant of the robot that is its neutral value, as `ground.slope`
     constant: str = field(default='', repr=False)
 
     @property

@@ -27,17 +27,11 @@ HELD = 'held'  # in the memory of a state whose base does not move
 
 
 class Torques(NamedTuple):
-    """Torques at the joints, N m, (..., J).
+    """Torques at the joints, N m, (..., J)."""
 
-    Attributes:
-        motor: Of the motors, acting on the motor side.
-        joint: Of springs, viscous friction, ... on the link side.
-        level: What dry friction can hold at most; None without dry friction.
-    """
-
-    motor: Any
-    joint: Any
-    level: Any
+    motor: Any  # of the motors, acting on the motor side
+    joint: Any  # of springs, viscous friction, ... on the link side
+    level: Any  # what dry friction can hold at most; None without dry friction
 
 
 class Laws:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, cut, Index, Numbers, put
-from leo_sim.effects.command_delay import CommandDelay
+from leo_sim.effects.commands import CommandDelay
 from leo_sim.effects.motor import Motor
 
 Memory = Mapping[str, Any]

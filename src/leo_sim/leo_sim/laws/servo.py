@@ -20,19 +20,12 @@ FINEST = 1e-12
 
 
 class Loop(NamedTuple):
-    """Figures of the loops, (..., A).
+    """Figures of the loops, (..., A)."""
 
-    Attributes:
-        gain: Duty for an error of 1 rad, 1/rad.
-        rate_gain: Duty for a rate of 1 rad/s, s/rad.
-        grain: A count of the encoder, rad.
-        supply: V.
-    """
-
-    gain: Any
-    rate_gain: Any
-    grain: Any
-    supply: Any
+    gain: Any  # duty for an error of 1 rad, 1/rad
+    rate_gain: Any  # duty for a rate of 1 rad/s, s/rad
+    grain: Any  # a count of the encoder, rad
+    supply: Any  # V
 
 
 class Servos:

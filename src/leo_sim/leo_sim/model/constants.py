@@ -24,14 +24,10 @@ Values = Mapping[str, Any]
 
 
 class ConstantFile(Quantity):
-    """A constant; it may have a value of its own in each recording.
+    """A constant; it may have a value of its own in each recording."""
 
-    Attributes:
-        per_recording: Each recording's value is refitted by itself, within `uncertain`.
-        recordings: Values by the name of the recording: known, or where `per_recording` starts.
-    """
-
-    per_recording: bool = False
+    per_recording: bool = False  # each recording's value is refitted by itself, within `uncertain`
+    # values by the name of the recording: known, or where `per_recording` starts
     recordings: dict[str, Finite] = Field(default_factory=dict)
 
 

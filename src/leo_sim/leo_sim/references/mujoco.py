@@ -33,17 +33,11 @@ IMMOVABLE = 1e4
 
 
 class Steps(NamedTuple):
-    """What a robot is given over K intervals.
+    """What a robot is given over K intervals."""
 
-    Attributes:
-        inputs: V, N m or rad, (K, A).
-        enabled: Motors that are on, booleans (K, A).
-        dt: s, (K,).
-    """
-
-    inputs: Array
-    enabled: Array
-    dt: Array
+    inputs: Array  # V, N m or rad, (K, A)
+    enabled: Array  # motors that are on, booleans (K, A)
+    dt: Array  # s, (K,)
 
     def each(self) -> Iterator[tuple[Array, Array, float]]:
         """One interval after the other."""
