@@ -43,8 +43,6 @@ class Touch(NamedTuple):
 
 
 class Spheres:
-    """The spheres of a robot over a ground."""
-
     def __init__(self, robot: Robot, ground: Ground):
         self.names = tuple(contact.name for contact in robot.contacts)
         self._tree = tree_of(robot.joints)
@@ -66,7 +64,6 @@ class Spheres:
         return touch
 
     def floor(self, shape: tuple[int, ...]) -> Floor:
-        """The spheres and what is under them, for states of leading axes `shape`."""
         found = self._floors.get(shape)
         if found is None:
             points = len(self._links)

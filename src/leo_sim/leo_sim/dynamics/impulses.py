@@ -58,7 +58,6 @@ def stopped(low: Numbers, high: Numbers, q: Array, dq: Array, h: Numbers) -> boo
 
 @compiled_without_gil
 def _sweep(dq: Array, motor: Array, answers: Array, h: Array, contact: Contact) -> None:
-    """Change rates (N, J) of joints and motors in place."""
     given = np.empty((3, dq.shape[1]))
     for n in range(dq.shape[0]):
         given[:] = 0.0

@@ -70,11 +70,7 @@ class Planar(Compiled):
 
 
 def tree_of(joints: Sequence[Joint]) -> Tree:
-    """The planar geometry of joints.
-
-    Raises:
-        UserError: A joint leaves the x-z plane.
-    """
+    """The planar geometry of joints; UserError: one leaves the x-z plane."""
     links = {joint.child: i for i, joint in enumerate(joints)}
     for joint in joints:
         _check(joint)
@@ -89,7 +85,6 @@ def tree_of(joints: Sequence[Joint]) -> Tree:
 
 
 def _check(joint: Joint) -> None:
-    """Raise UserError for a joint that leaves the x-z plane."""
     turned = abs(joint.rotation[4] - 1.0) < FLAT
     hinge = KINDS[joint.kind] != HINGE or abs(abs(joint.axis[1]) - 1.0) < FLAT
     slide = KINDS[joint.kind] != SLIDE or abs(joint.axis[1]) < FLAT

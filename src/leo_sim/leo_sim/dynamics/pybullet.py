@@ -49,6 +49,10 @@ def quiet() -> Iterator[None]:
 with quiet():
     import pybullet
 
+SOLVER = {'numSubSteps': 0, 'numSolverIterations': 10, 'deterministicOverlappingPairs': 1}
+COLD = {'warmStartingFactor': 0.0, 'solverResidualThreshold': 0.0}
+UNDAMPED = {'linearDamping': 0, 'angularDamping': 0}
+
 
 class Bullet(Dynamics):
     """A fixed-base robot in its own DIRECT client; one state at a time."""
@@ -60,14 +64,7 @@ class Bullet(Dynamics):
             self._at = {'physicsClientId': pybullet.connect(pybullet.DIRECT)}
             weakref.finalize(self, pybullet.disconnect, **self._at)
             pybullet.setGravity(0, 0, -gravity, **self._at)
-            pybullet.setPhysicsEngineParameter(
-                numSubSteps=0,
-                numSolverIterations=10,
-                deterministicOverlappingPairs=1,
-                warmStartingFactor=0.0,
-                solverResidualThreshold=0.0,
-                **self._at,
-            )
+            pybullet.setPhysicsEngineParameter(**SOLVER, **COLD, **self._at)
             self._body = self._load(urdf.with_bodies(text, bodies))
         self._order(joints)
         self._pulled = [
@@ -142,16 +139,9 @@ class Bullet(Dynamics):
             info = pybullet.getJointInfo(self._body, number, **self._at)
             numbers[info[1].decode()] = number
             self._links[info[12].decode()] = number
-            pybullet.changeDynamics(
-                self._body,
-                number,
-                linearDamping=0,
-                angularDamping=0,
-                jointDamping=0,
-                maxJointVelocity=1e9,
-                **self._at,
-            )
-        pybullet.changeDynamics(self._body, -1, linearDamping=0, angularDamping=0, **self._at)
+            free = {**UNDAMPED, 'jointDamping': 0, 'maxJointVelocity': 1e9}
+            pybullet.changeDynamics(self._body, number, **free, **self._at)
+        pybullet.changeDynamics(self._body, -1, **UNDAMPED, **self._at)
         self._joints = [numbers[j.name] for j in joints if j.kind != 'fixed']
         self._to_bullet = np.argsort(self._joints)
         self._from_bullet = np.argsort(self._to_bullet)
@@ -183,7 +173,6 @@ class Bullet(Dynamics):
         return total[self._from_bullet]
 
     def _apply(self) -> None:
-        """Apply the external forces at the centres of mass for the next step."""
         for number, force, _ in self._pulled:
             place = pybullet.getLinkState(
                 self._body, number, computeForwardKinematics=1, **self._at

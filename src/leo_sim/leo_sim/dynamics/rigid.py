@@ -51,8 +51,6 @@ class _Composite(NamedTuple):
 
 
 class Rigid(Dynamics):
-    """Dynamics of a tree."""
-
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Numbers):
         self._joints = list(joints)
         self._bodies = [bodies[joint.child] for joint in joints]
@@ -105,7 +103,6 @@ class Rigid(Dynamics):
         return self._inward(poses, forces, moments)
 
     def _outward(self, i: int, pose: Frame, parent: _Motion, rates: Sequence[Any]) -> _Motion:
-        """Motion of link i from its parent's."""
         back = transposed(pose.rotation)
         lever = plus(
             cross(parent.turn, pose.origin), cross(parent.speed, cross(parent.speed, pose.origin))

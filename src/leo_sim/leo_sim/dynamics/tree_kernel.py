@@ -27,7 +27,7 @@ class Tree(NamedTuple):
     # index in the state, -1 for a fixed joint, (L,); joints that copy another share its
     column: Indices
     ratio: Array  # angle of the joint for a unit of that state, (L,); 1 but for joints that copy
-    # rotation at a joint angle, (L, 3, 9): a constant part, those that its cosine and sine multiply
+    # rotation at a joint angle, (L, 3, 9): a constant part, what cosine and what sine multiply
     turning: Array
     place: Array  # joint origin in the parent link, m, (L, 3)
     axis: Array  # unit vector in the joint frame, (L, 3)
@@ -48,7 +48,6 @@ class Room(NamedTuple):
 
 @compiled_without_gil
 def room_for(links: int) -> Any:
-    """Room to work in for a tree of so many links."""
     return Room(
         np.empty((links, FRAME)),
         np.zeros((links, SCREW)),

@@ -6,6 +6,7 @@ substeps, where a command changes between samples (delay, lag) or a sensor needs
 joints did there.
 """
 
+from collections.abc import Callable, Sequence
 import math
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ from leo_sim.common.broadcasting import Array, filled, Indices, Numbers, rows
 from leo_sim.common.compiled import compiled_law, Functions
 from leo_sim.dynamics.substep import substeps
 from leo_sim.laws.laws import Laws, Memory
-from leo_sim.laws.servo import Servos
+from leo_sim.laws.sensors import Use
 
 MOST_BEHIND = 3
 """Laws behind the servos' loops; the catalogue has so many."""
@@ -164,39 +165,46 @@ def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
     return [np.shape(v)[:-1] for v in (*laws.servos.loop, *laws.servos.reading(), *values)]
 
 
+def asked(
+    uses: Sequence[Use],
+    joints: Indices,
+    most: int,
+    kind: Any,
+    nothing: Callable[..., float],
+    axes: tuple[tuple[int, ...], int],
+) -> tuple[Functions, Array, Indices]:
+    """Laws as `most` compiled functions of a kind, their parameters, and 1 where they act.
+
+    For states of leading axes and so many joints: parameters (B, N, 3), acts (B, J). Joints are
+    those of the places where the laws can act; `nothing` stands where there is no law.
+    """
+    lead, size = axes
+    functions = [compiled_law(nothing, kind)] * most
+    values, acts = np.zeros((most, math.prod(lead), 3)), np.zeros((most, size), np.int64)
+    for b, use in enumerate(uses):
+        functions[b] = compiled_law(use.effect.law, kind)
+        acts[b, joints[use.at]] = 1
+        for i, parameter in enumerate(use.effect.parameters):
+            values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
+    return Functions(functions), values, acts
+
+
 def looped(
     laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
 ) -> tuple[Functions, Looped]:
     """The laws behind the loops, and the loops, for states of leading axes and so many joints."""
     (lead, size), servos = axes, laws.servos
-    functions = [compiled_law(_as_it_is, BEHIND)] * MOST_BEHIND
-    acts = np.zeros((MOST_BEHIND, size), np.int64)
-    values = np.zeros((MOST_BEHIND, math.prod(lead), 3))
+    behind, joints = servos.after if servos else (), np.array(laws.actuated_joints, np.int64)
+    functions, values, acts = asked(behind, joints, MOST_BEHIND, BEHIND, _as_it_is, axes)
     if servos is None:
         none, never = np.zeros((1, size)), np.zeros((0, 1, size))
-        return Functions(functions), Looped(
-            never, never, none, none, none, none, none, none, values, acts
-        )
-    for b, use in enumerate(servos.after):
-        functions[b] = compiled_law(use.effect.law, BEHIND)
-        acts[b, np.array(laws.actuated_joints)[use.at]] = 1
-        for i, parameter in enumerate(use.effect.parameters):
-            values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
+        return functions, Looped(never, never, none, none, none, none, none, none, values, acts)
     shape = (len(cut.parts), *(1,) * (2 - len(lead)), *lead)
-    goal, torque = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
-    gain, rate_gain, grain, supply, scale, zero = (
-        rows(figure, lead, size) for figure in _figures(laws, servos)
-    )
-    return Functions(functions), Looped(
-        goal, torque, gain, rate_gain, grain, supply, scale, zero, values, acts
-    )
-
-
-def _figures(laws: Laws, servos: Servos) -> tuple[Any, ...]:
-    """Gain, rate gain, grain and supply, and scale and zero of what is read, (..., J)."""
+    driven = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
     gain, rate_gain, grain, supply = map(laws.at_joints, servos.loop)
     scale, rate_scale, zero = servos.reading()
-    return gain, rate_gain * rate_scale, grain, supply, scale, zero
+    figures = (gain, rate_gain * rate_scale, grain, supply, scale, zero)
+    return functions, Looped(*driven, *(rows(f, lead, size) for f in figures), values, acts)
 
 
 def _per_volt(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, Any]:

@@ -14,7 +14,6 @@ from leo_sim.dynamics.substep import PROBE
 from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, Room, room_for, Tree
 from leo_sim.dynamics.window_input import Bent, Driving, Looped, Play
 
-
 Work = namedtuple(
     'Work',
     'q dq free mean pull held bias load falling level motor drive rotor gap slip speed none servo'
@@ -24,7 +23,6 @@ Work = namedtuple(
 
 
 def room_of(size: int) -> Work:
-    """Room for a state of so many joints."""
     rows = {name: np.zeros((1, size)) for name in Work._fields}
     inverse, given = np.zeros((1, size, size)), np.zeros((3, size))
     other = {'rotor': np.ones((1, size)), 'h': np.zeros((1, 1)), 'inverse': inverse}

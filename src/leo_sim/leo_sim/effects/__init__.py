@@ -74,17 +74,14 @@ EFFECTS: dict[str, Effect] = {
         links.Payload(),
     )
 }
+"""In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""
 
 
 def get_effect(ref: str) -> Effect:
     """The effect of that name: from the catalogue, an entry point, or a user's Python file.
 
-    Args:
-        ref: A name, or the path of a .py file that defines one subclass of Effect; naming it here
-            lets it run (see `consent`).
-
-    Raises:
-        UserError: No such effect (naming the nearest one), or a file without exactly one.
+    The path of a .py file that defines one subclass of Effect lets it run (see `consent`).
+    UserError: no such effect (naming the nearest one), or a file without exactly one.
     """
     if ref in EFFECTS:
         return EFFECTS[ref]
@@ -105,10 +102,8 @@ def place(
 ) -> Placed:
     """An effect at a joint or link, a list of them, or 'all', with its parameters.
 
-    Parameters that are not given are neutral.
-
-    Raises:
-        UserError: Unknown effect, place or parameter, or an effect this robot cannot have.
+    Parameters that are not given are neutral. UserError: unknown effect, place or parameter, or
+    an effect this robot cannot have.
     """
     effect = name if isinstance(name, Effect) else get_effect(name)
     possible = effect.places(robot)
@@ -151,9 +146,8 @@ def check_bounds(robot: Robot, placed: Placed) -> None:
 def read_effect(path: Path) -> Effect:
     """The one effect that a Python file defines.
 
-    Raises:
-        UserError: No such file, it fails, or it does not define exactly one whole effect. The
-            effect's law raises it too, in place of whatever goes wrong inside.
+    UserError: no such file, it fails, or it does not define exactly one whole effect; the effect's
+    law raises it too, in place of whatever goes wrong inside.
     """
     found = [c for c in classes_of(load_file(path, 'effect')) if issubclass(c, Effect)]
     if len(found) != 1:

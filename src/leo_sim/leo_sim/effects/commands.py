@@ -9,14 +9,17 @@ import numpy as np
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Effect, Parameter, Values
-from leo_sim.effects.parameter import in_input_unit
+from leo_sim.effects.parameter import at_joints
 
 
 class _Command(Effect):
     family = hook = 'command'
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
-        return in_input_unit(robot, where, self.parameters)
+        """What is in V is in N m (N on slides) where the robot takes torques."""
+        unit = 'V' if robot.has_motor_law else 'N m'
+        made = tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in self.parameters)
+        return at_joints(robot, where, made)
 
 
 class CommandDelay(_Command):

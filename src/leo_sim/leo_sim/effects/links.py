@@ -3,9 +3,12 @@
 
 from typing import ClassVar
 
+import numpy as np
+
 from leo_sim.description.robot import Robot
 from leo_sim.effects.base import Body, Effect, Parameter, Values
-from leo_sim.effects.parameter import in_space
+
+ASKEW = 1e-6  # rad between axes that are not parallel
 
 
 class _Link(Effect):
@@ -17,7 +20,13 @@ class _InSpace(_Link):
     in_world_axes: ClassVar[bool] = False
 
     def parameters_for(self, robot: Robot, where: tuple[str, ...]) -> tuple[Parameter, ...]:
-        return in_space(robot, where, self.parameters, self.in_world_axes)
+        """Y only where a hinge turns a link about another axis: else nothing shows of it."""
+        for link in where:
+            frame, axes = robot.turned_about[link]
+            y = (0.0, 1.0, 0.0) if self.in_world_axes else frame[:, 1]
+            if (np.abs(np.cross(axes, y)) > ASKEW).any():
+                return self.parameters
+        return tuple(p for p in self.parameters if p.name != 'y')
 
 
 class LinkMass(_Link):

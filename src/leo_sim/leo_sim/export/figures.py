@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures of a model whose laws are straight lines, read off the laws themselves."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,12 +93,17 @@ def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
 
 
 def refuse_mimics(robot: Robot, what: str, about_urdf: str = '') -> None:
-    """Refuse a robot with a joint that mimics another, for what holds none."""
     if robot.copies:
         raise UserError(
             f'joint {robot.copies[0]!r} mimics another, which the {what} written '
             f'here does not hold; write a .urdf{about_urdf}'
         )
+
+
+def nominal(robot: Robot) -> Mapping[str, float] | None:
+    """Angles of the nominal start pose, where it is one pose."""
+    angles: Mapping[str, Any] = robot.start_poses['nominal'].angles
+    return None if any(isinstance(angle, tuple) for angle in angles.values()) else angles
 
 
 def strengths(robot: Robot, found: Figures) -> Any:

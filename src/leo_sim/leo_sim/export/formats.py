@@ -19,8 +19,6 @@ from leo_sim.model.model import Model
 
 @dataclass(frozen=True)
 class Format:
-    """A format."""
-
     name: str  # as it is called, and in `held.SPEAKS`
     ending: str  # of its files
     version: str  # what it was written for
@@ -43,8 +41,6 @@ FORMATS = {
 
 @dataclass(frozen=True)
 class Export:
-    """What is written."""
-
     held: Held  # what of the model is in it
     texts: dict[Path, str]  # of each file; the first is the one that was asked for
 
@@ -52,8 +48,7 @@ class Export:
 def export(model: Model, ref: str, format_: Format, output: Path) -> Export:
     """A model in a format, to be written to `output` and, for Isaac Lab, to a URDF beside it.
 
-    Raises:
-        UserError: The format holds no such robot, or nothing has its inertial figures.
+    UserError: the format holds no such robot, or nothing has its inertial figures.
     """
     try:
         return _export(model, ref, format_, output)

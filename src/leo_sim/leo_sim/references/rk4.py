@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.dynamics.inertia import Dynamics, factor, Factor
-from leo_sim.dynamics.substep import DRIVE, rested
+from leo_sim.dynamics.inertia import Dynamics, Factor, factor
+from leo_sim.dynamics.substep import DRIVE, Period, rested
 from leo_sim.laws.laws import Laws, Memory
 
 EVENTS = 6  # per substep
@@ -80,7 +80,6 @@ class _System:
         return inverse.solve(torque + held)
 
     def derivative(self, y: _Motion, phase: _Phase) -> _Motion:
-        """d/dt of the state."""
         link, rotor, _ = self.accelerations(y, phase)
         return _Motion(y.dq, link, y.speed - y.dq, rotor)
 
@@ -96,7 +95,6 @@ class _System:
         return y.along(mean, time)
 
     def phase(self, y: _Motion) -> _Phase:
-        """The phase that starts at a state."""
         geared = self.gap > 0
         edge = np.where(
             geared & (np.abs(y.offset) >= 0.5 * self.gap - NEAR) & (np.abs(y.speed - y.dq) < NEAR),
@@ -124,18 +122,10 @@ class _System:
 
 
 def integrate(
-    laws: Laws,
-    dynamics: Dynamics,
-    q: Array,
-    dq: Array,
-    memory: Memory,
-    inputs: Array,
-    enabled: np.ndarray | None,
-    h: float,
-    count: int,
-    push: Numbers = 0.0,
+    laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, period: Period
 ) -> tuple[Any, Any, Memory]:
-    """The state after `count` steps of h s with the inputs held; see `substep.integrate`."""
+    """As `substep.integrate`."""
+    inputs, enabled, h, count, push = period
     memory = rested(laws, q, dq, memory)
     offset, speed = memory[DRIVE] if laws.gap is not None else (np.zeros_like(q), dq)
     y = _Motion(q, dq, offset, speed)

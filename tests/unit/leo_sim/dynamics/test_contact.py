@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from tests.simulate import stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -124,13 +125,10 @@ def test_pybullet_and_batched_rollouts_agree(name, effects):
         robot, [place(robot, e, where, **p) for e, where, p in effects], scheme='training'
     )
     volts = np.random.default_rng(0).uniform(-6, 6, (8, 6))
-    state = model.start()
-    track = [state]
-    for u in volts:
-        track.append(model.step(track[-1], u, 0.03))
-    q, dq = rollout(model, state.q[None], state.dq[None], volts[None], 0.03)
-    assert q[0] == pytest.approx(np.array([s.q for s in track]), abs=1e-8)
-    assert dq[0] == pytest.approx(np.array([s.dq for s in track]), abs=1e-6)
+    angles, rates = stepped(model, volts, 0.03)
+    q, dq = rollout(model, angles[:1], rates[:1], volts[None], 0.03)
+    assert q[0] == pytest.approx(angles, abs=1e-8)
+    assert dq[0] == pytest.approx(rates, abs=1e-6)
 
 
 @pytest.mark.parametrize(

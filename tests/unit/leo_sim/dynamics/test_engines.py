@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from tests.arm import URDF
+from tests.simulate import stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -122,14 +123,10 @@ def test_pybullet_and_batched_rollouts_agree_with_every_effect(robot, effect):
     inputs = rng.uniform(-0.8, 0.8, (15, len(robot.limits))) * robot.limits
     enabled = rng.uniform(size=inputs.shape) > 0.2
     start = ([2.9, 0.5][: len(robot.limits)], [1.0, -2.0][: len(robot.limits)])
-    state = model.state_from(*start)
-    track = [model.sense(state)]
-    for u, on in zip(inputs, enabled, strict=True):
-        state = model.step(state, u, 0.011, enabled=on)
-        track.append(model.sense(state))
+    angles, rates = stepped(model, inputs, 0.011, model.state_from(*start), enabled)
     q, dq = rollout(model, *np.array(start)[:, None], inputs[None], 0.011, enabled[None])
-    assert q[0] == pytest.approx(np.array([t[0] for t in track]), abs=1e-8)
-    assert dq[0] == pytest.approx(np.array([t[1] for t in track]), abs=1e-7)
+    assert q[0] == pytest.approx(angles, abs=1e-8)
+    assert dq[0] == pytest.approx(rates, abs=1e-7)
 
 
 @pytest.mark.parametrize(('robot', 'effect'), PLACES)

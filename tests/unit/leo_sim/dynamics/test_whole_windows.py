@@ -87,24 +87,29 @@ def windows(robot):
     }
 
 
-def both(model, monkeypatch, **given):
-    """By whole windows, and by sample periods."""
+def whole(model, monkeypatch, **given):
+    """Angles by whole windows; by sample periods they and the rates are the same."""
     assert whole_windows.possible(model.laws, given['q0'], given['inputs'])
-    whole = rollout(model, **given)
+    at_once = rollout(model, **given)
     with monkeypatch.context() as patch:
         patch.setattr(whole_windows, 'possible', lambda *_: False)
-        return whole, rollout(model, **given)
+        one_by_one = rollout(model, **given)
+    for mine, its in zip(at_once, one_by_one, strict=True):
+        assert mine.shape == its.shape
+        assert mine == pytest.approx(its, rel=1e-8, abs=1e-8)
+    return at_once[0]
 
 
-@pytest.mark.parametrize('effects', LAWS.values(), ids=list(LAWS))
+def modelled(robot, name):
+    """The robot with effects of `LAWS`."""
+    return Model(robot, [place(robot, e, where, **values) for e, where, values in LAWS[name]])
+
+
+@pytest.mark.parametrize('effects', LAWS)
 @pytest.mark.parametrize('name', ['pendulum', 'torque_pendulum', 'double_pendulum'])
 def test_the_numbers_are_those_of_sample_periods(name, effects, monkeypatch):
     robot = load_robot(name)
-    placed = [place(robot, effect, where, **values) for effect, where, values in effects]
-    whole, one = both(Model(robot, placed), monkeypatch, **windows(robot))
-    for mine, its in zip(whole, one, strict=True):
-        assert mine.shape == its.shape
-        assert mine == pytest.approx(its, rel=1e-8, abs=1e-8)
+    whole(modelled(robot, effects), monkeypatch, **windows(robot))
 
 
 @pytest.mark.filterwarnings('error')
@@ -112,19 +117,10 @@ def test_the_kernel_is_compiled_once_whatever_drives_the_robot():
     robot = load_robot('pendulum')
     given = windows(robot)
     plain = {'q0': given['q0'], 'dq0': given['dq0'], 'inputs': given['inputs'], 'dt': 0.01}
-    bent, scanned, late = (
-        Model(
-            robot, [place(robot, effect, where, **values) for effect, where, values in LAWS[name]]
-        )
-        for name in ('friction by load', 'a scanned scale', 'a scanned delay')
-    )
-    for model, windows_of in (
-        (Model(robot), plain),
-        (bent, given),
-        (scanned, given),
-        (late, plain),
-    ):
-        rollout(model, **windows_of)
+    rollout(Model(robot), **plain)
+    rollout(modelled(robot, 'friction by load'), **given)
+    rollout(modelled(robot, 'a scanned scale'), **given)
+    rollout(modelled(robot, 'a scanned delay'), **plain)
     assert len(window_kernel.run.signatures) == 1
 
 
@@ -133,9 +129,7 @@ def test_joints_come_to_rest_at_their_stops(monkeypatch):
     given = windows(robot) | {'dq0': np.full((WINDOWS, 1), 30.0), 'dt': 0.02, 'enabled': None}
     model = Model(robot)
     model.laws.stops = (np.array([-0.6]), np.array([0.6]))
-    whole, one = both(model, monkeypatch, **given)
-    assert whole[0].max() == pytest.approx(0.6, abs=1e-3)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    assert whole(model, monkeypatch, **given).max() == pytest.approx(0.6, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -153,9 +147,8 @@ def test_memories_go_on_from_the_samples_before(effect, where, parameter, monkey
     angles, rates = RNG.uniform(-0.5, 0.5, (2, WINDOWS, 4, 2))
     past = angles, rates, given['inputs'][:, :4], None, np.full((WINDOWS, 4), 0.01)
     model = Model(robot, [place(robot, effect, where, **{parameter: 0.013})])
-    whole, one = both(model, monkeypatch, **given, history=past)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
-    assert np.abs(whole[0] - rollout(Model(robot), **given)[0]).max() > 1e-3
+    angles = whole(model, monkeypatch, **given, history=past)
+    assert np.abs(angles - rollout(Model(robot), **given)[0]).max() > 1e-3
 
 
 def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_held(monkeypatch):
@@ -170,9 +163,8 @@ def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_he
             place(robot, 'command_delay', 'all', delay=0.02),
         ],
     )
-    whole, one = both(model, monkeypatch, **given, history=past)
-    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    angles = whole(model, monkeypatch, **given, history=past)
+    assert angles.shape == (3, WINDOWS, SAMPLES + 1, 1)
 
 
 def test_scanned_delays_of_windows_that_begin_with_no_input(monkeypatch):
@@ -181,9 +173,7 @@ def test_scanned_delays_of_windows_that_begin_with_no_input(monkeypatch):
     given = windows(robot) | {'enabled': None}
     given['inputs'][:, 0] = 0.0
     model = Model(robot, [place(robot, 'command_delay', 'all', delay=0.013 * SCAN)])
-    whole, one = both(model, monkeypatch, **given)
-    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    assert whole(model, monkeypatch, **given).shape == (3, WINDOWS, SAMPLES + 1, 1)
 
 
 @pytest.mark.filterwarnings('error')
@@ -191,9 +181,8 @@ def test_constants_of_the_body_can_be_scanned(monkeypatch):
     robot = load_robot('double_pendulum')
     path = next(p for p in robot.constants if p.endswith('.mass'))
     model = Model(robot, constants={path: robot.constants[path].value * SCAN})
-    whole, one = both(model, monkeypatch, **windows(robot))
-    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 2)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    angles = whole(model, monkeypatch, **windows(robot))
+    assert angles.shape == (3, WINDOWS, SAMPLES + 1, 2)
 
 
 def test_laws_of_one_joint_act_there_alone(monkeypatch):
@@ -205,8 +194,7 @@ def test_laws_of_one_joint_act_there_alone(monkeypatch):
             place(robot, 'load_dependent_friction', 'shoulder', mu=0.1),
         ],
     )
-    whole, one = both(model, monkeypatch, **windows(robot))
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    whole(model, monkeypatch, **windows(robot))
 
 
 class Fading(Effect):
@@ -217,12 +205,6 @@ class Fading(Effect):
 
     def torque(self, p, q, dq, motor, load, memory):
         return p['s'] * np.ones_like(q)
-
-
-def test_torque_laws_with_a_memory_are_left_to_sample_periods():
-    robot = load_robot('pendulum')
-    laws = Model(robot, [place(robot, Fading(), 'pivot', s=0.01)]).laws
-    assert not whole_windows.possible(laws, np.zeros((1, 1)), np.zeros((1, 1, 1)))
 
 
 class Swirl(Effect):
@@ -256,8 +238,8 @@ class Twirl(Swirl):
         return s * np.cos(2 * q)
 
 
-@pytest.mark.parametrize('effect', [Swirl(), Whirl(), Twirl()])
-def test_laws_that_are_not_compiled_are_left_to_sample_periods(effect):
+@pytest.mark.parametrize('effect', [Fading(), Swirl(), Whirl(), Twirl()])
+def test_laws_that_remember_or_are_not_compiled_are_left_to_sample_periods(effect):
     robot = load_robot('pendulum')
     laws = Model(robot, [place(robot, effect, 'pivot', s=0.01)]).laws
     assert not whole_windows.possible(laws, np.zeros((1, 1)), np.zeros((1, 1, 1)))
@@ -269,9 +251,8 @@ def test_the_law_of_an_effect_file_is_compiled(tmp_path, monkeypatch):
     robot = load_robot('pendulum')
     given = windows(robot)
     model = Model(robot, [place(robot, get_effect(str(file)), 'pivot', k=0.01)])
-    whole, one = both(model, monkeypatch, **given)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
-    assert np.abs(whole[0] - rollout(Model(robot), **given)[0]).max() > 1e-3
+    angles = whole(model, monkeypatch, **given)
+    assert np.abs(angles - rollout(Model(robot), **given)[0]).max() > 1e-3
 
 
 HOSE = """

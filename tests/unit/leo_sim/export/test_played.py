@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.simulate import stepped
 
 from leo_sim.effects import place
 from leo_sim.export.held import held
@@ -54,11 +55,7 @@ def commands(model, count, share):
 
 def by_model(model, state, inputs):
     """What the encoders read, angles and rates, (K, 2 J)."""
-    read = []
-    for u in inputs:
-        state = model.step(state, u, model.robot.control_period)
-        read.append(np.concatenate(model.sense(state)))
-    return np.array(read)
+    return np.concatenate(stepped(model, inputs, model.robot.control_period, state), axis=1)[1:]
 
 
 def by_mujoco(model, state, inputs, held_base=False):

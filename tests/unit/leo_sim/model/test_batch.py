@@ -51,11 +51,8 @@ def test_a_scan_equals_its_single_runs(effect, where, name, values):
 @pytest.mark.parametrize(
     'path',
     [
-        'actuators.pivot.resistance',
-        'links.bob.mass',
-        'gravity',
-        'joints.pivot.damping',
-        'actuators.pivot.rotor_inertia',
+        *('actuators.pivot.resistance', 'actuators.pivot.rotor_inertia', 'links.bob.mass'),
+        *('joints.pivot.damping', 'gravity'),
     ],
 )
 def test_constants_can_be_scanned(path):

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.simulate import stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -208,8 +209,6 @@ def test_rates_belong_to_the_angles_of_their_time():
     ends = []
     for engine in ('mujoco', 'rk4'):
         model = Model(robot, engine=engine, integration_step=1e-3)
-        state = model.state_from([1.0], [10.0])
-        for _ in range(50):
-            state = model.step(state, [0.5], 0.01)
-        ends.append(np.concatenate(model.sense(state)))
+        track = stepped(model, np.full((50, 1), 0.5), 0.01, model.state_from([1.0], [10.0]))
+        ends.append(np.concatenate(track, axis=1)[-1])
     assert ends[0] == pytest.approx(ends[1], abs=1e-4)
