@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tests.models import stepped
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
@@ -13,7 +14,7 @@ from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.robot_file import SensorFile
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.effects import Placed
-from leo_sim.model import Model, State
+from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 PENDULUM, TORQUE = load_robot('pendulum'), load_robot('torque_pendulum')
@@ -55,7 +56,9 @@ def record(
     enabled, push = physics.pop('enabled', None), physics.pop('push', None)
     model = Model(robot, effects, **{'engine': 'rigid', **physics})
     q, dq = (
-        stepped(model, inputs) if model.engine == 'rk4' else _rolled(model, inputs, enabled, push)
+        stepped(model, inputs, DT)
+        if model.engine == 'rk4'
+        else _rolled(model, inputs, enabled, push)
     )
     count, rng = len(inputs), np.random.default_rng([seed, 1])
     q = q[:count] + rng.normal(0, noise[0], q[:count].shape)
@@ -127,19 +130,3 @@ def _rolled(model: Model, inputs: np.ndarray, enabled: Any, push: Any) -> tuple[
         model, start.q[None], start.dq[None], inputs[None], DT, enabled=batch[0], push=batch[1]
     )
     return q[0], dq[0]
-
-
-def stepped(
-    model: Model,
-    inputs: Any,
-    dt: float = DT,
-    state: State | None = None,
-    enabled: np.ndarray | None = None,
-) -> tuple[Any, Any]:
-    """Measured angles and rates (N + 1, J) of N steps from a state, the nominal one of None."""
-    state = state or model.start('nominal')
-    sensed = [model.sense(state)]
-    for k, u in enumerate(inputs):
-        state = model.step(state, u, dt, enabled=None if enabled is None else enabled[k])
-        sensed.append(model.sense(state))
-    return np.array([q for q, _ in sensed]), np.array([dq for _, dq in sensed])

@@ -6,8 +6,9 @@ import shutil
 
 import numpy as np
 import pytest
+from tests.models import stepped
 from tests.places import ROOT
-from tests.simulate import bag, record, stepped
+from tests.simulate import bag, record
 
 from leo_msgs_py.cli import main
 from leo_sim.description.robot import load_robot
@@ -36,7 +37,7 @@ def test_it_swings_as_one_whose_motor_gives_nothing(name, driven):
         robot = load_robot(folder)
         values = {'viscous_friction': {'b': 1e-3}, 'measurement_delay': {'delay': 0.01}}
         placed = (place(robot, name, 'all', **values[name]),) if name else ()
-        track = stepped(Model(robot, effects=placed), np.zeros((20, len(robot.actuators))))
+        track = stepped(Model(robot, effects=placed), np.zeros((20, len(robot.actuators))), 0.01)
         states.append(np.concatenate(track, axis=1)[-1])
     assert states[0] == pytest.approx(states[1], abs=1e-12)
 

@@ -44,7 +44,6 @@ class Touch(NamedTuple):
 
 class Spheres:
     def __init__(self, robot: Robot, ground: Ground):
-        self.names = tuple(contact.name for contact in robot.contacts)
         self._tree = tree_of(robot.joints)
         links = {joint.child: i for i, joint in enumerate(robot.joints)}
         self._links = np.array([links[c.link] for c in robot.contacts])

@@ -39,13 +39,9 @@ def settled(
     size, moved = np.shape(dq)[-1], [dq, 0.0 if motor is None else motor]
     shape = common(*(np.shape(f)[:-1] for f in (*contact, *moved, h)), factor.inverse.shape[:-2])
     rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
-    _sweep(
-        rates,
-        speeds,
-        rows(factor.inverse, shape, (size, size)),
-        rows(h, shape, 1),
-        Contact(*(rows(f, shape, size) for f in contact)),
-    )
+    answers = rows(factor.inverse, shape, (size, size))
+    parts = Contact(*(rows(f, shape, size) for f in contact))
+    _sweep(rates, speeds, answers, rows(h, shape, 1), parts)
     rates, speeds = (m.reshape(*shape, size) for m in (rates, speeds))
     return rates, None if motor is None else speeds
 
@@ -85,13 +81,9 @@ def swept(
                     total = _friction(before[at(before, n), j], free, level[dry, j] * step, own)
                     acting += 1
                 elif kind == 1:
-                    total = _stopped(
-                        free,
-                        low[at(low, n), j] - q[here, j],
-                        high[at(high, n), j] - q[here, j],
-                        step,
-                        own,
-                    )
+                    least = low[at(low, n), j] - q[here, j]
+                    most = high[at(high, n), j] - q[here, j]
+                    total = _stopped(free, least, most, step, own)
                     acting += 2 if total != was else 0
                 elif kind == 2 and gap[wide, j] > 0.0:
                     share = 1.0 / rotor[at(rotor, n), j]

@@ -180,7 +180,7 @@ class _Period(NamedTuple):
         motion, last = self._motion(shape, q, dq, memory), rows(last, shape, size, True).copy()
         place = dynamics.tree, dynamics.world(shape), self.spheres.floor(shape)
         h, held = rows(self.h, shape, 1)[:, 0], _still(memory, shape)
-        time = h, self.inner, count, held, tuple(range(size))
+        time: Any = h, self.inner, count, held, tuple(range(size))
         advance_periods(motion, last, *place, driven.forces, driven.play, *time)
         return self._state(shape, motion, memory)
 

@@ -51,7 +51,6 @@ class Planar(Compiled):
 
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
         self.tree = tree_of(joints)
-        self.links = {joint.child: i for i, joint in enumerate(joints)}
         self.figures = _figures([bodies[joint.child] for joint in joints])
         self.gravity = np.asarray(gravity, dtype=float)
 

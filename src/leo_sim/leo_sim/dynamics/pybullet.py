@@ -76,7 +76,7 @@ class Bullet(Dynamics):
         self._mass: Any = None
         self._bias: Any = None
 
-    def begin(self, q: Array, dq: Array, h: float) -> None:
+    def begin(self, q: Array, dq: Array, h: Any) -> None:
         if h != self._h:
             pybullet.setTimeStep(h, **self._at)
             self._h = h
@@ -95,7 +95,7 @@ class Bullet(Dynamics):
         angles = q[self._to_bullet].tolist()
         return self._less_pulls(self._resistance(angles, dq), angles)
 
-    def move(self, q: Array, dq: Array, faster: Array, h: float) -> tuple[Any, Any]:
+    def move(self, q: Array, dq: Array, faster: Array, h: Any) -> tuple[Any, Any]:
         """One step of the simulator under the torques that take the rates to `faster`."""
         torques = self._mass @ ((faster - dq) / h) + self._bias
         if self._pulled:

@@ -139,7 +139,7 @@ class Rigid(Dynamics):
         for i in range(len(poses) - 1, -1, -1):
             if i in self._column:
                 self._fill(rows, i, composites[i], poses)
-            if self._parents[i] >= 0 and any(j in self._column for j in self._above(i)):
+            if self._parents[i] >= 0:
                 above = composites[self._parents[i]]
                 composites[self._parents[i]] = _merged(above, _moved(composites[i], poses[i]))
         return rows

@@ -28,12 +28,12 @@ class Drag(NamedTuple):
 
 
 class Period(NamedTuple):
-    """What is held over `count` substeps of h s."""
+    """What is held over so many steps of h s."""
 
     inputs: Any  # V, N m or rad, (..., A)
     enabled: Any  # booleans (..., A), or None for all
     h: Any  # s: a float, or an array that broadcasts with the angles
-    count: int
+    steps: int
     push: Any = 0.0  # extra torque on the links, N m, (..., J)
 
 

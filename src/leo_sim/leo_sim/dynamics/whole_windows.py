@@ -127,7 +127,8 @@ def _driving(
     torques = (every_row(part, shape, size) for part in _torques(laws, size, cut, memory))
     still = rows(level, lead, size), rows(laws.rotor_inertia, lead, size)
     h = every_row(cut.h[:, None, :, None], shape, 1)[..., 0]
-    return Driving(*torques, *still, *stops, h, cut.parts, cut.first)
+    parts: Any = *torques, *still, *stops, h, cut.parts, cut.first
+    return Driving(*parts)
 
 
 def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from leo_sim.common.broadcasting import Array, Numbers, paired
+from leo_sim.common.broadcasting import Array, paired
 from leo_sim.dynamics import whole_windows
 from leo_sim.dynamics.substep import DRIVE, Period, rested, slowing, substeps
 from leo_sim.dynamics.window_input import Held
@@ -59,17 +59,10 @@ def rollout(
     """
     inputs = np.asarray(inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
-    batch = Batch(
-        np.asarray(q0, dtype=float),
-        np.asarray(dq0, dtype=float),
-        inputs,
-        periods,
-        enabled,
-        None if history is None else History(*history),
-        push,
-        np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2]),
-        _held(model, held, inputs.shape[-3]),
-    )
+    begun = np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2])
+    q, dq = np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float)
+    past, still = history and History(*history), _held(model, held, inputs.shape[-3])
+    batch = Batch(q, dq, inputs, periods, enabled, past, push, begun, still)
     if not model.robot.contacts:
         return _rolled(model, batch)
     parts = shares(lambda part: _rolled(model, part), batch)
@@ -147,7 +140,8 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
             if laws.recalls:
                 memory = laws.remember(true[k][0], rate, memory, h)
             if laws.gap is not None:
-                memory = _play(model, memory, true[k][0] + (i + 0.5) * h * rate, rate, u, on, h)
+                angles = true[k][0] + (i + 0.5) * h * rate
+                memory = _play(model, memory, angles, rate, Period(u, on, h, 1))
     return memory, recalled
 
 
@@ -158,20 +152,12 @@ def _faster(
     laws = model.reading_laws
     q, dq, _ = laws.sensors.true_state(*state, recalled)
     after = model.integrate(laws, model.rigid, q, dq, memory, held)[1]
-    return (after - dq) / np.maximum(held.h * held.count, 1e-12)
+    return (after - dq) / np.maximum(held.h * held.steps, 1e-12)
 
 
-def _play(
-    model: Model,
-    memory: Memory,
-    q: Array,
-    dq: Array,
-    u: Array,
-    enabled: np.ndarray | None,
-    h: Numbers,
-) -> Memory:
+def _play(model: Model, memory: Memory, q: Array, dq: Array, motors: Period) -> Memory:
     """The motor sides after h s while the joints move at given rates."""
-    laws = model.reading_laws
+    laws, (u, enabled, h, *_) = model.reading_laws, motors
     offset, speed = memory[DRIVE]
     drag = slowing(laws, model.rigid, q, dq, memory, u, enabled)
     load = model.rigid.load(q) if laws.needs_load else None

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from tests.models import modelled
 
 from leo_sim.description.robot import load_robot
 from leo_sim.dynamics import whole_windows, window_kernel
@@ -15,62 +16,47 @@ WINDOWS, SAMPLES = 5, 9
 SCAN = np.array([0.5, 1.0, 1.4])[:, None, None]
 LAWS = {
     'nothing': (),
-    'a scanned scale': (('torque_scale', 'all', {'k': SCAN}),),
-    'two laws': (
-        ('viscous_friction', 'all', {'b': 0.01}),
-        ('coulomb_friction', 'all', {'c': 0.05}),
-    ),
-    'scanned dry friction': (('coulomb_friction', 'all', {'c': 0.05 * SCAN}),),
-    'a scanned rotor': (('armature', 'all', {'J': 0.01 * SCAN}),),
-    'a clipped input': (('voltage_limit', 'all', {'v': 1.5}),),
-    'scanned encoders': (
-        ('encoder_offset', 'all', {'o': 0.2 * SCAN}),
-        ('encoder_scale', 'all', {'k': 1.1}),
-    ),
+    'a scanned scale': (('torque_scale', {'k': SCAN}),),
+    'two laws': (('viscous_friction', {'b': 0.01}), ('coulomb_friction', {'c': 0.05})),
+    'scanned dry friction': (('coulomb_friction', {'c': 0.05 * SCAN}),),
+    'a scanned rotor': (('armature', {'J': 0.01 * SCAN}),),
+    'a clipped input': (('voltage_limit', {'v': 1.5}),),
+    'scanned encoders': (('encoder_offset', {'o': 0.2 * SCAN}), ('encoder_scale', {'k': 1.1})),
     'laws asked in every substep': (
-        ('joint_spring', 'all', {'k': 0.1 * SCAN, 'rest': 0.3}),
-        ('stribeck_friction', 'all', {'c': 0.02, 'c_static': 0.05, 'v_s': 0.5}),
-        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
-        ('quadratic_drag', 'all', {'d': 0.001}),
-        ('viscous_friction', 'all', {'b': 0.01}),
+        ('joint_spring', {'k': 0.1 * SCAN, 'rest': 0.3}),
+        ('stribeck_friction', {'c': 0.02, 'c_static': 0.05, 'v_s': 0.5}),
+        ('torque_ripple', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
+        ('quadratic_drag', {'d': 0.001}),
+        ('viscous_friction', {'b': 0.01}),
     ),
     'friction by load': (
-        ('load_dependent_friction', 'all', {'mu': 0.1 * SCAN}),
-        ('torque_scale', 'all', {'k': 0.9}),
-        ('coulomb_friction', 'all', {'c': 0.01}),
+        ('load_dependent_friction', {'mu': 0.1 * SCAN}),
+        ('torque_scale', {'k': 0.9}),
+        ('coulomb_friction', {'c': 0.01}),
     ),
     'friction by load and speed': (
-        ('stribeck_load_friction', 'all', {'mu': 0.1, 'mu_static': 0.1 + 0.1 * SCAN, 'v_s': 0.5}),
+        ('stribeck_load_friction', {'mu': 0.1, 'mu_static': 0.1 + 0.1 * SCAN, 'v_s': 0.5}),
     ),
     'friction by a square of the load': (
-        ('quadratic_load_friction', 'all', {'mu': 0.1 * SCAN, 'mu2': 0.05}),
+        ('quadratic_load_friction', {'mu': 0.1 * SCAN, 'mu2': 0.05}),
     ),
     'friction by the way of power': (
-        ('directional_load_friction', 'all', {'mu': 0.05, 'mu_back': 0.1 * SCAN}),
+        ('directional_load_friction', {'mu': 0.05, 'mu_back': 0.1 * SCAN}),
     ),
-    'a push': (('voltage_push', 'all', {'v': 0.1 * SCAN}),),
+    'a push': (('voltage_push', {'v': 0.1 * SCAN}),),
     'a scanned delay': (
-        ('command_delay', 'all', {'delay': 0.007 * SCAN}),
-        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
+        ('command_delay', {'delay': 0.007 * SCAN}),
+        ('torque_ripple', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
     ),
-    'a lag behind a limit': (
-        ('actuator_lag', 'all', {'tau': 0.02}),
-        ('voltage_limit', 'all', {'v': 1.5}),
-    ),
-    'rates that lag': (
-        ('velocity_lag', 'all', {'tau': 0.01 * SCAN}),
-        ('quadratic_drag', 'all', {'d': 0.001}),
-    ),
-    'late readings': (('measurement_delay', 'all', {'delay': 0.012 * SCAN}),),
-    'play in the gear': (
-        ('backlash', 'all', {'gap': 0.02 * SCAN}),
-        ('coulomb_friction', 'all', {'c': 0.01}),
-    ),
+    'a lag behind a limit': (('actuator_lag', {'tau': 0.02}), ('voltage_limit', {'v': 1.5})),
+    'rates that lag': (('velocity_lag', {'tau': 0.01 * SCAN}), ('quadratic_drag', {'d': 0.001})),
+    'late readings': (('measurement_delay', {'delay': 0.012 * SCAN}),),
+    'play in the gear': (('backlash', {'gap': 0.02 * SCAN}), ('coulomb_friction', {'c': 0.01})),
     'play, load and drag': (
-        ('backlash', 'all', {'gap': 0.02}),
-        ('load_dependent_friction', 'all', {'mu': 0.1}),
-        ('quadratic_drag', 'all', {'d': 0.001 * SCAN}),
-        ('viscous_friction', 'all', {'b': 0.01}),
+        ('backlash', {'gap': 0.02}),
+        ('load_dependent_friction', {'mu': 0.1}),
+        ('quadratic_drag', {'d': 0.001 * SCAN}),
+        ('viscous_friction', {'b': 0.01}),
     ),
 }
 
@@ -100,16 +86,11 @@ def whole(model, monkeypatch, **given):
     return at_once[0]
 
 
-def modelled(robot, name):
-    """The robot with effects of `LAWS`."""
-    return Model(robot, [place(robot, e, where, **values) for e, where, values in LAWS[name]])
-
-
 @pytest.mark.parametrize('effects', LAWS)
 @pytest.mark.parametrize('name', ['pendulum', 'torque_pendulum', 'double_pendulum'])
 def test_the_numbers_are_those_of_sample_periods(name, effects, monkeypatch):
     robot = load_robot(name)
-    whole(modelled(robot, effects), monkeypatch, **windows(robot))
+    whole(modelled(robot, *LAWS[effects]), monkeypatch, **windows(robot))
 
 
 @pytest.mark.filterwarnings('error')
@@ -118,9 +99,9 @@ def test_the_kernel_is_compiled_once_whatever_drives_the_robot():
     given = windows(robot)
     plain = {'q0': given['q0'], 'dq0': given['dq0'], 'inputs': given['inputs'], 'dt': 0.01}
     rollout(Model(robot), **plain)
-    rollout(modelled(robot, 'friction by load'), **given)
-    rollout(modelled(robot, 'a scanned scale'), **given)
-    rollout(modelled(robot, 'a scanned delay'), **plain)
+    rollout(modelled(robot, *LAWS['friction by load']), **given)
+    rollout(modelled(robot, *LAWS['a scanned scale']), **given)
+    rollout(modelled(robot, *LAWS['a scanned delay']), **plain)
     assert len(window_kernel.run.signatures) == 1
 
 
@@ -156,13 +137,8 @@ def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_he
     given = windows(robot)
     held, periods = np.full((WINDOWS, 4, 1), 2.0), np.full((1, 4), 0.01)
     past = *np.zeros((2, WINDOWS, 4, 1)), held, None, periods
-    model = Model(
-        robot,
-        [
-            place(robot, 'measurement_delay', 'all', delay=0.013 * SCAN),
-            place(robot, 'command_delay', 'all', delay=0.02),
-        ],
-    )
+    late = ('measurement_delay', {'delay': 0.013 * SCAN})
+    model = modelled(robot, late, ('command_delay', {'delay': 0.02}))
     angles = whole(model, monkeypatch, **given, history=past)
     assert angles.shape == (3, WINDOWS, SAMPLES + 1, 1)
 
@@ -187,13 +163,8 @@ def test_constants_of_the_body_can_be_scanned(monkeypatch):
 
 def test_laws_of_one_joint_act_there_alone(monkeypatch):
     robot = load_robot('double_pendulum')
-    model = Model(
-        robot,
-        [
-            place(robot, 'quadratic_drag', 'elbow', d=0.01),
-            place(robot, 'load_dependent_friction', 'shoulder', mu=0.1),
-        ],
-    )
+    drag = ('quadratic_drag', 'elbow', {'d': 0.01})
+    model = modelled(robot, drag, ('load_dependent_friction', 'shoulder', {'mu': 0.1}))
     whole(model, monkeypatch, **windows(robot))
 
 

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.simulate import stepped
+from tests.models import stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot

@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from tests.simulate import DT, PENDULUM, stepped, steps, TORQUE
+from tests.models import stepped
+from tests.simulate import DT, PENDULUM, steps, TORQUE
 
 from leo_lab.blind import kinds
 from leo_sim.effects import get_effect, place

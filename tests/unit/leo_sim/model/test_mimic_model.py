@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.gripper import CLAW, SLIDES
-from tests.simulate import stepped
+from tests.models import stepped
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError

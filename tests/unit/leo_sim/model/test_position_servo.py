@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.simulate import stepped
+from tests.models import stepped
 
 from leo_sim.description.constants import Constant
 from leo_sim.description.robot import load_robot

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from tests.arm import URDF
-from tests.simulate import stepped
+from tests.models import modelled, stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -71,8 +71,7 @@ def robot(tmp_path_factory):
 
 @pytest.mark.parametrize('name', EFFECTS)
 def test_pybullet_and_batched_rollouts_agree(robot, name):
-    effects = [place(robot, effect, where, **p) for effect, where, p in EFFECTS[name]]
-    model = Model(robot, effects)
+    model = modelled(robot, *EFFECTS[name])
     rng = np.random.default_rng(0)
     inputs = rng.uniform(-8, 8, (20, 2))
     enabled = rng.uniform(size=(20, 2)) > 0.2
