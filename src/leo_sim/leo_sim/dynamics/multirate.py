@@ -54,26 +54,26 @@ def integrate(
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
     planar = dynamics if isinstance(dynamics, Planar) and not laws.needs_load else None
     together = periods if planar and laws.steady and not laws.remembers else 1
-    period = _Period(laws, spheres, drag, push, h, inner)
+    loop = _InnerLoop(laws, spheres, drag, push, h, inner)
     last, driven, pressed = dq, None, None
     for i in range(0, periods, together):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, inner * h)
         middle, now = q + (0.5 * inner * h) * dq, dq
         fixed: _Driven | None = driven if laws.steady else None
-        law = partial(period.driven, middle, dq, memory, u, on, before=driven)
+        law = partial(loop.driven, middle, dq, memory, u, on, before=driven)
         if planar:
             driven = fixed or law(None, planar.axes(q, dq))
-            q, dq, memory = period.moved_on(driven, planar, q, dq, last, memory, together)
+            q, dq, memory = loop.moved_on(driven, planar, q, dq, last, memory, together)
         else:
             ahead = 1.5 * dq - 0.5 * last
             mass, bias = dynamics.mass_and_bias(middle, ahead)
             place, lead = (middle, ahead, mass, bias), mass.shape[:-2]
             load = dynamics.load(middle) if laws.needs_load and fixed is None else None
             if load is not None and pressed is None:
-                pressed = period.moved(law(load, lead), q, dq, memory, place)[3]
+                pressed = loop.moved(law(load, lead), q, dq, memory, place)[3]
             driven = fixed or law(None if load is None else load + pressed, lead)
-            q, dq, memory, pressed = period.moved(driven, q, dq, memory, place)
+            q, dq, memory, pressed = loop.moved(driven, q, dq, memory, place)
         last = now
         if laws.remembers:
             memory = laws.remember(q, dq, memory, inner * h)
@@ -88,8 +88,8 @@ class _Driven(NamedTuple):
     play: Play
 
 
-class _Period(NamedTuple):
-    """A period of `inner` substeps of h s, and what stays the same over all of them."""
+class _InnerLoop(NamedTuple):
+    """`inner` substeps of h s between two looks at the geometry, and what does not change."""
 
     laws: Laws
     spheres: Spheres
@@ -119,7 +119,8 @@ class _Period(NamedTuple):
         if before is None:
             before = self._undriven(linked, (smooth, dq, level, offset), lead)
         shape, size = before.shape, dq.shape[-1]
-        smooth, at, level, play = *(rows(x, shape, size) for x in (smooth, dq, level)), before.play
+        smooth, at, level = (rows(x, shape, size) for x in (smooth, dq, level))
+        play = before.play
         if laws.gap is not None:
             torque, speed = rows(torques.motor, shape, size), rows(speed, shape, size)
             play = play._replace(torque=torque, at=speed)

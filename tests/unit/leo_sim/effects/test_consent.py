@@ -145,7 +145,7 @@ def test_nor_do_hidden_effects_of_a_robot(folder):
 
 
 def test_nor_do_weights_that_came_over_the_network(folder):
-    recording = record(PENDULUM, seconds=8)
+    recording = record(PENDULUM, seconds=4)
     model = Model(replace(PENDULUM, control_period=recording.command_period))
     weights, _ = fit(transitions([recording], model), model, replace(RECOMMENDED, epochs=1))
     hostile = replace(weights, base=(folder / 'model.yaml').read_text())
@@ -155,7 +155,7 @@ def test_nor_do_weights_that_came_over_the_network(folder):
 
 
 def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
-    recording = record(PENDULUM, seconds=8)
+    recording = record(PENDULUM, seconds=4)
     (episode,) = recording.episodes
     run = Run(
         episode.t[::5],
