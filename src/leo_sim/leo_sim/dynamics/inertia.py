@@ -82,9 +82,11 @@ class Dynamics:
 class Compiled(Dynamics):
     """A body whose inertia and bias one compiled function fills, over any leading axes."""
 
+    leading: tuple[int, ...]  # axes of the inertial figures
+
     def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
-        raise NotImplementedError
+        return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
 
     def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
         """Fill bias (N, J) for states (N, J) of these axes, and mass (N, J, J) if it has rows."""

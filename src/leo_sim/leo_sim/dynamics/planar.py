@@ -53,9 +53,7 @@ class Planar(Compiled):
         self.tree = tree_of(joints)
         self.figures = _figures([bodies[joint.child] for joint in joints])
         self.gravity = np.asarray(gravity, dtype=float)
-
-    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
-        return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
+        self.leading = common(self.figures.shape[:-2], self.gravity.shape)
 
     def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
         dynamics(self.tree, self.world(shape), q, dq, mass, bias)

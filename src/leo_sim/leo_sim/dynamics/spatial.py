@@ -50,9 +50,6 @@ class Spatial(Compiled):
             inner += 1
         return math.prod(shape[len(shape) - inner :] if self.leading else shape)
 
-    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
-        return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
-
     def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
         dynamics(self.tree, *self.world, self.each(shape), q, dq, mass, bias)
 

@@ -19,14 +19,12 @@ Work = namedtuple(
     'q dq free mean pull held bias load falling level motor drive rotor gap slip speed none servo'
     ' h inverse given',
 )
-"""Room for one state: (1, J), but for h (1, 1), the inverse of its inertia and impulses."""
+"""Room for one state: 18 rows (1, J), h (1, 1), the inverse of its inertia, impulses (3, J)."""
 
 
 def room_of(size: int) -> Work:
-    rows = {name: np.zeros((1, size)) for name in Work._fields}
-    inverse, given = np.zeros((1, size, size)), np.zeros((3, size))
-    other = {'rotor': np.ones((1, size)), 'h': np.zeros((1, 1)), 'inverse': inverse}
-    return Work(**rows | other | {'given': given})
+    rows, inverse = np.zeros((18, 1, size)), np.zeros((1, size, size))
+    return Work(*rows, np.zeros((1, 1)), inverse, np.zeros((3, size)))
 
 
 @compiled_without_gil
