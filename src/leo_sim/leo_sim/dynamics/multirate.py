@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers, rows
+from leo_sim.description.robot_file import SchemeFile
 from leo_sim.dynamics.contact_kernel import advance, advance_periods
 from leo_sim.dynamics.contact_work import Forces, Motion, Play
 from leo_sim.dynamics.ground import Spheres, Touch
@@ -34,20 +35,20 @@ def integrate(
     given: Period,
     *,
     spheres: Spheres,
-    geometry_every: int,
-    switching: float,
+    scheme: SchemeFile,
 ) -> tuple[Any, Any, Memory]:
     """The state after what is given for a sample period, as `substep.integrate` has it.
 
-    A command that changes meanwhile (delay, lag) is a mean over `switching` s at most.
+    A command that changes meanwhile (delay, lag) is a mean over `scheme.switching` s at most.
     """
     inputs, enabled, h, count, push = given
+    inner = scheme.geometry_every
     if HELD in memory:
         dq = dq * (1.0 - memory[HELD][..., None] * (np.arange(dq.shape[-1]) < BASE))
     memory = rested(laws, q, dq, memory)
     if laws.dynamic:
-        geometry_every = min(geometry_every, max(1, int(switching / np.max(h))))
-    periods = -(-count // geometry_every)
+        inner = min(inner, max(1, int(scheme.switching / np.max(h))))
+    periods = -(-count // inner)
     inner = -(-count // periods)
     h = np.asarray(h * (count / (periods * inner)))
     u, on, memory = laws.command(inputs, enabled, memory, inner * h)

@@ -24,7 +24,8 @@ Work = namedtuple(
 
 def room_of(size: int) -> Work:
     rows, inverse = np.zeros((18, 1, size)), np.zeros((1, size, size))
-    return Work(*rows, np.zeros((1, 1)), inverse, np.zeros((3, size)))
+    parts: Any = *rows, np.zeros((1, 1)), inverse, np.zeros((3, size))
+    return Work(*parts)
 
 
 @compiled_without_gil

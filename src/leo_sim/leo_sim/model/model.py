@@ -17,6 +17,7 @@ from leo_msgs_py.names import nearest
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
+from leo_sim.dynamics.planar import Planar
 from leo_sim.dynamics.rigid import Single
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import integrate, Period, substeps
@@ -213,11 +214,7 @@ class Model:
         tree = self.robot.joints, self.laws.bodies, self.laws.gravity
         if len(self.robot.joint_names) == 1 and not self.robot.copies:
             return Single(*tree)
-        if self.robot.contacts:
-            from leo_sim.dynamics.planar import Planar
-
-            return Planar(*tree)
-        return Spatial(*tree)
+        return Planar(*tree) if self.robot.contacts else Spatial(*tree)
 
     @cached_property
     def spatial(self) -> Spatial:
@@ -249,12 +246,7 @@ class Model:
         from leo_sim.dynamics import multirate
 
         scheme = self.robot.schemes[self.scheme]
-        return partial(
-            multirate.integrate,
-            spheres=self.spheres,
-            geometry_every=scheme.geometry_every,
-            switching=scheme.switching,
-        )
+        return partial(multirate.integrate, spheres=self.spheres, scheme=scheme)
 
     @cached_property
     def _integrate(self) -> Any:
