@@ -61,25 +61,15 @@ def refusal(words: list[str], capsys) -> str:
 @pytest.mark.parametrize(
     'words',
     [
-        ['compare', 'bag'],
-        ['check', 'bag'],
-        ['explain', 'bag'],
-        ['next', 'bag'],
-        ['repair', 'bag', '-o', 'out'],
-        ['bag', 'show', 'bag'],
-        ['bag', 'cut', 'bag', '-o', 'new', '--without-outside'],
-        ['learn', '-o', 'run'],
-        ['play', 'policy'],
-        ['add'],
+        *('compare bag', 'check bag', 'explain bag', 'next bag', 'repair bag -o out'),
+        *('bag show bag', 'bag cut bag -o new --without-outside', 'learn -o run', 'play leo_walk'),
+        'add model.yaml bias_torque t=0 -o new.yaml',
     ],
 )
 def test_no_verb_runs_what_a_model_names(words, folder, capsys):
     bag(folder / 'bag', record(PENDULUM, seconds=2))
-    if words == ['play', 'policy']:
-        words = ['play', 'leo_walk']
-    given = ['model.yaml', 'bias_torque', 't=0'] if words == ['add'] else ['--model', 'model.yaml']
-    output = ['-o', 'new.yaml'] if words == ['add'] else []
-    line = refusal([*words, *given, *output], capsys)
+    model = [] if words.startswith('add') else ['--model', 'model.yaml']
+    line = refusal([*words.split(), *model], capsys)
     assert 'model.yaml would run' in line and '--effect wind.py' in line
     assert not ran(folder)
 
