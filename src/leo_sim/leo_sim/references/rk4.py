@@ -169,8 +169,7 @@ def _struck(system: _System, y: _Motion, ends: Any) -> _Motion:
     dq, speed = y.dq, y.speed
     for j in np.flatnonzero(ends).tolist():
         mass, _ = system.dynamics.mass_and_bias(y.q, dq)
-        linked = (system.gap == 0) & np.ones_like(ends)
-        diagonal = np.where(linked, system.laws.rotor_inertia, 0.0)
+        diagonal = np.where(system.gap == 0, system.laws.rotor_inertia, 0.0)
         answer = factor(mass, diagonal).response(j)
         rotor = (system.laws.rotor_inertia + np.zeros_like(dq))[j]
         impulse = (speed[j] - dq[j]) / (1.0 / rotor + answer[j])
