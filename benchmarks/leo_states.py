@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from leo_sim.dynamics.substep import substeps
+from leo_sim.dynamics.substep import Period, substeps
 from leo_sim.model import Model
 
 FEET = slice(0, 4)
@@ -23,9 +23,8 @@ class States(NamedTuple):
 def moved(model: Model, states: States, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Angles and rates after dt s."""
     count = substeps(dt, model.integration_step)
-    q, dq, _ = model.integrate(
-        model.laws, model.rigid, states.q, states.dq, {}, states.volts, None, dt / count, count
-    )
+    period = Period(states.volts, None, dt / count, count)
+    q, dq, _ = model.integrate(model.laws, model.rigid, states.q, states.dq, {}, period)
     return q, dq
 
 

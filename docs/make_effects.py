@@ -256,7 +256,7 @@ def _line(x: np.ndarray, y: np.ndarray, colour: str, more: str) -> str:
 HEAD = """# The effects
 
 Every law that `leo explain` tries, as the catalogue has it (`src/leo_sim/leo_sim/effects`, one
-file each). Written by `python docs/make_effects.py`; a test holds it to the catalogue. Blue: with
+class each). Written by `python docs/make_effects.py`; a test holds it to the catalogue. Blue: with
 the effect, dashed: without; axes in arbitrary units. q is an angle, w a rate, u the input, tau a
 torque at the joint. `V` is `N m` on robots that take torques. What one acts on is its hook:
 [your_effect.md](your_effect.md) says what each gets and gives, and how to write one of your own.

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tests.models import stepped
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
@@ -55,7 +56,9 @@ def record(
     enabled, push = physics.pop('enabled', None), physics.pop('push', None)
     model = Model(robot, effects, **{'engine': 'rigid', **physics})
     q, dq = (
-        _stepped(model, inputs) if model.engine == 'rk4' else _rolled(model, inputs, enabled, push)
+        stepped(model, inputs, DT)
+        if model.engine == 'rk4'
+        else _rolled(model, inputs, enabled, push)
     )
     count, rng = len(inputs), np.random.default_rng([seed, 1])
     q = q[:count] + rng.normal(0, noise[0], q[:count].shape)
@@ -127,12 +130,3 @@ def _rolled(model: Model, inputs: np.ndarray, enabled: Any, push: Any) -> tuple[
         model, start.q[None], start.dq[None], inputs[None], DT, enabled=batch[0], push=batch[1]
     )
     return q[0], dq[0]
-
-
-def _stepped(model: Model, inputs: np.ndarray) -> tuple[Any, Any]:
-    state = model.start('nominal')
-    sensed = [model.sense(state)]
-    for u in inputs:
-        state = model.step(state, u, DT)
-        sensed.append(model.sense(state))
-    return np.array([q for q, _ in sensed]), np.array([dq for _, dq in sensed])

@@ -85,12 +85,8 @@ def test_bag_fix_writes_a_bag_without_it(faulty, tmp_path, capsys):
     assert fixed.episodes[0].dq == pytest.approx(old.episodes[0].dq / SIZE, rel=0.01)
     assert fixed.episodes[0].inputs == pytest.approx(old.episodes[0].inputs)
     assert 'speed_scale' in fixed.metadata['mended']
-    assert (
-        bag_verb.main(
-            ['fix', str(new), '-o', str(tmp_path / 'again'), '--model', 'torque_pendulum']
-        )
-        == 0
-    )
+    words = ['fix', str(new), '-o', str(tmp_path / 'again'), '--model', 'torque_pendulum']
+    assert bag_verb.main(words) == 0
     assert 'nothing written' in capsys.readouterr().out and not (tmp_path / 'again').exists()
 
 

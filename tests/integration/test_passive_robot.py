@@ -6,6 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
+from tests.models import stepped
 from tests.places import ROOT
 from tests.simulate import bag, record
 
@@ -36,11 +37,8 @@ def test_it_swings_as_one_whose_motor_gives_nothing(name, driven):
         robot = load_robot(folder)
         values = {'viscous_friction': {'b': 1e-3}, 'measurement_delay': {'delay': 0.01}}
         placed = (place(robot, name, 'all', **values[name]),) if name else ()
-        model, inputs = Model(robot, effects=placed), np.zeros(len(robot.actuators))
-        state = model.start()
-        for _ in range(20):
-            state = model.step(state, inputs, 0.01)
-        states.append(np.concatenate(model.sense(state)))
+        track = stepped(Model(robot, effects=placed), np.zeros((20, len(robot.actuators))), 0.01)
+        states.append(np.concatenate(track, axis=1)[-1])
     assert states[0] == pytest.approx(states[1], abs=1e-12)
 
 

@@ -167,7 +167,6 @@ def holds(h: float, grip: float, work: Work, r: int) -> Any:
 
 @compiled_in_place
 def slides(grip: float, line: Array, r: int) -> Any:
-    """Whether the sphere of the normal row r slides."""
     return abs(line[GIVEN, r + 1]) >= 0.999999 * grip * line[GIVEN, r]
 
 

@@ -66,19 +66,11 @@ def advance(
     impulses: Array,
     axes: tuple[int, ...],
 ) -> Any:
-    """Move states in place by `count` substeps of h s.
+    """Move states in place by `count` substeps of h s, (N or 1,).
 
-    Args:
-        motion: Before, and after.
-        mass: Joint-space inertia, (N, J, J).
-        forces: Of the joints.
-        play: Of the motor sides.
-        touch: Of the spheres.
-        h: s, (N or 1,).
-        count: Substeps.
-        held: How many joints, the first ones, do not move, (N or 1,).
-        impulses: Filled: normal and tangential impulse of each sphere, N s, (N, P, 2).
-        axes: A tuple with one entry per joint, see `Work`.
+    Mass is the joint-space inertia, (N, J, J); the first `held` joints, (N or 1,), do not move.
+    Adds the normal and tangential impulse of each sphere to `impulses`, N s, (N, P, 2). Axes is a
+    tuple with one entry per joint, see `Work`.
     """
     size, points = len(axes), touch.over.shape[1]
     most = 3 * size + 2 * points

@@ -24,76 +24,46 @@ class Motion(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What drives the joints while the geometry is held; rows of N or 1 states, J columns.
+    """What drives the joints while the geometry is held; rows of N or 1 states, J columns."""
 
-    Attributes:
-        smooth: Torque at the rates `at`, bias taken off, N m.
-        drag: Falling of it with speed, N m s/rad.
-        at: Rates where the torques were taken, rad/s.
-        rotor: Inertia of the motor sides without play, kg m2.
-        level: Largest dry friction, N m.
-        low, high: Stops, rad.
-    """
-
-    smooth: Array
-    drag: Array
-    at: Array
-    rotor: Array
-    level: Array
-    low: Array
+    smooth: Array  # torque at the rates `at`, bias taken off, N m
+    drag: Array  # falling of it with speed, N m s/rad
+    at: Array  # rates where the torques were taken, rad/s
+    rotor: Array  # inertia of the motor sides without play, kg m2
+    level: Array  # largest dry friction, N m
+    low: Array  # stops, rad
     high: Array
 
 
 class Play(NamedTuple):
-    """Motor sides behind a dead zone; rows of N or 1 states, J columns.
+    """Motor sides behind a dead zone; rows of N or 1 states, J columns."""
 
-    Attributes:
-        gap: Width rad; 0 for a joint without play.
-        torque: Of the motor at the rates `at`, N m.
-        drag: Falling of it with speed, N m s/rad.
-        at: Rates of the motor sides where the torque was taken, rad/s.
-        inertia: kg m2.
-    """
-
-    gap: Array
-    torque: Array
-    drag: Array
-    at: Array
-    inertia: Array
+    gap: Array  # width rad; 0 for a joint without play
+    torque: Array  # of the motor at the rates `at`, N m
+    drag: Array  # falling of it with speed, N m s/rad
+    at: Array  # rates of the motor sides where the torque was taken, rad/s
+    inertia: Array  # kg m2
 
 
 class Work(NamedTuple):
-    """One state at work: what moves it, and the impulses that may act, one row each.
+    """One state at work: what moves it, and the impulses that may act, one row each."""
 
-    Attributes:
-        axes: One entry per joint. The compiler knows how long a tuple is, and writes loops out.
-        joint: Figures of the joints, (18, J), see the names of its rows below.
-        stiffness, damping, over, bend: Of the spheres, (P,); bend (P, 2).
-        kind, place: Which law a row is, at which joint or sphere.
-        line: Figures of the rows, (7, R), see below.
-        lever: What the impulse multiplies, (R, J).
-        moves: Rates that a unit impulse causes, (R, J).
-        gram: The rate of each row (first axis) that the impulse of each (second) causes.
-        inverse: Of inertia with drag, (J, J).
-        system: Matrix and right-hand side of the linear solve, (R, R + 1).
-        unknown: The row each unknown of it belongs to.
-    """
-
+    # one entry per joint. The compiler knows how long a tuple is, and writes loops out
     axes: tuple[int, ...]
-    joint: Array
-    stiffness: Array
+    joint: Array  # figures of the joints, (18, J), see the names of its rows below
+    stiffness: Array  # of the spheres, (P,); bend (P, 2)
     damping: Array
     over: Array
     bend: Array
-    kind: Indices
+    kind: Indices  # which law a row is, at which joint or sphere
     place: Indices
-    line: Array
-    lever: Array
-    moves: Array
-    gram: Array
-    inverse: Array
-    system: Array
-    unknown: Indices
+    line: Array  # figures of the rows, (7, R), see below
+    lever: Array  # what the impulse multiplies, (R, J)
+    moves: Array  # rates that a unit impulse causes, (R, J)
+    gram: Array  # the rate of each row (first axis) that the impulse of each (second) causes
+    inverse: Array  # of inertia with drag, (J, J)
+    system: Array  # matrix and right-hand side of the linear solve, (R, R + 1)
+    unknown: Indices  # the row each unknown of it belongs to
 
 
 # rows of Work.joint

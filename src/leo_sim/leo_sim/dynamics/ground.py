@@ -19,51 +19,31 @@ from leo_sim.effects.base import Ground
 
 
 class Floor(NamedTuple):
-    """Spheres and what is under them; rows of N or 1 states, P spheres.
+    """Spheres and what is under them; rows of N or 1 states, P spheres."""
 
-    Attributes:
-        links: That each sphere is on, (P,).
-        places: X, z and radius in the axes of that link, m, (P, 3).
-        slope: rad, (.,).
-        stiffness, damping: N/m and N s/m, (., P).
-        friction: (., 1).
-    """
-
-    links: Indices
-    places: Array
-    slope: Array
-    stiffness: Array
+    links: Indices  # that each sphere is on, (P,)
+    places: Array  # x, z and radius in the axes of that link, m, (P, 3)
+    slope: Array  # rad, (.,)
+    stiffness: Array  # N/m and N s/m, (., P)
     damping: Array
-    friction: Array
+    friction: Array  # (., 1)
 
 
 class Touch(NamedTuple):
-    """Spheres over the ground; rows of N or 1 states, P spheres.
+    """Spheres over the ground; rows of N or 1 states, P spheres."""
 
-    Attributes:
-        over: Height over the ground at the angles `at`, m, (N, P).
-        bend: Accelerations of height and of sliding without those of the joints, (N, P, 2).
-        normal, tangent: Its rate and the sliding speed per joint rate, (N, P, J).
-        at: Angles of that geometry, (N, J).
-        stiffness, damping: N/m and N s/m, (., P).
-        friction: (., 1).
-    """
-
-    over: Array
-    bend: Array
-    normal: Array
+    over: Array  # height over the ground at the angles `at`, m, (N, P)
+    bend: Array  # accelerations of height and of sliding without those of the joints, (N, P, 2)
+    normal: Array  # its rate and the sliding speed per joint rate, (N, P, J)
     tangent: Array
-    at: Array
-    stiffness: Array
+    at: Array  # angles of that geometry, (N, J)
+    stiffness: Array  # N/m and N s/m, (., P)
     damping: Array
-    friction: Array
+    friction: Array  # (., 1)
 
 
 class Spheres:
-    """The spheres of a robot over a ground."""
-
     def __init__(self, robot: Robot, ground: Ground):
-        self.names = tuple(contact.name for contact in robot.contacts)
         self._tree = tree_of(robot.joints)
         links = {joint.child: i for i, joint in enumerate(robot.joints)}
         self._links = np.array([links[c.link] for c in robot.contacts])
@@ -83,7 +63,6 @@ class Spheres:
         return touch
 
     def floor(self, shape: tuple[int, ...]) -> Floor:
-        """The spheres and what is under them, for states of leading axes `shape`."""
         found = self._floors.get(shape)
         if found is None:
             points = len(self._links)

@@ -17,49 +17,31 @@ SETTLED = 1e-12  # rad/s
 
 
 class Contact(NamedTuple):
-    """What may push in a substep, (..., J); in compiled functions rows (N or 1, J).
+    """What may push in a substep, (..., J); in compiled functions rows (N or 1, J)."""
 
-    Attributes:
-        level: Largest dry friction, N m; 0 without.
-        low, high: Stops, rad; infinite without.
-        gap: Width of the dead zone, rad; 0 without.
-        rotor: Effective inertia of the motor sides, kg m2.
-        offset: Motor angle minus joint angle, rad, before the kick.
-        q, dq: Angles and rates at the kick.
-    """
-
-    level: Any
-    low: Any
+    level: Any  # largest dry friction, N m; 0 without
+    low: Any  # stops, rad; infinite without
     high: Any
-    gap: Any
-    rotor: Any
-    offset: Any
-    q: Any
+    gap: Any  # width of the dead zone, rad; 0 without
+    rotor: Any  # effective inertia of the motor sides, kg m2
+    offset: Any  # motor angle minus joint angle, rad, before the kick
+    q: Any  # angles and rates at the kick
     dq: Any
 
 
 def settled(
     contact: Contact, factor: Factor, h: Numbers, dq: Array, motor: Any
 ) -> tuple[Any, Any]:
-    """Rates of joints and motor sides after all impulses of h s.
+    """Rates (..., J) of joints and motor sides after all impulses of h s.
 
-    Args:
-        contact: What may push.
-        factor: Of the inertia of the links.
-        h: s.
-        dq: Rates without impulses, (..., J).
-        motor: Rates of the motor sides without impulses; None without dead zones.
+    Dq and motor are those without impulses; there is no motor side without dead zones.
     """
     size, moved = np.shape(dq)[-1], [dq, 0.0 if motor is None else motor]
     shape = common(*(np.shape(f)[:-1] for f in (*contact, *moved, h)), factor.inverse.shape[:-2])
     rates, speeds = (rows(m, shape, size, True).copy() for m in moved)
-    _sweep(
-        rates,
-        speeds,
-        rows(factor.inverse, shape, (size, size)),
-        rows(h, shape, 1),
-        Contact(*(rows(f, shape, size) for f in contact)),
-    )
+    answers = rows(factor.inverse, shape, (size, size))
+    parts = Contact(*(rows(f, shape, size) for f in contact))
+    _sweep(rates, speeds, answers, rows(h, shape, 1), parts)
     rates, speeds = (m.reshape(*shape, size) for m in (rates, speeds))
     return rates, None if motor is None else speeds
 
@@ -72,7 +54,6 @@ def stopped(low: Numbers, high: Numbers, q: Array, dq: Array, h: Numbers) -> boo
 
 @compiled_without_gil
 def _sweep(dq: Array, motor: Array, answers: Array, h: Array, contact: Contact) -> None:
-    """Change rates (N, J) of joints and motors in place."""
     given = np.empty((3, dq.shape[1]))
     for n in range(dq.shape[0]):
         given[:] = 0.0
@@ -100,13 +81,9 @@ def swept(
                     total = _friction(before[at(before, n), j], free, level[dry, j] * step, own)
                     acting += 1
                 elif kind == 1:
-                    total = _stopped(
-                        free,
-                        low[at(low, n), j] - q[here, j],
-                        high[at(high, n), j] - q[here, j],
-                        step,
-                        own,
-                    )
+                    least = low[at(low, n), j] - q[here, j]
+                    most = high[at(high, n), j] - q[here, j]
+                    total = _stopped(free, least, most, step, own)
                     acting += 2 if total != was else 0
                 elif kind == 2 and gap[wide, j] > 0.0:
                     share = 1.0 / rotor[at(rotor, n), j]

@@ -2,7 +2,7 @@
 """The inverse of an inertia, and how a body moves with it: kick and motion of a substep."""
 
 import math
-from typing import Any, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,26 +10,10 @@ from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
 
 
-class Factor:
+class Factor(NamedTuple):
     """The inverse of an inertia (..., J, J) plus a diagonal (..., J)."""
 
-    def __init__(self, mass: Any, diagonal: Array):
-        size = mass.shape[-1]
-        diagonal = np.asarray(diagonal, dtype=float)
-        if size == 1:
-            self.inverse = 1.0 / (mass + diagonal[..., None])
-            return
-        shape = common(mass.shape[:-2], diagonal.shape[:-1])
-        inverse = np.empty((math.prod(shape), size, size))
-        invert(rows(mass, shape, (size, size)), rows(diagonal, shape, size), inverse)
-        self.inverse = inverse.reshape(*shape, size, size)
-
-    @classmethod
-    def of(cls, inverse: Any) -> Self:
-        """From an inverse (..., J, J) already at hand."""
-        factor = cls.__new__(cls)
-        factor.inverse = inverse
-        return factor
+    inverse: Any
 
     def solve(self, right: Array) -> Any:
         """Accelerations (..., J) under the torques `right` (..., J)."""
@@ -46,81 +30,77 @@ class Factor:
         return self.inverse[..., joint, :]
 
 
+def factor(mass: Any, diagonal: Array) -> Factor:
+    size, diagonal = mass.shape[-1], np.asarray(diagonal, dtype=float)
+    if size == 1:
+        return Factor(1.0 / (mass + diagonal[..., None]))
+    shape = common(mass.shape[:-2], diagonal.shape[:-1])
+    inverse = np.empty((math.prod(shape), size, size))
+    invert(rows(mass, shape, (size, size)), rows(diagonal, shape, size), inverse)
+    return Factor(inverse.reshape(*shape, size, size))
+
+
 class Dynamics:
     """What a substep needs of a body: inertia, bias and load at a state, and its motion.
 
-    Attributes:
-        mass_and_bias: Of angles and rates (..., J): joint-space inertia (..., J, J) and bias
-            torques (..., J).
-        bias: The bias torques alone.
-        load: Of angles: torque of gravity and external forces, N m, (..., J), along +q.
-        begin: Take a state q, dq; substeps of h s follow.
-        move: The state after the rates went from dq to `faster` and then held for h s.
+    Rates hold from one kick to the next; a body with a state of its own has another `begin` and
+    `move`.
     """
 
+    # of angles and rates (..., J): joint-space inertia (..., J, J) and bias torques (..., J), in
+    # M ddq + bias = torques: gravity, external, Coriolis and centrifugal forces
     mass_and_bias: Any
-    bias: Any
-    load: Any
-    begin: Any
-    move: Any
+    bias: Any  # the bias torques alone
+
+    def load(self, q: Array) -> Any:
+        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
+        return -self.bias(q, np.zeros_like(q))
+
+    def begin(self, q: Array, dq: Array, h: Numbers) -> None:
+        """Take a state; substeps of h s follow."""
+
+    def move(self, q: Array, dq: Array, faster: Array, h: Numbers) -> tuple[Any, Any]:
+        """The state after the rates went from dq to `faster` and then held for h s."""
+        return q + h * faster, faster
 
     def kicked(
         self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
     ) -> tuple[Any, Factor]:
         """Rates (..., J) after h s without impulses, and the factor of the inertia.
 
-        Args:
-            q: True angles, (..., J).
-            dq: True rates, (..., J).
-            diagonal: Added to the inertia: rotors and implicit drag, kg m2, (..., J).
-            driving: Torques without the bias, N m, (..., J).
-            held: The same less dry friction, for the mean rates that the bias is taken at.
-            h: s.
+        The diagonal, rotors and implicit drag, kg m2, is added to the inertia. Driving torques
+        are without the bias, N m; `held` is the same less dry friction, for the mean rates that
+        the bias is taken at.
         """
         mass, bias = self.mass_and_bias(q, dq)
-        factor = Factor(mass, diagonal)
+        found = factor(mass, diagonal)
         if bias.shape[-1] > 1:
-            bias = self.bias(q, dq + (0.5 * h) * factor.solve(held - bias))
-        return dq + h * factor.solve(driving - bias), factor
+            bias = self.bias(q, dq + (0.5 * h) * found.solve(held - bias))
+        return dq + h * found.solve(driving - bias), found
 
 
-class Stateless(Dynamics):
-    """A body without a state of its own: its rates hold from one kick to the next."""
-
-    def begin(self, q: Array, dq: Array, h: Numbers) -> None:
-        """Nothing: this body has no state of its own."""
-
-    def move(self, q: Array, dq: Array, faster: Array, h: Numbers) -> tuple[Any, Any]:
-        """The state after the rates became `faster` and held for h s."""
-        return q + h * faster, faster
-
-
-class Compiled(Stateless):
+class Compiled(Dynamics):
     """A body whose inertia and bias one compiled function fills, over any leading axes."""
+
+    leading: tuple[int, ...]  # axes of the inertial figures
 
     def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
         """Leading axes of what is computed for such states."""
-        raise NotImplementedError
+        return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
 
     def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
         """Fill bias (N, J) for states (N, J) of these axes, and mass (N, J, J) if it has rows."""
         raise NotImplementedError
 
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Joint-space inertia (..., J, J) and bias torques (..., J); see `rigid.Rigid`."""
         shape, size = self.axes(q, dq), np.shape(q)[-1]
         mass = np.empty((math.prod(shape), size, size))
         bias = self._filled(shape, q, dq, mass)
         return mass.reshape(*shape, size, size), bias
 
     def bias(self, q: Array, dq: Array) -> Any:
-        """The bias torques alone, (..., J)."""
         size = np.shape(q)[-1]
         return self._filled(self.axes(q, dq), q, dq, np.empty((0, size, size)))
-
-    def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        return -self.bias(q, np.zeros_like(q))
 
     def _filled(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array) -> Any:
         size = np.shape(q)[-1]

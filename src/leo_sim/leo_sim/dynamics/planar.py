@@ -14,6 +14,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.common.broadcasting import Array, common, Indices, rows
 from leo_sim.common.compiled import compiled_in_place, compiled_without_gil
+from leo_sim.description.joint import columns
 from leo_sim.description.urdf import Body, Joint
 from leo_sim.dynamics.inertia import Compiled
 
@@ -24,59 +25,37 @@ MASS, COM_X, COM_Z, INERTIA, FORCE_X, FORCE_Z = range(6)
 
 
 class Tree(NamedTuple):
-    """Geometry of a planar tree, one entry per joint and its child link.
+    """Geometry of a planar tree, one entry per joint and its child link."""
 
-    Attributes:
-        kind: FIXED, HINGE or SLIDE, (L,).
-        parent: Index of the parent link, -1 for the world, (L,).
-        column: Index in the state, -1 for a fixed joint, (L,).
-        turn: Angle of the joint frame in the parent link, rad, (L,).
-        sense: +1 for a hinge about -y, -1 about +y, (L,).
-        place: Joint origin in the parent link and slide direction in the joint frame, x and z
-            each, (L, 4).
-    """
-
-    kind: Indices
-    parent: Indices
-    column: Indices
-    turn: Array
-    sense: Array
+    kind: Indices  # FIXED, HINGE or SLIDE, (L,)
+    parent: Indices  # index of the parent link, -1 for the world, (L,)
+    column: Indices  # index in the state, -1 for a fixed joint, (L,)
+    turn: Array  # angle of the joint frame in the parent link, rad, (L,)
+    sense: Array  # +1 for a hinge about -y, -1 about +y, (L,)
+    # joint origin in the parent link and slide direction in the joint frame, x and z each, (L, 4)
     place: Array
 
 
 class World(NamedTuple):
-    """What the links weigh; rows of N or 1 states.
+    """What the links weigh; rows of N or 1 states."""
 
-    Attributes:
-        figures: Mass, CoM, inertia and external force of each link, (., L, 6).
-        gravity: m/s2, (.,).
-    """
-
-    figures: Array
-    gravity: Array
+    figures: Array  # mass, CoM, inertia and external force of each link, (., L, 6)
+    gravity: Array  # m/s2, (.,)
 
 
 class Planar(Compiled):
     """Dynamics of a planar tree over any leading axes.
 
-    Args:
-        joints: Of the robot, parents first.
-        bodies: Inertial figures by link; floats, or arrays (S, 1) that scan S values.
-        gravity: m/s2; a float or an array (S, 1).
+    Inertial figures are floats, or arrays (S, 1) that scan S values; so is gravity, m/s2.
     """
 
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
         self.tree = tree_of(joints)
-        self.links = {joint.child: i for i, joint in enumerate(joints)}
         self.figures = _figures([bodies[joint.child] for joint in joints])
         self.gravity = np.asarray(gravity, dtype=float)
-
-    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
-        """Leading axes of what is computed for such states."""
-        return common(q.shape[:-1], dq.shape[:-1], self.figures.shape[:-2], self.gravity.shape)
+        self.leading = common(self.figures.shape[:-2], self.gravity.shape)
 
     def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
-        """See `Compiled`."""
         dynamics(self.tree, self.world(shape), q, dq, mass, bias)
 
     def world(self, shape: tuple[int, ...]) -> World:
@@ -88,20 +67,14 @@ class Planar(Compiled):
 
 
 def tree_of(joints: Sequence[Joint]) -> Tree:
-    """The planar geometry of joints.
-
-    Raises:
-        UserError: A joint leaves the x-z plane.
-    """
+    """The planar geometry of joints; UserError: one leaves the x-z plane."""
     links = {joint.child: i for i, joint in enumerate(joints)}
-    moving = [i for i, joint in enumerate(joints) if joint.kind != 'fixed']
-    column = {i: c for c, i in enumerate(moving)}
     for joint in joints:
         _check(joint)
     return Tree(
         np.array([KINDS[j.kind] for j in joints]),
         np.array([links.get(j.parent, -1) for j in joints]),
-        np.array([column.get(i, -1) for i in range(len(joints))]),
+        np.array(columns(joints)),
         np.array([np.arctan2(j.rotation[6], j.rotation[0]) for j in joints]),
         np.array([-j.axis[1] for j in joints]),
         np.array([[j.translation[0], j.translation[2], j.axis[0], j.axis[2]] for j in joints]),
@@ -109,7 +82,6 @@ def tree_of(joints: Sequence[Joint]) -> Tree:
 
 
 def _check(joint: Joint) -> None:
-    """Raise UserError for a joint that leaves the x-z plane."""
     turned = abs(joint.rotation[4] - 1.0) < FLAT
     hinge = KINDS[joint.kind] != HINGE or abs(abs(joint.axis[1]) - 1.0) < FLAT
     slide = KINDS[joint.kind] != SLIDE or abs(joint.axis[1]) < FLAT

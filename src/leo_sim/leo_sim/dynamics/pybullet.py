@@ -49,6 +49,10 @@ def quiet() -> Iterator[None]:
 with quiet():
     import pybullet
 
+SOLVER = {'numSubSteps': 0, 'numSolverIterations': 10, 'deterministicOverlappingPairs': 1}
+COLD = {'warmStartingFactor': 0.0, 'solverResidualThreshold': 0.0}
+UNDAMPED = {'linearDamping': 0, 'angularDamping': 0}
+
 
 class Bullet(Dynamics):
     """A fixed-base robot in its own DIRECT client; one state at a time."""
@@ -60,14 +64,7 @@ class Bullet(Dynamics):
             self._at = {'physicsClientId': pybullet.connect(pybullet.DIRECT)}
             weakref.finalize(self, pybullet.disconnect, **self._at)
             pybullet.setGravity(0, 0, -gravity, **self._at)
-            pybullet.setPhysicsEngineParameter(
-                numSubSteps=0,
-                numSolverIterations=10,
-                deterministicOverlappingPairs=1,
-                warmStartingFactor=0.0,
-                solverResidualThreshold=0.0,
-                **self._at,
-            )
+            pybullet.setPhysicsEngineParameter(**SOLVER, **COLD, **self._at)
             self._body = self._load(urdf.with_bodies(text, bodies))
         self._order(joints)
         self._pulled = [
@@ -79,8 +76,7 @@ class Bullet(Dynamics):
         self._mass: Any = None
         self._bias: Any = None
 
-    def begin(self, q: Array, dq: Array, h: float) -> None:
-        """Put the robot into a state; substeps of h s follow."""
+    def begin(self, q: Array, dq: Array, h: Any) -> None:
         if h != self._h:
             pybullet.setTimeStep(h, **self._at)
             self._h = h
@@ -88,7 +84,6 @@ class Bullet(Dynamics):
             pybullet.resetJointState(self._body, joint, angle, rate, **self._at)
 
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Joint-space inertia (J, J) and bias torques (J,), external forces included."""
         angles = q[self._to_bullet].tolist()
         mass = np.array(pybullet.calculateMassMatrix(self._body, angles, **self._at))
         if not self._in_order:
@@ -97,19 +92,10 @@ class Bullet(Dynamics):
         return mass, self._less_pulls(self._bias, angles)
 
     def bias(self, q: Array, dq: Array) -> Any:
-        """The bias torques alone, (J,)."""
         angles = q[self._to_bullet].tolist()
         return self._less_pulls(self._resistance(angles, dq), angles)
 
-    def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces at the joints, (J,), along +q."""
-        angles = q[self._to_bullet].tolist()
-        still = pybullet.calculateInverseDynamics(
-            self._body, angles, self._still, self._still, **self._at
-        )
-        return self._pulls(angles) - np.array(still)[self._from_bullet]
-
-    def move(self, q: Array, dq: Array, faster: Array, h: float) -> tuple[Any, Any]:
+    def move(self, q: Array, dq: Array, faster: Array, h: Any) -> tuple[Any, Any]:
         """One step of the simulator under the torques that take the rates to `faster`."""
         torques = self._mass @ ((faster - dq) / h) + self._bias
         if self._pulled:
@@ -153,16 +139,9 @@ class Bullet(Dynamics):
             info = pybullet.getJointInfo(self._body, number, **self._at)
             numbers[info[1].decode()] = number
             self._links[info[12].decode()] = number
-            pybullet.changeDynamics(
-                self._body,
-                number,
-                linearDamping=0,
-                angularDamping=0,
-                jointDamping=0,
-                maxJointVelocity=1e9,
-                **self._at,
-            )
-        pybullet.changeDynamics(self._body, -1, linearDamping=0, angularDamping=0, **self._at)
+            free = {**UNDAMPED, 'jointDamping': 0, 'maxJointVelocity': 1e9}
+            pybullet.changeDynamics(self._body, number, **free, **self._at)
+        pybullet.changeDynamics(self._body, -1, **UNDAMPED, **self._at)
         self._joints = [numbers[j.name] for j in joints if j.kind != 'fixed']
         self._to_bullet = np.argsort(self._joints)
         self._from_bullet = np.argsort(self._to_bullet)
@@ -194,7 +173,6 @@ class Bullet(Dynamics):
         return total[self._from_bullet]
 
     def _apply(self) -> None:
-        """Apply the external forces at the centres of mass for the next step."""
         for number, force, _ in self._pulled:
             place = pybullet.getLinkState(
                 self._body, number, computeForwardKinematics=1, **self._at

@@ -12,7 +12,7 @@ import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.urdf import Body, Joint
-from leo_sim.dynamics.inertia import Stateless
+from leo_sim.dynamics.inertia import Dynamics
 from leo_sim.kinematics.frames import (
     add,
     cross,
@@ -24,7 +24,6 @@ from leo_sim.kinematics.frames import (
     product,
     scaled,
     steiner,
-    sub,
     symmetric,
     transposed,
     turned,
@@ -51,9 +50,7 @@ class _Composite(NamedTuple):
     inertia: Mat
 
 
-class Rigid(Stateless):
-    """Dynamics of a tree."""
-
+class Rigid(Dynamics):
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Numbers):
         self._joints = list(joints)
         self._bodies = [bodies[joint.child] for joint in joints]
@@ -66,14 +63,6 @@ class Rigid(Stateless):
         self._pulled = any(f.__class__ is not float or f for b in self._bodies for f in b.force)
 
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Joint-space inertia (..., J, J) and bias torques (..., J).
-
-        M ddq + bias = torques; bias holds gravity, external, Coriolis and centrifugal forces.
-
-        Args:
-            q: Angles (..., J).
-            dq: Rates (..., J).
-        """
         poses, shape = self._poses(q), np.broadcast_shapes(np.shape(q), np.shape(dq))
         return (
             _square(self._inertia(poses), shape),
@@ -81,14 +70,8 @@ class Rigid(Stateless):
         )
 
     def bias(self, q: Array, dq: Array) -> Any:
-        """The bias torques alone, (..., J)."""
         torques = self._torques(self._poses(q), self._split(dq))
         return joined(torques, np.broadcast_shapes(np.shape(q), np.shape(dq)))
-
-    def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces at the joints, N m, (..., J), along +q."""
-        torques = self._torques(self._poses(q), [0.0] * len(self._column))
-        return joined([sub(0.0, t) for t in torques], np.shape(q))
 
     def _split(self, values: Any) -> list[Any]:
         return [values[..., column] for column in range(len(self._column))]
@@ -120,7 +103,6 @@ class Rigid(Stateless):
         return self._inward(poses, forces, moments)
 
     def _outward(self, i: int, pose: Frame, parent: _Motion, rates: Sequence[Any]) -> _Motion:
-        """Motion of link i from its parent's."""
         back = transposed(pose.rotation)
         lever = plus(
             cross(parent.turn, pose.origin), cross(parent.speed, cross(parent.speed, pose.origin))
@@ -157,7 +139,7 @@ class Rigid(Stateless):
         for i in range(len(poses) - 1, -1, -1):
             if i in self._column:
                 self._fill(rows, i, composites[i], poses)
-            if self._parents[i] >= 0 and any(j in self._column for j in self._above(i)):
+            if self._parents[i] >= 0:
                 above = composites[self._parents[i]]
                 composites[self._parents[i]] = _merged(above, _moved(composites[i], poses[i]))
         return rows
@@ -247,7 +229,7 @@ def _merged(a: _Composite, b: _Composite) -> _Composite:
     )
 
 
-class Single(Stateless):
+class Single(Dynamics):
     """The equations of motion of one joint, as `Rigid` has them.
 
     The rotation of a hinge is linear in the cosine and the sine of its angle, so gravity and
@@ -262,9 +244,7 @@ class Single(Stateless):
         self._sine = aside - self._mean
 
     def mass_and_bias(self, q: Array, dq: Array) -> tuple[Any, Any]:
-        """Inertia (..., 1, 1) and bias torque (..., 1); the speed adds none."""
         return self._mass, -self.load(q)
 
     def load(self, q: Array) -> Any:
-        """Torque of gravity and external forces at the joint, N m, (..., 1), along +q."""
         return self._mean + self._cosine * np.cos(q) + self._sine * np.sin(q)

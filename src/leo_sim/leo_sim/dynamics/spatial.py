@@ -20,16 +20,9 @@ from leo_sim.kinematics.frames import turning_parts
 class Spatial(Compiled):
     """The numbers of `leo_sim.dynamics.rigid.Rigid`, compiled.
 
-    Attributes:
-        tree: Geometry, for the compiled functions.
-        world: Inertial figures (S, L, FIGURES) and gravity (S,) for them.
-        leading: Axes of the states that these serve: (S, 1), (W,) or (S, W); () for one.
-
-    Args:
-        joints: Of the robot, parents first.
-        bodies: Inertial figures by link; floats, or arrays (S, 1) that scan S values, (W,) or
-            (S, W) of W windows that differ.
-        gravity: m/s2; the same.
+    Inertial figures are floats, or arrays (S, 1) that scan S values, (W,) or (S, W) of W windows
+    that differ; so is gravity, m/s2. `leading` are the axes of these. The world is figures
+    (S, L, FIGURES) and gravity (S,), for the compiled functions.
     """
 
     def __init__(self, joints: Sequence[Joint], bodies: Mapping[str, Body], gravity: Any):
@@ -41,23 +34,14 @@ class Spatial(Compiled):
     def kicked(
         self, q: Array, dq: Array, diagonal: Array, driving: Array, held: Array, h: Numbers
     ) -> tuple[Any, Factor]:
-        """See `Dynamics`; here all at once."""
         size, h = q.shape[-1], np.asarray(h)
         shape = common(self.axes(q, dq), *(f.shape[:-1] for f in (diagonal, driving, held, h)))
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
-        given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
-        kick(
-            self.tree,
-            *self.world,
-            self.each(shape),
-            *states,
-            *given,
-            rows(h, shape, 1),
-            inverse,
-            rates,
-        )
-        return rates.reshape(*shape, size), Factor.of(inverse.reshape(*shape, size, size))
+        fields = (rows(f, shape, size) for f in (diagonal, driving, held))
+        given: Any = *fields, rows(h, shape, 1), inverse, rates
+        kick(self.tree, *self.world, self.each(shape), *states, *given)
+        return rates.reshape(*shape, size), Factor(inverse.reshape(*shape, size, size))
 
     def each(self, shape: tuple[int, ...]) -> int:
         """How many states in a row, of those with such leading axes, have the same figures."""
@@ -66,12 +50,7 @@ class Spatial(Compiled):
             inner += 1
         return math.prod(shape[len(shape) - inner :] if self.leading else shape)
 
-    def axes(self, q: Array, dq: Array) -> tuple[int, ...]:
-        """Leading axes of what is computed for such states."""
-        return common(np.shape(q)[:-1], np.shape(dq)[:-1], self.leading)
-
     def fill(self, shape: tuple[int, ...], q: Array, dq: Array, mass: Array, bias: Array) -> None:
-        """See `Compiled`."""
         dynamics(self.tree, *self.world, self.each(shape), q, dq, mass, bias)
 
 

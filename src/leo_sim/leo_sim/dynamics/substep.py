@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Numbers, paired
+from leo_sim.common.broadcasting import Array, paired
 from leo_sim.dynamics.impulses import Contact, settled, stopped
 from leo_sim.dynamics.inertia import Dynamics
 from leo_sim.laws.laws import Laws, Memory
@@ -27,14 +27,18 @@ class Drag(NamedTuple):
     joint: Any
 
 
+class Period(NamedTuple):
+    """What is held over so many steps of h s."""
+
+    inputs: Any  # V, N m or rad, (..., A)
+    enabled: Any  # booleans (..., A), or None for all
+    h: Any  # s: a float, or an array that broadcasts with the angles
+    steps: int
+    push: Any = 0.0  # extra torque on the links, N m, (..., J)
+
+
 def slowing(
-    laws: Laws,
-    dynamics: Dynamics,
-    q: Array,
-    dq: Array,
-    memory: Memory,
-    u: Array,
-    enabled: np.ndarray | None,
+    laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, u: Array, enabled: Any
 ) -> Drag:
     """Derivative of the smooth torques by speed, once per sample period."""
     load = dynamics.load(q) if laws.needs_load else None
@@ -44,18 +48,10 @@ def slowing(
 
 
 def kick(
-    laws: Laws,
-    dynamics: Dynamics,
-    q: Array,
-    dq: Array,
-    memory: Memory,
-    u: Array,
-    enabled: np.ndarray | None,
-    h: Numbers,
-    drag: Drag,
-    push: Numbers = 0.0,
+    laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, motors: Period, drag: Drag
 ) -> tuple[Any, Memory]:
     """Rates (..., J) after one kick at the angles q, and the new memory."""
+    u, enabled, h, _, push = motors
     load = dynamics.load(q) if laws.needs_load else None
     offset, motor_speed = memory[DRIVE] if laws.gap is not None else (None, dq)
     torques = laws.torques(q, dq, motor_speed, u, enabled, load, memory)
@@ -85,31 +81,10 @@ def kick(
 
 
 def integrate(
-    laws: Laws,
-    dynamics: Dynamics,
-    q: Array,
-    dq: Array,
-    memory: Memory,
-    inputs: Array,
-    enabled: np.ndarray | None,
-    h: Numbers,
-    count: int,
-    push: Numbers = 0.0,
+    laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, period: Period
 ) -> tuple[Any, Any, Memory]:
-    """The state after `count` substeps of h s with the inputs held.
-
-    Args:
-        laws: Of the model.
-        dynamics: Of its body.
-        q: True angles, (..., J).
-        dq: True rates, (..., J).
-        memory: What the effects remember.
-        inputs: V, N m or rad, (..., A).
-        enabled: Booleans (..., A) or None for all.
-        h: Substep s: a float, or an array that broadcasts with q.
-        count: Number of substeps.
-        push: Extra torque on the links, N m, (..., J).
-    """
+    """The state after a period, of true angles and rates (..., J)."""
+    inputs, enabled, h, count, push = period
     memory = rested(laws, q, dq, memory)
     u, on, memory = laws.command(inputs, enabled, memory, h)
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
@@ -118,7 +93,8 @@ def integrate(
     for i in range(count):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, h)
-        faster, memory = kick(laws, dynamics, q, dq, memory, u, on, h, drag, push)
+        motors = Period(u, on, h, 1, push)
+        faster, memory = kick(laws, dynamics, q, dq, memory, motors, drag)
         q, dq = dynamics.move(q, dq, faster, h)
         if laws.remembers:
             memory = laws.remember(q - 0.5 * h * dq, dq, memory, h)

@@ -20,53 +20,34 @@ FRAME, WEIGHT, SCREW = 12, 13, 6
 
 
 class Tree(NamedTuple):
-    """Geometry of a tree, one entry per joint and its child link.
+    """Geometry of a tree, one entry per joint and its child link."""
 
-    Attributes:
-        kind: FIXED, HINGE or SLIDE, (L,).
-        parent: Index of the parent link, -1 for the world, (L,).
-        column: Index in the state, -1 for a fixed joint, (L,); joints that copy another share its.
-        ratio: Angle of the joint for a unit of that state, (L,); 1 but for joints that copy.
-        turning: Rotation at a joint angle: a constant part, and those that its cosine and its
-            sine multiply, (L, 3, 9).
-        place: Joint origin in the parent link, m, (L, 3).
-        axis: Unit vector in the joint frame, (L, 3).
-    """
-
-    kind: Indices
-    parent: Indices
+    kind: Indices  # FIXED, HINGE or SLIDE, (L,)
+    parent: Indices  # index of the parent link, -1 for the world, (L,)
+    # index in the state, -1 for a fixed joint, (L,); joints that copy another share its
     column: Indices
-    ratio: Array
+    ratio: Array  # angle of the joint for a unit of that state, (L,); 1 but for joints that copy
+    # rotation at a joint angle, (L, 3, 9): a constant part, what cosine and what sine multiply
     turning: Array
-    place: Array
-    axis: Array
+    place: Array  # joint origin in the parent link, m, (L, 3)
+    axis: Array  # unit vector in the joint frame, (L, 3)
 
 
 class Room(NamedTuple):
-    """Room to work in, one row per link.
+    """Room to work in, one row per link."""
 
-    Attributes:
-        frame: Rotation, row by row, and origin m, (L, FRAME).
-        screw: What a unit rate of the joint's state does, (L, SCREW).
-        weight: Mass, its first moment, its inertia xx yy zz xy xz yz, and the CoM, (L, WEIGHT).
-        whole: The first ten of them for all that hangs on the link, (L, WEIGHT).
-        speed: Screw of the link, (L, SCREW).
-        pull: Its acceleration at zero joint accelerations, gravity as -g upwards, (L, SCREW).
-        force: Moment and force that this takes, (L, SCREW).
-    """
-
-    frame: Array
-    screw: Array
+    frame: Array  # rotation, row by row, and origin m, (L, FRAME)
+    screw: Array  # what a unit rate of the joint's state does, (L, SCREW)
+    # mass, its first moment, its inertia xx yy zz xy xz yz, and the CoM, (L, WEIGHT)
     weight: Array
-    whole: Array
-    speed: Array
-    pull: Array
-    force: Array
+    whole: Array  # the first ten of them for all that hangs on the link, (L, WEIGHT)
+    speed: Array  # screw of the link, (L, SCREW)
+    pull: Array  # its acceleration at zero joint accelerations, gravity as -g upwards, (L, SCREW)
+    force: Array  # moment and force that this takes, (L, SCREW)
 
 
 @compiled_without_gil
 def room_for(links: int) -> Any:
-    """Room to work in for a tree of so many links."""
     return Room(
         np.empty((links, FRAME)),
         np.zeros((links, SCREW)),

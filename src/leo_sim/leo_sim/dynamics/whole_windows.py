@@ -9,7 +9,6 @@ by their compiled functions. NumPy's overhead per substep is most of the time of
 there this is several times as fast (benchmarks/whole_windows.py).
 """
 
-from collections.abc import Callable
 import math
 from typing import Any
 
@@ -17,10 +16,11 @@ import numba
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers, rows
-from leo_sim.common.compiled import compiled_law, Functions
+from leo_sim.common.compiled import compiled_law
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import DRIVE, PROBE, rested
 from leo_sim.dynamics.window_input import (
+    asked,
     Bent,
     Driving,
     every_row,
@@ -32,9 +32,9 @@ from leo_sim.dynamics.window_input import (
     pieces,
     Play,
 )
+from leo_sim.dynamics.window_kernel import room_of
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
-from leo_sim.laws.sensors import Use
 
 MOST_BENT = 4
 """Laws that are asked in every substep; more are left to `substep.integrate`."""
@@ -45,21 +45,16 @@ def possible(laws: Laws, q: Array, inputs: Array) -> bool:
     """Whether these laws can be run for whole windows at once, of one scan at most."""
     plain = not laws.recalls and laws.ground is None
     few = len(laws.bent) <= MOST_BENT and q.ndim < 4 and inputs.ndim < 5
-    return plain and few and all(_compiled(use) for use in laws.bent) and loops_possible(laws)
+    laws_of = (None if use.effect.motor_side else use.effect.law for use in laws.bent)
+    return plain and few and all(compiled_law(a, LAW) for a in laws_of) and loops_possible(laws)
 
 
 def run(
     laws: Laws, tree: Spatial, q: Array, dq: Array, held: Held, longest: float
 ) -> tuple[Any, Any]:
-    """Measured angles and rates at all samples, (K + 1, ..., W, J).
+    """Measured angles and rates at all samples, (K + 1, ..., W, J), under `possible` laws.
 
-    Args:
-        laws: Of the model, `possible` ones.
-        tree: Its body.
-        q: True angles at the start, (..., W, J).
-        dq: True rates there, (..., W, J).
-        held: What is held over the sample periods.
-        longest: Substep, s.
+    From true angles and rates (..., W, J); no substep takes longer than `longest` s.
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
     play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
@@ -70,19 +65,12 @@ def run(
     axes += [*loop_axes(laws), *(v.shape[1:-1] for v in scanned)]
     lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
     driving = _driving(laws, cut, held.memory, level, (lead, size))
+    gears = Play(*(rows(v, lead, size) for v in play))
+    asked_of = *_bent(laws, (lead, size)), *looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    run_states(
-        tree.tree,
-        *tree.world,
-        tree.each(lead),
-        driving,
-        Play(*(rows(v, lead, size) for v in play)),
-        *_bent(laws, lead, size),
-        *looped(laws, cut, held.memory, (lead, size)),
-        angles,
-        rates,
-    )
+    figures, seen = (tree.tree, *tree.world, tree.each(lead)), (angles, rates, room_of(size))
+    run_states(*figures, driving, gears, *asked_of, *seen)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 
@@ -105,28 +93,18 @@ def _play(laws: Laws, q: Array, dq: Array, held: Held) -> tuple[Any, Any, Any]:
     return laws.gap, slip, speed
 
 
-def _compiled(use: Use) -> Callable[..., float] | None:
-    """The law of an effect, compiled; None where it has none, or one that cannot be compiled."""
-    law = use.effect.law
-    return None if use.effect.motor_side else compiled_law(law, LAW)
-
-
 def _nothing(
     a: float, b: float, c: float, q: float, dq: float, motor: float, load: float
 ) -> float:
     return 0.0
 
 
-def _bent(laws: Laws, lead: tuple[int, ...], size: int) -> tuple[Any, Bent]:
+def _bent(laws: Laws, axes: tuple[tuple[int, ...], int]) -> tuple[Any, Bent]:
     """The laws that are asked in every substep, their parameters and places."""
-    functions, dry = [compiled_law(_nothing, LAW)] * MOST_BENT, np.zeros(MOST_BENT, np.int64)
-    values, acts = np.zeros((MOST_BENT, math.prod(lead), 3)), np.zeros((MOST_BENT, size), np.int64)
-    for b, use in enumerate(laws.bent):
-        functions[b], dry[b] = _compiled(use), use.effect.dry
-        acts[b, use.at] = 1
-        for i, parameter in enumerate(use.effect.parameters):
-            values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
-    return Functions(functions), Bent(values, acts, dry, int(laws.needs_load))
+    dry = np.zeros(MOST_BENT, np.int64)
+    dry[: len(laws.bent)] = [use.effect.dry for use in laws.bent]
+    functions, values, acts = asked(laws.bent, np.arange(axes[1]), MOST_BENT, LAW, _nothing, axes)
+    return functions, Bent(values, acts, dry, int(laws.needs_load))
 
 
 def _first(laws: Laws, held: Held) -> tuple[Any, ...]:
@@ -144,24 +122,13 @@ def _driving(
 ) -> Driving:
     """One row for every state; their leading axes and number of joints are given."""
     (lead, size), count = axes, len(cut.parts)
-    low, high = (rows(stop, (), size) for stop in laws.stops or (-np.inf, np.inf))
+    stops = (rows(stop, (), size) for stop in laws.stops or (-np.inf, np.inf))
     shape = (count, *(1,) * (2 - len(lead)), *lead)
-    torque, falling, motor, motor_falling = (
-        every_row(values, shape, size) for values in _torques(laws, size, cut, memory)
-    )
-    return Driving(
-        torque,
-        falling,
-        motor,
-        motor_falling,
-        rows(level, lead, size),
-        rows(laws.rotor_inertia, lead, size),
-        low,
-        high,
-        every_row(cut.h[:, None, :, None], shape, 1)[..., 0],
-        cut.parts,
-        cut.first,
-    )
+    torques = (every_row(part, shape, size) for part in _torques(laws, size, cut, memory))
+    still = rows(level, lead, size), rows(laws.rotor_inertia, lead, size)
+    h = every_row(cut.h[:, None, :, None], shape, 1)[..., 0]
+    parts: Any = *torques, *still, *stops, h, cut.parts, cut.first
+    return Driving(*parts)
 
 
 def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:

@@ -6,6 +6,7 @@ substeps, where a command changes between samples (delay, lag) or a sensor needs
 joints did there.
 """
 
+from collections.abc import Callable, Sequence
 import math
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ from leo_sim.common.broadcasting import Array, filled, Indices, Numbers, rows
 from leo_sim.common.compiled import compiled_law, Functions
 from leo_sim.dynamics.substep import substeps
 from leo_sim.laws.laws import Laws, Memory
-from leo_sim.laws.servo import Servos
+from leo_sim.laws.sensors import Use
 
 MOST_BEHIND = 3
 """Laws behind the servos' loops; the catalogue has so many."""
@@ -24,125 +25,73 @@ BEHIND = numba.float64(*[numba.float64] * 4)
 
 
 class Held(NamedTuple):
-    """What is held over K sample periods.
+    """What is held over K sample periods."""
 
-    Attributes:
-        inputs: V, N m or rad, (..., W, K, A).
-        periods: s, (W, K).
-        enabled: Booleans (..., W, K, A), or None for all motors on.
-        push: Extra torque on the links, N m, (..., W, K, J), or None.
-        memory: What the effects remember; it stays.
-    """
-
-    inputs: Array
-    periods: Array
-    enabled: Any
-    push: Any
-    memory: Memory
+    inputs: Array  # V, N m or rad, (..., W, K, A)
+    periods: Array  # s, (W, K)
+    enabled: Any  # booleans (..., W, K, A), or None for all motors on
+    push: Any  # extra torque on the links, N m, (..., W, K, J), or None
+    memory: Memory  # what the effects remember; it stays
 
 
 class Pieces(NamedTuple):
-    """What is constant over each of P periods, for S values of what is scanned (1 for none).
+    """What is constant over each of P periods, for S values of what is scanned (1 for none)."""
 
-    Attributes:
-        inputs: At the motors, V, N m or rad, (P, S, W, A).
-        enabled: Which are on, or for what share of the time, (P, S, W, A); None for all on.
-        push: Extra torque on the links, N m, (P, S, W, J), or None.
-        h: Substep, s, (P, W).
-        parts: Substeps in each of them, (P,).
-        first: 1 where a sample period begins, (P,).
-        ends: The samples are at the ends of these, (K,).
-    """
-
-    inputs: Array
-    enabled: Any
-    push: Any
-    h: Array
-    parts: Indices
-    first: Indices
-    ends: Indices
+    inputs: Array  # at the motors, V, N m or rad, (P, S, W, A)
+    enabled: Any  # which are on, or for what share of the time, (P, S, W, A); None for all on
+    push: Any  # extra torque on the links, N m, (P, S, W, J), or None
+    h: Array  # substep, s, (P, W)
+    parts: Indices  # substeps in each of them, (P,)
+    first: Indices  # 1 where a sample period begins, (P,)
+    ends: Indices  # the samples are at the ends of these, (K,)
 
 
 class Driving(NamedTuple):
-    """What drives N states over K periods, of samples or of substeps.
+    """What drives N states over K periods, of samples or of substeps."""
 
-    Attributes:
-        torque: Of motors and joints at rates of 0, gravity left out, N m, (K, N, J).
-        falling: How it falls with the rates, N m s/rad, (K, N, J).
-        motor, motor_falling: What of the two is the motors'; (K, N, J) where a law asks.
-        level: Of dry friction, N m, (N or 1, J).
-        rotor: Inertia of the motor sides, kg m2, (N or 1, J).
-        low, high: Stops, rad, (1, J).
-        h: Substep, s, (K, N).
-        parts: Substeps in a period, (K,).
-        first: 1 where a sample period begins, (K,).
-    """
-
-    torque: Array
-    falling: Array
-    motor: Array
+    torque: Array  # of motors and joints at rates of 0, gravity left out, N m, (K, N, J)
+    falling: Array  # how it falls with the rates, N m s/rad, (K, N, J)
+    motor: Array  # what of the two is the motors'; (K, N, J) where a law asks
     motor_falling: Array
-    level: Array
-    rotor: Array
-    low: Array
+    level: Array  # of dry friction, N m, (N or 1, J)
+    rotor: Array  # inertia of the motor sides, kg m2, (N or 1, J)
+    low: Array  # stops, rad, (1, J)
     high: Array
-    h: Array
-    parts: Indices
-    first: Indices
+    h: Array  # substep, s, (K, N)
+    parts: Indices  # substeps in a period, (K,)
+    first: Indices  # 1 where a sample period begins, (K,)
 
 
 class Play(NamedTuple):
-    """Dead zones between the motors and their joints.
+    """Dead zones between the motors and their joints."""
 
-    Attributes:
-        gap: Their width, 0 where there is none, rad, (N or 1, J).
-        slip: Angle of each motor side less that of its joint at the start, rad, (N or 1, J).
-        speed: Rate of each motor side at the start, rad/s, (N or 1, J).
-    """
-
-    gap: Array
-    slip: Array
-    speed: Array
+    gap: Array  # their width, 0 where there is none, rad, (N or 1, J)
+    slip: Array  # angle of each motor side less that of its joint at the start, rad, (N or 1, J)
+    speed: Array  # rate of each motor side at the start, rad/s, (N or 1, J)
 
 
 class Bent(NamedTuple):
-    """Laws that are asked in every substep, B of them.
+    """Laws that are asked in every substep, B of them."""
 
-    Attributes:
-        values: Their parameters, 0 where there is none, (B, N, 3).
-        acts: 1 at the joints where they act, (B, J).
-        dry: 1 where the law is one of dry friction, (B,).
-        loaded: Whether one looks at the load, 1 or 0.
-    """
-
-    values: Array
-    acts: Indices
-    dry: Indices
-    loaded: int
+    values: Array  # their parameters, 0 where there is none, (B, N, 3)
+    acts: Indices  # 1 at the joints where they act, (B, J)
+    dry: Indices  # 1 where the law is one of dry friction, (B,)
+    loaded: int  # whether one looks at the load, 1 or 0
 
 
 class Looped(NamedTuple):
-    """Position servos' own loops, of N states over K sample periods; see `laws.servo`.
+    """Position servos' own loops, of N states over K sample periods; see `laws.servo`."""
 
-    Attributes:
-        goal: rad, (K, N, J); of no periods where inputs are no goals.
-        torque: What 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one.
-        gain, rate_gain, grain, supply: (N or 1, J).
-        scale, zero: A servo reads scale q + zero at the angle q, (N or 1, J).
-        values: Parameters of the laws behind the loop, 0 where there is none, (B, N, 3).
-        acts: 1 at the joints where these act, (B, J).
-    """
-
-    goal: Array
-    torque: Array
-    gain: Array
+    goal: Array  # rad, (K, N, J); of no periods where inputs are no goals
+    torque: Array  # what 1 V gives, N m/V, (K, N, J); 0 where there is no motor, or a free one
+    gain: Array  # (N or 1, J)
     rate_gain: Array
     grain: Array
     supply: Array
-    scale: Array
+    scale: Array  # a servo reads scale q + zero at the angle q, (N or 1, J)
     zero: Array
-    values: Array
-    acts: Indices
+    values: Array  # parameters of the laws behind the loop, 0 where there is none, (B, N, 3)
+    acts: Indices  # 1 at the joints where these act, (B, J)
 
 
 def pieces(laws: Laws, held: Held, longest: float) -> Pieces:
@@ -216,39 +165,47 @@ def loop_axes(laws: Laws) -> list[tuple[int, ...]]:
     return [np.shape(v)[:-1] for v in (*laws.servos.loop, *laws.servos.reading(), *values)]
 
 
+def asked(
+    uses: Sequence[Use],
+    joints: Indices,
+    most: int,
+    kind: Any,
+    nothing: Callable[..., float],
+    axes: tuple[tuple[int, ...], int],
+) -> tuple[Functions, Array, Indices]:
+    """Laws as `most` compiled functions of a kind, their parameters, and 1 where they act.
+
+    For states of leading axes and so many joints: parameters (B, N, 3), acts (B, J). Joints are
+    those of the places where the laws can act; `nothing` stands where there is no law.
+    """
+    lead, size = axes
+    functions = [compiled_law(nothing, kind)] * most
+    values, acts = np.zeros((most, math.prod(lead), 3)), np.zeros((most, size), np.int64)
+    for b, use in enumerate(uses):
+        functions[b] = compiled_law(use.effect.law, kind)
+        acts[b, joints[use.at]] = 1
+        for i, parameter in enumerate(use.effect.parameters):
+            values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
+    return Functions(functions), values, acts
+
+
 def looped(
     laws: Laws, cut: Pieces, memory: Memory, axes: tuple[tuple[int, ...], int]
 ) -> tuple[Functions, Looped]:
     """The laws behind the loops, and the loops, for states of leading axes and so many joints."""
     (lead, size), servos = axes, laws.servos
-    functions = [compiled_law(_as_it_is, BEHIND)] * MOST_BEHIND
-    acts = np.zeros((MOST_BEHIND, size), np.int64)
-    values = np.zeros((MOST_BEHIND, math.prod(lead), 3))
+    behind, joints = servos.after if servos else (), np.array(laws.actuated_joints, np.int64)
+    functions, values, acts = asked(behind, joints, MOST_BEHIND, BEHIND, _as_it_is, axes)
     if servos is None:
         none, never = np.zeros((1, size)), np.zeros((0, 1, size))
-        return Functions(functions), Looped(
-            never, never, none, none, none, none, none, none, values, acts
-        )
-    for b, use in enumerate(servos.after):
-        functions[b] = compiled_law(use.effect.law, BEHIND)
-        acts[b, np.array(laws.actuated_joints)[use.at]] = 1
-        for i, parameter in enumerate(use.effect.parameters):
-            values[b, :, i] = rows(use.values[parameter.name], lead, 1)[:, 0]
+        return functions, Looped(never, never, none, none, none, none, none, none, values, acts)
     shape = (len(cut.parts), *(1,) * (2 - len(lead)), *lead)
-    goal, torque = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
-    gain, rate_gain, grain, supply, scale, zero = (
-        rows(figure, lead, size) for figure in _figures(laws, servos)
-    )
-    return Functions(functions), Looped(
-        goal, torque, gain, rate_gain, grain, supply, scale, zero, values, acts
-    )
-
-
-def _figures(laws: Laws, servos: Servos) -> tuple[Any, ...]:
-    """Gain, rate gain, grain and supply, and scale and zero of what is read, (..., J)."""
+    driven = (every_row(part, shape, size) for part in _per_volt(laws, size, cut, memory))
     gain, rate_gain, grain, supply = map(laws.at_joints, servos.loop)
     scale, rate_scale, zero = servos.reading()
-    return gain, rate_gain * rate_scale, grain, supply, scale, zero
+    figures = (gain, rate_gain * rate_scale, grain, supply, scale, zero)
+    parts: Any = *driven, *(rows(f, lead, size) for f in figures), values, acts
+    return functions, Looped(*parts)
 
 
 def _per_volt(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, Any]:

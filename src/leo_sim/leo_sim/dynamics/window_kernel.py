@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One state after the other through its window: compiled for `whole_windows`."""
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -13,31 +14,18 @@ from leo_sim.dynamics.substep import PROBE
 from leo_sim.dynamics.tree_kernel import bias_torques, inertia, placed, Room, room_for, Tree
 from leo_sim.dynamics.window_input import Bent, Driving, Looped, Play
 
+Work = namedtuple(
+    'Work',
+    'q dq free mean pull held bias load falling level motor drive rotor gap slip speed none servo'
+    ' h inverse given',
+)
+"""Room for one state: 18 rows (1, J), h (1, 1), the inverse of its inertia, impulses (3, J)."""
 
-class Work(NamedTuple):
-    """Room for one state: (1, J) but for the inverse of its inertia, (1, J, J)."""
 
-    q: Array
-    dq: Array
-    free: Array
-    mean: Array
-    pull: Array
-    held: Array
-    bias: Array
-    load: Array
-    falling: Array
-    level: Array
-    motor: Array
-    drive: Array
-    rotor: Array
-    gap: Array
-    slip: Array
-    speed: Array
-    none: Array
-    h: Array
-    inverse: Array
-    given: Array
-    servo: Array
+def room_of(size: int) -> Work:
+    rows, inverse = np.zeros((18, 1, size)), np.zeros((1, size, size))
+    parts: Any = *rows, np.zeros((1, 1)), inverse, np.zeros((3, size))
+    return Work(*parts)
 
 
 @compiled_without_gil
@@ -54,16 +42,17 @@ def run(
     looped: Looped,
     q: Array,
     dq: Array,
+    work: Work,
 ) -> None:
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
     Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
     Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
     servos' loops are functions of three parameters and the voltage. Bent and looped have their
-    parameters and places. The first angles and rates are given.
+    parameters and places. The first angles and rates are given. Work is room of `room_of`.
     """
     states, size = q.shape[1:]
-    room, work = room_for(tree.kind.shape[0]), _work(size)
+    room = room_for(tree.kind.shape[0])
     for n in range(states):
         s = (n // each) % figures.shape[0]
         own, down = figures[s], gravity[s]
@@ -217,30 +206,3 @@ def _kick(
         work.speed[0, j] = work.motor[0, j] if work.gap[0, j] > 0.0 else work.free[0, j]
         work.slip[0, j] += step * (work.speed[0, j] - work.free[0, j])
         work.q[0, j] += step * work.free[0, j]
-
-
-@compiled_without_gil
-def _work(size: int) -> Any:
-    return Work(
-        np.empty((1, size)),
-        np.empty((1, size)),
-        np.empty((1, size)),
-        np.empty((1, size)),
-        np.empty((1, size)),
-        np.empty((1, size)),
-        np.empty((1, size)),
-        np.zeros((1, size)),
-        np.empty((1, size)),
-        np.empty((1, size)),
-        np.zeros((1, size)),
-        np.zeros((1, size)),
-        np.ones((1, size)),
-        np.zeros((1, size)),
-        np.zeros((1, size)),
-        np.zeros((1, size)),
-        np.zeros((1, size)),
-        np.empty((1, 1)),
-        np.empty((1, size, size)),
-        np.empty((3, size)),
-        np.zeros((1, size)),
-    )

@@ -13,43 +13,11 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.user_code import classes_of, guarded, load_file
 from leo_sim.description.robot import Robot
-from leo_sim.effects.actuator_lag import ActuatorLag
-from leo_sim.effects.armature import Armature
-from leo_sim.effects.back_emf_scale import BackEmfScale
-from leo_sim.effects.backlash import Backlash
+from leo_sim.effects import commands, friction, ground, joints, links, sensors
 from leo_sim.effects.base import Effect, HOOKS, Placed
-from leo_sim.effects.bias_torque import BiasTorque
-from leo_sim.effects.command_delay import CommandDelay
 from leo_sim.effects.consent import trust
-from leo_sim.effects.coulomb_friction import CoulombFriction
-from leo_sim.effects.directional_load_friction import DirectionalLoadFriction
-from leo_sim.effects.encoder_offset import EncoderOffset
-from leo_sim.effects.encoder_scale import EncoderScale
-from leo_sim.effects.external_force import ExternalForce
-from leo_sim.effects.ground_compliance import GroundCompliance
-from leo_sim.effects.ground_friction import GroundFriction
-from leo_sim.effects.ground_slope import GroundSlope
-from leo_sim.effects.joint_spring import JointSpring
-from leo_sim.effects.link_com import LinkCom
-from leo_sim.effects.link_inertia import LinkInertia
-from leo_sim.effects.link_mass import LinkMass
-from leo_sim.effects.load_dependent_friction import LoadDependentFriction
-from leo_sim.effects.measurement_delay import MeasurementDelay
 from leo_sim.effects.motor import Motor
 from leo_sim.effects.parameter import Parameter, ROLES
-from leo_sim.effects.payload import Payload
-from leo_sim.effects.quadratic_drag import QuadraticDrag
-from leo_sim.effects.quadratic_load_friction import QuadraticLoadFriction
-from leo_sim.effects.stribeck_friction import StribeckFriction
-from leo_sim.effects.stribeck_load_friction import StribeckLoadFriction
-from leo_sim.effects.torque_ripple import TorqueRipple
-from leo_sim.effects.torque_scale import TorqueScale
-from leo_sim.effects.velocity_lag import VelocityLag
-from leo_sim.effects.viscous_friction import ViscousFriction
-from leo_sim.effects.voltage_deadband import VoltageDeadband
-from leo_sim.effects.voltage_limit import VoltageLimit
-from leo_sim.effects.voltage_push import VoltagePush
-from leo_sim.effects.voltage_scale import VoltageScale
 
 __all__ = [
     'EFFECTS',
@@ -71,52 +39,49 @@ OFF = 1e-9
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
-        CommandDelay(),
-        VoltageScale(),
-        VoltageDeadband(),
-        VoltageLimit(),
-        ActuatorLag(),
-        TorqueScale(),
-        BackEmfScale(),
-        ViscousFriction(),
-        CoulombFriction(),
-        StribeckFriction(),
-        LoadDependentFriction(),
-        QuadraticDrag(),
-        BiasTorque(),
-        JointSpring(),
-        Backlash(),
-        Armature(),
-        TorqueRipple(),
-        LinkMass(),
-        LinkCom(),
-        LinkInertia(),
-        ExternalForce(),
-        GroundFriction(),
-        GroundCompliance(),
-        GroundSlope(),
-        EncoderOffset(),
-        EncoderScale(),
-        VelocityLag(),
-        MeasurementDelay(),
-        StribeckLoadFriction(),
-        QuadraticLoadFriction(),
-        DirectionalLoadFriction(),
-        VoltagePush(),
-        Payload(),
+        commands.CommandDelay(),
+        commands.VoltageScale(),
+        commands.VoltageDeadband(),
+        commands.VoltageLimit(),
+        commands.ActuatorLag(),
+        joints.TorqueScale(),
+        joints.BackEmfScale(),
+        friction.ViscousFriction(),
+        friction.CoulombFriction(),
+        friction.StribeckFriction(),
+        friction.LoadDependentFriction(),
+        friction.QuadraticDrag(),
+        joints.BiasTorque(),
+        joints.JointSpring(),
+        joints.Backlash(),
+        joints.Armature(),
+        joints.TorqueRipple(),
+        links.LinkMass(),
+        links.LinkCom(),
+        links.LinkInertia(),
+        links.ExternalForce(),
+        ground.GroundFriction(),
+        ground.GroundCompliance(),
+        ground.GroundSlope(),
+        sensors.EncoderOffset(),
+        sensors.EncoderScale(),
+        sensors.VelocityLag(),
+        sensors.MeasurementDelay(),
+        friction.StribeckLoadFriction(),
+        friction.QuadraticLoadFriction(),
+        friction.DirectionalLoadFriction(),
+        commands.VoltagePush(),
+        links.Payload(),
     )
 }
+"""In the order in which they joined, a new one last; see `truth.drawing.LAST_DRAWN`."""
 
 
 def get_effect(ref: str) -> Effect:
     """The effect of that name: from the catalogue, an entry point, or a user's Python file.
 
-    Args:
-        ref: A name, or the path of a .py file that defines one subclass of Effect; naming it here
-            lets it run (see `consent`).
-
-    Raises:
-        UserError: No such effect (naming the nearest one), or a file without exactly one.
+    The path of a .py file that defines one subclass of Effect lets it run (see `consent`).
+    UserError: no such effect (naming the nearest one), or a file without exactly one.
     """
     if ref in EFFECTS:
         return EFFECTS[ref]
@@ -137,10 +102,8 @@ def place(
 ) -> Placed:
     """An effect at a joint or link, a list of them, or 'all', with its parameters.
 
-    Parameters that are not given are neutral.
-
-    Raises:
-        UserError: Unknown effect, place or parameter, or an effect this robot cannot have.
+    Parameters that are not given are neutral. UserError: unknown effect, place or parameter, or
+    an effect this robot cannot have.
     """
     effect = name if isinstance(name, Effect) else get_effect(name)
     possible = effect.places(robot)
@@ -183,9 +146,8 @@ def check_bounds(robot: Robot, placed: Placed) -> None:
 def read_effect(path: Path) -> Effect:
     """The one effect that a Python file defines.
 
-    Raises:
-        UserError: No such file, it fails, or it does not define exactly one whole effect. The
-            effect's law raises it too, in place of whatever goes wrong inside.
+    UserError: no such file, it fails, or it does not define exactly one whole effect; the effect's
+    law raises it too, in place of whatever goes wrong inside.
     """
     found = [c for c in classes_of(load_file(path, 'effect')) if issubclass(c, Effect)]
     if len(found) != 1:

@@ -28,19 +28,12 @@ class Drive(NamedTuple):
 
 
 class Ground(NamedTuple):
-    """The floor under a robot: a plane through the origin, as broadcastable figures.
+    """The floor under a robot: a plane through the origin, as broadcastable figures."""
 
-    Attributes:
-        stiffness: N/m per sphere that touches it.
-        damping: N s/m per sphere.
-        friction: Coefficient.
-        slope: rad, positive uphill in +x.
-    """
-
-    stiffness: Any
-    damping: Any
-    friction: Any
-    slope: Any
+    stiffness: Any  # N/m per sphere that touches it
+    damping: Any  # N s/m per sphere
+    friction: Any  # coefficient
+    slope: Any  # rad, positive uphill in +x
 
 
 class Effect:
@@ -51,56 +44,42 @@ class Effect:
     axes, so that the same law runs on one state and on all windows of a bag: `p` maps parameter
     names to floats or to arrays (S, 1, 1); q and dq are true angles rad and rates rad/s of the
     joints it is placed at, (..., joints); dt s is a float or an array that broadcasts with them.
-
-    Attributes:
-        equation: The law in one line: q angle, w rate, u input, tau torque.
-        dry: The torque hook returns the torque that opposes motion along dq. The model limits
-            it to what stops the joint, so that it can hold still.
-        motor_side: The torque hook changes the motor's own torque (later effects see it), and
-            is placed at actuated joints only.
-        steady: What the torque hook returns changes with the rates and the motor's own torque
-            alone, linearly (dry friction: not in size), so that it is asked once per sample
-            period.
-        dynamic: The command hook changes its result while the input is held; the sensor hook
-            has a memory.
-        late: The sensor hook shows the state of all joints as it was `delay` s ago.
-        of_rates: It changes measured rates alone: nothing shows where none were measured.
-        uses_load: The torque hook looks at `load`, which costs time to compute.
-        remembers: The torque hook takes `memory` as a last argument; `remember` moves it on.
-        timed: Its memory starts as the time s since the run began, not as None.
-        law: A torque law without memory as a function of numbers: up to three parameters in
-            their order (further ones are 0), q, dq, torque of the motor, load; a static method
-            that numba can compile. It then runs for whole windows at once. `torque` need not
-            be written. Of a command that acts at once: the parameters and the input; `command`
-            need not be written.
-        together: Effects that it does at once: of one joint data show no more than these.
-        source: The user's file it was read from; '' for an effect of the catalogue.
-        digest: Hash of that file's text.
-        rank: Laws of one hook run in ascending rank.
     """
 
     name: str
     family: ClassVar[str]
     hook: str
     parameters: tuple[Parameter, ...]
-    equation: str = ''
+    equation: str = ''  # the law in one line: q angle, w rate, u input, tau torque
     looks_like: str = ''
     confused_with: ClassVar[str] = ''
     reveal: ClassVar[str] = ''
+    # the torque hook returns the torque that opposes motion along dq; the model limits it to what
+    # stops the joint, so that it can hold still
     dry: bool = False
+    # the torque hook changes the motor's own torque, which later effects see; actuated joints only
     motor_side: bool = False
+    # what the torque hook returns changes with the rates and the motor's own torque alone,
+    # linearly (dry friction: not in size), so that it is asked once per sample period
     steady: ClassVar[bool] = False
+    # the command hook changes its result while the input is held; the sensor hook has a memory
     dynamic: ClassVar[bool] = False
-    late: ClassVar[bool] = False
-    of_rates: ClassVar[bool] = False
-    uses_load: bool = False
-    remembers: bool = False
-    timed: bool = False
+    late: ClassVar[bool] = False  # the sensor hook shows the state of all joints `delay` s ago
+    of_rates: ClassVar[bool] = False  # it shows in measured rates alone
+    uses_load: bool = False  # the torque hook looks at `load`, which costs time to compute
+    remembers: bool = False  # the torque hook takes `memory` as a last argument; see `remember`
+    timed: bool = False  # its memory starts as the time s since the run began, not as None
+    # a torque law without memory as a function of numbers: up to three parameters in their order
+    # (further ones are 0), q, dq, torque of the motor, load; a static method that numba can
+    # compile. It then runs for whole windows at once, and `torque` need not be written. Of a
+    # command that acts at once: the parameters and the input; `command` need not be written.
     law: ClassVar[Callable[..., Any] | None] = None
-    together: ClassVar[tuple[str, ...]] = ()
-    rank: ClassVar[int] = 100
-    source: str = ''
-    digest: str = ''
+    together: ClassVar[
+        tuple[str, ...]
+    ] = ()  # effects that it does at once: one joint shows no more
+    rank: ClassVar[int] = 100  # laws of one hook run in ascending rank
+    source: str = ''  # the user's file it was read from; '' for an effect of the catalogue
+    digest: str = ''  # hash of that file's text
 
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """Inputs that reach the motors in the next dt s, and the memory.
@@ -133,15 +112,12 @@ class Effect:
         raise NotImplementedError
 
     def drive(self, p: Values, drive: Drive) -> Drive:
-        """The changed motor side of the joints."""
         raise NotImplementedError
 
     def body(self, p: Values, link: Body) -> Body:
-        """The changed link."""
         raise NotImplementedError
 
     def ground(self, p: Values, ground: Ground) -> Ground:
-        """The changed ground."""
         raise NotImplementedError
 
     def sensor(self, p: Values, q: Array, dq: Array, memory: Any, dt: Numbers) -> Reading:
@@ -153,14 +129,10 @@ class Effect:
         raise NotImplementedError
 
     def readings(self, p: Values, q: Array, dq: Array, memory: Any, dt: Array) -> tuple[Any, Any]:
-        """Measured angles and rates of a motion, (N + 1, ..., joints).
+        """Measured angles and rates of true ones at N + 1 instants, (N + 1, ..., joints).
 
-        Args:
-            p: Parameter values.
-            q: True joint angles rad at N + 1 instants, (N + 1, ..., joints).
-            dq: True joint rates rad/s there.
-            memory: What the sensor hook returned at the first of them.
-            dt: s from each instant to the next, (N, ..., joints or 1).
+        The memory is what the sensor hook returned at the first of them; dt is s from each to the
+        next, (N, ..., joints or 1).
         """
         read = [self.sensor(p, q[0], dq[0], memory, 0.0)]
         for n, after in enumerate(dt, start=1):
@@ -188,7 +160,6 @@ class Effect:
         return (q - zero_q) / (one_q - zero_q), (dq - zero_dq) / (one_dq - zero_dq), None
 
     def applies(self, robot: Robot) -> bool:
-        """Whether the effect can act anywhere on this robot."""
         return bool(self.places(robot))
 
     def places(self, robot: Robot) -> tuple[str, ...]:
@@ -214,22 +185,14 @@ class Effect:
 
 @dataclass(frozen=True)
 class Placed:
-    """An effect at joints or links of a robot with one value per parameter.
+    """An effect at joints or links of a robot with one value per parameter."""
 
-    Attributes:
-        effect: The law.
-        where: Joint or link names; one shared value for all of them.
-        parameters: Floats, or arrays (S, 1, 1) that scan S values at once.
-        everywhere: True when the place was given as 'all'.
-        units: Unit of each parameter on this robot.
-        ci95: 95 % confidence intervals of fitted parameters.
-    """
-
-    effect: Effect
-    where: tuple[str, ...]
-    parameters: Mapping[str, Any]
-    everywhere: bool = False
-    units: Mapping[str, str] = field(default_factory=dict)
+    effect: Effect  # the law
+    where: tuple[str, ...]  # joint or link names; one shared value for all of them
+    parameters: Mapping[str, Any]  # floats, or arrays (S, 1, 1) that scan S values at once
+    everywhere: bool = False  # true when the place was given as 'all'
+    units: Mapping[str, str] = field(default_factory=dict)  # unit of each parameter on this robot
+    # 95 % confidence intervals of fitted parameters
     ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 

@@ -14,11 +14,7 @@ _trusted: set[Path] = set()
 
 
 def trust(path: str) -> str:
-    """Let this process run an effect file, since the user has named it; return the path.
-
-    Raises:
-        UserError: there is no such file.
-    """
+    """Let this process run an effect file that the user has named; UserError: there is none."""
     if path.endswith('.py') and not os.path.isfile(path):
         raise UserError(f'no effect file {path}')
     _trusted.add(Path(path).resolve())
@@ -35,14 +31,9 @@ def add_effect_argument(
 
 
 def require(named: Iterable[str], by: str | Path) -> None:
-    """See that the Python files which a model or an explanation names may run.
+    """See that those of the named effects which are Python files may run.
 
-    Args:
-        named: effects, of which those that are Python files count.
-        by: the file that names them.
-
-    Raises:
-        UserError: a file that the user has not named; it says how.
+    UserError: one that the user has not named, and how to; `by` is the file that names it.
     """
     files = [Path(name) for name in named if name.endswith('.py')]
     strange = [file for file in files if os.path.isfile(file) and file.resolve() not in _trusted]

@@ -7,15 +7,10 @@ from leo_sim.common.broadcasting import Array, Numbers
 
 
 class Motor(NamedTuple):
-    """What the motors do at the joints, N m, positive along +q.
+    """What the motors do at the joints, N m, positive along +q."""
 
-    Attributes:
-        torque: Net motor torque, back-EMF included.
-        back_emf: The part of it that back-EMF causes (0 for a torque source or a free motor).
-    """
-
-    torque: Any
-    back_emf: Any
+    torque: Any  # net motor torque, back-EMF included
+    back_emf: Any  # the part of it that back-EMF causes (0 for a torque source or a free motor)
 
 
 def voltage_motor(
@@ -28,13 +23,8 @@ def voltage_motor(
     """Torque of a DC motor: k (V - k w) / R while enabled, none when it is free.
 
     0 V is a shorted, braking motor; only `enabled` false is a free one. Inductance is neglected.
-
-    Args:
-        voltage: Terminal voltage V.
-        speed: Motor speed at the joint side of the gear, rad/s.
-        constant: k, torque and back-EMF constant at the joint, N m/A = V s/rad.
-        resistance: R of the winding, ohm.
-        enabled: Booleans, or shares of the time; None for all enabled.
+    The speed w is that at the joint side of the gear, rad/s, and so is the constant k, N m/A =
+    V s/rad. Enabled are booleans, or shares of the time; None for all.
     """
     gain = constant / resistance
     back_emf = -(gain * constant) * speed

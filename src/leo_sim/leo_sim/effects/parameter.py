@@ -3,8 +3,6 @@
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from leo_sim.description.joint import sliding
 from leo_sim.description.robot import Robot
 
@@ -14,33 +12,24 @@ limit, a play), how late or slow it makes something."""
 ROLES = (*SCALING, 'phase', 'position', 'shape')
 """The others leave it as strong as it is: the phase of a sine, an angle at which the law has its
 place (the rest of a spring), any other figure that shapes it."""
-ASKEW = 1e-6
-"""rad between axes that are not parallel."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect: its unit, the value that changes nothing, its physical bounds.
-
-    Attributes:
-        above: Another parameter of the effect, which a search keeps this one at or above.
-        times: Another parameter; the law is a straight line in the product of the two.
-        whole: It is a whole number.
-        role: What it does in the law, one of ROLES; '' where `with_roles` finds it by the unit.
-        linear: Of an amplitude: predictions change nearly in proportion to it.
-        constant: The constant of the robot that is its neutral value, as `ground.slope`.
-    """
+    """One number of an effect: its unit, the value that changes nothing, its physical bounds."""
 
     name: str
     unit: str
     neutral: float = 0.0
     low: float = float('-inf')
     high: float = float('inf')
-    above: str = ''
-    times: str = ''
-    whole: bool = False
+    above: str = ''  # another parameter of the effect, which a search keeps this one at or above
+    times: str = ''  # another parameter; the law is a straight line in the product of the two
+    whole: bool = False  # it is a whole number
+    # what it does in the law, one of ROLES; '' where `with_roles` finds it by the unit
     role: str = ''
-    linear: bool = True
+    linear: bool = True  # of an amplitude: predictions change nearly in proportion to it
+    # the constant of the robot that is its neutral value, as `ground.slope`
     constant: str = field(default='', repr=False)
 
     @property
@@ -52,30 +41,6 @@ class Parameter:
     def turns(self) -> bool:
         """Whether it is an angle that says where in a turn the law acts."""
         return self.role in ('phase', 'position')
-
-
-def in_input_unit(
-    robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...]
-) -> tuple[Parameter, ...]:
-    """Parameters in V turned to N m (N on slides) where the robot takes torques."""
-    unit = 'V' if robot.has_motor_law else 'N m'
-    made = tuple(replace(p, unit=unit) if p.unit == 'V' else p for p in parameters)
-    return at_joints(robot, where, made)
-
-
-def in_space(
-    robot: Robot, where: tuple[str, ...], parameters: tuple[Parameter, ...], of_world: bool = False
-) -> tuple[Parameter, ...]:
-    """Parameters x, y and z of links; y where a hinge turns one about another axis than its y.
-
-    Else nothing shows of it. `of_world`: they are in the axes of the world, not of the link.
-    """
-    for link in where:
-        frame, axes = robot.turned_about[link]
-        y = (0.0, 1.0, 0.0) if of_world else frame[:, 1]
-        if (np.abs(np.cross(axes, y)) > ASKEW).any():
-            return parameters
-    return tuple(p for p in parameters if p.name != 'y')
 
 
 def at_joints(

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The figures of a model whose laws are straight lines, read off the laws themselves."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,16 +57,10 @@ def figures(model: Model) -> Figures:
     sprung = stiffness > 0
     rest = np.where(sprung, at_rest / np.where(sprung, stiffness, 1.0), 0.0)
     bias = np.where(sprung, 0.0, at_rest)[laws.actuated]
-    return Figures(
-        still + laws.rotor_inertia,
-        at_rest - joint(0.0, 1.0),
-        still if level is None else level,
-        stiffness,
-        rest,
-        laws.sense(still, still, {})[0],
-        _drives(model, laws, bias),
-        laws,
-    )
+    armature, damping = still + laws.rotor_inertia, at_rest - joint(0.0, 1.0)
+    friction, zero = still if level is None else level, laws.sense(still, still, {})[0]
+    drives = _drives(model, laws, bias)
+    return Figures(armature, damping, friction, stiffness, rest, zero, drives, laws)
 
 
 def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
@@ -92,12 +87,17 @@ def _drives(model: Model, laws: Laws, bias: Any) -> Drives:
 
 
 def refuse_mimics(robot: Robot, what: str, about_urdf: str = '') -> None:
-    """Refuse a robot with a joint that mimics another, for what holds none."""
     if robot.copies:
         raise UserError(
             f'joint {robot.copies[0]!r} mimics another, which the {what} written '
             f'here does not hold; write a .urdf{about_urdf}'
         )
+
+
+def nominal(robot: Robot) -> Mapping[str, float] | None:
+    """Angles of the nominal start pose, where it is one pose."""
+    angles: Mapping[str, Any] = robot.start_poses['nominal'].angles
+    return None if any(isinstance(angle, tuple) for angle in angles.values()) else angles
 
 
 def strengths(robot: Robot, found: Figures) -> Any:

@@ -19,19 +19,10 @@ from leo_sim.model.model import Model
 
 @dataclass(frozen=True)
 class Format:
-    """A format.
-
-    Attributes:
-        name: As it is called, and in `held.SPEAKS`.
-        ending: Of its files.
-        version: What it was written for.
-        tree: What writes it, where it is XML.
-    """
-
-    name: str
-    ending: str
-    version: str
-    tree: Callable[[Model], ElementTree.Element] | None = None
+    name: str  # as it is called, and in `held.SPEAKS`
+    ending: str  # of its files
+    version: str  # what it was written for
+    tree: Callable[[Model], ElementTree.Element] | None = None  # what writes it, where it is XML
 
 
 FORMATS = {
@@ -50,22 +41,14 @@ FORMATS = {
 
 @dataclass(frozen=True)
 class Export:
-    """What is written.
-
-    Attributes:
-        held: What of the model is in it.
-        texts: Of each file; the first is the one that was asked for.
-    """
-
-    held: Held
-    texts: dict[Path, str]
+    held: Held  # what of the model is in it
+    texts: dict[Path, str]  # of each file; the first is the one that was asked for
 
 
 def export(model: Model, ref: str, format_: Format, output: Path) -> Export:
     """A model in a format, to be written to `output` and, for Isaac Lab, to a URDF beside it.
 
-    Raises:
-        UserError: The format holds no such robot, or nothing has its inertial figures.
+    UserError: the format holds no such robot, or nothing has its inertial figures.
     """
     try:
         return _export(model, ref, format_, output)

@@ -44,15 +44,10 @@ BACK_EMF_AS_DAMPING = {('MJCF', 'position'), ('Isaac Lab', 'position')} | {
 
 @dataclass(frozen=True)
 class Held:
-    """A model with what a format holds; its effects and what is left out, one line each.
+    """A model with what a format holds; its effects and what is left out, one line each."""
 
-    Attributes:
-        model: With the effects that the format holds, to be written.
-        simulated: The same less the robot's own figures that it does not hold.
-    """
-
-    model: Model
-    simulated: Model
+    model: Model  # with the effects that the format holds, to be written
+    simulated: Model  # the same less the robot's own figures that it does not hold
     effects: tuple[str, ...]
     left_out: tuple[str, ...]
 

@@ -5,14 +5,13 @@ Every word of the program is written here; names of joints, numbers and the URDF
 in as literals.
 """
 
-from collections.abc import Mapping
 import math
 import re
 from typing import Any
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
-from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
+from leo_sim.export.figures import Figures, figures, loop_gains, nominal, refuse_mimics, strengths
 from leo_sim.model.model import Model
 
 USD_NAME = re.compile(r'[A-Za-z_][A-Za-z0-9_]*')
@@ -53,9 +52,9 @@ def isaac_lab(model: Model, urdf_name: str) -> str:
     robot, found = model.robot, figures(model)
     _check(robot)
     actuators = [_actuator(robot, found, i) for i in range(len(robot.joint_names))]
-    text = PROGRAM.format(
-        urdf=repr(urdf_name), start=_literal(_start(robot)), actuators='\n'.join(actuators)
-    )
+    angles = nominal(robot) or {}
+    start = _literal({name: angles.get(name, 0.0) for name in robot.joint_names})
+    text = PROGRAM.format(urdf=repr(urdf_name), start=start, actuators='\n'.join(actuators))
     if robot.input == 'voltage':
         drive = found.drives
         gains = (drive.gain * drive.scale).tolist()
@@ -112,14 +111,6 @@ def _driven(robot: Robot, found: Figures, a: int) -> tuple[str, dict[str, Any]]:
         'velocity_limit': effort / back_emf,
         **gains,
     }
-
-
-def _start(robot: Robot) -> dict[str, Any]:
-    """The nominal start pose, where it is one pose; else every joint at 0."""
-    angles: Mapping[str, Any] = robot.start_poses['nominal'].angles
-    if any(isinstance(angle, tuple) for angle in angles.values()):
-        angles = {}
-    return {name: angles.get(name, 0.0) for name in robot.joint_names}
 
 
 def _literal(value: Any) -> str:

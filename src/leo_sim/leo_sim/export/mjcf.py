@@ -2,12 +2,11 @@
 """A model as MJCF, with motors, friction, springs and encoders' zeros."""
 
 import math
-from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import with_bodies
-from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
+from leo_sim.export.figures import Figures, figures, loop_gains, nominal, refuse_mimics, strengths
 from leo_sim.model.model import Model
 from leo_sim.references.mjcf import hard_figures, numbers, tree
 
@@ -111,8 +110,8 @@ def _servo(robot: Robot, found: Figures, i: int) -> tuple[str, dict[str, str]]:
 
 def _start(root: Element, robot: Robot, found: Figures) -> None:
     """The nominal start pose as a key frame, where it is one pose."""
-    angles: dict[str, Any] = robot.start_poses['nominal'].angles
-    if any(isinstance(angle, tuple) for angle in angles.values()):
+    angles = nominal(robot)
+    if angles is None:
         return
     names = [element.get('name', '') for element in root.iter('joint')]
     zeros = dict(zip(robot.joint_names, found.zero.tolist(), strict=True))

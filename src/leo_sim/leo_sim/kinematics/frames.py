@@ -21,7 +21,6 @@ ZERO: Vec = (0.0, 0.0, 0.0)  # this very tuple is skipped as a whole
 
 
 def mul(a: Any, b: Any) -> Any:
-    """A b."""
     if a.__class__ is float:
         if a == 0.0:
             return 0.0
@@ -36,7 +35,6 @@ def mul(a: Any, b: Any) -> Any:
 
 
 def add(a: Any, b: Any) -> Any:
-    """A + b."""
     if a.__class__ is float and a == 0.0:
         return b
     if b.__class__ is float and b == 0.0:
@@ -45,7 +43,6 @@ def add(a: Any, b: Any) -> Any:
 
 
 def sub(a: Any, b: Any) -> Any:
-    """A - b."""
     if b.__class__ is float and b == 0.0:
         return a
     if a.__class__ is float and a == 0.0:
@@ -54,26 +51,22 @@ def sub(a: Any, b: Any) -> Any:
 
 
 def dot(a: Vec, b: Vec) -> Any:
-    """Scalar product."""
     return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
 
 
 def plus(a: Vec, b: Vec) -> Vec:
-    """Sum of two vectors."""
     if a is ZERO or b is ZERO:
         return b if a is ZERO else a
     return add(a[0], b[0]), add(a[1], b[1]), add(a[2], b[2])
 
 
 def scaled(factor: Numbers, a: Vec) -> Vec:
-    """A vector times a factor."""
     if a is ZERO or (factor.__class__ is float and factor == 0.0):
         return ZERO
     return mul(factor, a[0]), mul(factor, a[1]), mul(factor, a[2])
 
 
 def cross(a: Vec, b: Vec) -> Vec:
-    """Vector product."""
     if a is ZERO or b is ZERO:
         return ZERO
     return (
@@ -91,12 +84,10 @@ def turned(r: Mat, a: Vec) -> Vec:
 
 
 def transposed(r: Mat) -> Mat:
-    """The transposed matrix."""
     return r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]
 
 
 def product(r: Mat, s: Mat) -> Mat:
-    """Product of two matrices."""
     rows = [(r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8])]
     columns = [(s[0], s[3], s[6]), (s[1], s[4], s[7]), (s[2], s[5], s[8])]
     return tuple(dot(row, column) for row in rows for column in columns)
@@ -109,12 +100,9 @@ def symmetric(i: Sequence[Any]) -> Mat:
 
 
 def steiner(mass: Numbers, moment: Vec, shift: Vec) -> Mat:
-    """What a shift of the reference point by -p adds to a rotational inertia (full matrix).
+    """What a new reference point adds to a rotational inertia (full matrix).
 
-    Args:
-        mass: m.
-        moment: First moment of mass g about the old reference point.
-        shift: p, the old reference point seen from the new one.
+    The first moment is about the old one, which is at `shift` as seen from the new one.
     """
     twice = mul(2.0, dot(shift, moment))
     square = add(twice, mul(mass, dot(shift, shift)))

@@ -26,11 +26,7 @@ Place = tuple[str, float, float]
 class Plane:
     """The plane of a tree whose hinges turn about y, slides above the first hinge.
 
-    Args:
-        joints: Of the robot, parents first.
-
-    Raises:
-        UserError: A joint leaves the plane, or a slide comes after a hinge.
+    UserError: a hinge leaves the plane.
     """
 
     def __init__(self, joints: Sequence[Joint]):
@@ -62,15 +58,11 @@ class Plane:
                 weights[:, self._moving.index(joint)] = _xz(self._axis(joint))
                 continue
             centre = _xz(self._zero[joint.child].origin)
-            self._turn(weights, joint, tip - centre)
+            lever, at = tip - centre, len(self._moving) + self._hinges.index(joint)
+            weights[:, at] = lever
+            weights[:, at + len(self._hinges)] = -lever[1], lever[0]
             tip = centre
         return tip, weights
-
-    def _turn(self, weights: np.ndarray, hinge: Joint, lever: np.ndarray) -> None:
-        """Add a lever that turns with a hinge's child link."""
-        at = len(self._moving) + self._hinges.index(hinge)
-        weights[:, at] = lever
-        weights[:, at + len(self._hinges)] = -lever[1], lever[0]
 
     def _chain(self, link: str) -> list[Joint]:
         """Moving joints from a link to the root."""
@@ -122,12 +114,7 @@ def _xz(vector: Any) -> np.ndarray:
 class Gait:
     """Kinematic figures of a planar robot, over any leading axes of its angles (..., J).
 
-    Args:
-        robot: With a planar base.
-        slope: Of the ground, rad; the robot's own when None.
-
-    Attributes:
-        slope: The same.
+    The slope is that of the ground, rad; the robot's own when None.
     """
 
     def __init__(self, robot: Robot, slope: float | None = None):

@@ -27,39 +27,15 @@ HELD = 'held'  # in the memory of a state whose base does not move
 
 
 class Torques(NamedTuple):
-    """Torques at the joints, N m, (..., J).
+    """Torques at the joints, N m, (..., J)."""
 
-    Attributes:
-        motor: Of the motors, acting on the motor side.
-        joint: Of springs, viscous friction, ... on the link side.
-        level: What dry friction can hold at most; None without dry friction.
-    """
-
-    motor: Any
-    joint: Any
-    level: Any
+    motor: Any  # of the motors, acting on the motor side
+    joint: Any  # of springs, viscous friction, ... on the link side
+    level: Any  # what dry friction can hold at most; None without dry friction
 
 
 class Laws:
     """The laws of one model.
-
-    Attributes:
-        bodies: Inertial figures of the links, body effects included.
-        gravity: m/s2.
-        rotor_inertia: Of the motor sides, kg m2, (..., J).
-        ground: The floor; None where nothing touches one.
-        gap: Backlash rad, (..., J); None without backlash.
-        stops: Joint limits rad (low, high), (J,); None where all are infinite.
-        bent: Torque laws that are not steady.
-        dynamic: The command at the motors changes while the input is held (delay, lag).
-        steady: While the input is held, torques change with the rates alone, linearly.
-        servos: The actuators' own loops, where inputs are goals; None elsewhere.
-        sensors: What the encoders read.
-        dry: Some joint has dry friction.
-        needs_load: A law uses the load torque.
-        actuated_joints: Index of each actuator's joint.
-        recalls: A torque law has a memory.
-        remembers: A torque or sensor law has one.
 
     Values are the robot's constants by path. With `of_readings` the states are those that a late
     sensor shows, not those of the joints.
@@ -91,11 +67,12 @@ class Laws:
         self._motor_side = [u for u in by_hook['torque'] if u.effect.motor_side]
         self._smooth = [u for u in by_hook['torque'] if not (u.effect.motor_side or u.effect.dry)]
         self._dry = [u for u in by_hook['torque'] if u.effect.dry]
+        # the command at the motors changes while the input is held (delay, lag)
         self.dynamic = any(u.effect.dynamic for u in (*self._commands, *self._late))
         self.bent = [u for u in by_hook['torque'] if not u.effect.steady]
         self._remembering = [u for u in by_hook['torque'] if u.effect.remembers]
         self.needs_load = any(u.effect.uses_load for u in by_hook['torque'])
-        self.gravity = _squeezed(values['gravity'])
+        self.gravity = _squeezed(values['gravity'])  # m/s2
         self.bodies = _bodies(robot, effects, values)
         self._constants(robot, values)
         self.dry = bool(self._dry) or self._friction is not None
@@ -103,14 +80,15 @@ class Laws:
         self.ground: Any = _ground(effects, values) if robot.contacts else None
         self.sensors = Sensors(sensors, self._offset)
         own = Sensors([u for u in sensors if not u.effect.dynamic], self._offset)
-        self.servos = (
+        self.servos = (  # the actuators' own loops, where inputs are goals
             Servos(_paths(robot), values, own, behind, self.actuated, len(self.joints))
             if robot.input == 'position'
             else None
         )
+        # while the input is held, torques change with the rates alone, linearly
         self.steady = not (self.dynamic or self.bent or self.servos)
-        self.recalls = bool(self._remembering)
-        self.remembers = self.recalls or self.sensors.dynamic
+        self.recalls = bool(self._remembering)  # a torque law has a memory
+        self.remembers = self.recalls or self.sensors.dynamic  # or a sensor law
 
     @cached_property
     def straight(self) -> 'Laws':
@@ -154,7 +132,6 @@ class Laws:
         return self.sensors.sense(q, dq, memory, h)[2] if self.sensors.dynamic else memory
 
     def sense(self, q: Array, dq: Array, memory: Memory) -> tuple[Any, Any]:
-        """Measured angles and rates of true ones."""
         return self.sensors.sense(q, dq, memory, 0.0)[:2]
 
     def true_state(self, q: Array, dq: Array) -> tuple[Any, Any]:
@@ -211,7 +188,7 @@ class Laws:
         efficiency = stacked([values.get(p + 'efficiency', 1.0) for p in joints])
         self._efficiency = None if np.all(efficiency == 1) else efficiency
         rotors = stacked([values[p + 'rotor_inertia'] for p in joints])
-        self.rotor_inertia = self.at_joints(rotors)
+        self.rotor_inertia = self.at_joints(rotors)  # of the motor sides, kg m2, (..., J)
 
         def of_joints(path: str) -> Any:
             """Figures (..., J); None where all are 0."""
@@ -221,6 +198,7 @@ class Laws:
         self.damping, self._friction = map(of_joints, ('joints.{}.damping', 'joints.{}.friction'))
         self._offset = of_joints('sensors.{}.offset')
         limits = np.array([j.limits for j in robot.joints if j.independent])
+        # rad, (J,) each; None where all are infinite
         self.stops = (limits[:, 0], limits[:, 1]) if np.isfinite(limits).any() else None
 
     def _drives(self, uses: Sequence[Use]) -> None:
@@ -229,7 +207,7 @@ class Laws:
             part = use.effect.drive(use.values, cut(drive, use.at))
             drive = Drive(*(put(old, use.at, new) for old, new in zip(drive, part, strict=True)))
         self.rotor_inertia = drive.rotor_inertia
-        self.gap = drive.gap if np.any(drive.gap) else None
+        self.gap = drive.gap if np.any(drive.gap) else None  # backlash, rad, (..., J)
 
     def _motor(
         self, q: Array, dq: Array, speed: Array, u: Array, enabled: np.ndarray | None
@@ -260,7 +238,6 @@ class Laws:
 
 
 def _paths(robot: Robot) -> list[str]:
-    """Where the constants of the actuators are."""
     return [f'actuators.{a.joint}.' for a in robot.actuators]
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, cut, Index, Numbers, put
-from leo_sim.effects.command_delay import CommandDelay
+from leo_sim.effects.commands import CommandDelay
 from leo_sim.effects.motor import Motor
 
 Memory = Mapping[str, Any]
@@ -42,19 +42,14 @@ class Use(NamedTuple):
 
 
 class Sensors:
-    """The sensor laws of one model.
+    """The sensor laws of one model, in the order they act.
 
-    Attributes:
-        dynamic: A reading depends on what went before.
-
-    Args:
-        uses: The sensor effects in the order they act.
-        offset: What each encoder reads at angle 0, rad, (..., J); None where all read 0.
+    The offset is what each encoder reads at angle 0, rad, (..., J); None where all read 0.
     """
 
     def __init__(self, uses: Sequence[Use], offset: Any):
         self._uses, self._offset = uses, offset
-        self.dynamic = any(use.effect.dynamic for use in uses)
+        self.dynamic = any(use.effect.dynamic for use in uses)  # readings have a past
 
     def sense(self, q: Array, dq: Array, memory: Memory, dt: Numbers) -> tuple[Any, Any, Memory]:
         """Measured angles and rates of the true ones dt s after the memory, and the new memory."""
@@ -73,13 +68,9 @@ class Sensors:
         return q, dq, changed
 
     def readings(self, q: Array, dq: Array, memory: Memory, dt: Array) -> tuple[Any, Any]:
-        """Measured angles and rates of a motion.
+        """Measured angles and rates of true ones at N + 1 instants, (N + 1, ..., J).
 
-        Args:
-            q: True angles at N + 1 instants, (N + 1, ..., J).
-            dq: True rates there.
-            memory: What the sensors remember at the first.
-            dt: s from each instant to the next, (N, ..., 1).
+        The memory is that of the first; dt, (N, ..., 1), is s from each to the next.
         """
         if self._offset is not None:
             q = q + self._offset
@@ -100,12 +91,9 @@ class Sensors:
     def true_state(
         self, q: Array, dq: Array, recalled: Memory = NOTHING
     ) -> tuple[Any, Any, Memory]:
-        """True angles and rates of measured ones, and what the sensors then remember.
+        """True angles and rates (..., J) of measured ones, and what the sensors then remember.
 
-        Args:
-            q: Measured angles, (..., J).
-            dq: Measured rates, (..., J).
-            recalled: What `recall` returned last; without it the sensors had settled.
+        Recalled is what `recall` returned last; without it the sensors had settled.
         """
         memory = {}
         for use in reversed(self._uses):
@@ -121,21 +109,11 @@ class Sensors:
 def act_late(
     use: Use, u: Array, enabled: np.ndarray | None, memory: Any, h: Numbers
 ) -> tuple[Any, Any, Any]:
-    """Inputs and the share of the next h s that each motor is on, where readings come late.
+    """Inputs, the share of the next h s that each motor is on (None for all), and the memory.
 
     Where y(t) = x(t - d) is the joint state d s ago, y' = f(y(t), u(t - d)): windows that start
-    from readings need no state of the joints themselves, only inputs and `enabled` that act d s
-    late.
-
-    Args:
-        use: The measurement delay.
-        u: Inputs held over the next h s, (..., A).
-        enabled: Booleans or shares (..., A), or None for all on.
-        memory: What this function returned before, None at the start.
-        h: s.
-
-    Returns:
-        inputs, shares (None where all are on) and the new memory.
+    from readings need no state of the joints themselves, only inputs (..., A) and `enabled`
+    (booleans, shares, None for all) that act d s late, by the measurement delay `use`.
     """
     off = np.zeros_like(u) if enabled is None else 1.0 - np.asarray(enabled, dtype=float)
     both = np.concatenate(np.broadcast_arrays(u, off), axis=-1)

@@ -20,36 +20,20 @@ FINEST = 1e-12
 
 
 class Loop(NamedTuple):
-    """Figures of the loops, (..., A).
+    """Figures of the loops, (..., A)."""
 
-    Attributes:
-        gain: Duty for an error of 1 rad, 1/rad.
-        rate_gain: Duty for a rate of 1 rad/s, s/rad.
-        grain: A count of the encoder, rad.
-        supply: V.
-    """
-
-    gain: Any
-    rate_gain: Any
-    grain: Any
-    supply: Any
+    gain: Any  # duty for an error of 1 rad, 1/rad
+    rate_gain: Any  # duty for a rate of 1 rad/s, s/rad
+    grain: Any  # a count of the encoder, rad
+    supply: Any  # V
 
 
 class Servos:
     """The loops of all actuators of a robot.
 
-    Attributes:
-        loop: Their figures.
-        after: Command effects behind the loop.
-        sensors: What the servos read of the joints.
-
-    Args:
-        paths: Of the actuators' constants, as 'actuators.pivot.'.
-        values: The constants.
-        sensors: What the servos read of their joints; nothing that comes late.
-        after: Command effects that change the voltage at once: they act behind the loop.
-        actuated: The joints of the actuators.
-        size: How many joints there are.
+    Paths are those of the actuators' constants, as 'actuators.pivot.'. Sensors are what the servos
+    read of their joints, nothing that comes late; `after` are command effects that change the
+    voltage at once. Size is the number of joints.
     """
 
     def __init__(
@@ -74,13 +58,7 @@ class Servos:
         self._size = size
 
     def voltage(self, goal: Array, q: Array, dq: Array) -> Any:
-        """What is on the motors, V, (..., A).
-
-        Args:
-            goal: Angles that are asked for, rad, (..., A).
-            q: True angles of all joints, (..., J).
-            dq: Their rates, (..., J).
-        """
+        """What is on the motors, V, (..., A), for goals rad, (..., A), at true angles (..., J)."""
         volts = self.duty(goal, q, dq) * self.loop.supply
         for use in self.after:
             part = use.effect.command(use.values, volts[..., use.at], None, 0.0)[0]
@@ -95,11 +73,7 @@ class Servos:
         return np.clip(gain * error - rate_gain * rate, -1.0, 1.0)
 
     def reading(self) -> tuple[Any, Any, Any]:
-        """Of joints at an angle q and a rate w the servos read (scale q + zero, rate_scale w).
-
-        Returns:
-            scale, rate_scale and zero, (..., J): their sensors are linear in both.
-        """
+        """Scale, rate scale and zero, (..., J): servos read scale q + zero and rate_scale w."""
         still = np.zeros(self._size)
         zero, idle = self.sensors.sense(still, still, {}, 0.0)[:2]
         one, moving = self.sensors.sense(still + 1.0, still + 1.0, {}, 0.0)[:2]

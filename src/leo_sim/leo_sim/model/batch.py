@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from leo_sim.common.broadcasting import Array, Numbers, paired
+from leo_sim.common.broadcasting import Array, paired
 from leo_sim.dynamics import whole_windows
-from leo_sim.dynamics.substep import DRIVE, rested, slowing, substeps
+from leo_sim.dynamics.substep import DRIVE, Period, rested, slowing, substeps
 from leo_sim.dynamics.window_input import Held
 from leo_sim.laws.laws import HELD, Memory, TIME
 from leo_sim.model.model import Model
@@ -16,20 +16,13 @@ from leo_sim.model.window_shares import Batch, shares
 
 
 class History(NamedTuple):
-    """The H samples before the windows, to warm up delay, lag and play.
+    """The H samples before the windows, to warm up delay, lag and play."""
 
-    Attributes:
-        q, dq: Measured angles and rates at the start of each interval, (..., W, H, J).
-        inputs: Held over each interval, (..., W, H, A).
-        enabled: Booleans (..., W, H, A) or None.
-        dt: s, (W, H).
-    """
-
-    q: Any
+    q: Any  # measured angles and rates at the start of each interval, (..., W, H, J)
     dq: Any
-    inputs: Any
-    enabled: Any
-    dt: Any
+    inputs: Any  # held over each interval, (..., W, H, A)
+    enabled: Any  # booleans (..., W, H, A) or None
+    dt: Any  # s, (W, H)
 
 
 def rollout(
@@ -66,17 +59,10 @@ def rollout(
     """
     inputs = np.asarray(inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
-    batch = Batch(
-        np.asarray(q0, dtype=float),
-        np.asarray(dq0, dtype=float),
-        inputs,
-        periods,
-        enabled,
-        None if history is None else History(*history),
-        push,
-        np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2]),
-        _held(model, held, inputs.shape[-3]),
-    )
+    begun = np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2])
+    q, dq = np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float)
+    past, still = history and History(*history), _held(model, held, inputs.shape[-3])
+    batch = Batch(q, dq, inputs, periods, enabled, past, push, begun, still)
     if not model.robot.contacts:
         return _rolled(model, batch)
     parts = shares(lambda part: _rolled(model, part), batch)
@@ -108,37 +94,23 @@ def _rolled(model: Model, batch: Batch) -> tuple[Any, Any]:
     if whole_windows.possible(laws, q, inputs):
         given = Held(inputs, periods, batch.enabled, push, memory)
         read = whole_windows.run(laws, model.spatial, q, dq, given, model.integration_step)
-        return _samples_last(read)
+        return np.moveaxis(read[0], 0, -2), np.moveaxis(read[1], 0, -2)
     measured = [laws.sense(q, dq, memory)]
     for k in range(inputs.shape[-2]):
         h, count = _substep(periods[:, k], model.integration_step)
-        q, dq, memory = model.integrate(
-            laws,
-            dynamics,
-            q,
-            dq,
-            memory,
-            inputs[..., k, :],
-            _on(batch.enabled, k),
-            h,
-            count,
-            0.0 if push is None else push[..., k, :],
-        )
+        pushed = 0.0 if push is None else push[..., k, :]
+        period = Period(inputs[..., k, :], _on(batch.enabled, k), h, count, pushed)
+        q, dq, memory = model.integrate(laws, dynamics, q, dq, memory, period)
         measured.append(laws.sense(q, dq, memory))
-    return _stacked([m[0] for m in measured]), _stacked([m[1] for m in measured])
+    angles, rates = (np.broadcast_arrays(*each) for each in zip(*measured, strict=True))
+    return np.stack(angles, axis=-2), np.stack(rates, axis=-2)
 
 
 def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[Memory, Memory]:
-    """What the effects remember after the history, with the joints held to its states.
+    """What the effects remember after the history, and what the sensors recall of the motion.
 
-    Args:
-        model: The model.
-        history: The samples before the windows.
-        dq: True rates at the start of the windows, (..., W, J).
-        memory: Where nothing went before; in it the time at the start of the windows.
-
-    Returns:
-        The memory, and what the sensors recall of the motion.
+    The joints are held to the states of the history; dq are true rates at the start of the
+    windows, (..., W, J), and the memory is one where nothing went before, with the time there.
     """
     laws = model.reading_laws
     recalled: Memory = {}
@@ -146,22 +118,17 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
         return memory, recalled
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
-    states = [
-        (
-            np.asarray(history.q, dtype=float)[..., k, :],
-            np.asarray(history.dq, dtype=float)[..., k, :],
-        )
-        for k in range(inputs.shape[-2])
-    ]
+    past = [np.moveaxis(np.asarray(x, dtype=float), -2, 0) for x in (history.q, history.dq)]
+    states = list(zip(*past, strict=True))
     true = [laws.true_state(*state) for state in states]
     rates = [state[1] for state in true] + [dq]
     memory = rested(laws, *true[0], {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})
     moved = laws.recalls or laws.gap is not None
     for k, state in enumerate(states):
         h, count = _substep(periods[:, k], model.integration_step)
-        held = inputs[..., k, :], _on(history.enabled, k), h
+        held = Period(inputs[..., k, :], _on(history.enabled, k), h, count)
         if laws.sensors.dynamic:
-            faster = _faster(model, state, recalled, memory, held, count)
+            faster = _faster(model, state, recalled, memory, held)
             recalled = laws.sensors.recall(recalled, faster, h * count)
         if not moved:  # commands need no substeps
             h, count = h * count, 1
@@ -173,36 +140,24 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
             if laws.recalls:
                 memory = laws.remember(true[k][0], rate, memory, h)
             if laws.gap is not None:
-                memory = _play(model, memory, true[k][0] + (i + 0.5) * h * rate, rate, u, on, h)
+                angles = true[k][0] + (i + 0.5) * h * rate
+                memory = _play(model, memory, angles, rate, Period(u, on, h, 1))
     return memory, recalled
 
 
 def _faster(
-    model: Model,
-    state: tuple[Any, Any],
-    recalled: Memory,
-    memory: Memory,
-    held: tuple[Any, Any, Any],
-    count: int,
+    model: Model, state: tuple[Any, Any], recalled: Memory, memory: Memory, held: Period
 ) -> Any:
     """Mean acceleration of the joints over one interval from a reading."""
-    laws, (inputs, enabled, h) = model.reading_laws, held
-    q, dq, _ = laws.sensors.true_state(*state, recalled)
-    after = model.integrate(laws, model.rigid, q, dq, memory, inputs, enabled, h, count)[1]
-    return (after - dq) / np.maximum(h * count, 1e-12)
-
-
-def _play(
-    model: Model,
-    memory: Memory,
-    q: Array,
-    dq: Array,
-    u: Array,
-    enabled: np.ndarray | None,
-    h: Numbers,
-) -> Memory:
-    """The motor sides after h s while the joints move at given rates."""
     laws = model.reading_laws
+    q, dq, _ = laws.sensors.true_state(*state, recalled)
+    after = model.integrate(laws, model.rigid, q, dq, memory, held)[1]
+    return (after - dq) / np.maximum(held.h * held.steps, 1e-12)
+
+
+def _play(model: Model, memory: Memory, q: Array, dq: Array, motors: Period) -> Memory:
+    """The motor sides after h s while the joints move at given rates."""
+    laws, (u, enabled, h, *_) = model.reading_laws, motors
     offset, speed = memory[DRIVE]
     drag = slowing(laws, model.rigid, q, dq, memory, u, enabled)
     load = model.rigid.load(q) if laws.needs_load else None
@@ -228,14 +183,3 @@ def _on(enabled: np.ndarray | None, k: int) -> Any:
         return None
     on = np.asarray(enabled, dtype=bool)[..., k, :]
     return None if on.all() else on
-
-
-def _samples_last(states: tuple[Any, Any]) -> tuple[Any, Any]:
-    """Angles and rates (K + 1, ..., W, J) as (..., W, K + 1, J)."""
-    return np.moveaxis(states[0], 0, -2), np.moveaxis(states[1], 0, -2)
-
-
-def _stacked(samples: list[Any]) -> Any:
-    """Samples (..., W, J) side by side as (..., W, K + 1, J)."""
-    shape = np.broadcast_shapes(*(s.shape for s in samples))
-    return np.stack([np.broadcast_to(s, shape) for s in samples], axis=-2)

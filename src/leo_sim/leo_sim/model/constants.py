@@ -24,43 +24,28 @@ Values = Mapping[str, Any]
 
 
 class ConstantFile(Quantity):
-    """A constant; it may have a value of its own in each recording.
+    """A constant; it may have a value of its own in each recording."""
 
-    Attributes:
-        per_recording: Each recording's value is refitted by itself, within `uncertain`.
-        recordings: Values by the name of the recording: known, or where `per_recording` starts.
-    """
-
-    per_recording: bool = False
+    per_recording: bool = False  # each recording's value is refitted by itself, within `uncertain`
+    # values by the name of the recording: known, or where `per_recording` starts
     recordings: dict[str, Finite] = Field(default_factory=dict)
 
 
 def all_constants(robot: Robot, changed: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of all constants of a robot by path, some of them others.
-
-    Raises:
-        UserError: The robot has no such constant.
-    """
+    """Values of all constants of a robot by path, some of them others; UserError: no such one."""
     for path in changed:
-        if path not in robot.constants:
-            raise UserError(
-                f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}'
-            )
+        _check_known(robot, path)
     return {path: c.value for path, c in robot.constants.items()} | dict(changed)
 
 
 def checked_by_recording(robot: Robot, given: Mapping[str, Values]) -> dict[str, Values]:
     """The constants that have values of their own in some recordings, by path.
 
-    Raises:
-        UserError: A constant that the robot does not have, or a robot that stands on a ground.
+    UserError: one that the robot does not have, or a robot that stands on a ground.
     """
     found = {path: values for path, values in given.items() if values}
     for path in [*found, *(c.path for c in robot.constants.values() if c.per_recording)]:
-        if path not in robot.constants:
-            raise UserError(
-                f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}'
-            )
+        _check_known(robot, path)
         if robot.contacts:
             raise UserError(
                 f'{path}: {robot.name} stands on a ground, where a constant has one '
@@ -70,14 +55,16 @@ def checked_by_recording(robot: Robot, given: Mapping[str, Values]) -> dict[str,
     return found
 
 
+def _check_known(robot: Robot, path: str) -> None:
+    if path not in robot.constants:
+        raise UserError(f'{robot.name} has no constant {path!r}{nearest(path, robot.constants)}')
+
+
 def chosen(values: Values, otherwise: Any, names: Sequence[str], source: Any) -> Any:
     """The value of a constant in each window: a float, (..., W, 1) or (..., W, 1, 1).
 
-    Args:
-        values: By the name of the recording.
-        otherwise: In all others.
-        names: Of the recordings.
-        source: Which of them each window comes from, (W,) or (W, 1), or a number for one.
+    Values are by the name of the recording, in all others it is `otherwise`; source says which of
+    the named ones each window comes from, (W,) or (W, 1), or a number for one.
     """
     each = [np.asarray(values.get(name, otherwise), dtype=float) for name in names]
     table = np.stack(np.broadcast_arrays(*(v.reshape(v.shape[:1]) for v in each)), axis=-1)
@@ -90,10 +77,7 @@ def expanded(
 ) -> dict[str, ConstantFile]:
     """Constants by their whole paths: `actuators.*.resistance` stands for each of them.
 
-    What a file says of one of them holds for that one, wherever it says so.
-
-    Raises:
-        UserError: The robot has none of them.
+    What a file says of one of them holds for that one. UserError: the robot has none of them.
     """
     result: dict[str, ConstantFile] = {}
     for pattern in (name for name in given if '*' in name):

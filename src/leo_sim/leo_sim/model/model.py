@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property, partial
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ from leo_msgs_py.names import nearest
 from leo_sim.common.broadcasting import Array, Numbers
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.dynamics.ground import Spheres
+from leo_sim.dynamics.planar import Planar
 from leo_sim.dynamics.rigid import Single
 from leo_sim.dynamics.spatial import Spatial
-from leo_sim.dynamics.substep import integrate, substeps
+from leo_sim.dynamics.substep import integrate, Period, substeps
 from leo_sim.effects.base import Placed
 from leo_sim.kinematics.gait import Gait
 from leo_sim.laws.laws import HELD, Laws, TIME
@@ -30,11 +32,6 @@ MUJOCO_STEP = 0.0005
 """It integrates implicitly: shorter substeps take longer and change little, s."""
 
 ENGINES = ('pybullet', 'rigid', 'rk4', 'mujoco')
-MADE_OF = (
-    *('robot', 'effects', 'constants', 'engine', 'integration_step', 'history'),
-    *('difference_model', 'scheme', 'held', 'limits', 'by_recording'),
-)
-"""What `Model` takes."""
 
 
 class Model:
@@ -112,7 +109,7 @@ class Model:
 
     def changed(self, **changes: Any) -> Model:
         """A model with another robot, effects, constants, engine or integration_step."""
-        kept = {name: getattr(self, name) for name in MADE_OF}
+        kept = {name: getattr(self, name) for name in signature(Model).parameters}
         if 'scheme' in changes:
             del kept['integration_step']
         return Model(**{**kept, **changes})
@@ -120,10 +117,8 @@ class Model:
     def of_recordings(self, names: Sequence[str], source: Any = 0) -> Model:
         """The model with the constants that recordings have of their own.
 
-        Args:
-            names: Of the recordings.
-            source: Which of them each window comes from, (W,), to step states (..., W, J); or
-                (W, 1), for states (..., W, K, J); or a number for one recording.
+        Source says which of the named recordings each window comes from, (W,), to step states
+        (..., W, J); or (W, 1), for states (..., W, K, J); or a number for one recording.
         """
         if not self.by_recording:
             return self
@@ -138,13 +133,8 @@ class Model:
     ) -> State:
         """The state at the start of an episode.
 
-        Args:
-            pose: A start pose of the robot; poses with ranges draw from `rng`.
-            rng: Random numbers; needed for poses with ranges.
-            elapsed: Time since the run began, s: a motor stays warm while a robot is put up.
-
-        Raises:
-            UserError: Unknown pose.
+        Poses with ranges draw from `rng`. Elapsed is the time since the run began, s: a motor
+        stays warm while a robot is put up. UserError: unknown pose.
         """
         q, dq = start_pose(self.robot, pose, rng or np.random.default_rng(), self._gait)
         held = self.held or self.robot.start_poses[pose].held
@@ -158,8 +148,7 @@ class Model:
     def state_from(self, q: Array, dq: Array) -> State:
         """The state at rest whose measured angles and rates are q and dq, (J,).
 
-        Raises:
-            UserError: Wrong sizes, numbers that are not finite, or angles outside the stops.
+        UserError: wrong sizes, numbers that are not finite, or angles outside the stops.
         """
         q, dq = np.asarray(q, dtype=float), np.asarray(dq, dtype=float)
         check_sizes(self.robot, q, dq, self.robot.limits)
@@ -193,19 +182,8 @@ class Model:
         if self.laws.stops is not None and outside(self.laws.stops, state.q):
             check_possible(self.robot, state.q, state.dq)
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
-        q, dq, memory = self._integrate(
-            self.laws,
-            self._dynamics,
-            state.q,
-            state.dq,
-            state.memory,
-            u,
-            on,
-            dt / count,
-            count,
-            push,
-        )
-        return State(q, dq, memory)
+        period, now = Period(u, on, dt / count, count, push), (state.q, state.dq, state.memory)
+        return State(*self._integrate(self.laws, self._dynamics, *now, period))
 
     def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Measured angles and rates (J,), without noise."""
@@ -236,11 +214,7 @@ class Model:
         tree = self.robot.joints, self.laws.bodies, self.laws.gravity
         if len(self.robot.joint_names) == 1 and not self.robot.copies:
             return Single(*tree)
-        if self.robot.contacts:
-            from leo_sim.dynamics.planar import Planar
-
-            return Planar(*tree)
-        return Spatial(*tree)
+        return Planar(*tree) if self.robot.contacts else Spatial(*tree)
 
     @cached_property
     def spatial(self) -> Spatial:
@@ -272,12 +246,7 @@ class Model:
         from leo_sim.dynamics import multirate
 
         scheme = self.robot.schemes[self.scheme]
-        return partial(
-            multirate.integrate,
-            spheres=self.spheres,
-            geometry_every=scheme.geometry_every,
-            switching=scheme.switching,
-        )
+        return partial(multirate.integrate, spheres=self.spheres, scheme=scheme)
 
     @cached_property
     def _integrate(self) -> Any:

@@ -31,24 +31,18 @@ def _ordered(interval: tuple[float, float]) -> tuple[float, float]:
 
 
 class ParameterFile(Schema):
-    """A value of an effect's parameter, with its 95 % confidence interval."""
-
     value: Finite
     unit: str
     ci95: Annotated[tuple[Finite, Finite], AfterValidator(_ordered)] | None = None
 
 
 class EffectFile(Schema):
-    """An effect and where it acts."""
-
     name: str
     where: str | list[str]
     parameters: dict[str, ParameterFile] = Field(default_factory=dict)
 
 
 class LimitFile(Schema):
-    """A range that a parameter stays in."""
-
     range: tuple[Finite, Finite]
     unit: str
 
@@ -80,13 +74,8 @@ def limit_keys(effect: str, where: str, parameter: str) -> tuple[str, str]:
 def load_model(ref: str | Path, engine: str = 'pybullet') -> Model:
     """A model from model.yaml, a robot's or a shipped model's name, or a robot folder.
 
-    Args:
-        ref: File, name or folder.
-        engine: See `Model`.
-
-    Raises:
-        UserError: One line with file, place and what is wrong; a Python file in it that the user
-            has not named (see `effects.consent`).
+    UserError: one line with file, place and what is wrong; a Python file in it that the user has
+    not named (see `effects.consent`).
     """
     path = _named_file(ref)
     if not os.path.isfile(path):  # False for a name that no file can have, too
@@ -119,11 +108,7 @@ def named_models() -> dict[str, Path]:
 
 
 def load_effects(path: str | Path, robot: Robot) -> tuple[Placed, ...]:
-    """The effects of a file with an `effects:` list, placed on a robot.
-
-    Raises:
-        UserError: One line with file, place and what is wrong.
-    """
+    """The effects of a file with an `effects:` list, placed on a robot; UserError as above."""
     return _placed_all(Path(path), robot, read(Path(path), _EffectsFile).effects)
 
 
@@ -135,16 +120,10 @@ def write_effects(effects: Sequence[Placed], folder: Path | None = None) -> list
 def save_model(
     path: str | Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
 ) -> Path:
-    """Write a model as a new file.
+    """Write a model, with single values for all parameters, as a new file.
 
-    Args:
-        path: A file that does not exist yet.
-        model: With single values for all parameters.
-        history: Entries of what was added and why; the model's own when None.
-
-    Raises:
-        UserError: The file exists.
-        OSError: It cannot be written.
+    The history is what was added and why; the model's own when None. UserError: the file exists;
+    OSError: it cannot be written.
     """
     path = Path(path)
     if path.exists():
@@ -155,7 +134,6 @@ def save_model(
 def model_text(
     path: Path, model: Model, history: Sequence[Mapping[str, Any]] | None = None
 ) -> str:
-    """What `save_model` writes."""
     content: dict[str, Any] = {'robot': _reference(path, model.robot)}
     if changed := changed_constants(model.robot, model.constants, model.by_recording):
         content['constants'] = changed

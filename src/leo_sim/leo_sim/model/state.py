@@ -20,32 +20,20 @@ SLACK = 0.1
 
 @dataclass(frozen=True)
 class State:
-    """The state of a model.
+    """The state of a model."""
 
-    Attributes:
-        q: True joint angles rad (m for slides), (J,), never wrapped.
-        dq: True joint rates rad/s, (J,).
-        memory: What effects remember: past commands, lag, play. Empty = at rest, 0 V before.
-    """
-
-    q: np.ndarray
-    dq: np.ndarray
+    q: np.ndarray  # true joint angles rad (m for slides), (J,), never wrapped
+    dq: np.ndarray  # true joint rates rad/s, (J,)
+    # what effects remember: past commands, lag, play. Empty = at rest, 0 V before
     memory: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 def start_pose(
     robot: Robot, name: str, rng: np.random.Generator, gait: Gait | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Angles and rates (J,) of a start pose, with its ranges drawn.
+    """Angles and rates (J,) of a start pose, with its ranges drawn; UserError: unknown pose.
 
-    Args:
-        robot: The robot.
-        name: Of the pose.
-        rng: Random numbers.
-        gait: Of a robot with a ground, which a pose `on_ground` touches.
-
-    Raises:
-        UserError: Unknown pose, naming the nearest one.
+    The gait is that of a robot with a ground, which a pose `on_ground` touches.
     """
     poses = robot.start_poses
     if name not in poses:

@@ -19,6 +19,10 @@ _alone: list[bool] = []
 _loaded: list[bool] = []  # compiled code is loaded by one thread: two at once compile it again
 
 
+AXES, PAST = (2, 2, 3, 2, 3, 0, 3, 1, 1), (3, 3, 3, 3, 2)
+"""Which axis, from the end, is that of the windows: in the fields of a batch, in its history."""
+
+
 class Batch(NamedTuple):
     """The arguments of a rollout of W windows; see `leo_sim.model.batch.rollout`."""
 
@@ -33,21 +37,11 @@ class Batch(NamedTuple):
     held: Any
 
     def part(self, windows: slice) -> 'Batch':
-        """Some of the windows."""
         past = self.history
         if past is not None:
-            past = type(past)(*(_axis(a, windows, 3) for a in past[:4]), past.dt[windows])
-        return Batch(
-            _axis(self.q0, windows, 2),
-            _axis(self.dq0, windows, 2),
-            _axis(self.inputs, windows, 3),
-            self.periods[windows],
-            _axis(self.enabled, windows, 3),
-            past,
-            _axis(self.push, windows, 3),
-            self.start[windows],
-            None if self.held is None else self.held[windows],
-        )
+            past = type(past)(*(_axis(a, windows, n) for a, n in zip(past, PAST, strict=True)))
+        cut = Batch(*(_axis(a, windows, n) for a, n in zip(self, AXES, strict=True)))
+        return cut._replace(history=past)
 
 
 def shares(work: Callable[[Batch], T], batch: Batch) -> list[T]:
@@ -85,8 +79,8 @@ def cores() -> int:
 
 def _axis(values: Any, windows: slice, from_end: int) -> Any:
     """Values with their window axis cut, the one `from_end` from the end; None stays None."""
-    if values is None:
-        return None
+    if values is None or not from_end:
+        return values
     index = (..., windows, *(slice(None),) * (from_end - 1))
     values = np.asarray(values)
     return values if values.ndim < from_end else values[index]

@@ -12,13 +12,13 @@ from leo_sim.laws.laws import Laws
 
 KINDS = {'revolute': 'hinge', 'continuous': 'hinge', 'prismatic': 'slide'}
 GROUND = 'the ground'
+OPTION = {'cone': 'elliptic', 'impratio': '10', 'integrator': 'implicitfast', 'jacobian': 'dense'}
 LEAST = 1e-12  # moments of inertia of point masses, kg m2: MuJoCo takes no zero
 HARD, RETURN = 0.9999, 0.02
 """Stops: impedance, and the share of what a joint went too far that it goes back per substep."""
 
 
 def written(root: Element) -> str:
-    """A description as text."""
     return tostring(root, encoding='unicode')
 
 
@@ -31,15 +31,8 @@ def tree(robot: Robot, laws: Laws) -> Element:
     """The description; contacts are spheres that touch the ground alone."""
     root = Element('mujoco')
     SubElement(root, 'compiler', angle='radian', inertiafromgeom='false', autolimits='false')
-    option = SubElement(
-        root,
-        'option',
-        gravity=numbers((0.0, 0.0, -laws.gravity)),
-        cone='elliptic',
-        impratio='10',
-        integrator='implicitfast',
-        jacobian='dense',
-    )
+    down = {'gravity': numbers((0.0, 0.0, -laws.gravity))}
+    option = SubElement(root, 'option', down | OPTION)
     SubElement(option, 'flag', warmstart='disable', eulerdamp='enable')
     world = SubElement(root, 'worldbody')
     if robot.contacts:
@@ -52,30 +45,22 @@ def tree(robot: Robot, laws: Laws) -> Element:
         made[joint.child] = _body(made[joint.parent], joint, laws.bodies[joint.child])
     pairs = SubElement(root, 'contact')
     for contact in robot.contacts:
-        SubElement(
-            made[contact.link],
-            'geom',
-            name=contact.name,
-            type='sphere',
-            mass='0',
-            size=repr(contact.radius),
-            pos=numbers((contact.x, 0.0, contact.z)),
-            contype='0',
-            conaffinity='0',
-        )
+        sphere = {
+            'name': contact.name,
+            'type': 'sphere',
+            'mass': '0',
+            'size': repr(contact.radius),
+        }
+        sphere |= {'pos': numbers((contact.x, 0.0, contact.z)), 'contype': '0', 'conaffinity': '0'}
+        SubElement(made[contact.link], 'geom', sphere)
         SubElement(pairs, 'pair', geom1=GROUND, geom2=contact.name, condim='3')
     return root
 
 
 def _body(parent: Element, joint: Joint, body: Body) -> Element:
-    r = joint.rotation
-    element = SubElement(
-        parent,
-        'body',
-        name=joint.child,
-        pos=numbers(joint.translation),
-        xyaxes=numbers((r[0], r[3], r[6], r[1], r[4], r[7])),
-    )
+    r, place = joint.rotation, numbers(joint.translation)
+    axes = numbers((r[0], r[3], r[6], r[1], r[4], r[7]))
+    element = SubElement(parent, 'body', name=joint.child, pos=place, xyaxes=axes)
     if joint.kind != 'fixed':
         moving = SubElement(element, 'joint', name=joint.name, type=KINDS[joint.kind])
         moving.set('axis', numbers(joint.axis))
@@ -85,13 +70,8 @@ def _body(parent: Element, joint: Joint, body: Body) -> Element:
     if body.mass:
         xx, yy, zz, *products = body.inertia
         figures = (*(max(moment, LEAST) for moment in (xx, yy, zz)), *products)
-        SubElement(
-            element,
-            'inertial',
-            mass=repr(float(body.mass)),
-            pos=numbers(body.com),
-            fullinertia=numbers(figures),
-        )
+        mass, com = repr(float(body.mass)), numbers(body.com)
+        SubElement(element, 'inertial', mass=mass, pos=com, fullinertia=numbers(figures))
     return element
 
 

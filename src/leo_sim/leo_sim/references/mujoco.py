@@ -10,7 +10,7 @@ before its angles. Here the angles go half a substep ahead at the start and back
 is position Verlet.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 import math
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +21,7 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.common.broadcasting import Array
 from leo_sim.description.robot import Contact, Robot
-from leo_sim.dynamics.substep import rested, slowing
+from leo_sim.dynamics.substep import Period, rested, slowing
 from leo_sim.effects.base import Ground
 from leo_sim.laws.laws import HELD, Laws, Memory
 from leo_sim.references.mjcf import hard_figures, tree, written
@@ -33,21 +33,11 @@ IMMOVABLE = 1e4
 
 
 class Steps(NamedTuple):
-    """What a robot is given over K intervals.
+    """What a robot is given over K intervals."""
 
-    Attributes:
-        inputs: V, N m or rad, (K, A).
-        enabled: Motors that are on, booleans (K, A).
-        dt: s, (K,).
-    """
-
-    inputs: Array
-    enabled: Array
-    dt: Array
-
-    def each(self) -> Iterator[tuple[Array, Array, float]]:
-        """One interval after the other."""
-        return zip(self.inputs, self.enabled, self.dt.tolist(), strict=True)
+    inputs: Array  # V, N m or rad, (K, A)
+    enabled: Array  # motors that are on, booleans (K, A)
+    dt: Array  # s, (K,)
 
 
 Past = tuple[Array, Steps]
@@ -134,23 +124,20 @@ class Played:
     def window(self, start: Array, steps: Steps, past: Past | None, held: bool) -> Array:
         """Angles, then rates, after no step and after each, (K + 1, 2 J), from such a start.
 
-        Args:
-            start: What the encoders read, (2 J,).
-            steps: What the robot is given.
-            past: States and steps before the start, where actuators are slow.
-            held: Whether the base does not move.
+        The start is what the encoders read, (2 J,); past are states and steps before it, where
+        actuators are slow; held, the base does not move.
         """
         mujoco.mj_resetData(self._model, self._data)
         self._model.dof_armature[:] = self._rotors
         if held:
             self._model.dof_armature[self._base] = IMMOVABLE
         if past is not None and self._model.na:
-            for state, step in zip(past[0], past[1].each(), strict=True):
+            for state, step in zip(past[0], zip(*past[1], strict=True), strict=True):
                 self._put(state)
                 self._advance(*step)
         self._put(start)
         rows = [start]
-        for step in steps.each():
+        for step in zip(*steps, strict=True):
             self._advance(*step)
             rows.append(np.concatenate([self._data.qpos[self._at], self._data.qvel[self._at]]))
         return np.array(rows)
@@ -183,18 +170,10 @@ def _made(make: Callable[[str], Any], source: str, refusal: str) -> Any:
 
 
 def integrate(
-    laws: Laws,
-    world: Any,
-    q: Array,
-    dq: Array,
-    memory: Memory,
-    inputs: Any,
-    enabled: Any,
-    h: float,
-    count: int,
-    push: Any = 0.0,
+    laws: Laws, world: Any, q: Array, dq: Array, memory: Memory, period: Period
 ) -> tuple[Any, Any, Memory]:
-    """The state after `count` substeps of h s with the inputs held; see `substep.integrate`."""
+    """As `substep.integrate`."""
+    inputs, enabled, h, count, push = period
     memory, place = rested(laws, q, dq, memory), q[:BASE]
     u, on, memory = laws.command(inputs, enabled, memory, h)
     falling = slowing(laws, world, q, dq, memory, u, on)

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leo_sim.common.broadcasting import Array, Numbers
-from leo_sim.dynamics.inertia import Dynamics, Factor
-from leo_sim.dynamics.substep import DRIVE, rested
+from leo_sim.dynamics.inertia import Dynamics, Factor, factor
+from leo_sim.dynamics.substep import DRIVE, Period, rested
 from leo_sim.laws.laws import Laws, Memory
 
 EVENTS = 6  # per substep
@@ -21,14 +21,10 @@ NEAR = 1e-12
 
 
 class _Phase(NamedTuple):
-    """What holds between two events.
+    """What holds between two events."""
 
-    Attributes:
-        sliding: Direction of sliding per joint, 0 for a joint that sticks.
-        engaged: -1, 0, 1 per joint: the edge of the play the motor side leans on, 0 = free.
-    """
-
-    sliding: np.ndarray
+    sliding: np.ndarray  # direction of sliding per joint, 0 for a joint that sticks
+    # -1, 0, 1 per joint: the edge of the play the motor side leans on, 0 = free
     engaged: np.ndarray
 
 
@@ -63,28 +59,27 @@ class _System:
         torques = laws.torques(y.q, y.dq, y.speed, self.u, self.enabled, load, self.memory)
         linked = (self.gap == 0) | (phase.engaged != 0)
         driving = np.where(linked, torques.motor, 0.0) + (torques.joint + self.push)
-        factor = Factor(mass, np.where(linked, laws.rotor_inertia, 0.0))
+        inverse = factor(mass, np.where(linked, laws.rotor_inertia, 0.0))
         free = driving - bias
-        link = self._with_friction(factor, free, torques.level, phase.sliding)
+        link = self._with_friction(inverse, free, torques.level, phase.sliding)
         inertia = np.maximum(laws.rotor_inertia, NEAR)
         rotor = np.where(linked, link, torques.motor / inertia)
         return link, rotor, torques.motor - laws.rotor_inertia * link
 
-    def _with_friction(self, factor: Factor, free: Array, level: Any, sliding: Any) -> Any:
+    def _with_friction(self, inverse: Factor, free: Array, level: Any, sliding: Any) -> Any:
         """Accelerations with friction against sliding; sticking joints are held while it can."""
         if not self.laws.dry:
-            return factor.solve(free)
+            return inverse.solve(free)
         torque = free - sliding * level
         held = np.zeros_like(free)
         sticking = np.flatnonzero((sliding == 0) & (level > 0)).tolist()
         for _ in range(SWEEPS if len(sticking) > 1 else len(sticking)):
             for j in sticking:
-                now = factor.solve(torque + held)[j]
-                held[j] = np.clip(held[j] - now / factor.response(j)[j], -level[j], level[j])
-        return factor.solve(torque + held)
+                now = inverse.solve(torque + held)[j]
+                held[j] = np.clip(held[j] - now / inverse.response(j)[j], -level[j], level[j])
+        return inverse.solve(torque + held)
 
     def derivative(self, y: _Motion, phase: _Phase) -> _Motion:
-        """d/dt of the state."""
         link, rotor, _ = self.accelerations(y, phase)
         return _Motion(y.dq, link, y.speed - y.dq, rotor)
 
@@ -100,7 +95,6 @@ class _System:
         return y.along(mean, time)
 
     def phase(self, y: _Motion) -> _Phase:
-        """The phase that starts at a state."""
         geared = self.gap > 0
         edge = np.where(
             geared & (np.abs(y.offset) >= 0.5 * self.gap - NEAR) & (np.abs(y.speed - y.dq) < NEAR),
@@ -128,18 +122,10 @@ class _System:
 
 
 def integrate(
-    laws: Laws,
-    dynamics: Dynamics,
-    q: Array,
-    dq: Array,
-    memory: Memory,
-    inputs: Array,
-    enabled: np.ndarray | None,
-    h: float,
-    count: int,
-    push: Numbers = 0.0,
+    laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, period: Period
 ) -> tuple[Any, Any, Memory]:
-    """The state after `count` steps of h s with the inputs held; see `substep.integrate`."""
+    """As `substep.integrate`."""
+    inputs, enabled, h, count, push = period
     memory = rested(laws, q, dq, memory)
     offset, speed = memory[DRIVE] if laws.gap is not None else (np.zeros_like(q), dq)
     y = _Motion(q, dq, offset, speed)
@@ -183,9 +169,8 @@ def _struck(system: _System, y: _Motion, ends: Any) -> _Motion:
     dq, speed = y.dq, y.speed
     for j in np.flatnonzero(ends).tolist():
         mass, _ = system.dynamics.mass_and_bias(y.q, dq)
-        linked = (system.gap == 0) & np.ones_like(ends)
-        diagonal = np.where(linked, system.laws.rotor_inertia, 0.0)
-        answer = Factor(mass, diagonal).response(j)
+        diagonal = np.where(system.gap == 0, system.laws.rotor_inertia, 0.0)
+        answer = factor(mass, diagonal).response(j)
         rotor = (system.laws.rotor_inertia + np.zeros_like(dq))[j]
         impulse = (speed[j] - dq[j]) / (1.0 / rotor + answer[j])
         dq = dq + answer * impulse

@@ -107,9 +107,7 @@ MOTIONS = {
 class Routine:
     """A motion of `MOTIONS` as a walker performs it: after a fall it begins anew, in another way.
 
-    Attributes:
-        start: the pose to begin in, and to be put into after a fall.
-        held: the base does not move there.
+    It begins in the pose `start`, where the base may be held, and is put into it after a fall.
     """
 
     def __init__(self, robot: Robot, motion: str, seed: int) -> None:

@@ -28,8 +28,6 @@ class _Step(NamedTuple):
 
 
 class Task:
-    """The task of one robot."""
-
     def __init__(self, robot: Robot):
         self.robot = robot
         self._remembers = any(term.quantity == 'ankle_forward' for term in robot.reward)
@@ -53,15 +51,10 @@ class Task:
     ) -> tuple[Any, Any]:
         """Reward of one control step, and who carries then, (...) each.
 
-        The reward is the sum of weight (quantity - target)^power.
-
-        Args:
-            stance: The foot that carries, an index in `robot.feet`, (...): 0 at the start of an
-                episode, then what this method returned.
-            before: State at the start of the step.
-            inputs: V, N m or rad applied in it, (..., A).
-            after: State at its end; quantities of joints are those of this state.
-            ended: What `terminated` says of it, where that is known already.
+        The reward is the sum of weight (quantity - target)^power; quantities of joints are those
+        of the state after. Stance is the foot that carries, an index in `robot.feet`, (...): 0 at
+        the start of an episode, then what this method returned. Ended is what `terminated` says,
+        where that is known already.
         """
         if ended is None:
             ended = self.terminated(after)
@@ -108,7 +101,6 @@ class Task:
         return wrapped(error) if term.quantity == 'wrapped_angle' else error
 
     def _whole(self, name: str, step: _Step) -> Any:
-        """A quantity of the whole robot."""
         if name == 'step':
             return 1.0
         if name == 'fall':

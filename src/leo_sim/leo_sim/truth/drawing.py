@@ -44,14 +44,8 @@ SHRINKS = ('voltage_limit',)
 
 LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
 
-BY_NAME_ALONE = (
-    'directional_load_friction',
-    'payload',
-    'quadratic_load_friction',
-    'stribeck_load_friction',
-    'voltage_push',
-)
-"""Joined the catalogue when seeds had their secrets: they are hidden by a file that names them."""
+LAST_DRAWN = 'measurement_delay'
+"""What joined the catalogue after it are hidden by files alone: seeds keep their secrets."""
 
 NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
 
@@ -86,11 +80,8 @@ def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
     Where those that joined the catalogue later come is drawn apart: a seed keeps its secret.
     """
     _, later = rng.spawn(2)
-    possible = [
-        name
-        for name in sorted(EFFECTS)
-        if name not in BY_NAME_ALONE and EFFECTS[name].applies(robot)
-    ]
+    drawn = list(EFFECTS)[: list(EFFECTS).index(LAST_DRAWN) + 1]
+    possible = [name for name in sorted(drawn) if EFFECTS[name].applies(robot)]
     order = rng.permutation([name for name in possible if name not in LATER]).tolist()
     for name in possible:
         if name in LATER:

@@ -103,8 +103,9 @@ def test_a_window_that_answers_loudly_does_not_decide_a_scan(model, braked):
 
 def test_a_delay_is_searched_for_with_few_looks_at_the_geometry(model, braked, monkeypatch):
     monkeypatch.setenv('OMP_NUM_THREADS', '1')
-    looks, moved = [], multirate._moved_on
-    monkeypatch.setattr(multirate, '_moved_on', lambda *a: looks.append(a[-1]) or moved(*a))
+    looks, loop = [], multirate._InnerLoop
+    moved = loop.moved_on
+    monkeypatch.setattr(loop, 'moved_on', lambda *a: looks.append(a[-1]) or moved(*a))
     windows = cut([braked], 0.1, history=0.05)
     delay = [place(LEO, 'command_delay', 'all', delay=0.0043)]
 

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from tests.models import modelled, stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -93,8 +94,8 @@ def test_held_base_stays_where_it_hangs():
         (
             'leo',
             [
-                ('ground_slope', 'all', {'angle': 0.05}),
-                ('ground_friction', 'all', {'mu': 0.5}),
+                ('ground_slope', {'angle': 0.05}),
+                ('ground_friction', {'mu': 0.5}),
                 ('link_mass', 'torso', {'m': 0.3}),
                 ('external_force', 'torso', {'x': 1.0}),
             ],
@@ -102,35 +103,30 @@ def test_held_base_stays_where_it_hangs():
         (
             'leo',
             [
-                ('ground_compliance', 'all', {'k': 8000.0, 'd': 100.0}),
-                ('coulomb_friction', 'all', {'c': 0.1}),
-                ('command_delay', 'all', {'delay': 0.01}),
+                ('ground_compliance', {'k': 8000.0, 'd': 100.0}),
+                ('coulomb_friction', {'c': 0.1}),
+                ('command_delay', {'delay': 0.01}),
                 ('viscous_friction', 'left_knee', {'b': 0.1}),
             ],
         ),
         (
             'leo_ode',
             [
-                ('backlash', 'all', {'gap': 0.02}),
-                ('armature', 'all', {'J': 0.001}),
-                ('load_dependent_friction', 'all', {'mu': 0.05}),
+                ('backlash', {'gap': 0.02}),
+                ('armature', {'J': 0.001}),
+                ('load_dependent_friction', {'mu': 0.05}),
             ],
         ),
     ],
 )
 def test_pybullet_and_batched_rollouts_agree(name, effects):
     robot = ROBOTS[name]
-    model = Model(
-        robot, [place(robot, e, where, **p) for e, where, p in effects], scheme='training'
-    )
+    model = modelled(robot, *effects, scheme='training')
     volts = np.random.default_rng(0).uniform(-6, 6, (8, 6))
-    state = model.start()
-    track = [state]
-    for u in volts:
-        track.append(model.step(track[-1], u, 0.03))
-    q, dq = rollout(model, state.q[None], state.dq[None], volts[None], 0.03)
-    assert q[0] == pytest.approx(np.array([s.q for s in track]), abs=1e-8)
-    assert dq[0] == pytest.approx(np.array([s.dq for s in track]), abs=1e-6)
+    angles, rates = stepped(model, volts, 0.03)
+    q, dq = rollout(model, angles[:1], rates[:1], volts[None], 0.03)
+    assert q[0] == pytest.approx(angles, abs=1e-8)
+    assert dq[0] == pytest.approx(rates, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from tests.arm import URDF
+from tests.models import modelled, stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -15,7 +16,7 @@ from leo_sim.description.urdf import Body, parse
 from leo_sim.dynamics.pybullet import Bullet
 from leo_sim.dynamics.rigid import Rigid
 from leo_sim.dynamics.spatial import Spatial
-from leo_sim.effects import EFFECTS, place
+from leo_sim.effects import EFFECTS
 from leo_sim.model import Model, State
 from leo_sim.model.batch import rollout
 from leo_sim.truth.drawing import of_size, Windows
@@ -92,16 +93,6 @@ def test_pybullet_moves_as_it_is_told(forces):
         assert moved == pytest.approx(q + 1e-3 * faster, abs=1e-12)
 
 
-def test_batched_dynamics_equal_single_ones():
-    rigid, _ = arm()
-    rng = np.random.default_rng(3)
-    q, dq = rng.uniform(-2, 2, (2, 5, 3)), rng.uniform(-4, 4, (2, 5, 3))
-    mass, bias = rigid.mass_and_bias(q, dq)
-    one_mass, one_bias = rigid.mass_and_bias(q[1, 4], dq[1, 4])
-    assert mass[1, 4] == pytest.approx(one_mass, rel=1e-12)
-    assert bias[1, 4] == pytest.approx(one_bias, rel=1e-12)
-
-
 @cache
 def drawn(robot, effect):
     """An effect of 20 noise floors somewhere on the robot, or of less where that is too much."""
@@ -122,14 +113,10 @@ def test_pybullet_and_batched_rollouts_agree_with_every_effect(robot, effect):
     inputs = rng.uniform(-0.8, 0.8, (15, len(robot.limits))) * robot.limits
     enabled = rng.uniform(size=inputs.shape) > 0.2
     start = ([2.9, 0.5][: len(robot.limits)], [1.0, -2.0][: len(robot.limits)])
-    state = model.state_from(*start)
-    track = [model.sense(state)]
-    for u, on in zip(inputs, enabled, strict=True):
-        state = model.step(state, u, 0.011, enabled=on)
-        track.append(model.sense(state))
+    angles, rates = stepped(model, inputs, 0.011, model.state_from(*start), enabled)
     q, dq = rollout(model, *np.array(start)[:, None], inputs[None], 0.011, enabled[None])
-    assert q[0] == pytest.approx(np.array([t[0] for t in track]), abs=1e-8)
-    assert dq[0] == pytest.approx(np.array([t[1] for t in track]), abs=1e-7)
+    assert q[0] == pytest.approx(angles, abs=1e-8)
+    assert dq[0] == pytest.approx(rates, abs=1e-7)
 
 
 @pytest.mark.parametrize(('robot', 'effect'), PLACES)
@@ -171,12 +158,8 @@ def test_pendulum_is_the_one_of_the_thesis(start, u):
 
 
 def test_heavier_bob_with_the_thesis_inertia_about_the_pivot():
-    robot = ROBOTS['pendulum']
-    effects = [
-        place(robot, 'link_mass', 'bob', m=0.035),
-        place(robot, 'link_inertia', 'bob', I=-0.035 * 0.042**2),
-    ]
-    model = Model(robot, effects)
+    inertia = ('link_inertia', 'bob', {'I': -0.035 * 0.042**2})
+    model = modelled(ROBOTS['pendulum'], ('link_mass', 'bob', {'m': 0.035}), inertia)
     mass, bias = model.rigid.mass_and_bias(np.array([1.0]), np.array([0.0]))
     assert mass[0, 0] + model.laws.rotor_inertia[0] == pytest.approx(0.000191, abs=1e-15)
     assert bias[0] == pytest.approx(-0.09 * 9.81 * 0.042 * np.sin(1.0))

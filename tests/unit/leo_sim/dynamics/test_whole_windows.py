@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from tests.models import modelled
 
 from leo_sim.description.robot import load_robot
 from leo_sim.dynamics import whole_windows, window_kernel
@@ -15,62 +16,47 @@ WINDOWS, SAMPLES = 5, 9
 SCAN = np.array([0.5, 1.0, 1.4])[:, None, None]
 LAWS = {
     'nothing': (),
-    'a scanned scale': (('torque_scale', 'all', {'k': SCAN}),),
-    'two laws': (
-        ('viscous_friction', 'all', {'b': 0.01}),
-        ('coulomb_friction', 'all', {'c': 0.05}),
-    ),
-    'scanned dry friction': (('coulomb_friction', 'all', {'c': 0.05 * SCAN}),),
-    'a scanned rotor': (('armature', 'all', {'J': 0.01 * SCAN}),),
-    'a clipped input': (('voltage_limit', 'all', {'v': 1.5}),),
-    'scanned encoders': (
-        ('encoder_offset', 'all', {'o': 0.2 * SCAN}),
-        ('encoder_scale', 'all', {'k': 1.1}),
-    ),
+    'a scanned scale': (('torque_scale', {'k': SCAN}),),
+    'two laws': (('viscous_friction', {'b': 0.01}), ('coulomb_friction', {'c': 0.05})),
+    'scanned dry friction': (('coulomb_friction', {'c': 0.05 * SCAN}),),
+    'a scanned rotor': (('armature', {'J': 0.01 * SCAN}),),
+    'a clipped input': (('voltage_limit', {'v': 1.5}),),
+    'scanned encoders': (('encoder_offset', {'o': 0.2 * SCAN}), ('encoder_scale', {'k': 1.1})),
     'laws asked in every substep': (
-        ('joint_spring', 'all', {'k': 0.1 * SCAN, 'rest': 0.3}),
-        ('stribeck_friction', 'all', {'c': 0.02, 'c_static': 0.05, 'v_s': 0.5}),
-        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
-        ('quadratic_drag', 'all', {'d': 0.001}),
-        ('viscous_friction', 'all', {'b': 0.01}),
+        ('joint_spring', {'k': 0.1 * SCAN, 'rest': 0.3}),
+        ('stribeck_friction', {'c': 0.02, 'c_static': 0.05, 'v_s': 0.5}),
+        ('torque_ripple', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
+        ('quadratic_drag', {'d': 0.001}),
+        ('viscous_friction', {'b': 0.01}),
     ),
     'friction by load': (
-        ('load_dependent_friction', 'all', {'mu': 0.1 * SCAN}),
-        ('torque_scale', 'all', {'k': 0.9}),
-        ('coulomb_friction', 'all', {'c': 0.01}),
+        ('load_dependent_friction', {'mu': 0.1 * SCAN}),
+        ('torque_scale', {'k': 0.9}),
+        ('coulomb_friction', {'c': 0.01}),
     ),
     'friction by load and speed': (
-        ('stribeck_load_friction', 'all', {'mu': 0.1, 'mu_static': 0.1 + 0.1 * SCAN, 'v_s': 0.5}),
+        ('stribeck_load_friction', {'mu': 0.1, 'mu_static': 0.1 + 0.1 * SCAN, 'v_s': 0.5}),
     ),
     'friction by a square of the load': (
-        ('quadratic_load_friction', 'all', {'mu': 0.1 * SCAN, 'mu2': 0.05}),
+        ('quadratic_load_friction', {'mu': 0.1 * SCAN, 'mu2': 0.05}),
     ),
     'friction by the way of power': (
-        ('directional_load_friction', 'all', {'mu': 0.05, 'mu_back': 0.1 * SCAN}),
+        ('directional_load_friction', {'mu': 0.05, 'mu_back': 0.1 * SCAN}),
     ),
-    'a push': (('voltage_push', 'all', {'v': 0.1 * SCAN}),),
+    'a push': (('voltage_push', {'v': 0.1 * SCAN}),),
     'a scanned delay': (
-        ('command_delay', 'all', {'delay': 0.007 * SCAN}),
-        ('torque_ripple', 'all', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
+        ('command_delay', {'delay': 0.007 * SCAN}),
+        ('torque_ripple', {'a': 0.05, 'n': 3.0, 'phase': 1.0}),
     ),
-    'a lag behind a limit': (
-        ('actuator_lag', 'all', {'tau': 0.02}),
-        ('voltage_limit', 'all', {'v': 1.5}),
-    ),
-    'rates that lag': (
-        ('velocity_lag', 'all', {'tau': 0.01 * SCAN}),
-        ('quadratic_drag', 'all', {'d': 0.001}),
-    ),
-    'late readings': (('measurement_delay', 'all', {'delay': 0.012 * SCAN}),),
-    'play in the gear': (
-        ('backlash', 'all', {'gap': 0.02 * SCAN}),
-        ('coulomb_friction', 'all', {'c': 0.01}),
-    ),
+    'a lag behind a limit': (('actuator_lag', {'tau': 0.02}), ('voltage_limit', {'v': 1.5})),
+    'rates that lag': (('velocity_lag', {'tau': 0.01 * SCAN}), ('quadratic_drag', {'d': 0.001})),
+    'late readings': (('measurement_delay', {'delay': 0.012 * SCAN}),),
+    'play in the gear': (('backlash', {'gap': 0.02 * SCAN}), ('coulomb_friction', {'c': 0.01})),
     'play, load and drag': (
-        ('backlash', 'all', {'gap': 0.02}),
-        ('load_dependent_friction', 'all', {'mu': 0.1}),
-        ('quadratic_drag', 'all', {'d': 0.001 * SCAN}),
-        ('viscous_friction', 'all', {'b': 0.01}),
+        ('backlash', {'gap': 0.02}),
+        ('load_dependent_friction', {'mu': 0.1}),
+        ('quadratic_drag', {'d': 0.001 * SCAN}),
+        ('viscous_friction', {'b': 0.01}),
     ),
 }
 
@@ -87,24 +73,24 @@ def windows(robot):
     }
 
 
-def both(model, monkeypatch, **given):
-    """By whole windows, and by sample periods."""
+def whole(model, monkeypatch, **given):
+    """Angles by whole windows; by sample periods they and the rates are the same."""
     assert whole_windows.possible(model.laws, given['q0'], given['inputs'])
-    whole = rollout(model, **given)
+    at_once = rollout(model, **given)
     with monkeypatch.context() as patch:
         patch.setattr(whole_windows, 'possible', lambda *_: False)
-        return whole, rollout(model, **given)
+        one_by_one = rollout(model, **given)
+    for mine, its in zip(at_once, one_by_one, strict=True):
+        assert mine.shape == its.shape
+        assert mine == pytest.approx(its, rel=1e-8, abs=1e-8)
+    return at_once[0]
 
 
-@pytest.mark.parametrize('effects', LAWS.values(), ids=list(LAWS))
+@pytest.mark.parametrize('effects', LAWS)
 @pytest.mark.parametrize('name', ['pendulum', 'torque_pendulum', 'double_pendulum'])
 def test_the_numbers_are_those_of_sample_periods(name, effects, monkeypatch):
     robot = load_robot(name)
-    placed = [place(robot, effect, where, **values) for effect, where, values in effects]
-    whole, one = both(Model(robot, placed), monkeypatch, **windows(robot))
-    for mine, its in zip(whole, one, strict=True):
-        assert mine.shape == its.shape
-        assert mine == pytest.approx(its, rel=1e-8, abs=1e-8)
+    whole(modelled(robot, *LAWS[effects]), monkeypatch, **windows(robot))
 
 
 @pytest.mark.filterwarnings('error')
@@ -112,19 +98,10 @@ def test_the_kernel_is_compiled_once_whatever_drives_the_robot():
     robot = load_robot('pendulum')
     given = windows(robot)
     plain = {'q0': given['q0'], 'dq0': given['dq0'], 'inputs': given['inputs'], 'dt': 0.01}
-    bent, scanned, late = (
-        Model(
-            robot, [place(robot, effect, where, **values) for effect, where, values in LAWS[name]]
-        )
-        for name in ('friction by load', 'a scanned scale', 'a scanned delay')
-    )
-    for model, windows_of in (
-        (Model(robot), plain),
-        (bent, given),
-        (scanned, given),
-        (late, plain),
-    ):
-        rollout(model, **windows_of)
+    rollout(Model(robot), **plain)
+    rollout(modelled(robot, *LAWS['friction by load']), **given)
+    rollout(modelled(robot, *LAWS['a scanned scale']), **given)
+    rollout(modelled(robot, *LAWS['a scanned delay']), **plain)
     assert len(window_kernel.run.signatures) == 1
 
 
@@ -133,9 +110,7 @@ def test_joints_come_to_rest_at_their_stops(monkeypatch):
     given = windows(robot) | {'dq0': np.full((WINDOWS, 1), 30.0), 'dt': 0.02, 'enabled': None}
     model = Model(robot)
     model.laws.stops = (np.array([-0.6]), np.array([0.6]))
-    whole, one = both(model, monkeypatch, **given)
-    assert whole[0].max() == pytest.approx(0.6, abs=1e-3)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    assert whole(model, monkeypatch, **given).max() == pytest.approx(0.6, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -153,9 +128,8 @@ def test_memories_go_on_from_the_samples_before(effect, where, parameter, monkey
     angles, rates = RNG.uniform(-0.5, 0.5, (2, WINDOWS, 4, 2))
     past = angles, rates, given['inputs'][:, :4], None, np.full((WINDOWS, 4), 0.01)
     model = Model(robot, [place(robot, effect, where, **{parameter: 0.013})])
-    whole, one = both(model, monkeypatch, **given, history=past)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
-    assert np.abs(whole[0] - rollout(Model(robot), **given)[0]).max() > 1e-3
+    angles = whole(model, monkeypatch, **given, history=past)
+    assert np.abs(angles - rollout(Model(robot), **given)[0]).max() > 1e-3
 
 
 def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_held(monkeypatch):
@@ -163,16 +137,10 @@ def test_a_delay_behind_scanned_late_readings_goes_on_from_a_command_that_was_he
     given = windows(robot)
     held, periods = np.full((WINDOWS, 4, 1), 2.0), np.full((1, 4), 0.01)
     past = *np.zeros((2, WINDOWS, 4, 1)), held, None, periods
-    model = Model(
-        robot,
-        [
-            place(robot, 'measurement_delay', 'all', delay=0.013 * SCAN),
-            place(robot, 'command_delay', 'all', delay=0.02),
-        ],
-    )
-    whole, one = both(model, monkeypatch, **given, history=past)
-    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    late = ('measurement_delay', {'delay': 0.013 * SCAN})
+    model = modelled(robot, late, ('command_delay', {'delay': 0.02}))
+    angles = whole(model, monkeypatch, **given, history=past)
+    assert angles.shape == (3, WINDOWS, SAMPLES + 1, 1)
 
 
 def test_scanned_delays_of_windows_that_begin_with_no_input(monkeypatch):
@@ -181,9 +149,7 @@ def test_scanned_delays_of_windows_that_begin_with_no_input(monkeypatch):
     given = windows(robot) | {'enabled': None}
     given['inputs'][:, 0] = 0.0
     model = Model(robot, [place(robot, 'command_delay', 'all', delay=0.013 * SCAN)])
-    whole, one = both(model, monkeypatch, **given)
-    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 1)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    assert whole(model, monkeypatch, **given).shape == (3, WINDOWS, SAMPLES + 1, 1)
 
 
 @pytest.mark.filterwarnings('error')
@@ -191,22 +157,15 @@ def test_constants_of_the_body_can_be_scanned(monkeypatch):
     robot = load_robot('double_pendulum')
     path = next(p for p in robot.constants if p.endswith('.mass'))
     model = Model(robot, constants={path: robot.constants[path].value * SCAN})
-    whole, one = both(model, monkeypatch, **windows(robot))
-    assert whole[0].shape == (3, WINDOWS, SAMPLES + 1, 2)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    angles = whole(model, monkeypatch, **windows(robot))
+    assert angles.shape == (3, WINDOWS, SAMPLES + 1, 2)
 
 
 def test_laws_of_one_joint_act_there_alone(monkeypatch):
     robot = load_robot('double_pendulum')
-    model = Model(
-        robot,
-        [
-            place(robot, 'quadratic_drag', 'elbow', d=0.01),
-            place(robot, 'load_dependent_friction', 'shoulder', mu=0.1),
-        ],
-    )
-    whole, one = both(model, monkeypatch, **windows(robot))
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
+    drag = ('quadratic_drag', 'elbow', {'d': 0.01})
+    model = modelled(robot, drag, ('load_dependent_friction', 'shoulder', {'mu': 0.1}))
+    whole(model, monkeypatch, **windows(robot))
 
 
 class Fading(Effect):
@@ -217,12 +176,6 @@ class Fading(Effect):
 
     def torque(self, p, q, dq, motor, load, memory):
         return p['s'] * np.ones_like(q)
-
-
-def test_torque_laws_with_a_memory_are_left_to_sample_periods():
-    robot = load_robot('pendulum')
-    laws = Model(robot, [place(robot, Fading(), 'pivot', s=0.01)]).laws
-    assert not whole_windows.possible(laws, np.zeros((1, 1)), np.zeros((1, 1, 1)))
 
 
 class Swirl(Effect):
@@ -256,8 +209,8 @@ class Twirl(Swirl):
         return s * np.cos(2 * q)
 
 
-@pytest.mark.parametrize('effect', [Swirl(), Whirl(), Twirl()])
-def test_laws_that_are_not_compiled_are_left_to_sample_periods(effect):
+@pytest.mark.parametrize('effect', [Fading(), Swirl(), Whirl(), Twirl()])
+def test_laws_that_remember_or_are_not_compiled_are_left_to_sample_periods(effect):
     robot = load_robot('pendulum')
     laws = Model(robot, [place(robot, effect, 'pivot', s=0.01)]).laws
     assert not whole_windows.possible(laws, np.zeros((1, 1)), np.zeros((1, 1, 1)))
@@ -269,9 +222,8 @@ def test_the_law_of_an_effect_file_is_compiled(tmp_path, monkeypatch):
     robot = load_robot('pendulum')
     given = windows(robot)
     model = Model(robot, [place(robot, get_effect(str(file)), 'pivot', k=0.01)])
-    whole, one = both(model, monkeypatch, **given)
-    assert whole[0] == pytest.approx(one[0], abs=1e-9)
-    assert np.abs(whole[0] - rollout(Model(robot), **given)[0]).max() > 1e-3
+    angles = whole(model, monkeypatch, **given)
+    assert np.abs(angles - rollout(Model(robot), **given)[0]).max() > 1e-3
 
 
 HOSE = """

@@ -61,25 +61,15 @@ def refusal(words: list[str], capsys) -> str:
 @pytest.mark.parametrize(
     'words',
     [
-        ['compare', 'bag'],
-        ['check', 'bag'],
-        ['explain', 'bag'],
-        ['next', 'bag'],
-        ['repair', 'bag', '-o', 'out'],
-        ['bag', 'show', 'bag'],
-        ['bag', 'cut', 'bag', '-o', 'new', '--without-outside'],
-        ['learn', '-o', 'run'],
-        ['play', 'policy'],
-        ['add'],
+        *('compare bag', 'check bag', 'explain bag', 'next bag', 'repair bag -o out'),
+        *('bag show bag', 'bag cut bag -o new --without-outside', 'learn -o run', 'play leo_walk'),
+        'add model.yaml bias_torque t=0 -o new.yaml',
     ],
 )
 def test_no_verb_runs_what_a_model_names(words, folder, capsys):
     bag(folder / 'bag', record(PENDULUM, seconds=2))
-    if words == ['play', 'policy']:
-        words = ['play', 'leo_walk']
-    given = ['model.yaml', 'bias_torque', 't=0'] if words == ['add'] else ['--model', 'model.yaml']
-    output = ['-o', 'new.yaml'] if words == ['add'] else []
-    line = refusal([*words, *given, *output], capsys)
+    model = [] if words.startswith('add') else ['--model', 'model.yaml']
+    line = refusal([*words.split(), *model], capsys)
     assert 'model.yaml would run' in line and '--effect wind.py' in line
     assert not ran(folder)
 
@@ -145,7 +135,7 @@ def test_nor_do_hidden_effects_of_a_robot(folder):
 
 
 def test_nor_do_weights_that_came_over_the_network(folder):
-    recording = record(PENDULUM, seconds=8)
+    recording = record(PENDULUM, seconds=4)
     model = Model(replace(PENDULUM, control_period=recording.command_period))
     weights, _ = fit(transitions([recording], model), model, replace(RECOMMENDED, epochs=1))
     hostile = replace(weights, base=(folder / 'model.yaml').read_text())
@@ -155,7 +145,7 @@ def test_nor_do_weights_that_came_over_the_network(folder):
 
 
 def test_a_fit_hands_the_consent_on_to_its_process(folder, monkeypatch):
-    recording = record(PENDULUM, seconds=8)
+    recording = record(PENDULUM, seconds=4)
     (episode,) = recording.episodes
     run = Run(
         episode.t[::5],

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.gripper import SLIDES
+from tests.models import modelled
 
 from leo_sim.effects import place
 from leo_sim.export.held import held, SPEAKS
@@ -24,12 +25,13 @@ IN_MJCF = {
     'actuator_lag': {'tau': 0.1},
     'encoder_offset': {'o': 0.1},
 }
-IN_OTHERS = {
+IN_FORMAT = {
+    'MJCF': (*IN_MJCF,),
     'URDF': (),
     'SDF': ('joint_spring', 'back_emf_scale', 'voltage_limit'),
     'Isaac Lab': ('armature', 'back_emf_scale', 'voltage_limit'),
 }
-"""What of that other formats hold."""
+"""What of that each format holds."""
 IN_NONE = {
     'quadratic_drag': {'d': 0.1},
     'torque_ripple': {'a': 0.1, 'n': 3.0},
@@ -49,23 +51,16 @@ IN_NONE = {
 
 
 def sorted_out(name, parameters, format_name, robot='servo_pendulum'):
-    model = Model(robot, engine='rigid')
-    placed = place(model.robot, name, 'all', **parameters)
-    found = held(model.changed(effects=[placed]), format_name)
+    found = held(modelled(robot, (name, parameters), engine='rigid'), format_name)
     of_it = [line for line in found.left_out if line.startswith(f'{name} at ')]
     return [p.effect.name for p in found.model.effects], of_it
 
 
+@pytest.mark.parametrize('format_name', IN_FORMAT)
 @pytest.mark.parametrize('name', [*IN_BOTH, *IN_MJCF])
-def test_in_mjcf(name):
-    assert sorted_out(name, (IN_BOTH | IN_MJCF)[name], 'MJCF') == ([name], [])
-
-
-@pytest.mark.parametrize('format_name', IN_OTHERS)
-@pytest.mark.parametrize('name', [*IN_BOTH, *IN_MJCF])
-def test_in_the_others(name, format_name):
+def test_in_a_format(name, format_name):
     kept, lines = sorted_out(name, (IN_BOTH | IN_MJCF)[name], format_name)
-    if name in IN_BOTH or name in IN_OTHERS[format_name]:
+    if name in IN_BOTH or name in IN_FORMAT[format_name]:
         assert (kept, lines) == ([name], [])
     else:
         assert kept == []
@@ -105,10 +100,7 @@ def test_a_constant_torque_needs_a_motor():
 
 
 def test_urdf_has_friction_inertia_and_the_strength_of_the_motor():
-    model = Model('servo_pendulum', engine='rigid')
-    model = model.changed(
-        effects=[place(model.robot, name, 'all', **values) for name, values in IN_BOTH.items()]
-    )
+    model = modelled('servo_pendulum', *IN_BOTH.items(), engine='rigid')
     root = urdf(held(model, 'URDF').model)
     joint = root.find('joint')
     assert joint.find('dynamics').attrib == {'damping': '0.1', 'friction': '0.1'}
@@ -148,8 +140,7 @@ def test_what_a_format_holds_is_simulated_without_the_rest():
 
 
 def test_friction_of_a_robot_and_of_an_effect_is_one_level():
-    model = Model('so101', engine='rigid')
-    model = model.changed(effects=[place(model.robot, 'coulomb_friction', 'all', c=0.05)])
+    model = modelled('so101', ('coulomb_friction', {'c': 0.05}), engine='rigid')
     for rate in (-1.0, 0.0, 1.0):
         still, moving = np.zeros(6), np.full(6, rate)
         level = model.laws.torques(still, moving, moving, still, None, None).level

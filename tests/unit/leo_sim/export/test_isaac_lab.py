@@ -10,9 +10,9 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 from tests.hostile_names import folder_of, RUNS
+from tests.models import modelled
 
 from leo_msgs_py.errors import UserError
-from leo_sim.effects import place
 from leo_sim.export.formats import export, FORMATS
 from leo_sim.model import Model
 
@@ -65,9 +65,8 @@ def isaac(monkeypatch):
 
 
 def loaded(folder: Path, robot: str, *effects, ref: str = 'here'):
-    model = Model(robot, engine='rigid')
-    placed = [place(model.robot, name, 'all', **p) for name, p in effects]
-    made = export(model.changed(effects=placed), ref, FORMATS['isaaclab'], folder / 'arm.py')
+    model = modelled(robot, *effects, engine='rigid')
+    made = export(model, ref, FORMATS['isaaclab'], folder / 'arm.py')
     for path, text in made.texts.items():
         path.write_text(text, encoding='utf-8')
     spec = importlib.util.spec_from_file_location('exported_arm', folder / 'arm.py')

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.models import modelled, stepped
 
-from leo_sim.effects import place
 from leo_sim.export.held import held
 from leo_sim.export.mjcf import mjcf
 from leo_sim.model import Model
@@ -39,11 +39,6 @@ BODIES = {
 CASES = [(robot, effects) for robot, all_of in SINGLE.items() for effects in all_of]
 
 
-def with_effects(robot, effects):
-    model = Model(robot, engine='rigid')
-    return model.changed(effects=[place(model.robot, name, 'all', **p) for name, p in effects])
-
-
 def commands(model, count, share):
     """Steps that hold for 0.1 s each, `share` of the largest input."""
     rng = np.random.default_rng(3)
@@ -54,11 +49,7 @@ def commands(model, count, share):
 
 def by_model(model, state, inputs):
     """What the encoders read, angles and rates, (K, 2 J)."""
-    read = []
-    for u in inputs:
-        state = model.step(state, u, model.robot.control_period)
-        read.append(np.concatenate(model.sense(state)))
-    return np.array(read)
+    return np.concatenate(stepped(model, inputs, model.robot.control_period, state), axis=1)[1:]
 
 
 def by_mujoco(model, state, inputs, held_base=False):
@@ -93,7 +84,7 @@ def apart(ours, theirs):
     ),
 )
 def test_one_joint(robot, effects):
-    model = with_effects(robot, effects)
+    model = modelled(robot, *effects, engine='rigid')
     state = model.state_from([0.6], [0.0])
     inputs = commands(model, round(2.0 / model.robot.control_period), 0.5)
     assert not [line for line in held(model, 'MJCF').left_out if ' at ' in line]
@@ -102,7 +93,7 @@ def test_one_joint(robot, effects):
 
 @pytest.mark.parametrize('body', BODIES)
 def test_a_changed_body(body):
-    model = with_effects('servo_pendulum', [(body, BODIES[body])])
+    model = modelled('servo_pendulum', (body, BODIES[body]), engine='rigid')
     state = model.state_from([0.6], [0.0])
     inputs = commands(model, 200, 0.5)
     played = by_mujoco(model, state, inputs)
@@ -119,7 +110,7 @@ def test_two_joints():
         ('link_mass', {'m': 0.1}),
         ('torque_scale', {'k': 0.8}),
     ]
-    model = with_effects('double_pendulum', effects)
+    model = modelled('double_pendulum', *effects, engine='rigid')
     state = model.state_from([0.5, -0.3], [0.0, 0.0])
     inputs = commands(model, round(1.0 / model.robot.control_period), 0.3)
     assert apart(by_model(model, state, inputs), by_mujoco(model, state, inputs)) < CLOSE
@@ -128,25 +119,14 @@ def test_two_joints():
 def test_leo_hanging():
     robot = Model('leo').robot
     legs = [name for name in robot.joint_names if name.startswith(('left', 'right'))]
-    model = Model(
-        robot,
-        engine='rigid',
-        scheme='search',
-        held=True,
-        effects=[
-            place(robot, 'viscous_friction', legs, b=0.05),
-            place(robot, 'coulomb_friction', legs, c=0.05),
-            place(robot, 'back_emf_scale', legs, k=1.2),
-            place(robot, 'link_mass', 'torso', m=0.3),
-        ],
-    )
+    effects = [
+        ('viscous_friction', legs, {'b': 0.05}),
+        ('coulomb_friction', legs, {'c': 0.05}),
+        ('back_emf_scale', legs, {'k': 1.2}),
+        ('link_mass', 'torso', {'m': 0.3}),
+    ]
+    model = modelled(robot, *effects, engine='rigid', scheme='search', held=True)
     state = replace(model.start('hanging'), q=np.array([0, 0.6, 0, 0.3, 0.2, -0.7, -0.9, 0, 0]))
     inputs = commands(model, round(1.0 / robot.control_period), 0.3)
-    ours, theirs = (
-        played[:, 3:9]
-        for played in (
-            by_model(model, state, inputs),
-            by_mujoco(model, state, inputs, held_base=True),
-        )
-    )
-    assert apart(ours, theirs) < CLOSE
+    theirs = by_mujoco(model, state, inputs, held_base=True)
+    assert apart(by_model(model, state, inputs)[:, 3:9], theirs[:, 3:9]) < CLOSE

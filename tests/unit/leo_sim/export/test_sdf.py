@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.hostile_names import folder_of
+from tests.models import modelled
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.effects import place
 from leo_sim.export.held import held
 from leo_sim.export.sdf import sdf
 from leo_sim.kinematics.frames import Kinematics
@@ -20,9 +20,7 @@ from leo_sim.model import Model
 
 def exported(robot, *effects):
     """The robot with effects on all that they can be on, as `<model>`."""
-    model = Model(robot, engine='rigid')
-    placed = [place(model.robot, name, 'all', **p) for name, p in effects]
-    root = sdf(held(model.changed(effects=placed), 'SDF').model)
+    root = sdf(held(modelled(robot, *effects, engine='rigid'), 'SDF').model)
     return ElementTree.fromstring(ElementTree.tostring(root)).find('model')
 
 
@@ -35,10 +33,8 @@ def posed(element):
     found = np.eye(4)
     if element.find('pose') is not None:
         numbers = vector(element.findtext('pose'))
-        found[:3, :3], found[:3, 3] = (
-            Rotation.from_euler('xyz', numbers[3:]).as_matrix(),
-            numbers[:3],
-        )
+        found[:3, :3] = Rotation.from_euler('xyz', numbers[3:]).as_matrix()
+        found[:3, 3] = numbers[:3]
     return found
 
 
@@ -86,9 +82,8 @@ def test_the_links_are_where_the_robot_has_them(name):
 
 
 def test_masses_and_inertia_are_those_of_the_model():
-    model = Model('so101', engine='rigid')
     found = exported('so101', ('link_mass', {'m': 0.1}))
-    bodies = model.changed(effects=[place(model.robot, 'link_mass', 'all', m=0.1)]).laws.bodies
+    bodies = modelled('so101', ('link_mass', {'m': 0.1}), engine='rigid').laws.bodies
     for link in found.findall('link'):
         body, inside = bodies[link.get('name')], link.find('inertial')
         if not body.mass:
@@ -112,14 +107,9 @@ def test_friction_springs_and_the_back_emf_are_torques_of_the_joint():
     model = exported('servo_pendulum', spring, dry, viscous, ('voltage_limit', {'v': 3.0}))
     joint = model.find("joint[@name='pivot']")
     values = {x.tag: float(x.text) for x in joint.find('axis/dynamics')}
-    assert values == pytest.approx(
-        {
-            'damping': 0.01 + 0.354**2 / 3.4,
-            'friction': 0.02,
-            'spring_reference': 0.4,
-            'spring_stiffness': 0.2,
-        }
-    )
+    springs = {'spring_reference': 0.4, 'spring_stiffness': 0.2}
+    dampers = {'damping': 0.01 + 0.354**2 / 3.4, 'friction': 0.02}
+    assert values == pytest.approx(dampers | springs)
     assert float(joint.findtext('axis/limit/effort')) == pytest.approx(0.354 / 3.4 * 3.0)
     assert joint.find('axis/limit/velocity') is None, 'DART would enforce it'
     plugin = model.find('plugin')

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from tests.models import modelled
 
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -51,11 +52,8 @@ def test_a_scan_equals_its_single_runs(effect, where, name, values):
 @pytest.mark.parametrize(
     'path',
     [
-        'actuators.pivot.resistance',
-        'links.bob.mass',
-        'gravity',
-        'joints.pivot.damping',
-        'actuators.pivot.rotor_inertia',
+        *('actuators.pivot.resistance', 'actuators.pivot.rotor_inertia', 'links.bob.mass'),
+        *('joints.pivot.damping', 'gravity'),
     ],
 )
 def test_constants_can_be_scanned(path):
@@ -68,12 +66,9 @@ def test_constants_can_be_scanned(path):
 
 
 def test_measured_start_is_returned_unchanged():
-    effects = [
-        place(ROBOT, 'encoder_offset', 'pivot', o=0.2),
-        place(ROBOT, 'encoder_scale', 'pivot', k=1.1),
-        place(ROBOT, 'velocity_lag', 'pivot', tau=0.02),
-    ]
-    model = Model(ROBOT, effects, constants={'gravity': 9.7})
+    wrong = ('encoder_offset', {'o': 0.2}), ('encoder_scale', {'k': 1.1})
+    lag = ('velocity_lag', {'tau': 0.02})
+    model = modelled(ROBOT, *wrong, lag, constants={'gravity': 9.7})
     past = (Q0[:, None], DQ0[:, None], INPUTS[:, :1], None, np.full((4, 1), 0.01))
     for history in (None, past):
         q, dq = rollout(model, Q0, DQ0, INPUTS, DT, history=history)

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.models import modelled, stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -13,15 +14,15 @@ from leo_sim.effects import place
 from leo_sim.model import Model, State
 
 LEO = load_robot('leo')
-BALL = """<robot name="ball"><link name="world"/>
-{slides}<link name="ball"><inertial><mass value="2"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="motor" type="continuous"><parent link="ball"/><child link="disc"/>
-<axis xyz="0 -1 0"/></joint><link name="disc"><inertial><mass value="1"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
-SLIDE = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
-<axis xyz="{axis}"/></joint><link name="{child}"><inertial><mass value="{mass}"/>
-<inertia ixx="1e-9" iyy="1e-9" izz="1e-9" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+PART = """<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/><axis xyz="{4}"/>
+</joint><link name="{3}"><inertial><mass value="{5}"/>
+<inertia ixx="{6}" iyy="{6}" izz="{6}" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+PARTS = (
+    ('base_x', 'prismatic', 'world', 'slide_x', '1 0 0', 1e-6, 1e-9),
+    ('base_z', 'prismatic', 'slide_x', 'slide_z', '0 0 1', 1e-6, 1e-9),
+    ('pitch', 'continuous', 'slide_z', 'ball', '0 -1 0', 2, 1),
+    ('motor', 'continuous', 'ball', 'disc', '0 -1 0', 1, 1),
+)
 YAML = """
 name: ball
 base: planar
@@ -42,22 +43,8 @@ start_poses: {nominal: {angles: {base_z: 0.1}}}
 
 def ball(tmp_path):
     """3 kg on a sphere over the ground."""
-    x = SLIDE.format(
-        name='base_x', kind='prismatic', parent='world', child='slide_x', axis='1 0 0', mass='1e-6'
-    )
-    z = SLIDE.format(
-        name='base_z',
-        kind='prismatic',
-        parent='slide_x',
-        child='slide_z',
-        axis='0 0 1',
-        mass='1e-6',
-    )
-    pitch = (
-        '<joint name="pitch" type="continuous"><parent link="slide_z"/>'
-        '<child link="ball"/><axis xyz="0 -1 0"/></joint>'
-    )
-    (tmp_path / 'robot.urdf').write_text(BALL.format(slides=x + z + pitch))
+    parts = ''.join(PART.format(*part) for part in PARTS)
+    (tmp_path / 'robot.urdf').write_text(f'<robot name="ball"><link name="world"/>{parts}</robot>')
     (tmp_path / 'robot.yaml').write_text(YAML)
     return load_robot(tmp_path)
 
@@ -70,16 +57,9 @@ def run(model, state, inputs, dt):
 
 
 def airborne(rng):
-    q = np.concatenate(
-        [
-            [0, 1],
-            rng.uniform(-0.5, 0.5, 1),
-            rng.uniform(0, 1, 2),
-            rng.uniform(-1.5, -0.2, 2),
-            rng.uniform(-0.8, 0.8, 2),
-        ]
-    )
-    return State(q, rng.normal(0, 3, 9))
+    low = [-0.5, 0, 0, -1.5, -1.5, -0.8, -0.8]
+    q = rng.uniform(low, [0.5, 1, 1, -0.2, -0.2, 0.8, 0.8])
+    return State(np.concatenate([[0, 1], q]), rng.normal(0, 3, 9))
 
 
 def test_the_ground_is_a_spring_and_a_damper(tmp_path):
@@ -129,7 +109,7 @@ def test_on_the_ground_it_is_near_the_other_engines():
         ('link_mass', 'torso', {'m': 0.3}),
         ('link_com', 'left_thigh', {'x': 0.02, 'z': 0.0}),
         ('external_force', 'torso', {'x': 3.0, 'z': 0.0}),
-        ('viscous_friction', 'all', {'b': 0.05}),
+        ('viscous_friction', [a.joint for a in LEO.actuators], {'b': 0.05}),
         ('joint_spring', 'left_hip', {'k': 2.0, 'rest': 1.0}),
         ('torque_scale', 'right_knee', {'k': 0.7}),
         ('armature', 'left_ankle', {'J': 0.02}),
@@ -139,15 +119,12 @@ def test_on_the_ground_it_is_near_the_other_engines():
     ids=lambda e: e[0],
 )
 def test_effects_do_what_they_do_elsewhere(effect):
-    name, where, values = effect
-    where = [a.joint for a in LEO.actuators] if where == 'all' else where
-    placed = (place(LEO, name, where, **values),)
     state, volts = airborne(np.random.default_rng(1)), np.full(6, 6.0)
     change = []
     for engine, step in (('rigid', None), ('mujoco', 2e-4)):
         plain, changed = (
-            Model(LEO, e, engine=engine, integration_step=step).step(state, volts, 0.03)
-            for e in ((), placed)
+            modelled(LEO, *e, engine=engine, integration_step=step).step(state, volts, 0.03)
+            for e in ((), (effect,))
         )
         change.append(np.concatenate([changed.q - plain.q, changed.dq - plain.dq]))
     assert np.abs(change[0]).max() > 1e-3
@@ -208,8 +185,6 @@ def test_rates_belong_to_the_angles_of_their_time():
     ends = []
     for engine in ('mujoco', 'rk4'):
         model = Model(robot, engine=engine, integration_step=1e-3)
-        state = model.state_from([1.0], [10.0])
-        for _ in range(50):
-            state = model.step(state, [0.5], 0.01)
-        ends.append(np.concatenate(model.sense(state)))
+        track = stepped(model, np.full((50, 1), 0.5), 0.01, model.state_from([1.0], [10.0]))
+        ends.append(np.concatenate(track, axis=1)[-1])
     assert ends[0] == pytest.approx(ends[1], abs=1e-4)

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from tests.models import stepped
 from tests.simulate import DT, PENDULUM, steps, TORQUE
 
 from leo_lab.blind import kinds
@@ -24,15 +25,6 @@ def model(robot, kind, **physics):
     effect = get_effect(kinds.__file__.replace('__init__', kind))
     values = LAWS[kind] | (WEAKER[kind] if robot is PENDULUM else {})
     return Model(robot, [place(robot, effect, 'pivot', **values)], **physics)
-
-
-def stepped(made, inputs):
-    state = made.start('nominal')
-    track = [made.sense(state)]
-    for u in inputs:
-        state = made.step(state, u, DT)
-        track.append(made.sense(state))
-    return np.array([q for q, _ in track]), np.array([dq for _, dq in track])
 
 
 @KINDS

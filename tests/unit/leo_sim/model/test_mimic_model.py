@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.gripper import CLAW, SLIDES
+from tests.models import stepped
 
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
@@ -51,11 +52,9 @@ def test_every_engine_keeps_the_energy_of_a_claw_without_friction(tmp_path, engi
 def test_windows_are_stepped_as_single_states_are(tmp_path):
     model = Model(made(tmp_path, CLAW))
     state, inputs = model.start(), np.full((1, 10, 2), 0.03)
-    q, dq = rollout(model, state.q[None], state.dq[None], inputs, 0.01)
-    for u in inputs[0]:
-        state = model.step(state, u, 0.01)
-    assert q[0, -1] == pytest.approx(state.q, abs=1e-9)
-    assert dq[0, -1] == pytest.approx(state.dq, abs=1e-9)
+    windows = rollout(model, state.q[None], state.dq[None], inputs, 0.01)
+    for one, each in zip(windows, stepped(model, inputs[0], 0.01), strict=True):
+        assert one[0, -1] == pytest.approx(each[-1], abs=1e-9)
 
 
 def test_mujoco_and_its_file_have_no_mimics_and_say_what_to_do(tmp_path, capsys):

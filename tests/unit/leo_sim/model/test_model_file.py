@@ -98,11 +98,6 @@ def test_limits_that_are_none_are_refused(tmp_path, key, limit, words):
     assert words in str(told.value)
 
 
-def test_constants_given_to_the_model_are_written(tmp_path):
-    model = Model(ROBOT, constants={'links.bob.mass': 0.06})
-    assert load_model(save_model(tmp_path / 'm.yaml', model)).constants['links.bob.mass'] == 0.06
-
-
 def test_a_model_is_never_overwritten(tmp_path):
     path = write(tmp_path)
     before = path.read_text()
@@ -138,14 +133,10 @@ def test_a_model_and_its_robot_can_move_together(tmp_path):
     assert moved.robot.folder.resolve() == (tmp_path / 'there/arm').resolve()
 
 
-def test_a_robot_at_an_absolute_path_is_read(tmp_path):
+def test_a_robot_at_an_absolute_path_is_read_and_said_where_it_is_not(tmp_path):
     path = with_a_robot_folder(tmp_path)
     path.write_text(f'robot: {tmp_path}/here/arm\n')
     assert load_model(path).robot.name == 'pendulum'
-
-
-def test_a_robot_folder_that_is_not_there_is_said(tmp_path):
-    path = with_a_robot_folder(tmp_path)
     (tmp_path / 'here/arm').rename(tmp_path / 'here/leg')
     with pytest.raises(UserError, match=r'm.yaml: robot: .* there is no folder .*/arm; '):
         load_model(path)
@@ -241,12 +232,13 @@ def test_units_and_neutral_values_follow_the_robot():
     assert (torque.unit, torque.neutral) == ('N m', 6.0)
 
 
-def test_with_constants_keeps_the_range(tmp_path):
+def test_constants_given_to_the_robot_or_the_model_are_written(tmp_path):
     changed = {'gravity': Constant('gravity', 9.8, 'm/s2', (9.7, 9.9))}
     robot = ROBOT.with_constants(changed)
-    model = load_model(save_model(tmp_path / 'm.yaml', Model(robot)))
+    heavier = Model(robot, constants={'links.bob.mass': 0.06})
+    model = load_model(save_model(tmp_path / 'm.yaml', heavier))
     assert model.robot.constants['gravity'] == changed['gravity']
-    assert np.isclose(model.laws.gravity, 9.8)
+    assert np.isclose(model.laws.gravity, 9.8) and model.constants['links.bob.mass'] == 0.06
 
 
 @pytest.mark.parametrize(

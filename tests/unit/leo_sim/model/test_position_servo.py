@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.models import stepped
 
 from leo_sim.description.constants import Constant
 from leo_sim.description.robot import load_robot
@@ -25,12 +26,7 @@ EXACT = {'actuators.pivot.resolution': 0.0}
 def simulated(effects=(), constants=EXACT, goals=GOALS, **model):
     """Angle and rate of the robot at all samples, (N + 1, 2)."""
     made = Model(ROBOT, effects, constants, **model)
-    state = made.start('nominal')
-    seen = [made.sense(state)]
-    for goal in goals:
-        state = made.step(state, [goal], PERIOD)
-        seen.append(made.sense(state))
-    return np.concatenate(seen, axis=1).T.reshape(len(goals) + 1, 2)
+    return np.concatenate(stepped(made, goals[:, None], PERIOD), axis=1)
 
 
 def integrated(
@@ -149,11 +145,7 @@ def test_the_goal_moves_no_faster_than_its_rate():
     path = 'actuators.pivot.goal_rate'
     limited = ROBOT.with_constants({path: Constant(path, 2.0, 'rad/s')})
     model = Model(limited, constants=EXACT, engine='rigid', integration_step=5e-4)
-    state, goals = model.start('nominal'), np.concatenate([np.zeros(1), np.full(99, 1.0)])
-    angles = []
-    for goal in goals:
-        state = model.step(state, [goal], PERIOD)
-        angles.append(state.q[0])
+    angles = stepped(model, np.array([0.0] + 99 * [1.0])[:, None], PERIOD)[0][1:, 0]
     ramp = np.clip(2.0 * PERIOD * (np.arange(100) - 0.5), 0.0, 1.0)
     ramped = integrated(goals=ramp)[1:, 0]
     assert np.abs(angles - ramped).max() < 2e-3
@@ -178,15 +170,11 @@ def test_windows_give_what_steps_give_with_every_kind_of_effect(name, values):
     on = np.ones((1, len(GOALS), 1), dtype=bool)
     on[:, 40:50] = False
     model = Model(ROBOT, [placed], constants, engine='rigid')
-    state = model.start('nominal')
-    alone = [model.sense(state)[0]]
-    for goal, enabled in zip(GOALS, on[0], strict=True):
-        state = model.step(state, [goal], PERIOD, enabled=enabled)
-        alone.append(model.sense(state)[0])
+    alone = stepped(model, GOALS[:, None], PERIOD, enabled=on[0])[0]
     at_once = whole_windows.possible(model.laws, np.zeros((1, 1)), GOALS[None, :, None])
     assert at_once == (name != 'backlash')
-    together = rollout(model, alone[0][None], np.zeros((1, 1)), GOALS[None, :, None], PERIOD, on)
-    np.testing.assert_allclose(together[0][0], np.array(alone), atol=1e-8)
+    together = rollout(model, alone[:1], np.zeros((1, 1)), GOALS[None, :, None], PERIOD, on)
+    np.testing.assert_allclose(together[0][0], alone, atol=1e-8)
 
 
 def test_a_law_of_the_users_behind_the_loop_that_no_compiler_takes_goes_by_substeps():

@@ -9,12 +9,11 @@ import sys
 
 import numpy as np
 import pytest
+from tests.models import modelled
 
-from leo_sim.description.robot import load_robot
-from leo_sim.effects import place
-from leo_sim.model import Model, State
+from leo_sim.model import State
 
-PAIRS = 2000
+PAIRS = 600
 PROGRAM = """
 import sys; sys.path.insert(0, {folder!r})
 from test_purity import digest, model, pairs, run
@@ -23,14 +22,9 @@ print(digest(run(model({engine!r}), pairs(), range(0, {count}))))
 
 
 def model(engine):
-    robot = load_robot('pendulum')
-    effects = [
-        place(robot, 'command_delay', 'all', delay=0.013),
-        place(robot, 'actuator_lag', 'all', tau=0.02),
-        place(robot, 'coulomb_friction', 'all', c=1e-3),
-        place(robot, 'backlash', 'all', gap=0.02),
-    ]
-    return Model(robot, effects, engine=engine)
+    late, slow = ('command_delay', {'delay': 0.013}), ('actuator_lag', {'tau': 0.02})
+    dry, loose = ('coulomb_friction', {'c': 1e-3}), ('backlash', {'gap': 0.02})
+    return modelled('pendulum', late, slow, dry, loose, engine=engine)
 
 
 @cache

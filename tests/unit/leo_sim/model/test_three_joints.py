@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from tests.arm import URDF
+from tests.models import modelled, stepped
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -70,19 +71,15 @@ def robot(tmp_path_factory):
 
 @pytest.mark.parametrize('name', EFFECTS)
 def test_pybullet_and_batched_rollouts_agree(robot, name):
-    effects = [place(robot, effect, where, **p) for effect, where, p in EFFECTS[name]]
-    model = Model(robot, effects)
+    model = modelled(robot, *EFFECTS[name])
     rng = np.random.default_rng(0)
     inputs = rng.uniform(-8, 8, (20, 2))
     enabled = rng.uniform(size=(20, 2)) > 0.2
     state = model.state_from([0.3, 0.01, -0.4], [1.0, 0.1, -2.0])
-    track = [model.sense(state)]
-    for u, on in zip(inputs, enabled, strict=True):
-        state = model.step(state, u, 0.02, enabled=on)
-        track.append(model.sense(state))
-    q, dq = rollout(model, track[0][0][None], track[0][1][None], inputs[None], 0.02, enabled[None])
-    assert q[0] == pytest.approx(np.array([t[0] for t in track]), abs=1e-8)
-    assert dq[0] == pytest.approx(np.array([t[1] for t in track]), abs=1e-6)
+    angles, rates = stepped(model, inputs, 0.02, state, enabled)
+    q, dq = rollout(model, angles[:1], rates[:1], inputs[None], 0.02, enabled[None])
+    assert q[0] == pytest.approx(angles, abs=1e-8)
+    assert dq[0] == pytest.approx(rates, abs=1e-6)
     assert q[0, :, 1].max() <= 0.08 + 1e-3
     assert q[0, :, 1].min() >= -0.05 - 1e-3
 

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Effects at a joint beside friction: of its motor, its gear, and constant torques and springs."""
+
+from typing import Any
+
+import numpy as np
+
+from leo_sim.common.broadcasting import Array, Numbers
+from leo_sim.description.robot import Robot
+from leo_sim.effects.base import Drive, Effect, Parameter, Values
+from leo_sim.effects.motor import Motor
+
+
+class TorqueScale(Effect):
+    """The net motor torque is k times the model's, back-EMF included."""
+
+    name = 'torque_scale'
+    family = 'motor'
+    hook = 'torque'
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
+    equation = 'tau = (k - 1) tau_motor, back-EMF included'
+    looks_like = 'Everything the motor does, pushing and braking, is stronger or weaker.'
+    confused_with = (
+        'voltage_scale (the same on a torque-driven joint, or where the torque '
+        'constant is refitted).'
+    )
+    reveal = (
+        'Runs with the motors shorted (0 V): braking changes with torque_scale, not with '
+        'voltage_scale.'
+    )
+    motor_side = True
+    steady = True
+    rank = 20
+
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
+        return (p['k'] - 1.0) * motor.torque
+
+
+class BackEmfScale(Effect):
+    """Back-EMF is k times the model's."""
+
+    name = 'back_emf_scale'
+    family = 'motor'
+    hook = 'torque'
+    parameters = (Parameter('k', '', neutral=1.0, low=0.0, role='amplitude'),)
+    equation = 'tau = (k - 1) tau_emf'
+    looks_like = 'Damping while the motors are on differs; the stall torque is right.'
+    confused_with = (
+        'viscous_friction on a voltage-driven joint that is never free: the same torque.'
+    )
+    reveal = 'Let it swing with the motors free: only friction is left then.'
+    motor_side = True
+    steady = True
+    rank = 10
+
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
+        return (p['k'] - 1.0) * motor.back_emf
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        return super().places(robot) if robot.has_motor_law else ()
+
+
+class TorqueRipple(Effect):
+    """Torque ripple: a sin(n q + phase), cogging of motor or gear."""
+
+    name = 'torque_ripple'
+    family = 'motor'
+    hook = 'torque'
+    parameters = (
+        Parameter('a', 'N m', low=0.0, role='amplitude'),
+        Parameter('n', '1/turn', low=0.0, whole=True, role='shape'),
+        Parameter('phase', 'rad', role='phase'),
+    )
+    equation = 'tau = a sin(n q + phase)'
+    looks_like = 'A missing torque that repeats n times per turn, whatever the speed.'
+    confused_with = 'link_mass and external_force for n = 1; encoder_scale.'
+    reveal = 'Slow motion over full turns, both ways.'
+
+    @staticmethod
+    def law(
+        a: float, n: float, phase: float, q: float, dq: float, motor: float, load: float
+    ) -> Any:
+        return a * np.sin(n * q + phase)
+
+
+class BiasTorque(Effect):
+    """A constant torque t."""
+
+    name = 'bias_torque'
+    family = 'load'
+    hook = 'torque'
+    parameters = (Parameter('t', 'N m', role='amplitude'),)
+    equation = 'tau = t'
+    looks_like = 'One direction is easier than the other at every angle.'
+    confused_with = 'encoder_offset and external_force while the angle stays in a narrow range.'
+    reveal = 'Slow motion over the full turn: a bias stays constant, gravity terms change sign.'
+    steady = True
+
+    def torque(self, p: Values, q: Array, dq: Array, motor: Motor, load: Numbers | None) -> Any:
+        return p['t'] + 0.0 * q
+
+
+class JointSpring(Effect):
+    """A linear spring at the joint: -k (q - rest)."""
+
+    name = 'joint_spring'
+    family = 'load'
+    hook = 'torque'
+    parameters = (
+        Parameter('k', 'N m/rad', low=0.0, role='amplitude'),
+        Parameter('rest', 'rad', times='k', role='position'),
+    )
+    equation = 'tau = -k (q - rest)'
+    looks_like = (
+        'A pull towards one angle that grows with the distance from it: cables, hoses, springs.'
+    )
+    confused_with = 'link_mass and external_force in small swings about the hanging pose.'
+    reveal = 'Large angles, several turns if the robot can.'
+
+    @staticmethod
+    def law(
+        k: float, rest: float, _a: float, q: float, dq: float, motor: float, load: float
+    ) -> Any:
+        return -k * (q - rest)
+
+
+class Backlash(Effect):
+    """Play in the gear: the motor inertia moves freely within a dead zone, encoder on the link."""
+
+    name = 'backlash'
+    family = 'gear'
+    hook = 'drive'
+    parameters = (Parameter('gap', 'rad', low=0.0, role='threshold'),)
+    equation = 'the motor turns the link only where |q_motor - q| = gap / 2'
+    looks_like = (
+        'For an instant after each reversal of torque the link moves without its '
+        'motor, then a jolt.'
+    )
+    confused_with = 'voltage_deadband and coulomb_friction near reversals; command_delay.'
+    reveal = 'Frequent reversals of small torques about the hanging pose.'
+
+    def drive(self, p: Values, drive: Drive) -> Drive:
+        return drive._replace(gap=drive.gap + p['gap'])
+
+    def places(self, robot: Robot) -> tuple[str, ...]:
+        return tuple(a.joint for a in robot.actuators if a.rotor_inertia > 0)
+
+
+class Armature(Effect):
+    """Inertia J added to the motor side of the joint."""
+
+    name = 'armature'
+    family = 'inertia'
+    hook = 'drive'
+    parameters = (Parameter('J', 'kg m2', low=0.0, role='amplitude', linear=False),)
+    equation = 'J dw/dt more torque is needed at the joint'
+    looks_like = 'The joint answers more slowly to torque, weight unchanged.'
+    confused_with = (
+        'link_inertia on a single hinge: the same; command_delay and torque_scale in short runs.'
+    )
+    reveal = 'Free swings: the period grows while the weight stays.'
+
+    def drive(self, p: Values, drive: Drive) -> Drive:
+        return drive._replace(rotor_inertia=drive.rotor_inertia + p['J'])
