@@ -33,7 +33,6 @@ class _Together:
     """A locator of numba's that looks at all of them."""
 
     def get_source_stamp(self) -> Any:
-        """What has to be the same."""
         return super().get_source_stamp(), ALL  # type: ignore[misc]
 
 

@@ -15,14 +15,9 @@ from leo_msgs_py.errors import one_line, UserError
 
 
 def load_file(path: Path, what: str) -> ModuleType:
-    """The module that a Python file makes when it runs.
+    """The module that a Python file makes when it runs; UserError: no such file, or it fails.
 
-    Args:
-        path: the file.
-        what: what it should hold, for the error: 'effect', 'driver'.
-
-    Raises:
-        UserError: no such file, or it fails.
+    `what` it should hold is for the error: 'effect', 'driver'.
     """
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None or not path.is_file():
@@ -33,7 +28,6 @@ def load_file(path: Path, what: str) -> ModuleType:
 
 
 def classes_of(module: ModuleType) -> list[type]:
-    """The classes that a module itself defines."""
     return [
         c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__
     ]
@@ -48,12 +42,8 @@ def guarded(
 ) -> Callable[..., Any]:
     """`run` with any error of the user's code as one line: file, line, what.
 
-    Args:
-        path: the file.
-        what: what it holds, for the error.
-        run: what is called.
-        meant: errors that pass as they are.
-        raises: what any other becomes.
+    Errors in `meant` pass as they are, any other becomes one of `raises`, whose text says `what`
+    the file holds.
     """
 
     @wraps(run)

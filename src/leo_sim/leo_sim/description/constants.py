@@ -107,11 +107,7 @@ class Constant:
 def constants_of(
     folder: Path, file: RobotFile, links: tuple[Link, ...], joints: tuple[Joint, ...]
 ) -> dict[str, Constant]:
-    """All constants by path: defaults of the URDF, then what robot.yaml says.
-
-    Raises:
-        UserError: A wrong unit, or a motor figure that is missing.
-    """
+    """All constants by path: of the URDF, then robot.yaml; UserError: a wrong unit, or missing."""
     found = {c.path: c for c in _urdf_constants(links, joints)}
     slides = {joint.name for joint in joints if joint.kind == 'prismatic'}
     for path, quantity in _given(file):
@@ -128,7 +124,6 @@ def constants_of(
 
 
 def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
-    """Paths and quantities that robot.yaml has."""
     yield 'gravity', file.gravity
     parts = {
         f'{group}.{name}': part
@@ -144,17 +139,9 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
 
 
 def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
-    """A constant as a file gives it.
+    """A constant as a file gives it; `where` is the file and the place in it, for errors.
 
-    Args:
-        where: The file and the place in it, for the error.
-        path: Of the constant.
-        quantity: What the file says.
-        unit: That it must have.
-
-    Raises:
-        UserError: Another unit, a value outside its uncertain range, or one of these outside what
-            any robot has.
+    UserError: another unit, a value outside its uncertain range, or outside what any robot has.
     """
     if not _same(path, quantity.unit, unit):
         raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')

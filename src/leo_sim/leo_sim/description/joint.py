@@ -18,8 +18,7 @@ Vector = tuple[float, float, float]
 Matrix = tuple[float, ...]
 PAIRS = (('N m', 'N'), ('kg m2', 'kg'), ('rad', 'm'), ('turn', 'm'))
 """Unit of turning, unit of sliding."""
-MOST = 1e4
-"""Largest multiplier that is taken: no gear between two joints of a robot is as high."""
+MOST = 1e4  # largest multiplier that is taken: no gear between two joints of a robot is as high
 
 
 class Body(NamedTuple):
@@ -40,8 +39,6 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid body: its name and inertial figures in its link frame."""
-
     name: str
     body: Body
 
@@ -96,8 +93,7 @@ def sliding(unit: str) -> str:
 def mimics(element: ElementTree.Element) -> tuple[str, float, float] | None:
     """The joint that a `<joint>` copies, multiplier and offset rad (m); None where it is free.
 
-    Raises:
-        ValueError: No number, or no joint named.
+    ValueError: no number, or no joint named.
     """
     found = element.find('mimic')
     if found is None or element.get('type') == 'fixed':
@@ -120,12 +116,8 @@ def coupled(
 ) -> list[Joint]:
     """Joints with those that copy others bound to the one that moves by itself.
 
-    Args:
-        joints: As the URDF has them.
-        copied: By joint that mimics: whom, multiplier and offset.
-
-    Raises:
-        ValueError: It copies no joint, one that is fixed, or itself in a circle.
+    `copied` has, by joint that mimics: whom, multiplier and offset. ValueError: it copies no
+    joint, one that is fixed, or itself in a circle.
     """
     by_name = {joint.name: joint for joint in joints}
     bound = {name: _leader(name, copied, by_name) for name in copied}
@@ -175,7 +167,6 @@ def _bound(joint: Joint, leader: str, ratio: float, offset: float) -> Joint:
 
 
 def _turned(axis: tuple[float, float, float], angle: float) -> np.ndarray:
-    """Rotation about a unit vector, by Rodrigues."""
     x, y, z = axis
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew)

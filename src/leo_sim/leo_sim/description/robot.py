@@ -128,7 +128,6 @@ class Robot:
 
     @cached_property
     def copies(self) -> tuple[str, ...]:
-        """Joints that mimic others: they are no coordinates of their own."""
         return tuple(joint.name for joint in self.joints if joint.leader)
 
     @cached_property
@@ -153,12 +152,10 @@ class Robot:
 
     @property
     def actuated(self) -> tuple[int, ...]:
-        """Index of each actuator's joint in a state vector."""
         return tuple(self.joint_names.index(a.joint) for a in self.actuators)
 
     @property
     def limits(self) -> np.ndarray:
-        """Largest command of each actuator, V, N m or rad."""
         return np.array([a.limit for a in self.actuators])
 
     @property
@@ -178,7 +175,6 @@ class Robot:
 
     @property
     def input_unit(self) -> str:
-        """The unit of every command: V, N m or rad."""
         return INPUT_UNITS[self.input]
 
     @property
@@ -197,11 +193,17 @@ class Robot:
         )
 
 
+AS_IN_THE_FILE = (
+    *('name', 'input', 'base', 'control_period', 'integration_step', 'state_rate'),
+    *('episode_seconds', 'start_poses', 'sensors', 'feet', 'observation', 'reward', 'driver'),
+)
+"""What a robot has as robot.yaml has it."""
+
+
 def load_robot(ref: str | Path) -> Robot:
     """A robot by name (entry point group leo.robots) or by folder.
 
-    Raises:
-        UserError: No such robot (naming the nearest one), or a wrong file in its folder.
+    UserError: no such robot (naming the nearest one), or a wrong file in its folder.
     """
     folder = Path(ref)
     if not os.path.isdir(folder):  # False for a name that no file can have, too
@@ -230,12 +232,9 @@ class OtherRobot(UserError):
 
 
 def refuse_other(said: str, robot: Robot) -> None:
-    """Refuse what runs where it says, as its parameter `robot`, that it is another robot.
+    """Raise OtherRobot where what runs says, as its parameter `robot`, that it is another robot.
 
     It need not say anything (''), and may be of a folder that is not on this machine.
-
-    Raises:
-        OtherRobot: it is another one.
     """
     try:
         name = load_robot(said).name if said else robot.name
@@ -268,31 +267,19 @@ def _robot(
     constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}
     return Robot(
-        name=file.name,
+        **{name: getattr(file, name) for name in AS_IN_THE_FILE},
         folder=folder,
         urdf=text,
         links=links,
         joints=joints,
         joint_names=moving,
         actuators=tuple(_actuator(joint, values) for joint in file.actuators),
-        input=file.input,
-        base=file.base,
-        control_period=file.control_period,
-        integration_step=file.integration_step,
         schemes=_schemes(file),
-        state_rate=file.state_rate,
-        episode_seconds=file.episode_seconds,
-        start_poses=file.start_poses,
-        sensors=file.sensors,
         contacts=tuple(
             Contact(name=name, **contact.model_dump()) for name, contact in file.contacts.items()
         ),
-        feet=file.feet,
-        observation=file.observation,
-        reward=file.reward,
         termination=tuple(rule for rule in file.termination if rule.active),
         constants=constants,
-        driver=file.driver,
     )
 
 

@@ -17,7 +17,6 @@ PLANAR = ('prismatic', 'prismatic', 'turning')
 
 
 def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> None:
-    """Raise UserError where robot.yaml and the tree of the URDF do not fit."""
     path = folder / 'robot.yaml'
     moving = [joint.name for joint in joints if joint.independent]
     _check_copies(path, file, joints)
@@ -124,7 +123,6 @@ def _check_task(path: Path, file: RobotFile) -> None:
 
 
 def _check_loops(path: Path, file: RobotFile) -> None:
-    """Only actuators that take positions have a loop."""
     for name, actuator in file.actuators.items():
         given = [key for key in SERVO_UNITS if getattr(actuator, key) is not None]
         if given and file.input != 'position':

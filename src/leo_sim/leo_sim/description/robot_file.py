@@ -8,10 +8,8 @@ from pydantic import Field
 from leo_sim.common.yaml_file import Finite, Name, Positive, Quantity, Schema
 from leo_sim.description.servos import Family
 
-LENGTH = (-1e4, 1e4)
-"""m."""
-Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
-"""rad, m, or either per s."""
+LENGTH = (-1e4, 1e4)  # m
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]  # rad, m, or either per s
 Length = Annotated[float, Field(ge=LENGTH[0], le=LENGTH[1])]
 Drawn = Coordinate | tuple[Coordinate, Coordinate]
 Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
@@ -104,8 +102,6 @@ class SensorFile(Schema):
 
 
 class ObservedFile(Schema):
-    """One number of the observation."""
-
     quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate']
     joint: str
 
@@ -178,8 +174,6 @@ class ServoFile(Schema):
 
 
 class BusFile(Schema):
-    """A bus of servos."""
-
     port: str = '/dev/ttyUSB0'
     baud: Annotated[int, Field(ge=9600, le=4_500_000)] = 1_000_000
     servos: dict[str, ServoFile]
@@ -205,18 +199,14 @@ class DriverFile(Schema):
 
     @property
     def bus(self) -> BusFile | None:
-        """The bus of servos, whose ever they are."""
         return self.dynamixel or self.feetech
 
     @property
     def family(self) -> Family:
-        """Whose servos they are."""
         return 'dynamixel' if self.dynamixel else 'feetech'
 
 
 class RobotFile(Schema):
-    """robot.yaml."""
-
     name: Name
     base: Literal['fixed', 'planar'] = 'fixed'
     input: Literal['voltage', 'torque', 'position']

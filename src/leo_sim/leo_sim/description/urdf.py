@@ -20,25 +20,16 @@ from leo_sim.description.joint import Link as Link
 
 BOUNDED = ('revolute', 'prismatic')
 KINDS = (*BOUNDED, 'continuous', 'fixed')
-AXIS = '1 0 0'
-"""Where a URDF names none."""
+AXIS = '1 0 0'  # where a URDF names none
 Read = TypeVar('Read')
 
 
 def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
-    """Links and joints of a URDF, joints in order with parents first.
+    """Links and joints of a URDF, joints in order with parents first; `source` is for messages.
 
-    Args:
-        xml: The text of the URDF.
-        source: Its file name, for messages.
-
-    Raises:
-        UserError: Not a URDF, a wrong number in it, or a joint that is not supported.
+    UserError: not a URDF, a wrong number in it, or a joint that is not supported.
     """
-    try:
-        root = ElementTree.fromstring(xml)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise UserError(f'{source}: not an XML file: {error}') from error
+    root = root_of(xml, source)
     if root.tag != 'robot':
         raise UserError(f'{source}: not a URDF: it starts with <{root.tag}>, not <robot>')
     links = tuple(Link(e.get('name', ''), _named(e, source, _body)) for e in root.findall('link'))
@@ -53,6 +44,13 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     except ValueError as error:
         raise UserError(f'{source}: {error}') from error
     return links, _sorted(joints, {link.name for link in links}, source)
+
+
+def root_of(xml: str, source: str) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(xml)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise UserError(f'{source}: not an XML file: {error}') from error
 
 
 def _named(
@@ -84,7 +82,7 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
         axis = joint.find('axis')
         if axis is not None and joint.get('type') != 'fixed':
             direction = np.array(_vector(axis.get('xyz'), AXIS))
-            axis.set('xyz', _written(direction / np.linalg.norm(direction)))
+            axis.set('xyz', numbers(direction / np.linalg.norm(direction)))
         if joint.get('type') == 'revolute':
             joint.set('type', 'continuous')
         if joint.get('type') == 'prismatic':
@@ -94,11 +92,7 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
 
 
 def put_bodies(root: ElementTree.Element, bodies: Mapping[str, Body]) -> None:
-    """Give links of a URDF other inertial figures, along principal axes.
-
-    Raises:
-        UserError: Figures that no body has.
-    """
+    """Give links other inertial figures, along principal axes; UserError: no body has them."""
     links = {link.get('name', ''): link for link in root.findall('link')}
     for name, body in bodies.items():
         for old in links[name].findall('inertial'):
@@ -127,7 +121,6 @@ def _within(figure: str, unit: str, *values: float) -> None:
 
 
 def _rotation(rpy: Vector) -> np.ndarray:
-    """Rotation matrix of fixed-axis roll, pitch, yaw."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [
@@ -151,7 +144,6 @@ def rpy(rotation: np.ndarray) -> Vector:
 
 
 def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
-    """Translation m and rotation matrix of the <origin> of an element."""
     found = element.find('origin')
     if found is None:
         return (0.0, 0.0, 0.0), np.eye(3)
@@ -160,11 +152,11 @@ def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
 
 
 def _body(link: ElementTree.Element) -> Body:
-    inertial = link.find('inertial')
-    if inertial is None:
+    found = link.find('inertial')
+    if found is None:
         return Body(0.0, (0.0, 0.0, 0.0), (0.0,) * 6)
-    com, rotation = origin(inertial)
-    mass, tensor = inertial.find('mass'), inertial.find('inertia')
+    com, rotation = origin(found)
+    mass, tensor = found.find('mass'), found.find('inertia')
     m = _number(mass.get('value')) if mass is not None else 0.0
     if m:  # a link without one is a frame
         _within('mass', 'kg', m)
@@ -183,21 +175,20 @@ def _joint(element: ElementTree.Element) -> Joint:
     kind = element.get('type', '')
     if kind not in KINDS:
         raise ValueError(f'the type is {kind!r}; supported: {", ".join(KINDS)}')
-    ends = [element.find(tag) for tag in ('parent', 'child')]
-    parent, child = (e.get('link', '') if e is not None else '' for e in ends)
+    parent, child = (attribute(element, tag, 'link') or '' for tag in ('parent', 'child'))
     translation, rotation = origin(element)
     _within('origin', 'm', *translation)
-    axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), AXIS))
+    axis = np.array(_vector(attribute(element, 'axis', 'xyz'), AXIS))
     if kind != 'fixed':
         if not 1e-6 < np.linalg.norm(axis) < 1e6:
             raise ValueError(f'the axis {axis} is no direction')
         axis = axis / np.linalg.norm(axis)
-    if _number(_attribute(element, 'dynamics', 'friction')):
+    if _number(attribute(element, 'dynamics', 'friction')):
         raise ValueError(
             'it has dry friction; remove it there and add the effect coulomb_friction to the model'
         )
     x, y, z = axis.tolist()
-    damping = _number(_attribute(element, 'dynamics', 'damping'))
+    damping = _number(attribute(element, 'dynamics', 'damping'))
     _within('damping', 'N m s/rad', damping)
     return Joint(
         element.get('name', ''),
@@ -212,14 +203,15 @@ def _joint(element: ElementTree.Element) -> Joint:
     )
 
 
-def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
+def attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
+    """An attribute of the first `<tag>` inside an element; None where there is none."""
     found = element.find(tag)
     return None if found is None else found.get(key)
 
 
 def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
     """Its stops; both at 0, which is what a URDF without them says, are none."""
-    lower, upper = (_number(_attribute(element, 'limit', k)) for k in ('lower', 'upper'))
+    lower, upper = (_number(attribute(element, 'limit', k)) for k in ('lower', 'upper'))
     if kind not in BOUNDED or lower == upper == 0:
         return -math.inf, math.inf
     if lower >= upper:
@@ -268,11 +260,17 @@ def _inertial(name: str, body: Body) -> ElementTree.Element:
         moments, rotation = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         rotation = rotation * np.sign(np.linalg.det(rotation))
     moments = _physical(name, body.mass, moments)
+    return inertial(body.mass, body.com, moments, rotation)
+
+
+def inertial(
+    mass: float, com: Iterable[float], moments: Iterable[float], rotation: np.ndarray
+) -> ElementTree.Element:
+    """The element of a mass kg whose principal axes and moments kg m2 are given."""
     element = ElementTree.Element('inertial')
-    ElementTree.SubElement(
-        element, 'origin', {'xyz': _written(body.com), 'rpy': _written(rpy(rotation))}
-    )
-    ElementTree.SubElement(element, 'mass', {'value': repr(float(body.mass))})
+    place = {'xyz': numbers(com), 'rpy': numbers(rpy(rotation))}
+    ElementTree.SubElement(element, 'origin', place)
+    ElementTree.SubElement(element, 'mass', {'value': repr(float(mass))})
     ixx, iyy, izz = (repr(float(moment)) for moment in moments)
     inertia = {'ixx': ixx, 'iyy': iyy, 'izz': izz, 'ixy': '0', 'ixz': '0', 'iyz': '0'}
     ElementTree.SubElement(element, 'inertia', inertia)
@@ -280,11 +278,7 @@ def _inertial(name: str, body: Body) -> ElementTree.Element:
 
 
 def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
-    """Principal moments of a real body: PyBullet silently takes others for zero.
-
-    Raises:
-        UserError: Negative, or one larger than the other two together.
-    """
+    """Principal moments of a real body, or UserError: PyBullet silently takes others for zero."""
     most = int(np.argmax(moments))
     others = moments.sum() - moments[most]
     if mass < 0 or moments.min() < 0 or moments[most] > others * (1 + 1e-9):
@@ -297,5 +291,6 @@ def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
     return moments
 
 
-def _written(vector: Iterable[float]) -> str:
+def numbers(vector: Iterable[float]) -> str:
+    """Numbers as an attribute, to the last bit."""
     return ' '.join(repr(float(component)) for component in vector)

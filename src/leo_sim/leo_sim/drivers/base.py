@@ -182,11 +182,9 @@ class Computer:
         return time.monotonic()
 
     def time_ns(self) -> int:
-        """The wall's time, for stamps."""
         return time.time_ns()
 
     def sleep(self, seconds: float) -> None:
-        """Wait [s]."""
         time.sleep(seconds)
 
     def serial(self, path: str, baud: int, wait: float) -> Any:

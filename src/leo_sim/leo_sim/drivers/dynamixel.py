@@ -36,16 +36,11 @@ class _Port(Limits, PortHandler):
 
 
 class _Packets(Protocol2PacketHandler):
-    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FD FF FD FD.
-
-    Attributes:
-        size: how many bytes of data the last status had, which the SDK does not look at.
-    """
+    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FD FF FD FD."""
 
     size = 0
 
     def removeStuffing(self, packet: list[int]) -> list[int]:
-        """A status packet as it was before it was stuffed."""
         body = bytes(packet[7:-2]).replace(STUFFED, PLAIN)
         self.size = len(body) - 2
         length = list((len(body) + 2).to_bytes(2, 'little'))
@@ -53,8 +48,6 @@ class _Packets(Protocol2PacketHandler):
 
 
 class DynamixelBus(ServoLine):
-    """Registers of the Dynamixel servos on one port."""
-
     family, packets, port = 'dynamixel', _Packets, _Port
     asks = (False,)  # no fast sync read, which not all models know
 
@@ -72,12 +65,9 @@ class ServoClock:
         self._ahead: deque[tuple[float, float]] = deque(maxlen=2 * KEPT)
 
     def moment(self, sent: float, answered: float, ticks: Mapping[int, int]) -> float:
-        """When the servos measured, on our clock [s].
+        """When servos measured that were asked at `sent` and had `answered`, on our clock [s].
 
-        Args:
-            sent: when they were asked, on our clock [s].
-            answered: when the last answer was there [s].
-            ticks: their clocks, by id [ms]; always of the same servos.
+        `ticks` are their clocks, by id [ms]; always of the same servos.
         """
         ahead = sent - self._mean(ticks)
         late = self._usual(sent) - ahead if len(self._ahead) >= FEWEST else 0.0

@@ -20,24 +20,15 @@ class _Port(Limits, PortHandler):
 
 
 class _Packets(protocol_packet_handler):
-    """The SDK's packets.
-
-    Attributes:
-        size: how many bytes of data the last status had, which the SDK does not look at.
-    """
-
     size = 0
 
     def rxPacket(self, port: _Port) -> tuple[list[int], int]:
-        """A status packet and whether it is one."""
         packet, result = super().rxPacket(port)
         self.size = len(packet) - 6
         return packet, result
 
 
 class FeetechBus(ServoLine):
-    """Registers of the Feetech servos on one port."""
-
     family, packets, port = 'feetech', _Packets, _Port
 
     def set(self, servo: int, name: str, value: int) -> None:
@@ -51,8 +42,6 @@ class FeetechBus(ServoLine):
 
 
 class FeetechDriver(ServoDriver):
-    """Feetech servos on one bus."""
-
     line = FeetechBus
     first, last = 'present_position', 'present_current'
     alert = 0xFF
@@ -73,7 +62,6 @@ class FeetechDriver(ServoDriver):
             self._guardian = Guardian(self._bus.descriptor, self._rest)
 
     def stop(self) -> None:
-        """As any servos; nobody needs to be watched any more."""
         try:
             super().stop()
         finally:

@@ -63,8 +63,7 @@ class Safety:
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
         """Latch a command, (A,), that arrived at robot time `now` [s].
 
-        Raises:
-            BadCommand: wrong length or a value that is not finite; the command before it holds.
+        BadCommand: wrong length or a value that is not finite; the command before it holds.
         """
         command = np.array(values, dtype=float).ravel()
         if command.size != self._high.size:
@@ -101,7 +100,6 @@ class Safety:
         return silent or self.stops(now)
 
     def drives(self, values: np.ndarray) -> bool:
-        """Whether such values drive a motor."""
         return bool(np.any(values))
 
     def see(self, angles: np.ndarray) -> None:
@@ -114,7 +112,6 @@ class Safety:
         """The motors were freed, or are on again."""
 
     def e_stop(self) -> None:
-        """Stop from now on, whatever is commanded."""
         self.e_stopped = True
 
     def e_stop_reset(self) -> None:
@@ -186,11 +183,9 @@ class GoalSafety(Safety):
         return self.e_stopped
 
     def drives(self, values: np.ndarray) -> bool:
-        """Whether a motor has a goal."""
         return bool(np.isfinite(values).any())
 
     def see(self, angles: np.ndarray) -> None:
-        """Where the actuated joints are now [rad], (A,)."""
         self._seen = np.array(angles, dtype=float)
 
     def took(self, applied: Applied | None) -> None:
@@ -217,7 +212,6 @@ class GoalSafety(Safety):
 
 
 def safety_for(info: DriverInfo, timeout: float, slew: float) -> Safety:
-    """The safety for what a driver takes: V, N m or goals."""
     period = 1.0 / info.state_rate
     if info.goals is not None:
         return GoalSafety(info.goals, timeout, slew, period)
@@ -235,8 +229,7 @@ class Faults:
     def note(self, why: str) -> None:
         """A period is over; `why` says what failed in it, nothing if all went well.
 
-        Raises:
-            DriverFault: more in a row than are borne.
+        DriverFault: more in a row than are borne.
         """
         if not why:
             self.in_a_row = 0
@@ -248,7 +241,6 @@ class Faults:
             raise DriverFault(f'{self.in_a_row} periods in a row failed, the last one: {why}')
 
     def take_new(self) -> int:
-        """How many there were since the last call."""
         new, self._reported = self.total - self._reported, self.total
         return new
 

@@ -45,8 +45,7 @@ class ServoDriver(ABC):
 
     line: ClassVar[type[ServoLine]]
     first: ClassVar[str]
-    last: ClassVar[str]
-    """The block of registers that is read each period."""
+    last: ClassVar[str]  # the block of registers that is read each period
     alert: ClassVar[int]  # bits of a status's error by which a servo says that something is wrong
 
     def __init__(self, options: DriverOptions) -> None:
@@ -160,7 +159,6 @@ class ServoDriver(ABC):
         return self._applied()
 
     def advance(self, seconds: float) -> float:
-        """Time passes by itself."""
         return seconds
 
     def set_torque(self, on: bool) -> None:
@@ -172,10 +170,8 @@ class ServoDriver(ABC):
     def _switch(self, wanted: np.ndarray) -> dict[int, int]:
         """Free the motors that are not wanted; torque comes on, where it was off, without a move.
 
-        That motors are free is not answered for, and said again with each write.
-
-        Returns:
-            The goals of those whose torque came on, by number.
+        That motors are free is not answered for, and said again with each write. Returns the
+        goals of those whose torque came on, by number.
         """
         free = [n for n, on in zip(self._ids, wanted, strict=True) if not on]
         if free:
@@ -209,15 +205,12 @@ class ServoDriver(ABC):
             self._bus.close()
 
     def readings(self) -> Readings | None:
-        """What the last state came with."""
         return self._readings
 
     def findings(self) -> Findings:
-        """What the servos are set to, and what of it is not as robot.yaml says."""
         return self._findings
 
     def figures(self) -> Mapping[str, str]:
-        """Port and time of a reading."""
         timer = latency_timer(self._path)
         return {
             'port': self._path,

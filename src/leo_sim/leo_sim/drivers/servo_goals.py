@@ -69,15 +69,12 @@ class GoalUnits(MotorUnits):
         return int(np.clip(bus.get(servo, 'present_position'), low, high))
 
     def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
-        """Goals [rad], (A,), within what robot.yaml and the stops allow."""
         return np.clip(wanted, *self.goals)
 
     def counts(self, values: Array, supply: Array) -> Array:
-        """The goal register for goals [rad], (A,)."""
         return np.clip(np.rint(self._zero + values / self._angle).astype(int), *self._reach)
 
     def values(self, counts: Array, supply: Array) -> Array:
-        """The goals [rad], (A,), of goal registers."""
         return self._angle * (counts - self._zero)
 
     def seems_free(self, block: Block) -> bool:
@@ -103,7 +100,6 @@ class GoalUnits(MotorUnits):
         return OwnLoop(bus.who(servo), model, self._servos[k], found)
 
     def _meant(self, k: int) -> dict[str, Constant]:
-        """What robot.yaml says of an actuator, by key."""
         path = f'actuators.{self._names[k]}.'
         constants = self._robot.constants.items()
         return {name[len(path) :]: value for name, value in constants if name.startswith(path)}

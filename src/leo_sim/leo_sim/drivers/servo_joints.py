@@ -23,7 +23,6 @@ measures its duty."""
 
 
 def column(rows: Sequence[Any], name: str) -> Array:
-    """One attribute of several objects."""
     return np.array([getattr(row, name) for row in rows])
 
 
@@ -150,13 +149,11 @@ class DriveUnits(MotorUnits):
         self._strongest = column(robot.actuators, 'limit')
 
     def learn(self, bus: ServoLine, supply: Array) -> Findings:
-        """Read the largest PWM or current that each servo allows."""
         limit = 'pwm_limit' if self.by_voltage else 'current_limit'
         self.own_limits = np.array([bus.get(servo, limit) for servo in self.ids])
         return Findings()
 
     def begin(self, bus: ServoLine, servo: int) -> int:
-        """Torque comes on at 0."""
         return 0
 
     def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
@@ -170,13 +167,11 @@ class DriveUnits(MotorUnits):
         return np.where(outward, 0.0, values)
 
     def counts(self, values: Array, supply: Array) -> Array:
-        """The goal register within the limits of robot and servos."""
         per_count = self._per_count(supply)
         counts = np.rint(values / per_count).astype(int)
         return np.clip(counts, -self.largest(supply), self.largest(supply))
 
     def values(self, counts: Array, supply: Array) -> Array:
-        """The inputs [V or N m] of goal registers."""
         return counts * self._per_count(supply)
 
     def largest(self, supply: Array) -> Array:

@@ -55,14 +55,12 @@ class ServoLine:
         self._port = port
 
     def close(self) -> None:
-        """Close the port; safe to call twice."""
         if self._port is not None:
             port, self._port = self._port, None
             port.closePort()
 
     @property
     def is_open(self) -> bool:
-        """Whether there is a port."""
         return self._port is not None
 
     @property
@@ -72,7 +70,6 @@ class ServoLine:
 
     @property
     def descriptor(self) -> int:
-        """File descriptor of the port."""
         return self._port.ser.fileno()
 
     def wait_at_most(self, slack: float) -> None:
@@ -90,7 +87,6 @@ class ServoLine:
         return int(found)
 
     def get(self, servo: int, name: str) -> int:
-        """The value of a register."""
         register = self._registers[name]
         at, size = register.address, register.size
 
@@ -102,8 +98,7 @@ class ServoLine:
     def set(self, servo: int, name: str, value: int) -> None:
         """Write a register, one that is kept without power only where it differs.
 
-        Raises:
-            DriverFault: the servo refuses it.
+        DriverFault: the servo refuses it.
         """
         register = self._registers[name]
         if register.kept and self.get(servo, name) == value:
@@ -129,8 +124,7 @@ class ServoLine:
     ) -> tuple[float, dict[int, Block]]:
         """All registers from `first` to `last` of all servos, with one instruction.
 
-        Returns:
-            When it was sent, by the computer's monotonic time [s], and what each servo answered.
+        Returns when it was sent, on the computer's monotonic time [s], and all answers.
         """
         start = self._registers[first].address
         length = self._registers[last].end - start
@@ -195,7 +189,6 @@ class ServoLine:
             raise TransientFault(f'{self.who(servo)}: {said}')
 
     def who(self, servo: int) -> str:
-        """A servo in messages."""
         return f'servo {servo} ({self._names[servo]})'
 
 
@@ -209,7 +202,6 @@ class Block:
     table: Mapping[str, Register]  # all registers by name
 
     def get(self, name: str) -> int:
-        """The value of a register in it."""
         register = self.table[name]
         at = register.address - self.start
         return register.decode(self.data[at : at + register.size])

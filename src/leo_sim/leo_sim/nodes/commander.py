@@ -33,9 +33,7 @@ class Ages:
     def too_old(self, sent_ns: int, now_ns: int) -> float:
         """The age [s] of a stale command, 0 of any other.
 
-        Args:
-            sent_ns: when it was published, by its sender's clock [ns]; 0 where nobody knows.
-            now_ns: the time now, by ours [ns].
+        It was sent at `sent_ns` by its sender's clock, 0 where nobody knows; ours is at `now_ns`.
         """
         if not self._limit or not sent_ns:
             return 0.0
@@ -89,7 +87,6 @@ class Commander:
 
     @property
     def stale(self) -> int:
-        """How many commands came too late."""
         return self._ages.stale
 
     def drop(self) -> None:
@@ -121,7 +118,6 @@ class Commander:
         return rival
 
     def count_them(self) -> None:
-        """Look how many could command; warn of a second one."""
         before, self.count = self.count, self._node.count_publishers(self.topic_name)
         if self.count > max(1, before):
             self._node.get_logger().warning(
@@ -140,7 +136,6 @@ class Neighbours:
 
     @property
     def names(self) -> list[str]:
-        """Names of the other robots, with their namespaces."""
         return sorted(name for name, looks in self._seen.items() if looks > LOOKS)
 
     def look(self) -> None:

@@ -32,7 +32,6 @@ class Health:
         return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
 
     def take_missed(self) -> int:
-        """Number of deadlines missed since the last call."""
         new, self._reported = self.missed - self._reported, self.missed
         return new
 
@@ -50,21 +49,23 @@ def robot_diagnostics(
 ) -> DiagnosticArray:
     """What a robot node says, with what is new since the last time.
 
-    Args:
-        name: of the node.
-        stamp: builtin_interfaces/Time.
-        safety: what stands between commands and motors.
-        health: of the loop.
-        torque: motors on, not free.
-        faults: packets lost or damaged.
-        alarm: what the hardware says is wrong.
-        figures: further names and values.
-        neighbours: names of other robots that obey the same commands.
+    `torque`: motors on, not free; `alarm`: what the hardware says is wrong; `figures`: more.
     """
     count, mean, largest = health.take_loop_times()
-    level, message = _level(
-        safety, torque, health.take_missed(), faults.take_new(), alarm, neighbours
+    missed, lost = health.take_missed(), faults.take_new()
+    stopped = f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
+    others = f'another robot obeys the same commands: {"".join(neighbours[:1])}'
+    news = (  # the worst first
+        (alarm, DiagnosticStatus.ERROR, alarm),
+        (safety.e_stopped, DiagnosticStatus.ERROR, stopped),
+        (neighbours, DiagnosticStatus.WARN, others),
+        (lost, DiagnosticStatus.WARN, f'{lost} packets lost or damaged in the last second'),
+        (safety.timed_out, DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'),
+        (missed, DiagnosticStatus.WARN, f'{missed} deadlines missed in the last second'),
+        (torque, DiagnosticStatus.OK, 'running'),
+        (True, DiagnosticStatus.OK, 'running, motors free'),
     )
+    level, message = next((level, text) for is_so, level, text in news if is_so)
     values = {
         'states in the last second': count,
         'loop time mean ms': f'{mean:.3f}',
@@ -82,27 +83,3 @@ def robot_diagnostics(
     pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
     status = DiagnosticStatus(name=name, level=level, message=message, values=pairs)
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
-
-
-def _level(
-    safety: Safety,
-    torque: bool,
-    new_missed: int,
-    new_faults: int,
-    alarm: str,
-    neighbours: Sequence[str],
-) -> tuple[Any, str]:
-    """The worst news."""
-    if alarm:
-        return DiagnosticStatus.ERROR, alarm
-    if safety.e_stopped:
-        return DiagnosticStatus.ERROR, f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
-    if neighbours:
-        return DiagnosticStatus.WARN, f'another robot obeys the same commands: {neighbours[0]}'
-    if new_faults:
-        return DiagnosticStatus.WARN, f'{new_faults} packets lost or damaged in the last second'
-    if safety.timed_out:
-        return DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'
-    if new_missed:
-        return DiagnosticStatus.WARN, f'{new_missed} deadlines missed in the last second'
-    return DiagnosticStatus.OK, 'running' if torque else 'running, motors free'

@@ -22,11 +22,7 @@ GIVE_UP_LATE = 1.0  # a robot later than this [s] does not catch up but goes on 
 class Loop:
     """A driver's periods, in lockstep with its commander or paced by the clock on the wall.
 
-    Attributes:
-        period: time between two states [s].
-        state: the last one that was read.
-        sent: how many states were published.
-        due: when the next state is, by the clock on the wall [s].
+    `sent` states were published, `state` was the last; the next is `due` by the wall's clock [s].
     """
 
     def __init__(self, node: Node, driver: Driver, settings: Settings) -> None:
@@ -67,8 +63,7 @@ class Loop:
     def run_control_period(self, before_last: Callable[[], None]) -> None:
         """Apply the command for one control period, publishing every state in it.
 
-        Args:
-            before_last: called before the last state of the period, which asks for a command.
+        `before_last` is called before the last state of the period, which asks for a command.
         """
         states = max(1, round(self._info.state_rate * self._info.control_period))
         for left in reversed(range(states)):
@@ -92,7 +87,6 @@ class Loop:
         self.measured.publish(self.state.stamp_ns)
 
     def repeat_state(self) -> None:
-        """Publish the last state again, and its clock."""
         assert self.state is not None
         self.topics.publish_state(self.state)
 

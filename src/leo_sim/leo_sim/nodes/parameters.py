@@ -23,8 +23,6 @@ NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard d
 
 @dataclass(frozen=True)
 class Settings:
-    """What the robot node runs."""
-
     driver: str
     options: DriverOptions
     realtime_factor: float  # robot seconds per wall second; 0 is lockstep
@@ -35,7 +33,6 @@ class Settings:
 
     @property
     def lockstep(self) -> bool:
-        """Whether time moves by commands alone."""
         return self.realtime_factor == 0.0
 
     @property
@@ -47,8 +44,7 @@ class Settings:
 def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
     """Declare the parameters that drivers take and check what was given; `robot` is the default.
 
-    Raises:
-        UserError: a value is out of range or of a wrong form; an unknown robot.
+    UserError: a value is out of range or of a wrong form; an unknown robot.
     """
     given = partial(fixed_parameter, node)
     return DriverOptions(

@@ -48,12 +48,10 @@ class Publishers:
         self._waits_for_readers = True
 
     def introduce(self) -> None:
-        """Say what robot this is, and which episode."""
         self._description.publish(String(data=self._urdf))
         self.begin_episodes(0)
 
     def begin_episodes(self, count: int) -> None:
-        """Say that so many episodes have begun."""
         number = self.episode.next(count) if count else self.episode.value
         self._episodes.publish(UInt32(data=number))
 
@@ -86,10 +84,7 @@ class Publishers:
 
 
 class MeasuredTopics:
-    """What hardware measures besides angles: supply and currents with each state, the rest slowly.
-
-    Of a driver that measures nothing, nothing is published.
-    """
+    """What hardware measures besides angles: supply and currents with each state, more slowly."""
 
     def __init__(self, node: Node, actuators: tuple[str, ...], driver: Driver) -> None:
         self._actuators = actuators
@@ -101,7 +96,6 @@ class MeasuredTopics:
         self._stamp_ns = 0
 
     def publish(self, stamp_ns: int) -> None:
-        """Supply [V] and currents [A] of the state with this stamp."""
         self._stamp_ns = stamp_ns
         if (found := self._readings()) is None:
             return
@@ -130,11 +124,9 @@ class MeasuredTopics:
             )
 
     def figures(self) -> Mapping[str, str]:
-        """What the driver reports besides."""
         return {} if self._driver is None else self._driver.figures()
 
     def alarm(self) -> str:
-        """What is wrong with actuators, nothing where all is well."""
         found = self._readings()
         named = zip(self._actuators, found.condition if found else (), strict=False)
         return '; '.join(f'{joint}: {what}' for joint, what in named if what)
@@ -149,9 +141,7 @@ class MeasuredTopics:
 class EpisodeNumber:
     """A counter kept in a small file: a restarted robot goes on, even after `kill -9`.
 
-    Args:
-        path: the file; made when missing.
-        first: number to begin with; negative takes the one after the last in the file, or 0.
+    A negative `first` takes the number after the last in the file, or 0.
     """
 
     def __init__(self, path: Path, first: int = -1) -> None:
@@ -162,7 +152,6 @@ class EpisodeNumber:
         self._keep()
 
     def next(self, by: int = 1) -> int:
-        """Go on to the next episode and return its number."""
         self.value = (self.value + by) % MODULUS
         self._keep()
         return self.value

@@ -222,7 +222,6 @@ class RobotNode(Node):
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run the robot node; `argv` as after the executable's name."""
     with graph(argv):
         robot = RobotNode()
         status = 1

@@ -64,7 +64,6 @@ class ServoBusNode(Node):
         self.add_on_set_parameters_callback(self._on_parameters)
 
     def _make_acts(self, trouble: Trouble) -> dict[str, Callable[[Any], None]]:
-        """What setting a parameter does to the rig."""
         rig, plant = self.rig, self.rig.plant
         return {
             **{f.name: partial(setattr, trouble, f.name) for f in fields(trouble)},
@@ -109,7 +108,6 @@ class ServoBusNode(Node):
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run the bus; `argv` as after the executable's name."""
     with graph(argv):
         node = ServoBusNode()
         spare_collector()

@@ -24,11 +24,9 @@ from leo_sim.model.model import Model
 FLOOR_POSITION, FLOOR_VELOCITY = 1e-3, 0.05
 """Nominal measurement noise, standard deviation [rad], [rad/s]."""
 
-SIZES = (60.0, 200.0)
-"""Least and largest size of a drawn effect, in noise floors."""
+SIZES = (60.0, 200.0)  # least and largest size of a drawn effect, in noise floors
 
-SIZES_ON_GROUND = (8.0, 30.0)
-"""Of a walker, whose many joints share one effect's change."""
+SIZES_ON_GROUND = (8.0, 30.0)  # of a walker, whose many joints share one effect's change
 
 AMPLITUDES = np.geomspace(1e-7, 1e2, 109)
 """Tried amplitudes, in the unit of the effect's first parameter."""
@@ -55,8 +53,7 @@ BY_NAME_ALONE = (
 
 NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
 
-PLACE = 0.1
-"""Of a payload, from the origin of its link [m]."""
+PLACE = 0.1  # of a payload, from the origin of its link [m]
 
 WINDOWS, SECONDS = 16, 0.5
 
@@ -65,11 +62,7 @@ Shape = dict[str, tuple[float, float]]
 
 
 def draw(robot: Robot, rng: np.random.Generator) -> Placed:
-    """One effect of the catalogue with a place and parameters drawn by `rng`.
-
-    Raises:
-        UserError: no effect of the catalogue shows on this robot.
-    """
+    """An effect of the catalogue, its place and parameters drawn; UserError: none shows."""
     windows = Windows(robot, rng)
     for name in _order(robot, rng):
         places = EFFECTS[name].places(robot)
@@ -110,10 +103,7 @@ class Sized(Protocol):
 def of_size(
     windows: Sized, name: str, where: str, size: float, rng: np.random.Generator
 ) -> Placed | None:
-    """The effect at a joint, a link or 'all', with the amplitude of `size` noise floors.
-
-    None where no sensible amplitude changes the windows that much.
-    """
+    """The effect at a joint, a link or 'all', of a size in noise floors; None: it cannot be."""
     robot = windows.robot
     names = EFFECTS[name].places(robot) if where == 'all' else (where,)
     parameters = EFFECTS[name].parameters_for(robot, names)

@@ -26,7 +26,6 @@ _STEP_EXAMPLES, _LIST_EXAMPLES = '  leo robot step arm\n', '  leo robot list\n'
 
 
 def main(argv: list[str]) -> int:
-    """Run the chosen subcommand and return its exit status."""
     about = 'Make a robot folder from a URDF or MJCF; measure its integration step; list robots.'
     verbs = {'init': _init, 'step': _step, 'list': _list}
     return common.dispatch(

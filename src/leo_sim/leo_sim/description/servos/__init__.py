@@ -17,8 +17,7 @@ from leo_sim.common.yaml_file import Positive, Quantity, read, Schema
 
 HERE = Path(__file__).parent
 
-Family = Literal['dynamixel', 'feetech']
-"""Servos that share a protocol and its registers."""
+Family = Literal['dynamixel', 'feetech']  # servos that share a protocol and its registers
 
 MODES: dict[Family, dict[str, int]] = {
     'dynamixel': {'goal_pwm': 16, 'goal_current': 0, 'goal_position': 4},
@@ -72,17 +71,14 @@ class Register:
 
     @property
     def end(self) -> int:
-        """The address after its last byte."""
         return self.address + self.size
 
     def encode(self, value: int) -> bytes:
-        """The bytes of a value."""
         if self.sign_bit is not None and value < 0:
             value = -value | 1 << self.sign_bit
         return int(value).to_bytes(self.size, 'little', signed=self.signed)
 
     def decode(self, data: bytes) -> int:
-        """The value of its bytes."""
         value = int.from_bytes(bytes(data[: self.size]), 'little', signed=self.signed)
         if self.sign_bit is not None and value >> self.sign_bit & 1:
             return -(value & (1 << self.sign_bit) - 1)
@@ -147,12 +143,10 @@ class ServoModel(Schema):
 
     @property
     def acceleration_unit(self) -> float:
-        """Rad/s2 a count of profile_acceleration."""
         return _table(self.family).acceleration_unit
 
     @property
     def registers(self) -> dict[str, Register]:
-        """Its control table, by name."""
         table = registers(self.family)
         return {name: register for name, register in table.items() if name not in self.lacks}
 
@@ -164,7 +158,6 @@ def _table(family: Family) -> RegistersFile:
 
 @cache
 def registers(family: Family = 'dynamixel') -> dict[str, Register]:
-    """The control table of a family, by name."""
     file = _table(family)
     return {
         name: Register(
@@ -183,17 +176,12 @@ def registers(family: Family = 'dynamixel') -> dict[str, Register]:
 
 @cache
 def servo_models() -> dict[str, ServoModel]:
-    """Every known servo, by name."""
     files = [read(path, ServoModel) for path in sorted((HERE / 'models').glob('*.yaml'))]
     return {file.name: file for file in files}
 
 
 def servo_model(name: str, family: Family | None = None) -> ServoModel:
-    """The servo of that name, of a family or of any.
-
-    Raises:
-        UserError: it is not known (naming the nearest).
-    """
+    """The servo of that name, of a family or any; UserError, naming the nearest: none."""
     known = {n: m for n, m in servo_models().items() if family in (None, m.family)}
     if name not in known:
         raise UserError(

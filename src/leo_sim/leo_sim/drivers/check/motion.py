@@ -44,7 +44,6 @@ class Push:
 
     @property
     def seconds(self) -> float:
-        """How long it lasted."""
         return self.states[-1].stamp - self.states[0].stamp
 
 

@@ -38,15 +38,8 @@ class Moving:
 class Trial:
     """A driver, called as the node calls it.
 
-    Args:
-        driver: the one on trial; connected by the first check.
-        robot: the model of what it drives.
-        moving: what it may do; None where nothing may move.
-        ask: asks a person to do something and waits for it; None where nobody is there.
-        computer: the one that the driver was given.
-
-    Attributes:
-        found: what the driver says it is set to, once it is connected.
+    `ask` asks a person to do something and waits for it; without it, or `moving`, nobody is there
+    and nothing may move. `found` is what the connected driver says it is set to.
     """
 
     def __init__(
@@ -78,7 +71,6 @@ class Trial:
         return np.clip(here, *self.info.goals)
 
     def read(self) -> JointStates:
-        """A state; a packet may be lost now and then."""
         return self._patiently(self.driver.read)
 
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:

@@ -31,7 +31,6 @@ class Line:
         self._rng = np.random.default_rng(seed)
 
     def seconds(self, count: int) -> float:
-        """Time that so many bytes take."""
         return count * BITS / self.baud
 
     def carried(self, data: bytes) -> tuple[bytes, float]:
@@ -83,7 +82,6 @@ class Reader:
         self._bytes = b''
 
     def feed(self, data: bytes) -> list[Packet]:
-        """The packets that are complete with these bytes."""
         self._bytes += data
         found = []
         while (whole := self._next()) is not None:

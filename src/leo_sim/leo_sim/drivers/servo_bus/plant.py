@@ -19,19 +19,14 @@ SUPPLY_ERROR = 0x01
 class Plant(SimulatedDriver):
     """A simulated robot whose motors are driven by the registers of servos.
 
-    Where it takes goals, the servos' own loops are part of its model, on the supply of now.
-
-    Args:
-        options: of the robot, hidden effects too.
-        supply: open-circuit voltage [V].
-        supply_resistance: of the supply and its cable [ohm].
-        hand: whether somebody holds the robot in its start pose until a motor is driven.
+    Where it takes goals, the servos' own loops are part of its model, on the supply of now. With a
+    `hand` somebody holds the robot in its start pose until a motor is driven.
 
     Attributes:
         servos: by joint.
         volts: what is on each motor, V (N m of a torque-driven robot, the goal [rad] of one that
             follows goals), NaN where free, (A,).
-        supply: voltage at the servos [V].
+        supply: voltage at the servos [V]: `open_circuit` less what `supply_resistance` takes.
     """
 
     def __init__(
@@ -138,7 +133,6 @@ class Plant(SimulatedDriver):
         return self._input if self._loops is None else self._duty * self.supply
 
     def _pwm(self, joint: str, servo: Servo) -> int:
-        """Register present_pwm."""
         if not servo.get('torque_enable') or joint not in self.info.actuators:
             return 0
         if servo.goal is None:

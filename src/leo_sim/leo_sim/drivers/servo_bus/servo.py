@@ -38,7 +38,6 @@ class Servo:
         self.restart()
 
     def get(self, name: str) -> int:
-        """The value of a register."""
         register = self._registers[name]
         return register.decode(bytes(self._memory[register.address : register.end]))
 
@@ -77,7 +76,6 @@ class Servo:
         return self.error()
 
     def hear(self, now: float) -> None:
-        """An instruction passed on the bus at time `now` [s]."""
         self._heard = now
 
     def watch(self, now: float) -> None:
@@ -103,7 +101,6 @@ class Servo:
             self.set('torque_enable', 0)
 
     def error(self, code: int = 0) -> int:
-        """An error as a status gives it."""
         return code | (ALERT if self.get('hardware_error_status') else 0)
 
     @property
@@ -143,7 +140,6 @@ class Servo:
         return RANGE if value not in _ALLOWED.get(name, (value,)) else 0
 
     def _reaches(self, goal: int) -> bool:
-        """Whether a goal position is one of its mode."""
         if self.get('operating_mode') == POSITION_MODES['dynamixel'][0]:
             return self.get('min_position_limit') <= goal <= self.get('max_position_limit')
         return abs(goal) <= MOST

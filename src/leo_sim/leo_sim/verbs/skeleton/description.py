@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.description.constants import outside
+from leo_sim.description.urdf import attribute
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
 SHAPES = ('visual', 'collision')
@@ -54,9 +55,9 @@ def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dic
     """Limits of joints by name; 0, and what no motor has, means that nobody knows."""
     found = {}
     for joint in root.findall('joint'):
-        limit = joint.find('limit')
+        said = attribute(joint, 'limit', key)
         try:
-            value = float(limit.get(key, '0')) if limit is not None else 0.0
+            value = 0.0 if said is None else float(said)
         except ValueError as error:
             raise UserError(f'joint {joint.get("name")!r}: limit {key}: {error}') from error
         if not outside(*figure, value):
@@ -139,12 +140,11 @@ def _check(
 
 def _check_copies(joints: Sequence[ElementTree.Element], lost: set[str], source: str) -> None:
     for joint in joints:
-        copied = joint.find('mimic')
-        if copied is not None and copied.get('joint') in lost and joint.get('name') not in lost:
+        copied = attribute(joint, 'mimic', 'joint')
+        if copied in lost and joint.get('name') not in lost:
             raise UserError(
-                f'{source}: joint {joint.get("name")!r} mimics '
-                f'{copied.get("joint")!r}, which --without takes out; take it out '
-                f'too: --without {_end(joint, "child")}'
+                f'{source}: joint {joint.get("name")!r} mimics {copied!r}, which --without '
+                f'takes out; take it out too: --without {_end(joint, "child")}'
             )
 
 
@@ -156,8 +156,7 @@ def _beyond(gone: set[str], joints: Sequence[ElementTree.Element]) -> set[str]:
 
 
 def _end(joint: ElementTree.Element, tag: str) -> str:
-    found = joint.find(tag)
-    return '' if found is None else found.get('link', '')
+    return attribute(joint, tag, 'link') or ''
 
 
 def _kept(figures: Mapping[str, Value], lost: set[str]) -> dict[str, Value]:

@@ -8,7 +8,6 @@ import math
 from pathlib import Path
 import shutil
 import tempfile
-from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -46,10 +45,7 @@ class Skeleton:
 def read_description(path: Path) -> Description:
     """Read a URDF or MJCF file; UserError: it is neither, or no robot of ours."""
     text = read_text(path)
-    try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise UserError(f'{path}: not an XML file: {error}') from error
+    root = urdf.root_of(text, str(path))
     if root.tag == 'mujoco':
         return read_mjcf(path, root.get('model', path.stem))
     return read_urdf(path, text, root)
@@ -64,12 +60,9 @@ def make_folder(
 ) -> Skeleton:
     """Write robot.urdf and robot.yaml; UserError, and nothing written, where something is wrong.
 
-    Args:
-        source: A URDF or MJCF file.
-        folder: Where; new, or empty.
-        kind: What the actuators take, 'torque' (N m), 'voltage' (V) or 'position' (rad).
-        servos: Whose servos they are: then their bus is there to be filled in.
-        left_out: Links that are taken out, with everything beyond them.
+    From a URDF or MJCF, to a folder that is new, or empty. The actuators take a `kind`: 'torque'
+    (N m), 'voltage' (V) or 'position' (rad). A bus of `servos` is there to be filled in; links
+    `left_out` are taken out, with everything beyond them.
     """
     _check_free(folder)
     if kind == 'torque' and servos == 'feetech':
@@ -102,7 +95,6 @@ def _loads(robot: Robot) -> dict[str, float]:
 
 
 def _without_stops(robot: Robot) -> list[str]:
-    """Joints that should have stops, and have none."""
     joints = [j for j in robot.joints if j.independent and j.name not in robot.base_joints]
     free = [j.name for j in joints if j.kind in BOUNDED and not math.isfinite(j.limits[0])]
     return [f'no stops are given for {", ".join(free)}: taken to move without end'] * bool(free)

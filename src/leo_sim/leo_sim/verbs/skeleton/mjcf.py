@@ -10,9 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from leo_msgs_py.errors import UserError
-from leo_sim.description.urdf import rpy
+from leo_sim.description.urdf import inertial, numbers, rpy
 from leo_sim.references import load_mujoco
-from leo_sim.references.mjcf import numbers
 from leo_sim.verbs.skeleton.description import Description
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
@@ -130,13 +129,8 @@ def _add_link(
     root: Element, name: str, mass: float, com: Any, moments: Any, turned: Rotation
 ) -> None:
     element = SubElement(root, 'link', name=name)
-    if not mass:
-        return
-    inertial = SubElement(element, 'inertial')
-    SubElement(inertial, 'origin', xyz=numbers(com), rpy=numbers(rpy(turned.as_matrix())))
-    SubElement(inertial, 'mass', value=repr(float(mass)))
-    figures = dict(zip(('ixx', 'iyy', 'izz'), map(repr, map(float, moments)), strict=True))
-    SubElement(inertial, 'inertia', {**figures, 'ixy': '0', 'ixz': '0', 'iyz': '0'})
+    if mass:
+        element.append(inertial(mass, com, moments, turned.as_matrix()))
 
 
 def _motors(model: Any) -> dict[int, int]:
@@ -183,7 +177,6 @@ def _planar(model: Any, motors: dict[int, int]) -> bool:
 
 
 def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
-    """What of the file is not in the robot folder."""
     counts = {
         'geoms': model.ngeom,
         'equality constraints': model.neq,

@@ -43,11 +43,8 @@ def actuators(
 ) -> dict[str, dict[str, Guess]]:
     """Figures of the actuators by joint, of joints that have one.
 
-    Args:
-        description: The URDF.
-        loads: Largest torque of gravity at each moving joint, N m (N).
-        kind: 'torque', 'voltage' or 'position'.
-        slides: Joints that slide.
+    `loads` are the largest torques of gravity at each moving joint, N m (N); `kind` is 'torque',
+    'voltage' or 'position'.
     """
     found = {
         joint: _figures(description, joint, load, kind, joint in slides)
@@ -166,7 +163,6 @@ def head(
 
 
 def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
-    """The actuators, a line per figure."""
     lines = []
     for joint, figures in actuators.items():
         lines.append(f'  {quoted(joint)}:')
@@ -190,7 +186,6 @@ def pose_lines(joints: tuple[Joint, ...]) -> str:
 
 
 def driver_lines(joints: Sequence[Joint], kind: str, family: Family) -> str:
-    """A bus of servos, one for every joint that moves."""
     port, model = SERVOS[family]
     constant = ', torque_constant: {value: 1.3, unit: N m/A}' if kind == 'torque' else ''
     lines = []
@@ -216,7 +211,6 @@ def start(limits: tuple[float, float]) -> float:
 
 
 def tail(joint: Joint, mass: float) -> str:
-    """Examples of what is optional."""
     slides = joint.kind == 'prismatic'
     damping, angle = (sliding(u) if slides else u for u in (DAMPING, 'rad'))
     return TAIL.format(
