@@ -80,23 +80,15 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Constant:
-    """A number of robot.yaml that a model file may override.
+    """A number of robot.yaml that a model file may override."""
 
-    Attributes:
-        path: As `actuators.pivot.resistance`.
-        uncertain: The range it is known to lie in; None for a number taken as exact.
-        per_recording: Each recording has a value of its own, as of a payload.
-        known: Names of the recordings whose own value is known, and not refitted.
-        recording: Of a value refitted for one recording: its name.
-    """
-
-    path: str
+    path: str  # as `actuators.pivot.resistance`
     value: float
     unit: str
-    uncertain: tuple[float, float] | None = None
-    per_recording: bool = False
-    known: frozenset[str] = frozenset()
-    recording: str = ''
+    uncertain: tuple[float, float] | None = None  # range it is known to lie in; None: it is exact
+    per_recording: bool = False  # each recording has a value of its own, as of a payload
+    known: frozenset[str] = frozenset()  # recordings whose own value is known, and not refitted
+    recording: str = ''  # name of the one that a value was refitted for
 
     @property
     def label(self) -> str:

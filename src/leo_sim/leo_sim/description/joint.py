@@ -22,19 +22,12 @@ MOST = 1e4  # largest multiplier that is taken: no gear between two joints of a 
 
 
 class Body(NamedTuple):
-    """Inertial figures of a link, in its link frame, as broadcastable components.
+    """Inertial figures of a link, in its link frame, as broadcastable components."""
 
-    Attributes:
-        mass: kg.
-        com: Centre of mass (x, y, z), m.
-        inertia: About the centre of mass (xx, yy, zz, xy, xz, yz), kg m2.
-        force: Constant force at the centre of mass in world axes (x, y, z), N.
-    """
-
-    mass: Any
-    com: tuple[Any, Any, Any]
-    inertia: tuple[Any, Any, Any, Any, Any, Any]
-    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
+    mass: Any  # kg
+    com: tuple[Any, Any, Any]  # centre of mass, m
+    inertia: tuple[Any, Any, Any, Any, Any, Any]  # about it (xx, yy, zz, xy, xz, yz), kg m2
+    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)  # constant, at it in world axes, N
 
 
 @dataclass(frozen=True)
@@ -45,31 +38,19 @@ class Link:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of the tree, parents before children.
-
-    Attributes:
-        kind: 'revolute', 'continuous', 'prismatic' or 'fixed'.
-        parent, child: Link names.
-        rotation: Joint frame to parent link frame at angle 0, row by row.
-        translation: Joint origin in the parent link frame, m.
-        axis: Unit vector in the joint frame.
-        limits: Lowest and highest angle rad (m), infinite for none.
-        damping: N m s/rad (N s/m); of a joint that is copied with what its copies add.
-        leader: The joint whose angle it copies; empty for one that is fixed or free.
-        ratio: Its angle for 1 rad (m) of the leader.
-    """
+    """A joint of the tree, parents before children."""
 
     name: str
-    kind: str
-    parent: str
+    kind: str  # 'revolute', 'continuous', 'prismatic' or 'fixed'
+    parent: str  # the name of a link
     child: str
-    rotation: Matrix
-    translation: Vector
-    axis: Vector
-    limits: tuple[float, float]
-    damping: float
-    leader: str = ''
-    ratio: float = 1.0
+    rotation: Matrix  # joint frame to parent link frame at angle 0, row by row
+    translation: Vector  # joint origin in the parent link frame, m
+    axis: Vector  # unit vector in the joint frame
+    limits: tuple[float, float]  # lowest and highest angle rad (m), infinite for none
+    damping: float  # N m s/rad (N s/m); of a joint that is copied with what its copies add
+    leader: str = ''  # the joint whose angle it copies; empty for one that is fixed or free
+    ratio: float = 1.0  # its angle for 1 rad (m) of the leader
 
     @property
     def independent(self) -> bool:

@@ -37,22 +37,14 @@ __all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator, all figures at the joint side of its gear.
-
-    Attributes:
-        torque_constant: N m/A = V s/rad; None when torque driven.
-        resistance: ohm; None when torque driven.
-        limit: Largest command, V, N m or rad.
-        supply: V; None when torque driven.
-        rotor_inertia: kg m2, on top of the links' inertia.
-    """
+    """An actuator, all figures at the joint side of its gear; None when torque driven."""
 
     joint: str
-    torque_constant: float | None
-    resistance: float | None
-    limit: float
-    supply: float | None
-    rotor_inertia: float
+    torque_constant: float | None  # N m/A = V s/rad
+    resistance: float | None  # ohm
+    limit: float  # largest command, V, N m or rad
+    supply: float | None  # V
+    rotor_inertia: float  # kg m2, on top of the links' inertia
 
     @property
     def strongest(self) -> float:
@@ -75,45 +67,32 @@ class Contact(ContactFile):
 class Robot:
     """A robot as loaded from a folder with robot.urdf and robot.yaml.
 
-    Attributes:
-        urdf: Text of robot.urdf (its inertial figures without those of robot.yaml).
-        links, joints: The tree of the URDF; fixed joints included.
-        joint_names: Joints that move, in the order of every state vector.
-        actuators: In the order of every input vector.
-        input: 'voltage' (V), 'torque' (N m) or 'position' (rad, the goal of a servo's own loop).
-        control_period, integration_step, episode_seconds: s.
-        schemes: How it is integrated: 'reference' (integration_step), 'training', 'search'.
-        state_rate: Hz.
-        contacts: What may touch the ground; empty for robots without ground.
-        feet: Links whose contacts are the feet, the origin of a foot its ankle.
-        observation, reward, termination: The task, see leo_sim.task.task.
-        constants: Every number a model may override, by path.
-        driver: How its hardware is connected.
+    Its observation, reward and termination are the task, see leo_sim.task.task.
     """
 
     name: str
     folder: Path
-    urdf: str
+    urdf: str  # text of robot.urdf (its inertial figures without those of robot.yaml)
     links: tuple[Link, ...]
-    joints: tuple[Joint, ...]
-    joint_names: tuple[str, ...]
-    actuators: tuple[Actuator, ...]
-    input: str
-    base: str
-    control_period: float
-    integration_step: float
-    schemes: Mapping[str, SchemeFile]
-    state_rate: float
+    joints: tuple[Joint, ...]  # the tree of the URDF; fixed joints included
+    joint_names: tuple[str, ...]  # joints that move, in the order of every state vector
+    actuators: tuple[Actuator, ...]  # in the order of every input vector
+    input: str  # 'voltage' (V), 'torque' (N m) or 'position' (rad, the goal of a servo's own loop)
+    base: str  # 'fixed' or 'planar'
+    control_period: float  # s
+    integration_step: float  # s
+    schemes: Mapping[str, SchemeFile]  # 'reference' (integration_step), 'training', 'search'
+    state_rate: float  # Hz
     episode_seconds: float
     start_poses: Mapping[str, PoseFile]
     sensors: Mapping[str, SensorFile]
-    contacts: tuple[Contact, ...]
-    feet: tuple[str, ...]
+    contacts: tuple[Contact, ...]  # what may touch the ground; empty for robots without ground
+    feet: tuple[str, ...]  # links whose contacts are the feet, the origin of a foot its ankle
     observation: tuple[ObservedFile, ...]
     reward: tuple[RewardFile, ...]
     termination: tuple[TerminationFile, ...]
-    constants: Mapping[str, Constant]
-    driver: DriverFile
+    constants: Mapping[str, Constant]  # every number a model may override, by path
+    driver: DriverFile  # how its hardware is connected
 
     @property
     def moving_links(self) -> tuple[str, ...]:

@@ -63,36 +63,30 @@ class GroundFile(Schema):
 
 
 class ContactFile(Schema):
-    """A sphere that touches the ground: centre in link axes and radius m.
-
-    Own stiffness N/m and damping N s/m where it is softer than a foot.
-    """
+    """A sphere that touches the ground: centre in link axes and radius m."""
 
     link: str
     x: Length
     z: Length
     radius: Annotated[Length, Field(ge=0)]
-    stiffness: Positive | None = None
-    damping: Positive | None = None
+    stiffness: Positive | None = None  # N/m, where it is softer than a foot
+    damping: Positive | None = None  # N s/m
 
 
 class PoseFile(Schema):
-    """A start pose: values, or [low, high] to draw from; joints left out start at 0.
-
-    `held` fixes the base; `on_ground` puts base_z where the lowest contact touches the ground.
-    """
+    """A start pose: values, or [low, high] to draw from; joints left out start at 0."""
 
     angles: dict[str, Drawn] = Field(default_factory=dict)
     rates: dict[str, Drawn] = Field(default_factory=dict)
-    held: bool = False
-    on_ground: bool = False
+    held: bool = False  # fixes the base
+    on_ground: bool = False  # puts base_z where the lowest contact touches the ground
 
 
 class SensorFile(Schema):
     """A joint's encoder: resolution (0 = not quantised), and what it reads at angle 0.
 
-    `input_noise` is that of an input which is measured, such as a torque: the standard deviation
-    of one sample at the state rate, in the unit of the input, white (0 = exact).
+    `input_noise` is of an input which is measured, such as a torque: the standard deviation of one
+    sample at the state rate, in the unit of the input, white (0 = exact).
     """
 
     angle_resolution: Annotated[Finite, Field(ge=0)] = 0.0
@@ -142,35 +136,25 @@ class TerminationFile(Schema):
 
 
 class SchemeFile(Schema):
-    """How a robot on the ground is integrated.
+    """How a robot on the ground is integrated."""
 
-    Longest substep s, substeps between geometry updates, and over how long at most a command
-    that changes while it is held (delay, lag) is a mean s.
-    """
-
-    integration_step: Seconds
-    geometry_every: Annotated[int, Field(ge=1)] = 1
-    switching: Seconds = 1e-3
+    integration_step: Seconds  # longest substep
+    geometry_every: Annotated[int, Field(ge=1)] = 1  # substeps between geometry updates
+    switching: Seconds = 1e-3  # longest mean of a command that changes while held (delay, lag)
 
 
 class ServoFile(Schema):
-    """A servo, or an encoder of the same kind where the joint has no actuator.
-
-    Its counts grow with the joint where `direction` is 1; `zero` is the count at joint angle 0;
-    `gear` is how far it turns per rad (slides: per m) of the joint. Beyond `low` to `high` [rad]
-    nothing drives the joint further out. No more than `current_limit` is asked of the motor.
-    A torque-driven joint needs `torque_constant`, at the joint.
-    """
+    """A servo, or an encoder of the same kind where the joint has no actuator."""
 
     id: Annotated[int, Field(ge=0, le=252)]
     model: str
-    direction: Literal[1, -1] = 1
-    zero: int = 2048
-    gear: Positive = 1.0
-    low: float = float('-inf')
+    direction: Literal[1, -1] = 1  # 1 where its counts grow with the joint
+    zero: int = 2048  # the count at joint angle 0
+    gear: Positive = 1.0  # how far it turns per rad (slides: per m) of the joint
+    low: float = float('-inf')  # beyond low to high [rad] nothing drives the joint further out
     high: float = float('inf')
-    current_limit: Quantity | None = None
-    torque_constant: Quantity | None = None
+    current_limit: Quantity | None = None  # no more is asked of the motor
+    torque_constant: Quantity | None = None  # at the joint; a torque-driven one needs it
 
 
 class BusFile(Schema):

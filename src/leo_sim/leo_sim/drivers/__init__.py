@@ -48,9 +48,8 @@ RETURNS: dict[str, tuple[type, ...]] = {
 def load_driver(name: str, options: DriverOptions) -> Driver:
     """Build the driver registered under a name, or that of a Python file; not connected yet.
 
-    Raises:
-        UserError: there is no such driver (naming the nearest), its options do not fit, or the
-            file fails or does not define exactly one driver.
+    UserError: there is no such driver (naming the nearest), its options do not fit, or the file
+    fails or does not define exactly one driver.
     """
     if name.endswith('.py'):
         return _foreign(Path(name), _class_in(Path(name)), options)

@@ -29,12 +29,6 @@ class Safety:
         slew: largest change per second [V/s or N m/s]; 0 disables. Stopping is never slowed.
         period: between two outputs [s]; one that comes later changes no more than in a period.
 
-    Attributes:
-        e_stopped: latched until `e_stop_reset`.
-        timed_out: the last command grew too old; ends with the next command.
-        timeouts: how often a command grew too old.
-        rejected: how many commands were refused.
-
     Raises:
         UserError: a limit that is not above 0, or a time or slew below 0.
     """
@@ -56,8 +50,9 @@ class Safety:
         self._timeout = _at_least_zero('command_timeout', timeout, 's')
         self._slew = _at_least_zero('slew', slew, 'per s')
         self._period = period
-        self.e_stopped = self.timed_out = False
-        self.timeouts = self.rejected = 0
+        self.e_stopped = False  # latched until `e_stop_reset`
+        self.timed_out = False  # the last command grew too old; ends with the next command
+        self.timeouts = self.rejected = 0  # commands that grew too old, and that were refused
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:

@@ -27,10 +27,7 @@ def column(rows: Sequence[Any], name: str) -> Array:
 
 
 class JointUnits:
-    """Angles and rates of all joints from the counts of their servos.
-
-    `ids` are those of the servos, in the order of the joints.
-    """
+    """Angles and rates of all joints from the counts of their servos, by `ids` in their order."""
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         servos = [bus.servos[joint] for joint in robot.joint_names]
@@ -59,10 +56,7 @@ class JointUnits:
 
 
 class MotorUnits(ABC):
-    """Inputs of the actuators as a register of their servos, and back.
-
-    `ids` are those of the servos, in the order of the actuators.
-    """
+    """Inputs of the actuators as a register of their servos, by `ids` in their order, and back."""
 
     goal: str  # the register that drives them
     shown: str  # the register that shows what a servo was sent; '' where none does
@@ -119,10 +113,7 @@ class MotorUnits(ABC):
 
 
 class DriveUnits(MotorUnits):
-    """Volts as PWM of the measured supply, torques as currents; at the end motors brake at 0.
-
-    `own_limits` is what the servos allow, counts, (A,).
-    """
+    """Volts as PWM of the measured supply, torques as currents; at the end motors brake at 0."""
 
     at_rest = 'brake at 0 V'
 
@@ -133,7 +124,7 @@ class DriveUnits(MotorUnits):
         self.shown = 'present_pwm' if self.by_voltage else ''
         self.tolerance = TOLERANCES[robot.driver.family]
         self.rest = self.goal, 0
-        self.own_limits = np.full(len(self.ids), np.iinfo(np.int16).max)
+        self.own_limits = np.full(len(self.ids), np.iinfo(np.int16).max)  # of servos, counts
         if not self.by_voltage and not self._ampere.all():
             raise UserError(
                 f'{robot.name} is driven by torques, but {self._models[0].name} knows '

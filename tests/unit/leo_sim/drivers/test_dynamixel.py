@@ -386,31 +386,43 @@ def test_what_is_wrong_with_the_connection_is_one_line():
     refused(options(LEO, rig), r'servo 2 \(right_hip\) has stopped itself: overloaded')
 
 
-def test_servos_that_do_not_fit_are_one_line(tmp_path):
-    with pytest.raises(UserError, match='torque_constant is missing'):
-        robot_with_servo(tmp_path / 'a', 'torque_pendulum', 'XM430-W210')
-    constant = '{value: 1, unit: N m/A}'
-    robot = robot_with_servo(
-        tmp_path / 'b', 'torque_pendulum', 'XL430-W250', torque_constant=constant
-    )
-    with pytest.raises(UserError, match='XL430-W250 knows no current'):
-        load_driver('dynamixel', DriverOptions(robot))
-    robot = robot_with_servo(tmp_path / 'c', 'servo_pendulum', 'XM430-W211')
-    with pytest.raises(UserError, match='did you mean XM430-W210'):
-        load_driver('dynamixel', DriverOptions(robot))
-    with pytest.raises(UserError, match=r'current_limit: the unit is .A., found .mA.'):
-        robot_with_servo(
-            tmp_path / 'e', 'servo_pendulum', 'XM430-W210', current_limit='{value: 500, unit: mA}'
-        )
-    with pytest.raises(UserError, match='torque_constant: -1 N m/A is not within'):
-        robot_with_servo(
-            tmp_path / 'f',
+@pytest.mark.parametrize(
+    ('like', 'model', 'figures', 'said'),
+    [
+        ('torque_pendulum', 'XM430-W210', {}, 'torque_constant is missing'),
+        (
+            'torque_pendulum',
+            'XL430-W250',
+            {'torque_constant': '{value: 1, unit: N m/A}'},
+            'XL430-W250 knows no current',
+        ),
+        (
             'torque_pendulum',
             'XM430-W210',
-            torque_constant='{value: -1, unit: N m/A}',
-        )
-    with pytest.raises(UserError, match='low is not below high'):
-        robot_with_servo(tmp_path / 'd', 'servo_pendulum', 'XM430-W210', low=1, high=1)
+            {'torque_constant': '{value: -1, unit: N m/A}'},
+            'torque_constant: -1 N m/A is not within',
+        ),
+        ('servo_pendulum', 'XM430-W211', {}, 'did you mean XM430-W210'),
+        (
+            'servo_pendulum',
+            'XM430-W210',
+            {'current_limit': '{value: 500, unit: mA}'},
+            r'current_limit: the unit is .A., found .mA.',
+        ),
+        ('servo_pendulum', 'XM430-W210', {'low': 1, 'high': 1}, 'low is not below high'),
+        (
+            'xl330_pendulum',
+            'XL330-M288',
+            {'current_limit': '{value: 1, unit: A}'},
+            'current_limit, which nobody can keep',
+        ),
+        ('xl330_pendulum', 'XL330-M288', {'low': 4, 'high': 5}, 'leave nothing'),
+    ],
+)
+def test_servos_that_do_not_fit_are_one_line(tmp_path, like, model, figures, said):
+    with pytest.raises(UserError, match=said) as raised:
+        load_driver('dynamixel', DriverOptions(robot_with_servo(tmp_path, like, model, **figures)))
+    assert '\n' not in str(raised.value)
 
 
 @given(st.lists(st.sampled_from([0xFF, 0xFD, 0x00]), max_size=30))

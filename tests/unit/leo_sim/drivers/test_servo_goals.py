@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from tests.drivers.bus import driven, robot_with_servo, running
 
-from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import MODES
-from leo_sim.drivers import load_driver
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
 from leo_sim.drivers.dynamixel import DynamixelDriver
 from leo_sim.drivers.servo_bus.plant import Plant
@@ -327,17 +325,6 @@ def test_the_supply_drives_the_loop(robot):
         duty = -servo.get('present_pwm') / servo.model.pwm_of_supply
         assert 0.05 < duty < 0.95 and servo.get('present_current') < 0
     assert 0.1 < rests[1] < rests[0] - 0.1 < 600 * COUNT
-
-
-def test_what_does_not_fit_goals_is_one_line(tmp_path):
-    robot = robot_with_servo(
-        tmp_path / 'a', 'xl330_pendulum', 'XL330-M288', current_limit='{value: 1, unit: A}'
-    )
-    with pytest.raises(UserError, match='current_limit, which nobody can keep'):
-        load_driver('dynamixel', DriverOptions(robot))
-    robot = robot_with_servo(tmp_path / 'b', 'xl330_pendulum', 'XL330-M288', low=4, high=5)
-    with pytest.raises(UserError, match='leave nothing'):
-        load_driver('dynamixel', DriverOptions(robot))
 
 
 def test_so101_follows_goals_through_its_bus():

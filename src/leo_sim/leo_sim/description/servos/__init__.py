@@ -49,25 +49,15 @@ HARDWARE_ERRORS: dict[Family, dict[int, str]] = {
 
 @dataclass(frozen=True)
 class Register:
-    """A place in the control table.
+    """A place in the control table."""
 
-    Attributes:
-        address: of its first byte.
-        size: bytes, little endian.
-        signed: as two's complement.
-        sign_bit: that says a magnitude is negative; None where none does.
-        writable: by instructions.
-        initial: value when the power comes on.
-        kept: in the EEPROM; cannot be written while torque is on.
-    """
-
-    address: int
-    size: int
-    signed: bool
-    writable: bool
-    initial: int
-    kept: bool
-    sign_bit: int | None = None
+    address: int  # of its first byte
+    size: int  # bytes, little endian
+    signed: bool  # as two's complement
+    writable: bool  # by instructions
+    initial: int  # value when the power comes on
+    kept: bool  # in the EEPROM; cannot be written while torque is on
+    sign_bit: int | None = None  # that says a magnitude is negative; None where none does
 
     @property
     def end(self) -> int:
@@ -99,47 +89,33 @@ def _si(unit: str) -> BeforeValidator:
 
 
 class RegistersFile(Schema):
-    """The registers of a family: dynamixel.yaml, feetech.yaml.
-
-    `acceleration_unit` is rad/s2 a count of profile_acceleration.
-    """
+    """The registers of a family: dynamixel.yaml, feetech.yaml."""
 
     eeprom: dict[str, Entry]
     ram: dict[str, Entry]
-    acceleration_unit: Annotated[float, _si('rad/s2')]
+    acceleration_unit: Annotated[float, _si('rad/s2')]  # a count of profile_acceleration
     signed: tuple[str, ...]
     magnitude: dict[str, int] = Field(default_factory=dict)
 
 
 class ServoModel(Schema):
-    """A servo's units: a file in models/, whose quantities have units of their own.
+    """A servo's units, each of a count: a file in models/, whose quantities have their own units.
 
-    Attributes:
-        name: as its maker writes it.
-        family: what it speaks.
-        number: that it answers a ping with.
-        angle_unit: rad a count.
-        rate_unit: rad/s a count.
-        current_unit: A a count; 0, or missing, where it measures none.
-        pwm_of_supply: PWM counts that are the whole supply voltage.
-        turn: counts after which its position begins anew; 0 never.
-        gain_unit: duty for an error of 1 rad, 1/rad, a count of position_p_gain; 0, or missing,
-            where nobody has published it.
-        lacks: registers of its family that it has not.
+    `gain_unit` is the duty for an error of 1 rad, a count of position_p_gain.
     """
 
     model_config = ConfigDict(frozen=True)
 
-    name: str
+    name: str  # as its maker writes it
     family: Family = 'dynamixel'
-    number: int
+    number: int  # that it answers a ping with
     angle_unit: Annotated[float, _si('rad')]
     rate_unit: Annotated[float, _si('rad/s')]
-    current_unit: Annotated[float, _si('A')] = 0.0
-    pwm_of_supply: Positive = Field(default=885)
-    turn: int = 0
-    gain_unit: Annotated[float, _si('1/rad')] = 0.0
-    lacks: frozenset[str] = frozenset()
+    current_unit: Annotated[float, _si('A')] = 0.0  # 0 where it measures none
+    pwm_of_supply: Positive = Field(default=885)  # PWM counts that are the whole supply voltage
+    turn: int = 0  # counts after which its position begins anew; 0 never
+    gain_unit: Annotated[float, _si('1/rad')] = 0.0  # 0 where nobody has published it
+    lacks: frozenset[str] = frozenset()  # registers of its family that it has not
 
     @property
     def acceleration_unit(self) -> float:

@@ -37,32 +37,22 @@ def read_mjcf(path: Path, name: str) -> Description:
         zeros[body] = _add_body(root, model, body, zeros[int(model.body_parentid[body])])
     motors = _motors(model)
     indent(root)
-    joints = range(model.njnt)
+    names = [_joint(model, j) for j in range(model.njnt)]
+    dry, rotor = model.dof_frictionloss[model.jnt_dofadr], model.dof_armature[model.jnt_dofadr]
     return Description(
         name=name,
         text=tostring(root, encoding='unicode') + '\n',
-        efforts={_joint(model, j): most for j, i in motors.items() if (most := _effort(model, i))},
+        efforts={names[j]: most for j, i in motors.items() if (most := _effort(model, i))},
         speeds={},
-        frictions={
-            _joint(model, j): f'{friction:g}'
-            for j in joints
-            if (friction := float(model.dof_frictionloss[model.jnt_dofadr[j]]))
-        },
+        frictions={name: f'{c:g}' for name, c in zip(names, dry, strict=True) if c},
         notes=tuple(_notes(model, motors)),
-        rotors={
-            _joint(model, j): rotor
-            for j in motors
-            if (rotor := float(model.dof_armature[model.jnt_dofadr[j]]))
-        },
+        rotors={names[j]: float(rotor[j]) for j in motors if rotor[j]},
         springs={
-            _joint(model, j): (
-                float(model.jnt_stiffness[j]),
-                float(model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j),
-            )
-            for j in joints
-            if model.jnt_stiffness[j]
+            name: (stiffness, float(model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j))
+            for j, name in enumerate(names)
+            if (stiffness := float(model.jnt_stiffness[j]))
         },
-        motors=frozenset(_joint(model, j) for j in motors) or None,
+        motors=frozenset(names[j] for j in motors) or None,
         base='planar' if _planar(model, motors) else 'fixed',
         gravity=float(np.linalg.norm(model.opt.gravity)),
     )

@@ -65,65 +65,38 @@ def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_m
     assert np.nanmax(np.ptp(goals[np.isfinite(goals).all(axis=1)], axis=0)) <= 0.21
 
 
-class NeverLetsGo(SimulatedDriver):
-    """Takes no goal for the goal 0."""
+def commanded(act, applied=lambda applied, values: applied):
+    """A driver that changes what it is told to write, and what it says was applied."""
 
-    def write(self, values):
-        return super().write(np.nan_to_num(values))
+    class Commanded(SimulatedDriver):
+        def write(self, values):
+            return applied(super().write(act(values)), values)
 
-
-class GoalsInDegrees(SimulatedDriver):
-    def write(self, values):
-        return super().write(np.rad2deg(values))
+    return Commanded
 
 
-class Uncut(SimulatedDriver):
-    """Says that everything was applied."""
+def told(share):
+    """A driver that says that this share of what was commanded is applied."""
+    return commanded(np.array, lambda said, _: replace(said, values=share * said.values))
 
-    def write(self, values):
-        return replace(super().write(values), values=np.array(values))
+
+def as_asked(applied, values):
+    """Says that all of it was applied."""
+    return replace(applied, values=np.array(values))
 
 
 @pytest.mark.parametrize(
     ('kind', 'check', 'said'),
     [
-        (NeverLetsGo, 'writing', 'a goal of NaN frees'),
-        (GoalsInDegrees, 'signs and units', 'rad, not deg'),
-        (Uncut, 'limits', 'goals to info.goals'),
+        (commanded(np.nan_to_num), 'writing', 'a goal of NaN frees'),
+        (commanded(np.rad2deg), 'signs and units', 'rad, not deg'),
+        (commanded(np.array, as_asked), 'limits', 'goals to info.goals'),
     ],
 )
 def test_each_way_to_be_wrong_with_goals(kind, check, said):
     robot = load_robot('xl330_pendulum')
     found = failures(kind(DriverOptions(robot, engine='rigid')), robot, FULL)
     assert said in found.get(check, ''), found
-
-
-class Offset(SimulatedDriver):
-    def write(self, values):
-        return super().write(values + 0.1)
-
-
-class Backwards(SimulatedDriver):
-    def write(self, values):
-        return replace(super().write(-values), values=np.array(values))
-
-
-class InCounts(SimulatedDriver):
-    """Takes volts for counts of PWM."""
-
-    def write(self, values):
-        return super().write(values / 885 * 7.4)
-
-
-def told(share):
-    """A driver that says that this share of what was commanded is applied."""
-
-    class Told(SimulatedDriver):
-        def write(self, values):
-            applied = super().write(values)
-            return replace(applied, values=share * applied.values)
-
-    return Told
 
 
 class NeverFree(SimulatedDriver):
@@ -159,13 +132,13 @@ class Slow(SimulatedDriver):
         (changed(position=lambda q: -q, velocity=lambda w: -w), 'signs and units', 'sign'),
         (changed(velocity=lambda w: w * 9.55), 'signs and units', 'velocity in rad/s'),
         (changed(velocity=lambda w: -w), 'signs and units', 'velocity in rad/s'),
-        (Backwards, 'signs and units', 'commanded up'),
-        (InCounts, 'signs and units', 'PWM'),
+        (commanded(np.negative, as_asked), 'signs and units', 'commanded up'),
+        (commanded(lambda volts: volts / 885 * 7.4), 'signs and units', 'PWM'),
         (told(0.0), 'signs and units', '0 is said to be applied'),
         (told(-0.1), 'signs and units', 'with its sign'),
         (told(0.1), 'signs and units', 'in its unit'),
-        (Uncut, 'limits', 'clip to info.limits'),
-        (Offset, 'writing', '0 must stay 0'),
+        (commanded(np.array, as_asked), 'limits', 'clip to info.limits'),
+        (commanded(lambda volts: volts + 0.1), 'writing', '0 must stay 0'),
         (NeverFree, 'torque', 'enabled'),
         (Uncounted, 'resetting', 'starts += 1'),
         (changed(names=lambda n: ('other',)), 'shapes', 'info.joints'),

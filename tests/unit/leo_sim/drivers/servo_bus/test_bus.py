@@ -24,6 +24,7 @@ from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_model, servo_models
 from leo_sim.drivers.base import DriverOptions, TransientFault
 from leo_sim.drivers.listening import answering_time, GONE
+from leo_sim.drivers.servo_bus import feetech
 from leo_sim.drivers.servo_bus.dynamixel import (
     encoded,
     FRAMING,
@@ -34,18 +35,16 @@ from leo_sim.drivers.servo_bus.dynamixel import (
     SYNC_READ,
     unstuffed,
 )
-from leo_sim.drivers.servo_bus.feetech import FeetechServo
 from leo_sim.drivers.servo_bus.line import BITS, BROADCAST, Line, Packet, Reader, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant, SLICE
 from leo_sim.drivers.servo_bus.rig import Terminal
-from leo_sim.drivers.servo_bus.servo import Servo
+from leo_sim.drivers.servo_bus.servo import ACCESS, ALERT, LIMIT, RANGE, Servo
 from leo_sim.drivers.servo_line import CONFIGURE
 from leo_sim.drivers.servo_port import Limits
 
 SDK = Protocol2PacketHandler()
 R = registers()
 LEGS = (1, 2, 3, 4, 5, 6)
-ACCESS, RANGE, LIMIT, ALERT = 7, 4, 6, 0x80
 
 
 @pytest.fixture
@@ -99,11 +98,21 @@ def test_the_sdk_stuffs_the_same_way(values):
     assert bytes(SDK.addStuffing(packet)[7:-2]) == stuffed(b'\x02' + body)
 
 
-@given(st.lists(st.binary(max_size=20), min_size=1, max_size=4), st.integers(1, 7))
-def test_packets_are_found_in_pieces_and_between_rubbish(bodies, size):
-    sent = [Packet(3, 0x02, body) for body in bodies]
-    stream = b''.join(b'\xff\x00\xff' + encoded(packet) for packet in sent)
-    reader, found = Reader(FRAMING), []
+def feetech_encoded(packet):
+    return feetech.encoded(packet.id, packet.instruction, packet.parameters)
+
+
+@pytest.mark.parametrize(
+    ('framing', 'encode', 'rubbish'),
+    [(FRAMING, encoded, b'\xff\x00\xff'), (feetech.FRAMING, feetech_encoded, b'\x01\xff\x02')],
+)
+@given(
+    st.lists(st.builds(Packet, st.integers(0, 252), st.integers(0, 254), st.binary(max_size=20))),
+    st.integers(1, 7),
+)
+def test_packets_are_found_in_pieces_and_between_rubbish(framing, encode, rubbish, sent, size):
+    stream = b''.join(rubbish + encode(packet) for packet in sent)
+    reader, found = Reader(framing), []
     for start in range(0, len(stream), size):
         found += reader.feed(stream[start : start + size])
     assert found == sent
@@ -237,7 +246,7 @@ def test_goal_positions_are_of_one_turn_or_of_many_and_a_watchdog_stops_where_it
 
 
 def test_a_feetech_servo_goes_to_its_limits_and_no_further():
-    servo = FeetechServo(1, servo_model('STS3215'))
+    servo = feetech.FeetechServo(1, servo_model('STS3215'))
     servo.set('max_position_limit', 3000)
     assert write_goal(servo, 3500) == 0 and servo.goal == 3000
     assert servo.get('goal_position') == 3500
