@@ -14,7 +14,6 @@ Index = slice | list[int]  # some of the joints (or actuators), which are the la
 
 
 def filled(shape: tuple[int, ...], values: Numbers) -> Any:
-    """A new array of that shape filled with values that broadcast to it."""
     result = np.empty(shape)
     result[...] = values
     return result
@@ -91,7 +90,6 @@ def stacked(figures: Sequence[Any]) -> Any:
 
 
 def added(whole: Any, index: Index, part: Any) -> Any:
-    """`whole` with `part` added at `index`."""
     if isinstance(index, slice) and index == slice(None):
         return whole + part
     return put(whole, index, whole[..., index] + part)

@@ -62,7 +62,6 @@ def guarded(
 
 
 def _line(path: Path, error: Exception) -> str:
-    """Where in the file it went wrong, as ' line N'."""
     if isinstance(error, SyntaxError):
         return f' line {error.lineno}'
     frames = traceback.extract_tb(error.__traceback__)

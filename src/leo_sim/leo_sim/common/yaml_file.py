@@ -123,7 +123,6 @@ def _first_problem(error: ValidationError, schema: type[BaseModel]) -> str:
 
 
 def _keys(schema: type[BaseModel]) -> set[str]:
-    """The keys of a schema and of the schemas inside it."""
     inside = schema.model_json_schema().get('$defs', {}).values()
     return {*schema.model_fields, *(key for part in inside for key in part.get('properties', {}))}
 

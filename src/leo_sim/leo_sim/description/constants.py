@@ -92,14 +92,13 @@ class Constant:
 
     @property
     def label(self) -> str:
-        """Its path, and the recording that it is of."""
         return f'{self.path} of {self.recording}' if self.recording else self.path
 
 
 def constants_of(
     folder: Path, file: RobotFile, links: tuple[Link, ...], joints: tuple[Joint, ...]
 ) -> dict[str, Constant]:
-    """All constants by path: of the URDF, then robot.yaml; UserError: a wrong unit, or missing."""
+    """All constants by path, robot.yaml's over the URDF's; UserError: a wrong unit, or missing."""
     found = {c.path: c for c in _urdf_constants(links, joints)}
     slides = {joint.name for joint in joints if joint.kind == 'prismatic'}
     for path, quantity in _given(file):

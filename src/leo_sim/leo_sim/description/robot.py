@@ -16,20 +16,9 @@ from pydantic import ConfigDict
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import read, read_text
-from leo_sim.description import urdf
+from leo_sim.description import robot_file, urdf
 from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS
 from leo_sim.description.robot_check import check
-from leo_sim.description.robot_file import (
-    ContactFile,
-    DriverFile,
-    ObservedFile,
-    PoseFile,
-    RewardFile,
-    RobotFile,
-    SchemeFile,
-    SensorFile,
-    TerminationFile,
-)
 from leo_sim.description.urdf import Joint, Link
 
 __all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
@@ -52,7 +41,7 @@ class Actuator:
         return self.limit if self.supply is None else self.supply
 
 
-class Contact(ContactFile):
+class Contact(robot_file.ContactFile):
     """A sphere that touches the ground, with its name, as `left_heel`.
 
     Where it has no stiffness or damping of its own, the ground's is meant.
@@ -81,18 +70,18 @@ class Robot:
     base: str  # 'fixed' or 'planar'
     control_period: float  # s
     integration_step: float  # s
-    schemes: Mapping[str, SchemeFile]  # 'reference' (integration_step), 'training', 'search'
+    schemes: Mapping[str, robot_file.SchemeFile]  # 'reference', 'training' and 'search'
     state_rate: float  # Hz
     episode_seconds: float
-    start_poses: Mapping[str, PoseFile]
-    sensors: Mapping[str, SensorFile]
+    start_poses: Mapping[str, robot_file.PoseFile]
+    sensors: Mapping[str, robot_file.SensorFile]
     contacts: tuple[Contact, ...]  # what may touch the ground; empty for robots without ground
     feet: tuple[str, ...]  # links whose contacts are the feet, the origin of a foot its ankle
-    observation: tuple[ObservedFile, ...]
-    reward: tuple[RewardFile, ...]
-    termination: tuple[TerminationFile, ...]
+    observation: tuple[robot_file.ObservedFile, ...]
+    reward: tuple[robot_file.RewardFile, ...]
+    termination: tuple[robot_file.TerminationFile, ...]
     constants: Mapping[str, Constant]  # every number a model may override, by path
-    driver: DriverFile  # how its hardware is connected
+    driver: robot_file.DriverFile  # how its hardware is connected
 
     @property
     def moving_links(self) -> tuple[str, ...]:
@@ -111,7 +100,6 @@ class Robot:
 
     @cached_property
     def slides(self) -> frozenset[str]:
-        """Joints that slide: their units are m and N."""
         return frozenset(joint.name for joint in self.joints if joint.kind == 'prismatic')
 
     @cached_property
@@ -162,7 +150,6 @@ class Robot:
         return self.input != 'torque'
 
     def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
-        """The robot with other constants (paths must exist)."""
         constants = {**self.constants, **changed}
         values = {path: c.value for path, c in constants.items()}
         return replace(
@@ -192,17 +179,14 @@ def load_robot(ref: str | Path) -> Robot:
             f'{folder} is no robot folder (it has no robot.yaml); '
             'give a model file, a robot name or a robot folder'
         )
-    file = read(folder / 'robot.yaml', RobotFile)
+    file = read(folder / 'robot.yaml', robot_file.RobotFile)
     path = folder / 'robot.urdf'
     if not path.is_file():
         raise UserError(f'{folder} has no robot.urdf')
-    text = read_text(path)
-    links, joints = urdf.parse(text, str(path))
-    return _robot(folder, file, text, links, joints)
+    return _robot(folder, file, read_text(path))
 
 
 def named_robots() -> dict[str, Path]:
-    """Folders of the robots in the entry-point group leo.robots, by name."""
     return {entry.name: Path(entry.load()) for entry in entry_points(group='leo.robots')}
 
 
@@ -238,9 +222,8 @@ def _named_folder(name: str) -> Path:
     return robots[name]
 
 
-def _robot(
-    folder: Path, file: RobotFile, text: str, links: tuple[Link, ...], joints: tuple[Joint, ...]
-) -> Robot:
+def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
+    links, joints = urdf.parse(text, str(folder / 'robot.urdf'))
     moving = tuple(joint.name for joint in joints if joint.independent)
     check(folder, file, links, joints)
     constants = constants_of(folder, file, links, joints)
@@ -262,8 +245,8 @@ def _robot(
     )
 
 
-def _schemes(file: RobotFile) -> dict[str, SchemeFile]:
-    reference = SchemeFile(
+def _schemes(file: robot_file.RobotFile) -> dict[str, robot_file.SchemeFile]:
+    reference = robot_file.SchemeFile(
         integration_step=file.integration_step, geometry_every=file.geometry_every
     )
     return {

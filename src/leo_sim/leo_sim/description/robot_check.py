@@ -47,7 +47,6 @@ def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
 
 
 def _check_copies(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
-    """What is said of a joint that mimics another is said of that one."""
     leaders = {joint.name: joint.leader for joint in joints if joint.leader}
     for key, name in _named_joints(file):
         if name in leaders:
@@ -154,7 +153,6 @@ def _check_ground(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
 
 
 def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) -> None:
-    """Every joint has a servo of its own that suits it."""
     where = f'{path}: driver.{file.driver.family}.servos'
     _check_figures(f'{path}: driver.{file.driver.family}', bus)
     for joint in moving:

@@ -108,7 +108,6 @@ def _vector(text: str | None, default: str = '0 0 0') -> Vector:
 
 
 def _number(text: str | None) -> float:
-    """A finite number; 0 for nothing."""
     value = float(text or 0)
     if not math.isfinite(value):
         raise ValueError(f'{text!r} is no finite number')
@@ -204,7 +203,6 @@ def _joint(element: ElementTree.Element) -> Joint:
 
 
 def attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
-    """An attribute of the first `<tag>` inside an element; None where there is none."""
     found = element.find(tag)
     return None if found is None else found.get(key)
 
@@ -222,7 +220,6 @@ def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
 
 
 def _sorted(joints: list[Joint], links: set[str], source: str) -> tuple[Joint, ...]:
-    """Joints with parents before children; checks that they form one tree."""
     for joint in joints:
         for link in (joint.parent, joint.child):
             if link not in links:

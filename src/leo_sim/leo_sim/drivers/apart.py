@@ -83,18 +83,15 @@ class Apart:
         self._calls.send((name, options, hold))
         for method in (*METHODS, *EXTRAS):
             if callable(getattr(driver, method, None)):
-                call = self._halt if method == 'halt' else partial(self._call, method)
-                setattr(self, method, call)
+                call = partial(self._answer, self._calls, method)
+                setattr(self, method, self._halt if method == 'halt' else call)
         self._calls.poll(None)  # until it is built, which no limit of a call is for
 
     def _halt(self) -> Applied | None:
         with self._halting:
-            return self._answer(self._halts, 'halt', ())
+            return self._answer(self._halts, 'halt')
 
-    def _call(self, method: str, *args: Any) -> Any:
-        return self._answer(self._calls, method, args)
-
-    def _answer(self, line: Connection, method: str, args: tuple[Any, ...]) -> Any:
+    def _answer(self, line: Connection, method: str, *args: Any) -> Any:
         """The result of a call; an answer to one that a signal interrupted is passed over."""
         number, answered = next(self._numbers), 0
         try:

@@ -86,8 +86,6 @@ DYNAMIC = '/dynamic_joint_states'
 
 @dataclass(frozen=True)
 class Moment:
-    """One recorded state, the input in force at it, and the episode's number."""
-
     state: JointStates
     applied: Applied | None
     episode: int

@@ -186,7 +186,6 @@ class ServoDriver(ABC):
         return begun
 
     def reset(self) -> None:
-        """Begin anew where somebody has put the robot into its start pose by hand."""
         joint, off = farthest(self._pose, self.info.joints, self._angles)
         if off > NEAR:
             raise NotPossible(
@@ -261,7 +260,6 @@ class ServoDriver(ABC):
         """Raise TransientFault where an answer is of an earlier reading."""
 
     def _check_taken(self, blocks: dict[int, Block]) -> None:
-        """Look whether each motor has taken its command, since sync writes are unanswered."""
         for servo, sent, on in zip(self._ids, self._sent, self._on, strict=True):
             taken = self._motors.taken(blocks[servo], sent)
             if on and not (taken and not self._motors.seems_free(blocks[servo])):

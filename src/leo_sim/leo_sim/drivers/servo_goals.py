@@ -105,7 +105,6 @@ class GoalUnits(MotorUnits):
         return {name[len(path) :]: value for name, value in constants if name.startswith(path)}
 
     def _narrowed(self, k: int, loop: OwnLoop) -> Iterator[str]:
-        """Keep goals of a servo within the range it takes."""
         own, turn = (-FAR, FAR), loop.model.turn
         if turn:
             own = loop.found['min_position_limit'], loop.found['max_position_limit']

@@ -101,7 +101,6 @@ class MotorUnits(ABC):
         return not self.shown or abs(block.get(self.shown) - sent) <= self.tolerance
 
     def seems_free(self, block: Block) -> bool:
-        """Whether a motor that should be on looks as if it were free."""
         return False
 
     def currents(self, blocks: dict[int, Block]) -> Array | None:
@@ -177,7 +176,6 @@ class DriveUnits(MotorUnits):
         return self._direction * self._ampere * self._torque
 
     def _within_current(self, rate: Array) -> tuple[Array, Array]:
-        """The inputs that make the largest currents, (A,) each."""
         if not np.isfinite(self._current_limit).any():
             return np.full_like(rate, -np.inf), np.full_like(rate, np.inf)
         if not self.by_voltage:

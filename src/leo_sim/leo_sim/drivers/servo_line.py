@@ -65,7 +65,6 @@ class ServoLine:
 
     @property
     def is_emulated(self) -> bool:
-        """Whether the servos wait for a processor of this computer."""
         return told(self.descriptor) > 0.0
 
     @property
@@ -79,21 +78,16 @@ class ServoLine:
     def ping(self, servo: int) -> int | None:
         """The model number of a servo; None where none answers."""
         try:
-            found, _ = self._asked(
-                servo, 'its model', lambda: self._packets.ping(self._port, servo)
-            )
+            (found,), _ = self._asked(servo, 'its model', self._packets.ping)
         except TransientFault:
             return None
         return int(found)
 
     def get(self, servo: int, name: str) -> int:
         register = self._registers[name]
-        at, size = register.address, register.size
-
-        def read() -> tuple[Any, int, int]:
-            return self._whole(size, *self._packets.readTxRx(self._port, servo, at, size))
-
-        return register.decode(bytes(self._asked(servo, name, read)[0]))
+        asked = self._packets.readTxRx, register.address, register.size
+        (data,), _ = self._asked(servo, name, *asked, size=register.size)
+        return register.decode(bytes(data))
 
     def set(self, servo: int, name: str, value: int) -> None:
         """Write a register, one that is kept without power only where it differs.
@@ -103,12 +97,9 @@ class ServoLine:
         register = self._registers[name]
         if register.kept and self.get(servo, name) == value:
             return
-        at, data = register.address, list(register.encode(value))
-
-        def write() -> tuple[None, int, int]:
-            return None, *self._packets.writeTxRx(self._port, servo, at, len(data), data)
-
-        _, error = self._asked(servo, name, write)
+        data = list(register.encode(value))
+        asked = self._packets.writeTxRx, register.address, len(data), data
+        _, error = self._asked(servo, name, *asked)
         if error & 0x7F:
             raise DriverFault(
                 f'{self.who(servo)} refuses {name} {value}: '
@@ -137,15 +128,12 @@ class ServoLine:
         self._check(result, servos[0])
         found = {}
         for servo in servos:
-            data, result, error = self._whole(
-                length, *self._packets.readRx(self._port, servo, length)
-            )
-            self._check(result, servo)
+            data, result, error = self._packets.readRx(self._port, servo, length)
+            self._check(self._whole(length, result), servo)
             found[servo] = Block(start, bytes(data), error, self._registers)
         return sent, found
 
     def seconds(self, count: int) -> float:
-        """How long so many bytes are on their way [s]."""
         return count * BITS / self._baud
 
     def sync_write(self, name: str, values: Mapping[int, int]) -> None:
@@ -153,7 +141,6 @@ class ServoLine:
         self.send(self.packet(name, values))
 
     def packet(self, name: str, values: Mapping[int, int]) -> bytes:
-        """The bytes of such an instruction."""
         register, buffer = self._registers[name], PacketBuffer()
         row = [byte for n, value in values.items() for byte in (n, *register.encode(value))]
         self._packets.syncWriteTxOnly(buffer, register.address, register.size, row, len(row))
@@ -165,19 +152,21 @@ class ServoLine:
             raise OSError(f'{self._path} is closed')
         self._port.ser.write(data)
 
-    def _whole(self, size: int, data: Any, result: int, error: int) -> tuple[Any, int, int]:
-        """An answer, corrupt where it is that to another question, of another length."""
+    def _whole(self, size: int, result: int) -> int:
+        """The result of an answer, corrupt where it is that to another question."""
         if result == COMM_SUCCESS and self._packets.size != size:
-            return data, COMM_RX_CORRUPT, error
-        return data, result, error
+            return COMM_RX_CORRUPT
+        return result
 
     def _asked(
-        self, servo: int, what: str, ask: Callable[[], tuple[Any, int, int]]
-    ) -> tuple[Any, int]:
+        self, servo: int, what: str, ask: Callable[..., Any], *args: Any, size: int | None = None
+    ) -> tuple[list[Any], int]:
         """Answer and error of an instruction to one servo, which may be repeated."""
         for _ in range(TRIES):
             self._port.is_using = False
-            answer, result, error = ask()
+            *answer, result, error = ask(self._port, servo, *args)
+            if size is not None:
+                result = self._whole(size, result)
             if result == COMM_SUCCESS:
                 return answer, error
         raise TransientFault(f'{self.who(servo)} does not answer when asked for {what}')

@@ -23,7 +23,6 @@ class OwnLoop:
     found: Mapping[str, int]
 
     def __str__(self) -> str:
-        """All of it in words and units, at the joint."""
         return ', '.join(
             f'{name} {self.found[register]}{words(self, self.found[register])}'
             for register, (name, words) in WORDS.items()

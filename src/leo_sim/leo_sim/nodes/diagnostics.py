@@ -7,50 +7,19 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from leo_sim.drivers.safety import Faults, Safety
-
-
-class Health:
-    """How long a state takes, and how often one is a whole `period` [s] late; 0 is never late."""
-
-    def __init__(self, period: float) -> None:
-        self._period = period
-        self.missed = 0
-        self._reported = 0
-        self._loop_times: list[float] = []
-
-    def note(self, loop_time: float, lateness: float) -> None:
-        """Add one state that took `loop_time` [s] and was late by `lateness` [s]."""
-        self._loop_times.append(loop_time)
-        self.missed += bool(self._period and lateness > self._period)
-
-    def take_loop_times(self) -> tuple[int, float, float]:
-        """Number of states since the last call, mean and largest loop time [ms]."""
-        times, self._loop_times = self._loop_times, []
-        if not times:
-            return 0, 0.0, 0.0
-        return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
-
-    def take_missed(self) -> int:
-        new, self._reported = self.missed - self._reported, self.missed
-        return new
+from leo_sim.nodes.loop import Loop
 
 
 def robot_diagnostics(
     name: str,
     stamp: Any,
-    safety: Safety,
-    health: Health,
+    loop: Loop,
     torque: bool,
-    faults: Faults,
-    alarm: str,
     figures: Mapping[str, object],
     neighbours: Sequence[str],
 ) -> DiagnosticArray:
-    """What a robot node says, with what is new since the last time.
-
-    `torque`: motors on, not free; `alarm`: what the hardware says is wrong; `figures`: more.
-    """
+    """What a robot node says, with what is new since the last time; `torque`: motors on."""
+    safety, health, faults, alarm = loop.safety, loop.health, loop.faults, loop.measured.alarm()
     count, mean, largest = health.take_loop_times()
     missed, lost = health.take_missed(), faults.take_new()
     stopped = f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
@@ -79,6 +48,8 @@ def robot_diagnostics(
         'driver faults': faults.total,
         'last driver fault': faults.last,
         **figures,
+        'stopped by the watchdog': loop.gate.halts,
+        **loop.measured.figures(),
     }
     pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
     status = DiagnosticStatus(name=name, level=level, message=message, values=pairs)

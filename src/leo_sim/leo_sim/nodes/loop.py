@@ -11,12 +11,36 @@ from rclpy.node import Node
 from leo_msgs_py.values import JointStates
 from leo_sim.drivers.base import Driver, TransientFault
 from leo_sim.drivers.safety import Faults, safety_for
-from leo_sim.nodes.diagnostics import Health
 from leo_sim.nodes.parameters import Settings
 from leo_sim.nodes.publishers import MeasuredTopics, Publishers
 from leo_sim.nodes.watchdog import Gate
 
 GIVE_UP_LATE = 1.0  # a robot later than this [s] does not catch up but goes on from now
+
+
+class Health:
+    """How long a state takes, and how often one is a whole `period` [s] late; 0 is never late."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self.missed = 0
+        self._reported = 0
+        self._loop_times: list[float] = []
+
+    def note(self, loop_time: float, lateness: float) -> None:
+        self._loop_times.append(loop_time)
+        self.missed += bool(self._period and lateness > self._period)
+
+    def take_loop_times(self) -> tuple[int, float, float]:
+        """Number of states since the last call, mean and largest loop time [ms]."""
+        times, self._loop_times = self._loop_times, []
+        if not times:
+            return 0, 0.0, 0.0
+        return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
+
+    def take_missed(self) -> int:
+        new, self._reported = self.missed - self._reported, self.missed
+        return new
 
 
 class Loop:
@@ -76,7 +100,6 @@ class Loop:
             self.health.note(time.monotonic() - began, 0.0)
 
     def publish_state(self) -> None:
-        """Read the driver and publish clock and state, before them a new episode's number."""
         if self._driver.starts != self._seen_starts:
             self.topics.begin_episodes(self._driver.starts - self._seen_starts)
             self._seen_starts = self._driver.starts
@@ -102,12 +125,10 @@ class Loop:
             )
 
     def _apply(self, blind: bool = False) -> None:
-        """Write what safety allows now and publish what was applied, where that is known."""
         for applied in self.gate.write(blind):
             self.topics.publish(self.topics.applied, applied.to_message())
 
     def _attempt(self, act: Callable[[], None]) -> str:
-        """Act on the driver; what failed, or nothing."""
         try:
             act()
         except TransientFault as fault:

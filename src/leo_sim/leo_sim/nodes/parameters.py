@@ -62,7 +62,6 @@ def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
 
 
 def read_settings(node: Node) -> Settings:
-    """Declare the parameters of the robot node and check what was given, as `read_options`."""
     given = partial(fixed_parameter, node)
     return Settings(
         driver=given('driver', 'simulated'),
@@ -76,7 +75,6 @@ def read_settings(node: Node) -> Settings:
 
 
 def check_clock(settings: Settings, own_clock: bool) -> None:
-    """Raise UserError where a driver's time is the wall's and another pace is asked for."""
     if settings.realtime_factor != 1.0 and not own_clock:
         raise UserError(
             f'realtime_factor is {settings.realtime_factor:g} (0 is lockstep), but driver '
@@ -123,7 +121,6 @@ def _episode(value: int) -> int:
 
 
 def greeting(settings: Settings, info: DriverInfo) -> list[str]:
-    """What the robot node says when it starts: what runs, and what to type next."""
     robot = settings.options.robot
     pace = f'{settings.realtime_factor:g} x real time' if settings.realtime_factor else 'lockstep'
     command = topics.COMMANDS[info.interface].name

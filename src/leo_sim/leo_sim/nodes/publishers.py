@@ -56,7 +56,6 @@ class Publishers:
         self._episodes.publish(UInt32(data=number))
 
     def publish_state(self, state: JointStates) -> None:
-        """A state, before it the clock where time is the robot's own."""
         if self._clock is not None:
             self._clock.publish(Clock(clock=time_message(state.stamp_ns)))
         self.publish(self.states, state.to_message())
@@ -84,7 +83,7 @@ class Publishers:
 
 
 class MeasuredTopics:
-    """What hardware measures besides angles: supply and currents with each state, more slowly."""
+    """What hardware measures besides angles: supply and currents per state, the rest slowly."""
 
     def __init__(self, node: Node, actuators: tuple[str, ...], driver: Driver) -> None:
         self._actuators = actuators
@@ -114,7 +113,6 @@ class MeasuredTopics:
             self._current.publish(JointState(header=header, name=names, effort=effort))
 
     def publish_temperatures(self) -> None:
-        """One message [deg C] per actuator."""
         found = self._readings()
         if found is None or found.temperature is None:
             return
@@ -168,7 +166,6 @@ class EpisodeNumber:
 
 
 def episode_file(node_name: str) -> Path:
-    """Where a robot node's episode number is kept, by domain and fully qualified node name."""
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     runtime = os.environ.get('XDG_RUNTIME_DIR')
     folder = Path(runtime) if runtime else Path(tempfile.gettempdir()) / f'leo-{os.getuid()}'

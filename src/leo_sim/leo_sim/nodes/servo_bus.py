@@ -78,8 +78,6 @@ class ServoBusNode(Node):
         }
 
     def _each(self, act: Callable[[Any], None]) -> Callable[[int], None]:
-        """`act` on the servo of an id, on none for -1."""
-
         def on(number: int) -> None:
             if number != NONE:
                 act(self.rig.bus.servos[number])

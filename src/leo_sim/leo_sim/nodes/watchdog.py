@@ -55,7 +55,6 @@ class Gate:
 
     @property
     def can_halt(self) -> bool:
-        """Whether the driver can be brought to 0 during its other calls."""
         return isinstance(self._driver, Haltable)
 
     def write(self, blind: bool) -> list[Applied]:

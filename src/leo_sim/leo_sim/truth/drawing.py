@@ -92,8 +92,6 @@ def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
 
 
 class Sized(Protocol):
-    """Runs of a robot that show how much an effect changes them."""
-
     robot: Robot
 
     def size(self, placed: Placed) -> np.ndarray:
@@ -103,7 +101,7 @@ class Sized(Protocol):
 def of_size(
     windows: Sized, name: str, where: str, size: float, rng: np.random.Generator
 ) -> Placed | None:
-    """The effect at a joint, a link or 'all', of a size in noise floors; None: it cannot be."""
+    """The effect at a place, or 'all', of so many noise floors; None: no amplitude makes it so."""
     robot = windows.robot
     names = EFFECTS[name].places(robot) if where == 'all' else (where,)
     parameters = EFFECTS[name].parameters_for(robot, names)

@@ -17,14 +17,23 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.drivers import load_driver, servo_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
-from leo_sim.drivers.dynamixel import _Packets
+from leo_sim.drivers.dynamixel import _Packets, ServoClock, TICKS
 from leo_sim.drivers.servo_bus.dynamixel import encoded, status
 from leo_sim.drivers.servo_joints import DriveUnits
 
 LEO = load_robot('leo')
+PERIOD = 0.01  # of readings by which clocks are compared [s]
 PWM_STEP = 13.8 / 885
 finite = st.floats(-1e6, 1e6)
 SIX = st.lists(finite, min_size=6, max_size=6)
+
+
+def constant(value):
+    return {'torque_constant': f'{{value: {value}, unit: N m/A}}'}
+
+
+def most(unit):
+    return {'current_limit': f'{{value: 1, unit: {unit}}}'}
 
 
 @pytest.fixture
@@ -38,16 +47,8 @@ def leo():
 @pytest.fixture
 def servo(tmp_path):
     """One servo behind a pendulum, turned the other way, with a gear and limits."""
-    robot = robot_with_servo(
-        tmp_path,
-        'servo_pendulum',
-        'XM430-W210',
-        direction=-1,
-        gear=2,
-        zero=1000,
-        low=-0.5,
-        high=0.5,
-    )
+    figures = {'direction': -1, 'gear': 2, 'zero': 1000, 'low': -0.5, 'high': 0.5}
+    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', **figures)
     rig = running(robot, 7.4)
     with driven(robot, rig) as driver:
         driver.read()
@@ -148,11 +149,7 @@ LEO_LIMIT = LEO.driver.dynamixel.watchdog
 
 def test_torques_are_asked_for_as_currents(tmp_path):
     robot = robot_with_servo(
-        tmp_path,
-        'torque_pendulum',
-        'XM430-W210',
-        direction=-1,
-        torque_constant='{value: 1.8, unit: N m/A}',
+        tmp_path, 'torque_pendulum', 'XM430-W210', direction=-1, **constant(1.8)
     )
     rig = running(robot)
     with driven(robot, rig) as driver:
@@ -390,32 +387,12 @@ def test_what_is_wrong_with_the_connection_is_one_line():
     ('like', 'model', 'figures', 'said'),
     [
         ('torque_pendulum', 'XM430-W210', {}, 'torque_constant is missing'),
-        (
-            'torque_pendulum',
-            'XL430-W250',
-            {'torque_constant': '{value: 1, unit: N m/A}'},
-            'XL430-W250 knows no current',
-        ),
-        (
-            'torque_pendulum',
-            'XM430-W210',
-            {'torque_constant': '{value: -1, unit: N m/A}'},
-            'torque_constant: -1 N m/A is not within',
-        ),
+        ('torque_pendulum', 'XL430-W250', constant(1), 'XL430-W250 knows no current'),
+        ('torque_pendulum', 'XM430-W210', constant(-1), 'torque_constant: -1 N m/A is not within'),
         ('servo_pendulum', 'XM430-W211', {}, 'did you mean XM430-W210'),
-        (
-            'servo_pendulum',
-            'XM430-W210',
-            {'current_limit': '{value: 500, unit: mA}'},
-            r'current_limit: the unit is .A., found .mA.',
-        ),
+        ('servo_pendulum', 'XM430-W210', most('mA'), 'current_limit: the unit is .A., found .mA.'),
         ('servo_pendulum', 'XM430-W210', {'low': 1, 'high': 1}, 'low is not below high'),
-        (
-            'xl330_pendulum',
-            'XL330-M288',
-            {'current_limit': '{value: 1, unit: A}'},
-            'current_limit, which nobody can keep',
-        ),
+        ('xl330_pendulum', 'XL330-M288', most('A'), 'current_limit, which nobody can keep'),
         ('xl330_pendulum', 'XL330-M288', {'low': 4, 'high': 5}, 'leave nothing'),
     ],
 )
@@ -439,3 +416,36 @@ def test_the_sdk_alone_mistakes_some_stuffing():
     body = bytes([0xFF, 0xFF, 0xFD, 0xFF, 0xFD, 0xFD])
     packet = list(encoded(status(3, 0, body)))
     assert bytes(Protocol2PacketHandler().removeStuffing(packet)[9 : 9 + len(body)]) != body
+
+
+def moments(heard_late, count=400, servos=6, fast=0.0, begun=0.0):
+    """Our stamp less the true time of each reading [s]; `heard_late` s by its number."""
+    clock, off = ServoClock(), []
+    for k in range(count):
+        sent = 5.0 + PERIOD * k
+        true = sent + heard_late.get(k, 0.0)
+        ticks = {
+            n: int(1e3 * (1 + fast) * true + begun + n / servos) % TICKS for n in range(servos)
+        }
+        off.append(clock.moment(sent, true + 0.004, ticks) - true)
+    return np.array(off)
+
+
+@pytest.mark.parametrize('fast', [0.0, 1e-4, -1e-2, 1e-2])
+def test_a_reading_that_was_late_is_stamped_late(fast):
+    late = {150: 3e-3, 151: 1e-3, 300: 2e-3}
+    off = moments(late, fast=fast, begun=32_000)
+    assert np.abs(off).max() < 0.4e-3
+    assert np.count_nonzero(off) < 30 + len(late)
+
+
+def test_the_first_readings_are_stamped_when_they_were_asked_for():
+    off = moments({3: 3e-3}, count=10)
+    assert off[3] == pytest.approx(-3e-3) and np.count_nonzero(off) == 1
+
+
+def test_no_stamp_is_after_the_answer():
+    clock = ServoClock()
+    for k in range(50):
+        clock.moment(PERIOD * k, PERIOD * k + 0.004, {1: 10 * k})
+    assert clock.moment(0.5, 0.503, {1: 520}) == 0.503

@@ -93,16 +93,17 @@ def test_bad_command_is_refused_and_the_one_before_holds(values, said):
     assert safety.output(0.0).tolist() == [1.0, -1.0] and safety.rejected == 1
 
 
-@pytest.mark.parametrize('options', [{'timeout': -1.0}, {'slew': float('nan')}])
-def test_impossible_settings_are_refused(options):
-    with pytest.raises(UserError, match='give 0'):
-        Safety(LIMITS, **options)
-
-
-@pytest.mark.parametrize('limit', [0.0, -7.4, float('nan'), float('inf')])
-def test_a_limit_that_is_none_is_refused(limit):
-    with pytest.raises(UserError, match='above 0'):
-        Safety([3.0, limit])
+@pytest.mark.parametrize(
+    ('limit', 'options', 'said'),
+    [
+        (7.4, {'timeout': -1.0}, 'give 0'),
+        (7.4, {'slew': float('nan')}, 'give 0'),
+        *((limit, {}, 'above 0') for limit in (0.0, -7.4, float('nan'), float('inf'))),
+    ],
+)
+def test_impossible_settings_and_limits_are_refused(limit, options, said):
+    with pytest.raises(UserError, match=said):
+        Safety([3.0, limit], **options)
 
 
 @given(st.lists(st.tuples(finite, finite), min_size=1), st.booleans())

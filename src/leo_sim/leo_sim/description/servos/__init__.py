@@ -49,8 +49,6 @@ HARDWARE_ERRORS: dict[Family, dict[int, str]] = {
 
 @dataclass(frozen=True)
 class Register:
-    """A place in the control table."""
-
     address: int  # of its first byte
     size: int  # bytes, little endian
     signed: bool  # as two's complement
@@ -157,7 +155,7 @@ def servo_models() -> dict[str, ServoModel]:
 
 
 def servo_model(name: str, family: Family | None = None) -> ServoModel:
-    """The servo of that name, of a family or any; UserError, naming the nearest: none."""
+    """The servo of that name, of a family or any; UserError names the nearest one."""
     known = {n: m for n, m in servo_models().items() if family in (None, m.family)}
     if name not in known:
         raise UserError(

@@ -64,7 +64,6 @@ class Result:
 
 
 def examine(trial: Trial) -> list[Result]:
-    """Put a driver to all trials; it is stopped at the end, whatever happens."""
     results: list[Result] = []
     try:
         for check in CHECKS:

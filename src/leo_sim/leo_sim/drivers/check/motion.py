@@ -33,7 +33,6 @@ class Push:
     applied: list[Applied | None]
 
     def moved(self, joint: int) -> float:
-        """How far a joint went [rad or m]."""
         return float(self.states[-1].position[joint] - self.states[0].position[joint])
 
     def summed(self, joint: int) -> float:
@@ -142,7 +141,6 @@ def _rest(trial: Trial) -> None:
 
 
 def _push(trial: Trial, k: int, moving: Moving) -> Push:
-    """Push an actuator the way that has more room, harder each time, until its joint moves."""
     name = trial.info.actuators[k]
     joint = trial.info.joints.index(name)
     for count in range(1, PUSHES + 1):
@@ -176,7 +174,6 @@ def _strongest(trial: Trial, k: int, moving: Moving) -> float:
 
 
 def _expected(trial: Trial, push: Push, name: str) -> float:
-    """How far the model's joint goes under the same push."""
     if push.seconds <= 0.0:
         raise LeftOut('its stamps do not grow')
     start = _possible(trial, push.states[0])

@@ -29,8 +29,6 @@ class LeftOut(Exception):
 
 @dataclass(frozen=True)
 class Moving:
-    """What the robot may do on trial."""
-
     range: float  # how far each joint may move from where it is [rad or m]
     share: float  # of the actuators' limits that may be used at most
 
@@ -59,7 +57,6 @@ class Trial:
 
     @property
     def period(self) -> float:
-        """Time between two states [s]."""
         return 1.0 / self.info.state_rate
 
     @cached_property

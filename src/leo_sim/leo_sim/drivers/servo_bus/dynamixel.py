@@ -31,7 +31,6 @@ def encoded(packet: Packet) -> bytes:
 
 
 def sealed(servo: int, body: bytes) -> bytes:
-    """A body that is stuffed already between header and CRC."""
     data = HEADER + bytes([servo]) + (len(body) + 2).to_bytes(2, 'little') + body
     return data + crc16(data).to_bytes(2, 'little')
 
@@ -107,7 +106,6 @@ class Bus:
             servo.watch(now)
 
     def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
-        """What one servo does with an instruction, and its status."""
         data, level = packet.parameters, servo.get('status_return_level')
         if packet.instruction == PING:
             facts = servo.model.number.to_bytes(2, 'little')
@@ -119,7 +117,6 @@ class Bus:
         return b'' if level <= ON_READ else self._status(number, error)
 
     def _act(self, servo: Servo, number: int, packet: Packet) -> int:
-        """Carry out an instruction that answers with an error alone."""
         data = packet.parameters
         at, values = self._number(data), data[self.wide :]
         if packet.instruction == WRITE and values:
@@ -190,7 +187,6 @@ class Bus:
         return int.from_bytes(data[: self.wide], 'little')
 
     def _read(self, number: int, servo: Servo, data: bytes) -> bytes:
-        """The status of a servo for an address and a length."""
         at, length = self._number(data), self._number(data[self.wide :])
         return self._status(number, *servo.read(at, length))
 

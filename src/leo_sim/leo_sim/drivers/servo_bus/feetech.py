@@ -5,15 +5,7 @@ Source: Feetech's protocol manual (doc.feetech.cn) and its SCServo library: FF F
 instruction or error, parameters, and the inverted sum of all but the header.
 """
 
-from leo_sim.drivers.servo_bus.dynamixel import (
-    ACTION,
-    Bus,
-    READ,
-    REG_WRITE,
-    SYNC_READ,
-    SYNC_WRITE,
-    WRITE,
-)
+from leo_sim.drivers.servo_bus import dynamixel
 from leo_sim.drivers.servo_bus.line import Framing, Packet
 from leo_sim.drivers.servo_bus.servo import GOALS, Servo
 
@@ -64,21 +56,21 @@ class FeetechServo(Servo):
         return RANGE if name in GOALS[:1] and abs(value) > self.get('pwm_limit') else 0
 
 
-class FeetechBus(Bus):
+class FeetechBus(dynamixel.Bus):
     """Servos that hear each other; one that refuses a value keeps the old one and says nothing."""
 
     wide = 1
 
     def answer(self, packet: Packet, now: float) -> list[bytes]:
-        if packet.instruction in (SYNC_READ, SYNC_WRITE):
+        if packet.instruction in (dynamixel.SYNC_READ, dynamixel.SYNC_WRITE):
             return super().answer(packet, now)
         servo = self._awake().get(packet.id)
         return [] if servo is None else [self._one(servo, packet.id, packet)]
 
     def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
-        if packet.instruction == READ and len(packet.parameters) == 2:
+        if packet.instruction == dynamixel.READ and len(packet.parameters) == 2:
             return self._read(number, servo, packet.parameters)
-        if packet.instruction in (WRITE, REG_WRITE, ACTION):
+        if packet.instruction in (dynamixel.WRITE, dynamixel.REG_WRITE, dynamixel.ACTION):
             self._act(servo, number, packet)
         return self._status(number, servo.error())
 

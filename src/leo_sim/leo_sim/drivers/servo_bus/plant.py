@@ -82,7 +82,6 @@ class Plant(SimulatedDriver):
         self._held = self._hand
 
     def drive(self) -> None:
-        """Take the motors' inputs from the registers."""
         for k, joint in enumerate(self.info.actuators):
             servo = self.servos[joint]
             value = self._value(joint, servo) if servo.get('torque_enable') else None

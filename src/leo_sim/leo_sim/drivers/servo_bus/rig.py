@@ -134,7 +134,6 @@ class Terminal(Rig):
         self.plug()
 
     def plug(self) -> None:
-        """Put the cable into the computer: a new port."""
         if self._ends:
             return
         self._ends = os.openpty()
@@ -149,7 +148,6 @@ class Terminal(Rig):
                 raise UserError(f'cannot make the link {self._link}: {error.strerror}') from error
 
     def unplug(self) -> None:
-        """Pull the cable out of the computer: the port is gone."""
         ends, self._ends, self.port = self._ends, (), ''
         for end in ends:
             os.close(end)

@@ -42,7 +42,6 @@ class Servo:
         return register.decode(bytes(self._memory[register.address : register.end]))
 
     def set(self, name: str, value: int) -> None:
-        """Put a value into a register, as the servo itself does."""
         self._store(self._registers[name], value)
 
     def restart(self) -> None:
@@ -54,7 +53,6 @@ class Servo:
         self.set('present_temperature', 30)
 
     def read(self, address: int, length: int) -> tuple[int, bytes]:
-        """Error and bytes for a read instruction."""
         if address + length > SIZE:
             return self.error(RANGE), b''
         return self.error(), bytes(self._memory[address : address + length])

@@ -4,7 +4,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
 from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
@@ -34,7 +33,6 @@ class Description:
 
 
 def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
-    """Read a URDF, given as text and parsed; both are of the file at `path`."""
     if any(
         'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
         for element in root.iter()
@@ -74,7 +72,6 @@ def _without_control(root: ElementTree.Element) -> list[str]:
 
 
 def _without_meshes(root: ElementTree.Element) -> list[str]:
-    """Drop shapes from mesh files, which a robot folder does not carry."""
     count = 0
     for link in root.findall('link'):
         for shape in [e for tag in SHAPES for e in link.findall(tag)]:
@@ -95,11 +92,7 @@ def _without_friction(root: ElementTree.Element) -> dict[str, str]:
     return found
 
 
-Value = TypeVar('Value')
-
-
 def without(description: Description, links: Sequence[str], source: str) -> Description:
-    """The description less these links, their joints and everything beyond them."""
     root = ElementTree.fromstring(description.text)
     joints = root.findall('joint')
     known = [link.get('name', '') for link in root.findall('link')]
@@ -120,8 +113,8 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
     return replace(
         description,
         text=ElementTree.tostring(root, encoding='unicode') + '\n',
-        frictions=_kept(description.frictions, lost),
-        springs=_kept(description.springs, lost),
+        frictions={j: c for j, c in description.frictions.items() if j not in lost},
+        springs={j: k for j, k in description.springs.items() if j not in lost},
         motors=None if motors is None else motors - lost,
         notes=(*description.notes, note),
     )
@@ -149,7 +142,6 @@ def _check_copies(joints: Sequence[ElementTree.Element], lost: set[str], source:
 
 
 def _beyond(gone: set[str], joints: Sequence[ElementTree.Element]) -> set[str]:
-    """These links and all that hang on them."""
     while more := {_end(j, 'child') for j in joints if _end(j, 'parent') in gone} - gone:
         gone = gone | more
     return gone
@@ -157,7 +149,3 @@ def _beyond(gone: set[str], joints: Sequence[ElementTree.Element]) -> set[str]:
 
 def _end(joint: ElementTree.Element, tag: str) -> str:
     return attribute(joint, tag, 'link') or ''
-
-
-def _kept(figures: Mapping[str, Value], lost: set[str]) -> dict[str, Value]:
-    return {joint: figure for joint, figure in figures.items() if joint not in lost}

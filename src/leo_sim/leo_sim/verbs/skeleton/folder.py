@@ -43,7 +43,6 @@ class Skeleton:
 
 
 def read_description(path: Path) -> Description:
-    """Read a URDF or MJCF file; UserError: it is neither, or no robot of ours."""
     text = read_text(path)
     root = urdf.root_of(text, str(path))
     if root.tag == 'mujoco':
@@ -101,7 +100,6 @@ def _without_stops(robot: Robot) -> list[str]:
 
 
 def _effects(folder: Path, description: Description, joints: Sequence[Joint]) -> list[str]:
-    """What is an effect here, and the one command that adds all of it."""
     found = {
         f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
         for joint, friction in _frictions(description, joints).items()
@@ -174,7 +172,6 @@ def _drafted(
 
 
 def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
-    """What the file does not say, and the guesses that stand in for it."""
     left = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
     if description.motors is None:
         left.append('actuators: every joint that moves has one; take out those without a motor')
@@ -207,7 +204,6 @@ def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: s
 
 
 def _unphysical(robot: Robot) -> list[str]:
-    """Inertial figures no body has, which PyBullet does not take."""
     try:
         urdf.with_bodies(robot.urdf, {link.name: link.body for link in robot.links})
     except UserError as error:

@@ -124,7 +124,6 @@ def _add_link(
 
 
 def _motors(model: Any) -> dict[int, int]:
-    """The first actuator of each joint that has one."""
     found: dict[int, int] = {}
     for i in range(model.nu):
         if model.actuator_trntype[i] == OF_JOINT:
@@ -160,7 +159,6 @@ def _effort(model: Any, i: int) -> float:
 
 
 def _planar(model: Any, motors: dict[int, int]) -> bool:
-    """Whether the first joints are slides along x and z and a hinge about y, without motors."""
     kinds = [int(kind) for kind in model.jnt_type[:3]]
     aligned = model.njnt >= 3 and np.allclose(np.abs(model.jnt_axis[:3]), PLANAR)
     return kinds[:2] == [SLIDE, SLIDE] and bool(aligned) and not {0, 1, 2} & {*motors}

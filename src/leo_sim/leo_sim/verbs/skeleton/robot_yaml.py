@@ -174,7 +174,6 @@ def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
 
 
 def pose_lines(joints: tuple[Joint, ...]) -> str:
-    """A nominal pose, at 0 or in the middle of the limits, and one drawn from the limits."""
     ranges = {j.name: pose_range(j) for j in joints if j.independent}
     middle = ', '.join(f'{quoted(n)}: {start(r):.6g}' for n, r in ranges.items())
     drawn = ', '.join(f'{quoted(n)}: [{low:.6g}, {high:.6g}]' for n, (low, high) in ranges.items())
@@ -205,7 +204,6 @@ def driver_lines(joints: Sequence[Joint], kind: str, family: Family) -> str:
 
 
 def start(limits: tuple[float, float]) -> float:
-    """0, or the middle of limits that leave 0 out."""
     low, high = limits
     return 0.0 if low <= 0 <= high else (low + high) / 2
 

@@ -124,14 +124,10 @@ class Slow(SimulatedDriver):
 @pytest.mark.parametrize(
     ('kind', 'check', 'said'),
     [
-        (
-            changed(position=lambda q: np.rad2deg(q), velocity=lambda w: np.rad2deg(w)),
-            'signs and units',
-            'rad, not deg',
-        ),
-        (changed(position=lambda q: -q, velocity=lambda w: -w), 'signs and units', 'sign'),
+        (changed(position=np.rad2deg, velocity=np.rad2deg), 'signs and units', 'rad, not deg'),
+        (changed(position=np.negative, velocity=np.negative), 'signs and units', 'sign'),
         (changed(velocity=lambda w: w * 9.55), 'signs and units', 'velocity in rad/s'),
-        (changed(velocity=lambda w: -w), 'signs and units', 'velocity in rad/s'),
+        (changed(velocity=np.negative), 'signs and units', 'velocity in rad/s'),
         (commanded(np.negative, as_asked), 'signs and units', 'commanded up'),
         (commanded(lambda volts: volts / 885 * 7.4), 'signs and units', 'PWM'),
         (told(0.0), 'signs and units', '0 is said to be applied'),
@@ -229,11 +225,8 @@ def test_the_verb_says_what_servos_are_set_to_and_what_is_not_the_models(rig, ca
     text = RIG.read_text().replace('import NotPossible', 'import Findings, NotPossible')
     found = "Findings({'servo 1': 'P 7'}, ('servo 1: its P',))"
     file = tmp_path / 'told.py'
-    file.write_text(
-        text.replace(
-            '    def stop(', f'    def findings(self):\n        return {found}\n\n    def stop('
-        )
-    )
+    method = f'    def findings(self):\n        return {found}\n\n'
+    file.write_text(text.replace('    def stop(', f'{method}    def stop('))
     words = ['check-driver', str(file), '--robot', 'servo_pendulum']
     assert main(words) == 0
     said = capsys.readouterr().out
