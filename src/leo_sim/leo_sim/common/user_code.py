@@ -28,9 +28,8 @@ def load_file(path: Path, what: str) -> ModuleType:
 
 
 def classes_of(module: ModuleType) -> list[type]:
-    return [
-        c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__
-    ]
+    classes = (value for value in vars(module).values() if isinstance(value, type))
+    return [kind for kind in classes if kind.__module__ == module.__name__]
 
 
 def guarded(

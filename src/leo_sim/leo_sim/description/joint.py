@@ -10,12 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 Vector = tuple[float, float, float]
 Matrix = tuple[float, ...]
+Copied = tuple[str, float, float]  # by a joint: whom, multiplier and offset rad (m)
 PAIRS = (('N m', 'N'), ('kg m2', 'kg'), ('rad', 'm'), ('turn', 'm'))
 """Unit of turning, unit of sliding."""
 MOST = 1e4  # largest multiplier that is taken: no gear between two joints of a robot is as high
@@ -71,7 +72,7 @@ def sliding(unit: str) -> str:
     return unit
 
 
-def mimics(element: ElementTree.Element) -> tuple[str, float, float] | None:
+def mimics(element: Element) -> Copied | None:
     """The joint that a `<joint>` copies, multiplier and offset rad (m); None where it is free.
 
     ValueError: no number, or no joint named.
@@ -92,13 +93,10 @@ def mimics(element: ElementTree.Element) -> tuple[str, float, float] | None:
     return leader, ratio, offset
 
 
-def coupled(
-    joints: Sequence[Joint], copied: Mapping[str, tuple[str, float, float]]
-) -> list[Joint]:
+def coupled(joints: Sequence[Joint], copied: Mapping[str, Copied]) -> list[Joint]:
     """Joints with those that copy others bound to the one that moves by itself.
 
-    `copied` has, by joint that mimics: whom, multiplier and offset. ValueError: it copies no
-    joint, one that is fixed, or itself in a circle.
+    ValueError: one of them copies no joint, one that is fixed, or itself in a circle.
     """
     by_name = {joint.name: joint for joint in joints}
     bound = {name: _leader(name, copied, by_name) for name in copied}
@@ -113,9 +111,7 @@ def coupled(
     ]
 
 
-def _leader(
-    name: str, copied: Mapping[str, tuple[str, float, float]], by_name: Mapping[str, Joint]
-) -> tuple[str, float, float]:
+def _leader(name: str, copied: Mapping[str, Copied], by_name: Mapping[str, Joint]) -> Copied:
     """Whom a joint copies in the end, through others that copy too."""
     leader, ratio, offset = copied[name]
     passed = {name}

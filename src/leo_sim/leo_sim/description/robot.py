@@ -237,9 +237,7 @@ def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
         joint_names=moving,
         actuators=tuple(_actuator(joint, values) for joint in file.actuators),
         schemes=_schemes(file),
-        contacts=tuple(
-            Contact(name=name, **contact.model_dump()) for name, contact in file.contacts.items()
-        ),
+        contacts=tuple(Contact(name=n, **c.model_dump()) for n, c in file.contacts.items()),
         termination=tuple(rule for rule in file.termination if rule.active),
         constants=constants,
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from heapq import heappop, heappush
 import math
 from typing import TypeVar
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, fromstring, ParseError, SubElement, tostring
 
 import numpy as np
 
@@ -46,16 +46,14 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     return links, _sorted(joints, {link.name for link in links}, source)
 
 
-def root_of(xml: str, source: str) -> ElementTree.Element:
+def root_of(xml: str, source: str) -> Element:
     try:
-        return ElementTree.fromstring(xml)
-    except (ElementTree.ParseError, ValueError) as error:
+        return fromstring(xml)
+    except (ParseError, ValueError) as error:
         raise UserError(f'{source}: not an XML file: {error}') from error
 
 
-def _named(
-    element: ElementTree.Element, source: str, read: Callable[[ElementTree.Element], Read]
-) -> Read:
+def _named(element: Element, source: str, read: Callable[[Element], Read]) -> Read:
     """What `read` makes of a link or joint, its ValueErrors with file and name."""
     name = element.get('name')
     if not name:
@@ -74,7 +72,7 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
     Written along principal axes, since PyBullet diagonalises only to a coarse tolerance; stops
     and damping are torques of the model.
     """
-    root = ElementTree.fromstring(xml)
+    root = fromstring(xml)
     put_bodies(root, bodies)
     for joint in root.findall('joint'):
         for old in joint.findall('dynamics') + joint.findall('limit'):
@@ -87,11 +85,11 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
             joint.set('type', 'continuous')
         if joint.get('type') == 'prismatic':
             free = {'lower': '1', 'upper': '-1', 'effort': '0', 'velocity': '0'}
-            ElementTree.SubElement(joint, 'limit', free)
-    return ElementTree.tostring(root, encoding='unicode')
+            SubElement(joint, 'limit', free)
+    return tostring(root, encoding='unicode')
 
 
-def put_bodies(root: ElementTree.Element, bodies: Mapping[str, Body]) -> None:
+def put_bodies(root: Element, bodies: Mapping[str, Body]) -> None:
     """Give links other inertial figures, along principal axes; UserError: no body has them."""
     links = {link.get('name', ''): link for link in root.findall('link')}
     for name, body in bodies.items():
@@ -142,7 +140,7 @@ def rpy(rotation: np.ndarray) -> Vector:
     )
 
 
-def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
+def origin(element: Element) -> tuple[Vector, np.ndarray]:
     found = element.find('origin')
     if found is None:
         return (0.0, 0.0, 0.0), np.eye(3)
@@ -150,7 +148,7 @@ def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
     return _vector(found.get('xyz')), _rotation(rpy) if any(rpy) else np.eye(3)
 
 
-def _body(link: ElementTree.Element) -> Body:
+def _body(link: Element) -> Body:
     found = link.find('inertial')
     if found is None:
         return Body(0.0, (0.0, 0.0, 0.0), (0.0,) * 6)
@@ -170,7 +168,7 @@ def _body(link: ElementTree.Element) -> Body:
     return Body(m, com, (xx, yy, zz, xy, xz, yz))
 
 
-def _joint(element: ElementTree.Element) -> Joint:
+def _joint(element: Element) -> Joint:
     kind = element.get('type', '')
     if kind not in KINDS:
         raise ValueError(f'the type is {kind!r}; supported: {", ".join(KINDS)}')
@@ -202,12 +200,12 @@ def _joint(element: ElementTree.Element) -> Joint:
     )
 
 
-def attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
+def attribute(element: Element, tag: str, key: str) -> str | None:
     found = element.find(tag)
     return None if found is None else found.get(key)
 
 
-def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
+def _limits(element: Element, kind: str) -> tuple[float, float]:
     """Its stops; both at 0, which is what a URDF without them says, are none."""
     lower, upper = (_number(attribute(element, 'limit', k)) for k in ('lower', 'upper'))
     if kind not in BOUNDED or lower == upper == 0:
@@ -249,7 +247,7 @@ def _twice(names: Iterable[str]) -> list[str]:
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
-def _inertial(name: str, body: Body) -> ElementTree.Element:
+def _inertial(name: str, body: Body) -> Element:
     xx, yy, zz, xy, xz, yz = body.inertia
     rotation = np.eye(3)
     moments = np.array([xx, yy, zz])
@@ -262,15 +260,15 @@ def _inertial(name: str, body: Body) -> ElementTree.Element:
 
 def inertial(
     mass: float, com: Iterable[float], moments: Iterable[float], rotation: np.ndarray
-) -> ElementTree.Element:
+) -> Element:
     """The element of a mass kg whose principal axes and moments kg m2 are given."""
-    element = ElementTree.Element('inertial')
+    element = Element('inertial')
     place = {'xyz': numbers(com), 'rpy': numbers(rpy(rotation))}
-    ElementTree.SubElement(element, 'origin', place)
-    ElementTree.SubElement(element, 'mass', {'value': repr(float(mass))})
+    SubElement(element, 'origin', place)
+    SubElement(element, 'mass', {'value': repr(float(mass))})
     ixx, iyy, izz = (repr(float(moment)) for moment in moments)
     inertia = {'ixx': ixx, 'iyy': iyy, 'izz': izz, 'ixy': '0', 'ixz': '0', 'iyz': '0'}
-    ElementTree.SubElement(element, 'inertia', inertia)
+    SubElement(element, 'inertia', inertia)
     return element
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from leo_msgs_py.values import Applied
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
 from leo_sim.drivers.servo_driver import ServoDriver
-from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_line import Blocks, ServoLine
 from leo_sim.drivers.servo_port import Limits
 
 STUFFED, PLAIN = b'\xff\xff\xfd\xfd', b'\xff\xff\xfd'
@@ -132,7 +132,7 @@ class DynamixelDriver(ServoDriver):
             self._bus.set(servo, 'bus_watchdog', min(max(waits, 1), WATCHDOG_MOST))
         self._armed = True
 
-    def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
+    def _check_fresh(self, sent: float, blocks: Blocks) -> None:
         """Refuse answers that were late: each servo's clock must go on as ours does.
 
         What still comes of them is cleared away before the next question. An emulated servo may
@@ -149,7 +149,7 @@ class DynamixelDriver(ServoDriver):
         if late:
             raise TransientFault(f'{self._bus.who(late[0])} answered late')
 
-    def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
+    def _measured(self, sent: float, answered: float, blocks: Blocks) -> float:
         ticks = {servo: block.get('realtime_tick') for servo, block in blocks.items()}
         return self._clock.moment(sent, answered, ticks)
 

@@ -11,7 +11,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.guardian import Guardian
 from leo_sim.drivers.servo_driver import ServoDriver
-from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_line import Blocks, ServoLine
 from leo_sim.drivers.servo_port import Limits
 
 
@@ -77,5 +77,5 @@ class FeetechDriver(ServoDriver):
         if servo in self._ids:
             self._bus.set(servo, 'goal_pwm', 0)
 
-    def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
+    def _check_fresh(self, sent: float, blocks: Blocks) -> None:
         """Their answers carry no time; what came too late was cleared away."""

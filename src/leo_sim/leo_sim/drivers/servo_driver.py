@@ -27,7 +27,7 @@ from leo_sim.drivers.base import (
 )
 from leo_sim.drivers.servo_goals import GoalUnits
 from leo_sim.drivers.servo_joints import DriveUnits, farthest, JointUnits, MotorUnits, pose_of
-from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_line import Blocks, ServoLine
 from leo_sim.drivers.servo_port import latency_file, latency_timer
 
 SHARE = 0.4  # share of a period [s] that an answer may take on top of its bytes
@@ -59,9 +59,8 @@ class ServoDriver(ABC):
         kind = GoalUnits if robot.input == 'position' else DriveUnits
         self._joints = JointUnits(robot, bus)
         self._motors: MotorUnits = kind(robot, bus)
-        self.info = replace(
-            robot_info(robot, options.state_rate, own_clock=False), goals=self._motors.goals
-        )
+        info = robot_info(robot, options.state_rate, own_clock=False)
+        self.info = replace(info, goals=self._motors.goals)
         self.starts = 0
         self._models = {s.id: servo_model(s.model, family) for s in bus.servos.values()}
         self._path, self._baud = options.port or bus.port, bus.baud
@@ -235,7 +234,7 @@ class ServoDriver(ABC):
                 'switch its supply off and on'
             )
 
-    def _note(self, blocks: dict[int, Block]) -> None:
+    def _note(self, blocks: Blocks) -> None:
         own = [blocks[servo] for servo in self._ids]
         self._supply = 0.1 * np.array([block.get('present_input_voltage') for block in own])
         if self._supply.min() < LEAST_SUPPLY:
@@ -247,7 +246,7 @@ class ServoDriver(ABC):
             condition=tuple(self._conditions.get(servo, '') for servo in self._ids),
         )
 
-    def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
+    def _measured(self, sent: float, answered: float, blocks: Blocks) -> float:
         """When the servos measured [s]: when they were asked, unless they have clocks."""
         return sent
 
@@ -256,10 +255,10 @@ class ServoDriver(ABC):
         """Free a servo's motor and make it ready to be asked."""
 
     @abstractmethod
-    def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
+    def _check_fresh(self, sent: float, blocks: Blocks) -> None:
         """Raise TransientFault where an answer is of an earlier reading."""
 
-    def _check_taken(self, blocks: dict[int, Block]) -> None:
+    def _check_taken(self, blocks: Blocks) -> None:
         for servo, sent, on in zip(self._ids, self._sent, self._on, strict=True):
             taken = self._motors.taken(blocks[servo], sent)
             if on and not (taken and not self._motors.seems_free(blocks[servo])):
@@ -275,7 +274,7 @@ class ServoDriver(ABC):
                 'restarted, or its supply failed; start the robot again'
             )
 
-    def _check_alerts(self, blocks: dict[int, Block]) -> None:
+    def _check_alerts(self, blocks: Blocks) -> None:
         """Look at servos that say something is wrong; those that let go end the run."""
         for servo, block in blocks.items():
             if not block.error & self.alert:

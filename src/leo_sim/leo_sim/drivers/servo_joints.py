@@ -13,7 +13,7 @@ from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
 from leo_sim.description.servos import servo_model
 from leo_sim.drivers.base import Findings
-from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_line import Block, Blocks, ServoLine
 
 Array = np.ndarray
 
@@ -39,7 +39,7 @@ class JointUnits:
         self._angle = column(models, 'angle_unit') / turn
         self._rate = column(models, 'rate_unit') / turn
 
-    def angles(self, blocks: dict[int, Block]) -> Array:
+    def angles(self, blocks: Blocks) -> Array:
         """Of the joints [rad or m], (J,), continuous: no servo turns half round in a period.
 
         One whose counts begin anew each turn is within half a turn of its zero at first.
@@ -50,7 +50,7 @@ class JointUnits:
         self._counts = np.where(self._turn > 0, near, counts)
         return self._angle * (self._counts - self._zero)
 
-    def rates(self, blocks: dict[int, Block]) -> Array:
+    def rates(self, blocks: Blocks) -> Array:
         """Of the joints [rad/s or m/s], (J,)."""
         return self._rate * np.array([blocks[n].get('present_velocity') for n in self.ids])
 
@@ -103,7 +103,7 @@ class MotorUnits(ABC):
     def seems_free(self, block: Block) -> bool:
         return False
 
-    def currents(self, blocks: dict[int, Block]) -> Array | None:
+    def currents(self, blocks: Blocks) -> Array | None:
         """Currents [A] along the joints, (A,); None where a servo measures none."""
         if not self._ampere.all():
             return None

@@ -110,9 +110,7 @@ class ServoLine:
         """The register of two that comes first; '' is none."""
         return min(filter(None, (one, other)), key=lambda name: self._registers[name].address)
 
-    def sync_read(
-        self, servos: Sequence[int], first: str, last: str
-    ) -> tuple[float, dict[int, Block]]:
+    def sync_read(self, servos: Sequence[int], first: str, last: str) -> tuple[float, Blocks]:
         """All registers from `first` to `last` of all servos, with one instruction.
 
         Returns when it was sent, on the computer's monotonic time [s], and all answers.
@@ -194,3 +192,6 @@ class Block:
         register = self.table[name]
         at = register.address - self.start
         return register.decode(self.data[at : at + register.size])
+
+
+Blocks = dict[int, Block]  # by the id of a servo

@@ -103,11 +103,8 @@ class MeasuredTopics:
         unknown = dict.fromkeys(
             ('charge', 'capacity', 'design_capacity', 'percentage', 'temperature'), np.nan
         )
-        self._supply.publish(
-            BatteryState(
-                header=header, voltage=found.supply, current=-drawn, present=True, **unknown
-            )
-        )
+        known = {'voltage': found.supply, 'current': -drawn, 'present': True}
+        self._supply.publish(BatteryState(header=header, **known, **unknown))
         if found.current is not None:
             names, effort = list(self._actuators), found.current.tolist()
             self._current.publish(JointState(header=header, name=names, effort=effort))
@@ -117,9 +114,8 @@ class MeasuredTopics:
         if found is None or found.temperature is None:
             return
         for joint, value in zip(self._actuators, found.temperature, strict=True):
-            self._temperature.publish(
-                Temperature(header=self._header(joint), temperature=float(value))
-            )
+            message = Temperature(header=self._header(joint), temperature=float(value))
+            self._temperature.publish(message)
 
     def figures(self) -> Mapping[str, str]:
         return {} if self._driver is None else self._driver.figures()

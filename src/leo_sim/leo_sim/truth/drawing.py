@@ -57,11 +57,12 @@ PLACE = 0.1  # of a payload, from the origin of its link [m]
 
 WINDOWS, SECONDS = 16, 0.5
 
+Rng = np.random.Generator
 Shape = dict[str, tuple[float, float]]
 """Per parameter its value at amplitude 0 and its slope over the amplitude."""
 
 
-def draw(robot: Robot, rng: np.random.Generator) -> Placed:
+def draw(robot: Robot, rng: Rng) -> Placed:
     """An effect of the catalogue, its place and parameters drawn; UserError: none shows."""
     windows = Windows(robot, rng)
     for name in _order(robot, rng):
@@ -73,7 +74,7 @@ def draw(robot: Robot, rng: np.random.Generator) -> Placed:
     raise UserError(f'no effect of the catalogue shows on {robot.name}')
 
 
-def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
+def _order(robot: Robot, rng: Rng) -> list[str]:
     """Effects that this robot can have, in random order.
 
     Where those that joined the catalogue later come is drawn apart: a seed keeps its secret.
@@ -98,9 +99,7 @@ class Sized(Protocol):
         """In noise floors, for each of the effect's leading amplitudes."""
 
 
-def of_size(
-    windows: Sized, name: str, where: str, size: float, rng: np.random.Generator
-) -> Placed | None:
+def of_size(windows: Sized, name: str, where: str, size: float, rng: Rng) -> Placed | None:
     """The effect at a place, or 'all', of so many noise floors; None: no amplitude makes it so."""
     robot = windows.robot
     names = EFFECTS[name].places(robot) if where == 'all' else (where,)
@@ -138,9 +137,7 @@ def _bracket(
     return found[before : before + 2], tried[before : before + 2]
 
 
-def _shape(
-    name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: np.random.Generator
-) -> Shape:
+def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng) -> Shape:
     """How the parameters follow one amplitude; signs, directions and angles are drawn."""
     angle = rng.uniform(-np.pi, np.pi)
     if name in NEAR_REST:
@@ -189,7 +186,7 @@ def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers)
 class Windows:
     """Half-second runs of the ideal robot with random inputs, from states it comes by itself."""
 
-    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+    def __init__(self, robot: Robot, rng: Rng) -> None:
         self.robot = robot
         model = Model(robot, scheme='training')
         self._dt = robot.control_period

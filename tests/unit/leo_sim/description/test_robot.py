@@ -197,7 +197,6 @@ def test_pybullet_prints_nothing():
         "from leo_sim.model import Model; m = Model('pendulum'); "
         "m.step(m.start(), [1.0], 0.05); print('done')"
     )
-    ran = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=True
-    )
+    words = [sys.executable, '-c', program]
+    ran = subprocess.run(words, capture_output=True, text=True, check=True)
     assert (ran.stdout, ran.stderr) == ('done\n', '')

@@ -118,16 +118,9 @@ def test_a_joint_past_its_limit_is_driven_back_only(servo):
 @given(SIX, SIX, SIX, st.floats(0.1, 3.0), st.floats(10.0, 14.8))
 def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     file = LEO.driver.dynamixel
-    servos = {
-        joint: s.model_copy(
-            update={
-                'low': -1.0,
-                'high': 1.0,
-                'current_limit': LEO_LIMIT.model_copy(update={'value': limit}),
-            }
-        )
-        for joint, s in file.servos.items()
-    }
+    most = file.watchdog.model_copy(update={'value': limit, 'unit': 'A'})
+    figures = {'low': -1.0, 'high': 1.0, 'current_limit': most}
+    servos = {joint: s.model_copy(update=figures) for joint, s in file.servos.items()}
     units = DriveUnits(LEO, file.model_copy(update={'servos': servos}))
     wanted, angle, rate = np.array([wanted, angle, rate])
     values = units.allowed(wanted, angle, rate)
@@ -136,21 +129,14 @@ def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     supplies = np.full(6, supply)
     found = units.values(units.counts(values, supplies), supplies)
     assert np.all(np.abs(found) <= 8.6 + 1e-9)
-    driving = values * rate <= 0.0
-    current = (values - 1.344712182 * rate) / 4.6
-    assert np.all(
-        np.abs(current[~driving])
-        <= np.maximum(limit + 1e-6, np.abs(1.344712182 * rate[~driving]) / 4.6)
-    )
-
-
-LEO_LIMIT = LEO.driver.dynamixel.watchdog
+    emf, along = 1.344712182 * rate, values * rate > 0.0
+    current = np.abs(values - emf) / 4.6
+    assert np.all((current <= np.maximum(limit + 1e-6, np.abs(emf) / 4.6))[along])
 
 
 def test_torques_are_asked_for_as_currents(tmp_path):
-    robot = robot_with_servo(
-        tmp_path, 'torque_pendulum', 'XM430-W210', direction=-1, **constant(1.8)
-    )
+    figures = {'direction': -1, **constant(1.8)}
+    robot = robot_with_servo(tmp_path, 'torque_pendulum', 'XM430-W210', **figures)
     rig = running(robot)
     with driven(robot, rig) as driver:
         driver.read()
@@ -228,13 +214,16 @@ def test_a_reset_is_possible_where_somebody_has_put_the_robot_up(leo):
         load_driver('dynamixel', DriverOptions(LEO, start='nominale'))
 
 
-def test_a_lost_packet_is_a_fault_that_passes(leo):
+def test_a_lost_packet_is_a_fault_that_passes_and_a_silent_servo_is_named(leo):
     rig, driver = leo
     rig._line.trouble.lose = 1.0
     with pytest.raises(TransientFault, match=r'servo \d \(\w+\): There is no status packet'):
         driver.read()
     rig._line.trouble.lose = 0.0
     driver.read()
+    rig.bus.silent = frozenset({3})
+    with pytest.raises(TransientFault, match=r'servo 3 \(left_knee\)'):
+        driver._bus.sync_read([3], 'present_pwm', 'present_temperature')
 
 
 def test_a_command_that_got_lost_is_noticed_at_the_next_reading(leo, monkeypatch):
@@ -273,13 +262,6 @@ def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatc
         with pytest.raises(TransientFault, match=r'servo 8 \(base_x\)'):
             driver.read()
     assert not left
-
-
-def test_a_silent_servo_is_named(leo):
-    rig, driver = leo
-    rig.bus.silent = frozenset({3})
-    with pytest.raises(TransientFault, match=r'servo 3 \(left_knee\)'):
-        driver._bus.sync_read([3], 'present_pwm', 'present_temperature')
 
 
 @pytest.mark.parametrize(

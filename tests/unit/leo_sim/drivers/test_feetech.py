@@ -45,9 +45,8 @@ with driven(robot, rig) as driver:
 
 @pytest.fixture
 def robot(tmp_path):
-    return robot_with_servo(
-        tmp_path, 'servo_pendulum', 'STS3215', 'feetech', direction=-1, zero=4000
-    )
+    figures = {'direction': -1, 'zero': 4000}
+    return robot_with_servo(tmp_path, 'servo_pendulum', 'STS3215', 'feetech', **figures)
 
 
 @pytest.fixture
@@ -107,9 +106,8 @@ def test_a_killed_process_leaves_the_motor_at_zero(robot):
     """They have no watchdog: another process writes 0, which ends when it has."""
     heard, port = os.pipe()
     words = [sys.executable, '-c', KILLED, str(robot.folder), str(port)]
-    with subprocess.Popen(
-        words, stdout=subprocess.PIPE, text=True, pass_fds=[port], cwd=ROOT
-    ) as process:
+    given = {'stdout': subprocess.PIPE, 'text': True, 'pass_fds': [port], 'cwd': ROOT}
+    with subprocess.Popen(words, **given) as process:
         os.close(port)
         assert process.stdout.readline() == 'driven\n'
         process.send_signal(signal.SIGKILL)
@@ -121,10 +119,8 @@ def test_a_killed_process_leaves_the_motor_at_zero(robot):
 
 
 def test_what_does_not_fit_is_one_line(tmp_path):
-    constant = '{value: 1, unit: N m/A}'
-    robot = robot_with_servo(
-        tmp_path, 'torque_pendulum', 'STS3215', 'feetech', torque_constant=constant
-    )
+    torque = {'torque_constant': '{value: 1, unit: N m/A}'}
+    robot = robot_with_servo(tmp_path, 'torque_pendulum', 'STS3215', 'feetech', **torque)
     with pytest.raises(UserError, match='which Feetech servos do not take'):
         load_driver('feetech', DriverOptions(robot, port='nowhere'))
     with pytest.raises(UserError, match='has no servos'):

@@ -4,7 +4,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, fromstring, tostring
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
@@ -32,7 +32,7 @@ class Description:
     gravity: float = 9.81  # m/s2
 
 
-def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
+def read_urdf(path: Path, text: str, root: Element) -> Description:
     if any(
         'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
         for element in root.iter()
@@ -45,11 +45,11 @@ def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
     frictions = _without_friction(root)
     notes = [*_without_control(root), *_without_meshes(root)]
     if notes or frictions:
-        text = ElementTree.tostring(root, encoding='unicode') + '\n'
+        text = tostring(root, encoding='unicode') + '\n'
     return Description(root.get('name', ''), text, efforts, speeds, frictions, tuple(notes))
 
 
-def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dict[str, float]:
+def _limits(root: Element, key: str, figure: tuple[str, str]) -> dict[str, float]:
     """Limits of joints by name; 0, and what no motor has, means that nobody knows."""
     found = {}
     for joint in root.findall('joint'):
@@ -63,7 +63,7 @@ def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dic
     return found
 
 
-def _without_control(root: ElementTree.Element) -> list[str]:
+def _without_control(root: Element) -> list[str]:
     found = [e for tag in CONTROL for e in root.findall(tag)]
     for element in found:
         root.remove(element)
@@ -71,7 +71,7 @@ def _without_control(root: ElementTree.Element) -> list[str]:
     return [f'{tags} left out of robot.urdf: not used'] if found else []
 
 
-def _without_meshes(root: ElementTree.Element) -> list[str]:
+def _without_meshes(root: Element) -> list[str]:
     count = 0
     for link in root.findall('link'):
         for shape in [e for tag in SHAPES for e in link.findall(tag)]:
@@ -81,7 +81,7 @@ def _without_meshes(root: ElementTree.Element) -> list[str]:
     return [f'{count} shapes from mesh files left out of robot.urdf: not used'] if count else []
 
 
-def _without_friction(root: ElementTree.Element) -> dict[str, str]:
+def _without_friction(root: Element) -> dict[str, str]:
     """Drop dry friction, which is an effect here, and return it by joint."""
     found = {}
     for joint in root.findall('joint'):
@@ -93,7 +93,7 @@ def _without_friction(root: ElementTree.Element) -> dict[str, str]:
 
 
 def without(description: Description, links: Sequence[str], source: str) -> Description:
-    root = ElementTree.fromstring(description.text)
+    root = fromstring(description.text)
     joints = root.findall('joint')
     known = [link.get('name', '') for link in root.findall('link')]
     for link in links:
@@ -112,7 +112,7 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
     )
     return replace(
         description,
-        text=ElementTree.tostring(root, encoding='unicode') + '\n',
+        text=tostring(root, encoding='unicode') + '\n',
         frictions={j: c for j, c in description.frictions.items() if j not in lost},
         springs={j: k for j, k in description.springs.items() if j not in lost},
         motors=None if motors is None else motors - lost,
@@ -120,9 +120,7 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
     )
 
 
-def _check(
-    link: str, known: Sequence[str], joints: Sequence[ElementTree.Element], source: str
-) -> None:
+def _check(link: str, known: Sequence[str], joints: Sequence[Element], source: str) -> None:
     if link not in known:
         child = next((_end(j, 'child') for j in joints if j.get('name') == link), '')
         hint = f'; it is a joint, whose link is {child!r}' if child else nearest(link, known)
@@ -131,7 +129,7 @@ def _check(
         raise UserError(f'--without: {link!r} is the root of {source}; nothing would be left')
 
 
-def _check_copies(joints: Sequence[ElementTree.Element], lost: set[str], source: str) -> None:
+def _check_copies(joints: Sequence[Element], lost: set[str], source: str) -> None:
     for joint in joints:
         copied = attribute(joint, 'mimic', 'joint')
         if copied in lost and joint.get('name') not in lost:
@@ -141,11 +139,11 @@ def _check_copies(joints: Sequence[ElementTree.Element], lost: set[str], source:
             )
 
 
-def _beyond(gone: set[str], joints: Sequence[ElementTree.Element]) -> set[str]:
+def _beyond(gone: set[str], joints: Sequence[Element]) -> set[str]:
     while more := {_end(j, 'child') for j in joints if _end(j, 'parent') in gone} - gone:
         gone = gone | more
     return gone
 
 
-def _end(joint: ElementTree.Element, tag: str) -> str:
+def _end(joint: Element, tag: str) -> str:
     return attribute(joint, tag, 'link') or ''

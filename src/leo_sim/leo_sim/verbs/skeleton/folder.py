@@ -27,7 +27,7 @@ from leo_sim.verbs.skeleton.figures import (
     integration_step,
 )
 from leo_sim.verbs.skeleton.mjcf import read_mjcf
-from leo_sim.verbs.skeleton.robot_yaml import actuators, Guess
+from leo_sim.verbs.skeleton.robot_yaml import actuators, Figures
 
 PERIOD = 0.01
 
@@ -149,7 +149,7 @@ def _drafted(
     mass = next(link.body.mass for link in links if link.name == moving[0].child)
     tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], mass)
 
-    def write(motors: dict[str, dict[str, Guess]]) -> Robot:
+    def write(motors: dict[str, Figures]) -> Robot:
         text = robot_yaml.head(source, kind, description, timing, reason)
         text += robot_yaml.actuator_lines(motors) + tail
         (draft / 'robot.yaml').write_text(text, encoding='utf-8')
@@ -171,7 +171,7 @@ def _drafted(
     return write(motors), left
 
 
-def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
+def _open(description: Description, motors: dict[str, Figures], kind: str) -> list[str]:
     left = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
     if description.motors is None:
         left.append('actuators: every joint that moves has one; take out those without a motor')

@@ -38,9 +38,12 @@ class Guess:
     open: bool
 
 
+Figures = dict[str, Guess]
+
+
 def actuators(
     description: Description, loads: Mapping[str, float], kind: str, slides: Set[str] = frozenset()
-) -> dict[str, dict[str, Guess]]:
+) -> dict[str, Figures]:
     """Figures of the actuators by joint, of joints that have one.
 
     `loads` are the largest torques of gravity at each moving joint, N m (N); `kind` is 'torque',
@@ -61,7 +64,7 @@ def actuators(
 
 def _figures(
     description: Description, joint: str, load: float, kind: str, slides: bool
-) -> dict[str, Guess]:
+) -> Figures:
     torque = _torque(description.efforts.get(joint), load, slides)
     why = 'rotor x (its angle per m)^2' if slides else 'rotor x gear ratio^2'
     rotor = Guess(0.0, 'kg m2', why, True)

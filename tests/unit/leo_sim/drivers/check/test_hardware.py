@@ -168,16 +168,16 @@ def on_bus(name, robot, bus=None):
     return failures(driver, robot, FULL, clock=bus.computer)
 
 
-def test_the_dynamixel_driver_passes_on_the_emulated_bus(tmp_path):
-    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', direction=-1)
-    assert on_bus('dynamixel', robot) == {}
-
-
 @pytest.mark.parametrize(
-    ('family', 'model'), [('dynamixel', 'XL330-M288'), ('feetech', 'STS3215')]
+    ('like', 'family', 'model'),
+    [
+        ('servo_pendulum', 'dynamixel', 'XM430-W210'),
+        ('xl330_pendulum', 'dynamixel', 'XL330-M288'),
+        ('xl330_pendulum', 'feetech', 'STS3215'),
+    ],
 )
-def test_drivers_that_send_goals_pass_on_the_emulated_bus(tmp_path, family, model):
-    robot = robot_with_servo(tmp_path, 'xl330_pendulum', model, family, direction=-1)
+def test_the_drivers_pass_on_the_emulated_bus(tmp_path, like, family, model):
+    robot = robot_with_servo(tmp_path, like, model, family, direction=-1)
     assert on_bus(family, robot) == {}
 
 

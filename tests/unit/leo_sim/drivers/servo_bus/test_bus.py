@@ -69,10 +69,8 @@ def port(rig):
 
 def write(port, servo, name, value):
     """The error of a write instruction."""
-    register = R[name]
-    result, error = SDK.writeTxRx(
-        port, servo, register.address, register.size, list(register.encode(value))
-    )
+    at, size, data = R[name].address, R[name].size, list(R[name].encode(value))
+    result, error = SDK.writeTxRx(port, servo, at, size, data)
     assert result == COMM_SUCCESS
     return error
 
@@ -143,6 +141,7 @@ def test_ping_and_broadcast_ping(port):
 
 
 def test_eeprom_is_locked_while_torque_is_on_and_limits_hold(port):
+    assert read(port, 1, 'goal_pwm') == 885, 'whoever forgets the goal finds it at the whole PWM'
     in_pwm_mode(port, 1)
     assert write(port, 1, 'operating_mode', CURRENT_MODE) == ACCESS
     assert write(port, 1, 'present_position', 0) == ACCESS, 'read only'
@@ -201,11 +200,6 @@ def test_the_robot_moves_as_its_motor_is_told_and_is_measured_in_counts(rig, por
     count = read(port, 5, 'present_position')
     assert (count - 2048) * 2 * np.pi / 4096 == pytest.approx(angle, abs=0.2)
     assert angle > 0.0
-
-
-def test_whoever_forgets_the_goal_finds_it_at_the_whole_pwm(port):
-    assert write(port, 1, 'operating_mode', PWM_MODE) == 0
-    assert read(port, 1, 'goal_pwm') == 885
 
 
 def test_the_bus_watchdog_stops_and_keeps_goals_from_being_written(rig, port):

@@ -186,14 +186,10 @@ def test_the_robots_with_a_name_are_listed(capsys):
 
 
 def test_a_joint_without_stops_is_said(tmp_path):
-    urdf = changed(
-        tmp_path, ('lower="-1.791" upper="1.571" ', ''), ('lower="-0.942"', 'lower="0"')
-    )
-    made = make_folder(urdf, tmp_path / 'arm', 'torque')
-    assert [j.limits for j in made.robot.joints if j.independent][1:] == [
-        (-np.inf, np.inf),
-        (0.0, 1.382),
-    ]
+    changes = ('lower="-1.791" upper="1.571" ', ''), ('lower="-0.942"', 'lower="0"')
+    made = make_folder(changed(tmp_path, *changes), tmp_path / 'arm', 'torque')
+    limits = [joint.limits for joint in made.robot.joints if joint.independent]
+    assert limits[1:] == [(-np.inf, np.inf), (0.0, 1.382)]
     assert 'no stops are given for joint2: taken to move without end' in made.notes
 
 
