@@ -110,7 +110,6 @@ class Safety:
         self.e_stopped = True
 
     def e_stop_reset(self) -> None:
-        """End the e-stop; commands from before it are forgotten."""
         self.e_stopped = False
         self.release()
 

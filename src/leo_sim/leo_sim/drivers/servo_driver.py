@@ -267,7 +267,6 @@ class ServoDriver(ABC):
                     raise TransientFault(f'{self._bus.who(servo)} has not taken the last command')
 
     def _check_on(self, servo: int) -> None:
-        """Raise DriverFault where a motor that should be driven is not."""
         if not self._bus.get(servo, 'torque_enable'):
             raise DriverFault(
                 f'{self._bus.who(servo)} is free though nobody asked: it was '

@@ -78,7 +78,6 @@ class GoalUnits(MotorUnits):
         return self._angle * (counts - self._zero)
 
     def seems_free(self, block: Block) -> bool:
-        """Whether it is off its goal without any duty."""
         off = abs(block.get('goal_position') - block.get('present_position'))
         return off > OFF_GOAL and block.get('present_pwm') == 0
 

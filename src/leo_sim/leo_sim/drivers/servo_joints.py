@@ -101,6 +101,7 @@ class MotorUnits(ABC):
         return not self.shown or abs(block.get(self.shown) - sent) <= self.tolerance
 
     def seems_free(self, block: Block) -> bool:
+        """Whether a motor that should be on looks as if it were free."""
         return False
 
     def currents(self, blocks: Blocks) -> Array | None:

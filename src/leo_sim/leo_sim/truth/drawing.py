@@ -25,23 +25,19 @@ FLOOR_POSITION, FLOOR_VELOCITY = 1e-3, 0.05
 """Nominal measurement noise, standard deviation [rad], [rad/s]."""
 
 SIZES = (60.0, 200.0)  # least and largest size of a drawn effect, in noise floors
-
 SIZES_ON_GROUND = (8.0, 30.0)  # of a walker, whose many joints share one effect's change
 
 AMPLITUDES = np.geomspace(1e-7, 1e2, 109)
 """Tried amplitudes, in the unit of the effect's first parameter."""
-
 COARSE = 9
 """Of a robot on the ground one amplitude in so many is tried first: its runs are expensive."""
-
 MOST = {'': 0.5, 's': 0.1, 'rad': 0.3}
 """Largest sensible amplitude by unit of the first parameter: half as strong, 0.1 s late."""
 
 GROWS = ('link_mass', 'link_inertia')
 SHRINKS = ('voltage_limit',)
-
+NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
 LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
-
 BY_NAME_ALONE = (
     'directional_load_friction',
     'payload',
@@ -51,10 +47,7 @@ BY_NAME_ALONE = (
 )
 """Joined the catalogue when seeds had their secrets: they are hidden by a file that names them."""
 
-NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
-
 PLACE = 0.1  # of a payload, from the origin of its link [m]
-
 WINDOWS, SECONDS = 16, 0.5
 
 Rng = np.random.Generator

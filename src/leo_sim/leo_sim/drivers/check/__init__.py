@@ -55,12 +55,10 @@ TYPED = (
 
 @dataclass(frozen=True)
 class Result:
-    """What came of one check, `mend` is what to do about it."""
-
     name: str
     verdict: str
     what: str
-    mend: str = ''
+    mend: str = ''  # what to do about it
 
 
 def examine(trial: Trial) -> list[Result]:

@@ -64,8 +64,6 @@ class Packet:
 
 @dataclass(frozen=True)
 class Framing:
-    """How packets lie in a stream of bytes."""
-
     header: bytes  # what each begins with
     id_at: int  # where its servo's id is
     size: Callable[[bytes], int | None]

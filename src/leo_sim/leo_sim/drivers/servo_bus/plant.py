@@ -77,7 +77,6 @@ class Plant(SimulatedDriver):
         self.measure()
 
     def start_in(self, pose: str) -> None:
-        """Somebody puts the robot into a start pose."""
         super().start_in(pose)
         self._held = self._hand
 

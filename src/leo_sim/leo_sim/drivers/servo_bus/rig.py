@@ -94,7 +94,6 @@ class Rig:
                 yield due if len(found) == 1 else now, carried
 
     def _go_on(self, seconds: float) -> None:
-        """Move the robot and the servos' watchdogs up to a time [s]."""
         self.plant.run_to(seconds)
         self.bus.watch(seconds)
         self._write_down(seconds)
