@@ -13,26 +13,19 @@ from dynamixel_sdk import PortHandler, Protocol2PacketHandler
 import numpy as np
 
 from leo_msgs_py.values import Applied
+from leo_sim.description.servos import EXPIRED, TICKS, WATCHDOG_UNIT
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
 from leo_sim.drivers.servo_driver import ServoDriver
 from leo_sim.drivers.servo_line import Blocks, ServoLine
-from leo_sim.drivers.servo_port import Limits
 
 STUFFED, PLAIN = b'\xff\xff\xfd\xfd', b'\xff\xff\xfd'
 TIME_BASED = 0x04  # bit of drive_mode with which profile_velocity is a time
-WATCHDOG_UNIT, WATCHDOG_MOST = 0.02, 127
+WATCHDOG_MOST = 127
 LATE = 0.5  # how many periods a servo's clock may fall behind ours from one reading to the next
-EXPIRED = -1
-TICKS = 32768
-"""A servo's clock counts so many ms and begins anew (realtime_tick, e-Manual of the X series)."""
 KEPT, FEWEST = 64, 16
 """Readings by which the clocks are compared, in each of two halves; before there are so many, a
 question counts as heard when it is sent."""
 TELLS = 0.3e-3  # less than this [s] the clocks of some servos cannot show, as each counts whole ms
-
-
-class _Port(Limits, PortHandler):
-    """The SDK's port."""
 
 
 class _Packets(Protocol2PacketHandler):
@@ -48,7 +41,7 @@ class _Packets(Protocol2PacketHandler):
 
 
 class DynamixelBus(ServoLine):
-    family, packets, port = 'dynamixel', _Packets, _Port
+    family, packets, port = 'dynamixel', _Packets, PortHandler
     asks = (False,)  # no fast sync read, which not all models know
 
 

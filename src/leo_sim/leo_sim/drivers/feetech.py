@@ -12,24 +12,19 @@ from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.guardian import Guardian
 from leo_sim.drivers.servo_driver import ServoDriver
 from leo_sim.drivers.servo_line import Blocks, ServoLine
-from leo_sim.drivers.servo_port import Limits
-
-
-class _Port(Limits, PortHandler):
-    """The SDK's port."""
 
 
 class _Packets(protocol_packet_handler):
     size = 0
 
-    def rxPacket(self, port: _Port) -> tuple[list[int], int]:
+    def rxPacket(self, port: PortHandler) -> tuple[list[int], int]:
         packet, result = super().rxPacket(port)
         self.size = len(packet) - 6
         return packet, result
 
 
 class FeetechBus(ServoLine):
-    family, packets, port = 'feetech', _Packets, _Port
+    family, packets, port = 'feetech', _Packets, PortHandler
 
     def set(self, servo: int, name: str, value: int) -> None:
         """Write a register; one that is kept without power only where it differs, unlocked."""

@@ -10,13 +10,12 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.constants import Constant
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
+from leo_sim.description.servos import FAR
 from leo_sim.drivers.base import Findings
 from leo_sim.drivers.servo_joints import Array, column, MotorUnits
 from leo_sim.drivers.servo_line import Block, ServoLine
 from leo_sim.drivers.servo_loop import misfits, OwnLoop, WORDS
 
-FAR = 1_048_575
-"""Counts either way that a servo takes whose count goes on over a turn (e-Manual, X series)."""
 OFF_GOAL = 3  # a servo farther from its goal, counts, has some duty while its torque is on
 
 

@@ -11,7 +11,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.servos import Family, Register, registers
 from leo_sim.drivers.base import Computer, DriverFault, TransientFault
 from leo_sim.drivers.listening import told
-from leo_sim.drivers.servo_port import BITS, PacketBuffer, why_closed
+from leo_sim.drivers.servo_port import BITS, Limits, PacketBuffer, why_closed
 
 CONFIGURE = 0.1  # how long an answer may take while nothing moves [s]
 TRIES = 3  # how often an instruction to one servo is sent before it counts as unanswered
@@ -28,7 +28,7 @@ class ServoLine:
     family: ClassVar[Family]
     packets: ClassVar[type]
     """The SDK's packet handler; its `size` is how many bytes of data the last status had."""
-    port: ClassVar[type]  # the SDK's, mixed with Limits
+    port: ClassVar[type]  # the SDK's
     asks: ClassVar[tuple[bool, ...]] = ()  # further arguments of the SDK's sync read
 
     def __init__(self, path: str, baud: int, names: Mapping[int, str], computer: Computer) -> None:
@@ -39,7 +39,7 @@ class ServoLine:
 
     def open(self) -> None:
         """Open the port for this process alone; UserError says why it cannot be."""
-        port: Any = self.port(self._path)
+        port: Any = type('Port', (Limits, self.port), {})(self._path)
         port.computer, port.slack = self._computer, CONFIGURE
         try:
             opened = port.setBaudRate(self._baud)

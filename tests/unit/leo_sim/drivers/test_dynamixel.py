@@ -15,9 +15,10 @@ from tests.patience import PATIENCE
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
+from leo_sim.description.servos import TICKS
 from leo_sim.drivers import load_driver, servo_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
-from leo_sim.drivers.dynamixel import _Packets, ServoClock, TICKS
+from leo_sim.drivers.dynamixel import _Packets, ServoClock
 from leo_sim.drivers.servo_bus.dynamixel import encoded, status
 from leo_sim.drivers.servo_joints import DriveUnits
 

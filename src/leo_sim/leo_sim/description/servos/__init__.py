@@ -25,8 +25,12 @@ MODES: dict[Family, dict[str, int]] = {
 }
 """The value of the register operating_mode in which a goal register drives the motor. Dynamixel's
 position mode is the extended one: its count goes on over a turn."""
+FAR = 1_048_575  # counts either way that it takes there (e-Manual, X series)
 CURRENT_MODE = MODES['dynamixel']['goal_current']
 PWM_MODE = MODES['dynamixel']['goal_pwm']
+WATCHDOG_UNIT, EXPIRED = 0.02, -1
+"""Of Dynamixel's register bus_watchdog: s a count, and what it holds when it has expired."""
+TICKS = 32768  # Dynamixel's realtime_tick counts so many ms and begins anew (e-Manual, X series)
 
 HARDWARE_ERRORS: dict[Family, dict[int, str]] = {
     'dynamixel': {

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BITS = 10  # bits a byte takes: a start bit, eight, a stop bit
+from leo_sim.drivers.servo_port import BITS
+
 BROADCAST = 0xFE
 
 

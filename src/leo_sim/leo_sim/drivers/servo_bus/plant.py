@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from leo_sim.description.robot_file import ServoFile
-from leo_sim.description.servos import servo_model
+from leo_sim.description.servos import servo_model, TICKS
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.servo_bus.feetech import FeetechServo
 from leo_sim.drivers.servo_bus.servo import Servo
@@ -106,7 +106,7 @@ class Plant(SimulatedDriver):
                 servo.fail(SUPPLY_ERROR)
             if self.family == 'dynamixel':
                 begun = k / len(self.info.joints)
-                servo.set('realtime_tick', int(1e3 * self.seconds + begun) % 32768)
+                servo.set('realtime_tick', int(1e3 * self.seconds + begun) % TICKS)
             servo.set('present_pwm', self._pwm(joint, servo))
             if servo.model.current_unit and joint in currents:
                 current = file.direction * currents[joint]

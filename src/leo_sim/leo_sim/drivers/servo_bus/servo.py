@@ -4,17 +4,14 @@
 Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/x/xm430-w210/
 """
 
-from leo_sim.description.servos import CURRENT_MODE, MODES, PWM_MODE, Register, ServoModel
+from leo_sim.description import servos
 
 SIZE = 147  # bytes of the control table that are here
 FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7  # errors in a status
 ALERT = 0x80  # added to a status while the register hardware_error_status is not 0
-WATCHDOG_UNIT = 0.02  # s a count of the register bus_watchdog
-EXPIRED = -1
 
 POSITION_MODES = {'dynamixel': (3, 4), 'feetech': (0,)}
 """Values of operating_mode in which it follows a goal position; Dynamixel's 3 within one turn."""
-MOST = 1_048_575  # largest goal position, counts, of mode 4
 GOALS = ('goal_pwm', 'goal_current', 'goal_velocity', 'goal_position')
 LIMITS = {'goal_pwm': 'pwm_limit', 'goal_current': 'current_limit'}
 
@@ -26,7 +23,7 @@ class Servo:
     is a limit, and position 0. It follows a goal position at once: profiles are registers only.
     """
 
-    def __init__(self, number: int, model: ServoModel) -> None:
+    def __init__(self, number: int, model: servos.ServoModel) -> None:
         self.model = model
         self._registers = model.registers
         self._memory = bytearray(SIZE)
@@ -78,10 +75,10 @@ class Servo:
 
     def watch(self, now: float) -> None:
         """Stop if nothing passed on the bus for as long as the bus watchdog waits."""
-        limit = self.get('bus_watchdog') * WATCHDOG_UNIT
+        limit = self.get('bus_watchdog') * servos.WATCHDOG_UNIT
         if limit > 0 and self.get('torque_enable') and now - self._heard > limit:
             self._stop()
-            self.set('bus_watchdog', EXPIRED)
+            self.set('bus_watchdog', servos.EXPIRED)
 
     def _stop(self) -> None:
         """No PWM, current or speed; a servo that follows a goal position stays where it is."""
@@ -104,14 +101,14 @@ class Servo:
     @property
     def pwm(self) -> float | None:
         """Share of the supply on the motor, -1 to 1; None where PWM is not what is controlled."""
-        if self.get('operating_mode') != MODES[self.model.family]['goal_pwm']:
+        if self.get('operating_mode') != servos.MODES[self.model.family]['goal_pwm']:
             return None
         return self.get('goal_pwm') / self.model.pwm_of_supply
 
     @property
     def current(self) -> float | None:
         """The current [A] it holds; None where current is not what is controlled."""
-        if self.get('operating_mode') != CURRENT_MODE:
+        if self.get('operating_mode') != servos.CURRENT_MODE:
             return None
         return self.get('goal_current') * self.model.current_unit
 
@@ -127,7 +124,7 @@ class Servo:
         register = self._registers[name]
         if not register.writable or (register.kept and self.get('torque_enable')):
             return ACCESS
-        if name in GOALS and self.get('bus_watchdog') == EXPIRED:
+        if name in GOALS and self.get('bus_watchdog') == servos.EXPIRED:
             return RANGE
         if name in LIMITS and abs(value) > self.get(LIMITS[name]):
             return LIMIT
@@ -140,9 +137,9 @@ class Servo:
     def _reaches(self, goal: int) -> bool:
         if self.get('operating_mode') == POSITION_MODES['dynamixel'][0]:
             return self.get('min_position_limit') <= goal <= self.get('max_position_limit')
-        return abs(goal) <= MOST
+        return abs(goal) <= servos.FAR
 
-    def _store(self, register: Register, value: int) -> None:
+    def _store(self, register: servos.Register, value: int) -> None:
         self._memory[register.address : register.end] = register.encode(value)
 
 
@@ -150,7 +147,7 @@ _ALLOWED = {
     'torque_enable': range(2),
     'bus_watchdog': range(128),
     'status_return_level': range(3),
-    'operating_mode': (CURRENT_MODE, 1, 3, 4, 5, PWM_MODE),
+    'operating_mode': (servos.CURRENT_MODE, 1, 3, 4, 5, servos.PWM_MODE),
     'pwm_limit': range(886),
     'return_delay_time': range(255),
     'id': range(253),

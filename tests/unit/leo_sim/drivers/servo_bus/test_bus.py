@@ -35,12 +35,12 @@ from leo_sim.drivers.servo_bus.dynamixel import (
     SYNC_READ,
     unstuffed,
 )
-from leo_sim.drivers.servo_bus.line import BITS, BROADCAST, Line, Packet, Reader, Trouble
+from leo_sim.drivers.servo_bus.line import BROADCAST, Line, Packet, Reader, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant, SLICE
 from leo_sim.drivers.servo_bus.rig import Terminal
 from leo_sim.drivers.servo_bus.servo import ACCESS, ALERT, LIMIT, RANGE, Servo
 from leo_sim.drivers.servo_line import CONFIGURE
-from leo_sim.drivers.servo_port import Limits
+from leo_sim.drivers.servo_port import BITS, Limits
 
 SDK = Protocol2PacketHandler()
 R = registers()
