@@ -156,6 +156,11 @@ class ServoFile(Schema):
     current_limit: Quantity | None = None  # no more is asked of the motor
     torque_constant: Quantity | None = None  # at the joint; a torque-driven one needs it
 
+    @property
+    def ratio(self) -> float:
+        """The servo's angle for 1 rad (m) of the joint."""
+        return self.direction * self.gear
+
 
 class BusFile(Schema):
     port: str = '/dev/ttyUSB0'

@@ -46,9 +46,8 @@ class GoalUnits(MotorUnits):
                     f'{robot.name}: low and high of the servo of {name} leave nothing '
                     'of what its limit and its stops allow'
                 )
-        turn = self._direction * column(self._servos, 'gear')
         self._zero = column(self._servos, 'zero')
-        self._angle = column(self._models, 'angle_unit') / turn
+        self._angle = column(self._models, 'angle_unit') / column(self._servos, 'ratio')
         self._reach = self._inside()
 
     def learn(self, bus: ServoLine, supply: Array) -> Findings:

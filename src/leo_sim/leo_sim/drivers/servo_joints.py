@@ -32,12 +32,11 @@ class JointUnits:
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         servos = [bus.servos[joint] for joint in robot.joint_names]
         models = [servo_model(servo.model) for servo in servos]
-        turn = column(servos, 'direction') * column(servos, 'gear')
         self.ids = [servo.id for servo in servos]
         self._counts = self._zero = column(servos, 'zero')
         self._turn = column(models, 'turn')
-        self._angle = column(models, 'angle_unit') / turn
-        self._rate = column(models, 'rate_unit') / turn
+        self._angle = column(models, 'angle_unit') / column(servos, 'ratio')
+        self._rate = column(models, 'rate_unit') / column(servos, 'ratio')
 
     def angles(self, blocks: Blocks) -> Array:
         """Of the joints [rad or m], (J,), continuous: no servo turns half round in a period.

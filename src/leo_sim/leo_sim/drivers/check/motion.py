@@ -58,23 +58,21 @@ def signs_and_units(trial: Trial) -> None:
         _rest(trial)
         push = _push(trial, k, moving)
         joint = trial.info.joints.index(name)
+        moved, summed = push.moved(joint), push.summed(joint)
         expected = _expected(trial, push, name)
-        if push.moved(joint) * expected < 0.0:
+        if moved * expected < 0.0:
             way = 'up' if push.command[k] > trial.hold[k] else 'down'
             raise Broken(
-                f'{name} moved {push.moved(joint):.3g} when it was commanded {way}, the '
-                f'model {expected:.3g}',
+                f'{name} moved {moved:.3g} when it was commanded {way}, the model {expected:.3g}',
                 'change the sign of its encoder, or that of its motor',
             )
-        ratio = push.summed(joint) / push.moved(joint)
-        if not 1.0 / UNIT < ratio < UNIT:
+        if not 1.0 / UNIT < summed / moved < UNIT:
             raise Broken(
-                f'{name} moved {push.moved(joint):.3g}, its velocities add up to '
-                f'{push.summed(joint):.3g}',
+                f'{name} moved {moved:.3g}, its velocities add up to {summed:.3g}',
                 'give the velocity in rad/s (m/s), with the sign of the position',
             )
-        if not abs(expected) / UNIT < abs(push.moved(joint)) < UNIT * abs(expected):
-            raise Broken(f'{name} moved {push.moved(joint):.3g}, the model {expected:.3g}', UNITS)
+        if not abs(expected) / UNIT < abs(moved) < UNIT * abs(expected):
+            raise Broken(f'{name} moved {moved:.3g}, the model {expected:.3g}', UNITS)
         _check_told(trial, push, k)
 
 

@@ -97,10 +97,9 @@ class Plant(SimulatedDriver):
         currents, tenths = self._currents(dq), round(10.0 * self.supply)
         for k, joint in enumerate(self.info.joints):
             servo, file = self.servos[joint], self._files[joint]
-            turn = file.direction * file.gear
-            count = file.zero + round(turn * float(q[k]) / servo.model.angle_unit)
+            count = file.zero + round(file.ratio * float(q[k]) / servo.model.angle_unit)
             servo.set('present_position', count % servo.model.turn if servo.model.turn else count)
-            servo.set('present_velocity', round(turn * float(dq[k]) / servo.model.rate_unit))
+            servo.set('present_velocity', round(file.ratio * float(dq[k]) / servo.model.rate_unit))
             servo.set('present_input_voltage', tenths)
             if not servo.get('min_voltage_limit') <= tenths <= servo.get('max_voltage_limit'):
                 servo.fail(SUPPLY_ERROR)
@@ -116,9 +115,9 @@ class Plant(SimulatedDriver):
         """What a servo puts on its motor: V, N m or a goal [rad]; None leaves it free."""
         file, kind = self._files[joint], self.robot.input
         if kind == 'position':
-            turn = file.direction * file.gear
-            goal = servo.goal
-            return None if goal is None else (goal - file.zero) * servo.model.angle_unit / turn
+            if (goal := servo.goal) is None:
+                return None
+            return (goal - file.zero) * servo.model.angle_unit / file.ratio
         if servo.pwm is not None and kind == 'voltage':
             return file.direction * servo.pwm * self.supply
         if servo.current is not None and file.torque_constant is not None:

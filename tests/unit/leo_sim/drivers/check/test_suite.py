@@ -18,8 +18,8 @@ from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.simulated import SimulatedDriver
 
 
-def simulated(kind=SimulatedDriver, **changes):
-    return kind(DriverOptions(PENDULUM, engine='rigid', **changes))
+def simulated(kind=SimulatedDriver, robot=PENDULUM):
+    return kind(DriverOptions(robot, engine='rigid'))
 
 
 def test_the_simulated_driver_passes_everything_that_can_be_tried():
@@ -58,7 +58,7 @@ def changed(**fields):
 @pytest.mark.parametrize('name', ['xl330_pendulum', 'so101'])
 def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_move(name):
     robot = load_robot(name)
-    still, moved = (Watched(DriverOptions(robot, engine='rigid')) for _ in range(2))
+    still, moved = (simulated(Watched, robot) for _ in range(2))
     assert failures(still, robot) == {} and np.isnan(still.written).all()
     assert failures(moved, robot, Moving(range=0.2, share=0.5)) == {}
     goals = np.reshape(moved.written, (-1, len(robot.actuators)))
@@ -95,7 +95,7 @@ def as_asked(applied, values):
 )
 def test_each_way_to_be_wrong_with_goals(kind, check, said):
     robot = load_robot('xl330_pendulum')
-    found = failures(kind(DriverOptions(robot, engine='rigid')), robot, FULL)
+    found = failures(simulated(kind, robot), robot, FULL)
     assert said in found.get(check, ''), found
 
 
@@ -171,15 +171,10 @@ def test_what_is_applied_may_be_measured_and_late():
 ARM = load_robot('so101')
 
 
-class Degrees(SimulatedDriver):
-    def read(self):
-        state = super().read()
-        return replace(state, position=np.rad2deg(state.position) + 10.0)
-
-
 @pytest.mark.parametrize('moving', [None, FULL])
 def test_a_robot_far_outside_its_stops_is_told_another_unit(moving):
-    found = failures(Degrees(DriverOptions(ARM, engine='rigid')), ARM, moving)
+    degrees = changed(position=lambda q: np.rad2deg(q) + 10.0)
+    found = failures(simulated(degrees, ARM), ARM, moving)
     assert 'outside its stops' in found['signs and units']
     assert 'rad, not deg' in found['signs and units']
 
@@ -192,7 +187,7 @@ def test_a_joint_that_lies_on_a_stop_is_pushed_away_from_it(tmp_path, low, high)
     (tmp_path / 'robot.urdf').write_text(text)
     (tmp_path / 'robot.yaml').write_text(re.sub(r'\[-3\S+ 3\S+\]', '0', file))
     robot = load_robot(tmp_path)
-    assert failures(SimulatedDriver(DriverOptions(robot, engine='rigid')), robot, FULL) == {}
+    assert failures(simulated(SimulatedDriver, robot), robot, FULL) == {}
 
 
 def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path):
