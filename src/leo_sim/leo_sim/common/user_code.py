@@ -15,10 +15,7 @@ from leo_msgs_py.errors import one_line, UserError
 
 
 def load_file(path: Path, what: str) -> ModuleType:
-    """The module that a Python file makes when it runs; UserError: no such file, or it fails.
-
-    `what` it should hold is for the error: 'effect', 'driver'.
-    """
+    """The module that a Python file makes when it runs; UserError, with `what` it is: it fails."""
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None or not path.is_file():
         raise UserError(f'no {what} file {path}')

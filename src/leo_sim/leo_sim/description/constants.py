@@ -130,10 +130,7 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
 
 
 def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
-    """A constant as a file gives it; `where` is the file and the place in it, for errors.
-
-    UserError: another unit, a value outside its uncertain range, or outside what any robot has.
-    """
+    """A constant as a file gives it; UserError, with `where`: its unit or range is wrong."""
     if not _same(path, quantity.unit, unit):
         raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
     low, high = quantity.uncertain or (quantity.value, quantity.value)

@@ -73,10 +73,7 @@ def sliding(unit: str) -> str:
 
 
 def mimics(element: Element) -> Copied | None:
-    """The joint that a `<joint>` copies, multiplier and offset rad (m); None where it is free.
-
-    ValueError: no number, or no joint named.
-    """
+    """The joint that a `<joint>` copies, multiplier and offset rad (m); or ValueError."""
     found = element.find('mimic')
     if found is None or element.get('type') == 'fixed':
         return None
@@ -94,10 +91,7 @@ def mimics(element: Element) -> Copied | None:
 
 
 def coupled(joints: Sequence[Joint], copied: Mapping[str, Copied]) -> list[Joint]:
-    """Joints with those that copy others bound to the one that moves by itself.
-
-    ValueError: one of them copies no joint, one that is fixed, or itself in a circle.
-    """
+    """Joints with those that copy bound to the one that moves by itself; ValueError: none does."""
     by_name = {joint.name: joint for joint in joints}
     bound = {name: _leader(name, copied, by_name) for name in copied}
     drag = {joint.name: joint.damping for joint in joints}

@@ -42,10 +42,7 @@ class Actuator:
 
 
 class Contact(robot_file.ContactFile):
-    """A sphere that touches the ground, with its name, as `left_heel`.
-
-    Where it has no stiffness or damping of its own, the ground's is meant.
-    """
+    """A sphere that touches the ground, as `left_heel`; without own figures the ground's."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -104,10 +101,7 @@ class Robot:
 
     @cached_property
     def turned_about(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Of each link, at angles 0, its frame (3, 3) and the axes (H, 3) of hinges that turn it.
-
-        Both in the world's axes.
-        """
+        """By link, at angles 0 in the world: frame (3, 3), axes (H, 3) of hinges that turn it."""
         found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         for joint in self.joints:
             frame, axes = found.get(joint.parent, (np.eye(3), np.zeros((0, 3))))

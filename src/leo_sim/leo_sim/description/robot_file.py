@@ -16,20 +16,16 @@ Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
 
 
 class ActuatorFile(Schema):
-    """Figures of an actuator, all at the joint side of its gear.
-
-    Of a position servo also its loop: duty for an error of 1 rad and for a rate of 1 rad/s, its
-    count of angles, and how fast it lets its goal move.
-    """
+    """Figures of an actuator, all at the joint side of its gear; of a servo also its loop."""
 
     limit: Quantity
     torque_constant: Quantity | None = None
     resistance: Quantity | None = None
     supply: Quantity | None = None
-    position_gain: Quantity | None = None
-    rate_gain: Quantity | None = None
-    resolution: Quantity | None = None
-    goal_rate: Quantity | None = None
+    position_gain: Quantity | None = None  # duty for an error of 1 rad
+    rate_gain: Quantity | None = None  # duty for a rate of 1 rad/s
+    resolution: Quantity | None = None  # its count of angles
+    goal_rate: Quantity | None = None  # how fast it lets its goal move
     efficiency: Quantity | None = None
     rotor_inertia: Quantity | None = None
 
@@ -83,16 +79,14 @@ class PoseFile(Schema):
 
 
 class SensorFile(Schema):
-    """A joint's encoder: resolution (0 = not quantised), and what it reads at angle 0.
-
-    `input_noise` is of an input which is measured, such as a torque: the standard deviation of one
-    sample at the state rate, in the unit of the input, white (0 = exact).
-    """
+    """A joint's encoder; resolution 0 is not quantised."""
 
     angle_resolution: Annotated[Finite, Field(ge=0)] = 0.0
     rate_resolution: Annotated[Finite, Field(ge=0)] = 0.0
     input_noise: Annotated[Finite, Field(ge=0)] = 0.0
-    offset: Quantity | None = None
+    """Of an input which is measured, such as a torque: standard deviation of one sample at the
+    state rate, in the unit of the input, white; 0 is exact."""
+    offset: Quantity | None = None  # what it reads at angle 0
 
 
 class ObservedFile(Schema):

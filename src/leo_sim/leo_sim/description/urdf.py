@@ -25,10 +25,7 @@ Read = TypeVar('Read')
 
 
 def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
-    """Links and joints of a URDF, joints in order with parents first; `source` is for messages.
-
-    UserError: not a URDF, a wrong number in it, or a joint that is not supported.
-    """
+    """Links and joints, parents first; UserError, with the file `source`: no URDF of ours."""
     root = root_of(xml, source)
     if root.tag != 'robot':
         raise UserError(f'{source}: not a URDF: it starts with <{root.tag}>, not <robot>')

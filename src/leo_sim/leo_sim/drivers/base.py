@@ -172,10 +172,7 @@ class NotPossible(Exception):
 
 
 class Computer:
-    """What a driver of hardware has of its computer: time and serial ports.
-
-    Tests bring another, whose time passes only where somebody waits for it.
-    """
+    """What a driver of hardware has of its computer, time and ports; tests bring another."""
 
     def monotonic(self) -> float:
         """Time [s] that nobody sets."""

@@ -17,7 +17,7 @@ from leo_sim.drivers.base import DriverFault, DriverInfo
 
 
 class BadCommand(ValueError):
-    """A command that cannot be carried out; the text names what was expected and what came."""
+    """What was expected of a command and what came; the one before it holds."""
 
 
 class Safety:
@@ -56,10 +56,7 @@ class Safety:
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
-        """Latch a command, (A,), that arrived at robot time `now` [s].
-
-        BadCommand: wrong length or a value that is not finite; the command before it holds.
-        """
+        """Latch a command, (A,), that arrived at robot time `now` [s], or raise BadCommand."""
         command = np.array(values, dtype=float).ravel()
         if command.size != self._high.size:
             self.rejected += 1
@@ -74,10 +71,7 @@ class Safety:
         self.timed_out = False
 
     def output(self, now: float, blind: bool = False) -> np.ndarray:
-        """The values to write at time `now` [s], (A,): 0 when stopped, timed out or `blind`.
-
-        Blind: the robot could not be measured, so nothing may drive it now.
-        """
+        """The values to write at time `now` [s], (A,): 0 when stopped, timed out or unmeasured."""
         if self.stops(now) or blind:
             self._last = self._stopped()
         else:
@@ -221,10 +215,7 @@ class Faults:
         self.last = ''
 
     def note(self, why: str) -> None:
-        """A period is over; `why` says what failed in it, nothing if all went well.
-
-        DriverFault: more in a row than are borne.
-        """
+        """A period is over, `why` failed in it ('': nothing); DriverFault: too many in a row."""
         if not why:
             self.in_a_row = 0
             return

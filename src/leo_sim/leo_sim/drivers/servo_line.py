@@ -20,10 +20,7 @@ COMM_SUCCESS, COMM_RX_CORRUPT = 0, -3002
 
 
 class ServoLine:
-    """Registers of the servos on one port; what an SDK has of its own is in the subclasses.
-
-    `names` are those of the servos' joints, by id, for messages.
-    """
+    """Registers of the servos on one port; `names` are those of their joints, by id."""
 
     family: ClassVar[Family]
     packets: ClassVar[type]
@@ -90,10 +87,7 @@ class ServoLine:
         return register.decode(bytes(data))
 
     def set(self, servo: int, name: str, value: int) -> None:
-        """Write a register, one that is kept without power only where it differs.
-
-        DriverFault: the servo refuses it.
-        """
+        """Write a register, one kept without power only where it differs; DriverFault: refused."""
         register = self._registers[name]
         if register.kept and self.get(servo, name) == value:
             return
@@ -111,10 +105,7 @@ class ServoLine:
         return min(filter(None, (one, other)), key=lambda name: self._registers[name].address)
 
     def sync_read(self, servos: Sequence[int], first: str, last: str) -> tuple[float, Blocks]:
-        """All registers from `first` to `last` of all servos, with one instruction.
-
-        Returns when it was sent, on the computer's monotonic time [s], and all answers.
-        """
+        """When servos were asked [s], and all registers `first` to `last`, by one instruction."""
         start = self._registers[first].address
         length = self._registers[last].end - start
         self._port.is_using = False

@@ -100,10 +100,7 @@ WORDS: dict[str, tuple[str, Words]] = {
 
 
 def misfits(loop: OwnLoop, meant: Mapping[str, Constant], supply: float) -> Iterator[str]:
-    """What is not as robot.yaml says, and what to do about it, at a measured supply [V].
-
-    `meant` are the actuator's constants by key.
-    """
+    """What is not as robot.yaml says, `meant` by key, and what to do, at a measured supply [V]."""
     yield from _gains(loop, meant)
     yield from _limits(loop)
     if (grain := meant.get('resolution')) and _differs(grain, loop.count, NEAR):

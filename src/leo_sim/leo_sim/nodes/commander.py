@@ -31,10 +31,7 @@ class Ages:
         self.stale = 0  # how many commands came too late
 
     def too_old(self, sent_ns: int, now_ns: int) -> float:
-        """The age [s] of a stale command, 0 of any other.
-
-        It was sent at `sent_ns` by its sender's clock, 0 where nobody knows; ours is at `now_ns`.
-        """
+        """The age [s] of a stale command, 0 of any other; `sent_ns` is 0 where nobody knows."""
         if not self._limit or not sent_ns:
             return 0.0
         age = (now_ns - sent_ns) * 1e-9

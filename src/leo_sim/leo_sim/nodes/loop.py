@@ -85,10 +85,7 @@ class Loop:
         self.due = gap + (began if late else self.due)
 
     def run_control_period(self, before_last: Callable[[], None]) -> None:
-        """Apply the command for one control period, publishing every state in it.
-
-        `before_last` is called before the last state of the period, which asks for a command.
-        """
+        """Apply the command for a control period; before its last state call `before_last`."""
         states = max(1, round(self._info.state_rate * self._info.control_period))
         for left in reversed(range(states)):
             began = time.monotonic()

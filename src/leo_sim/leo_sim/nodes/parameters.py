@@ -42,10 +42,7 @@ class Settings:
 
 
 def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
-    """Declare the parameters that drivers take and check what was given; `robot` is the default.
-
-    UserError: a value is out of range or of a wrong form; an unknown robot.
-    """
+    """Declare the parameters that drivers take; UserError: what was given is wrong."""
     given = partial(fixed_parameter, node)
     return DriverOptions(
         robot=load_robot(given('robot', robot)),
