@@ -42,8 +42,7 @@ class OwnLoop:
     @property
     def dead_zone(self) -> int:
         """The wider one of both sides, counts."""
-        sides = (self.found.get(name, 0) for name in ('cw_dead_zone', 'ccw_dead_zone'))
-        return max(sides)
+        return max(self.found.get(name, 0) for name in ('cw_dead_zone', 'ccw_dead_zone'))
 
 
 Words = Callable[[OwnLoop, int], str]
