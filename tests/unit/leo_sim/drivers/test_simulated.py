@@ -116,7 +116,7 @@ def test_reset_starts_anew_one_control_period_later():
 def test_hidden_effects_act_after_what_is_published(tmp_path):
     weak = hiding(tmp_path, 'voltage_scale', 'pivot', k=(0.5, ''))
     private = {'hidden': weak, 'sealed': str(tmp_path / 'weak.sealed')}
-    hidden, ideal = SimulatedDriver(options(private=private)), SimulatedDriver(options())
+    hidden, ideal = (SimulatedDriver(options(private=p)) for p in (private, {'hidden_seed': -1}))
     assert [row[1] for row in swing(hidden)] == [row[1] for row in swing(ideal)]
     assert abs(hidden.read().position[0] - ideal.read().position[0]) > 0.01
     effects = yaml.safe_load(Path(weak).read_text())['effects']
@@ -179,6 +179,7 @@ def test_drawn_effects_differ_and_show(name):
         ({'hidden': 'none.yaml'}, 'none.yaml'),
         ({'hidden': 'wrong.yaml'}, 'coulomb_friction'),
         ({'hidden': 'wrong.yaml', 'hidden_seed': 1}, 'give one of them'),
+        ({'hidden_seed': -3}, 'hidden_seed takes 0 or more, or -1'),
         ({'hidden_seed': 1, 'sealed': 'wrong.yaml/below'}, 'cannot write the sealed file'),
     ],
 )
