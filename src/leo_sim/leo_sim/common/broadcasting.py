@@ -9,14 +9,11 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-Numbers = float | Array
-"""A float, or an array that broadcasts with the others."""
-Index = slice | list[int]
-"""Some of the joints (or actuators), which are the last axis of an array."""
+Numbers = float | Array  # a float, or an array that broadcasts with the others
+Index = slice | list[int]  # some of the joints (or actuators), which are the last axis of an array
 
 
 def filled(shape: tuple[int, ...], values: Numbers) -> Any:
-    """A new array of that shape filled with values that broadcast to it."""
     result = np.empty(shape)
     result[...] = values
     return result
@@ -30,7 +27,6 @@ def paired(first: Numbers, second: Numbers) -> Any:
 
 
 def common(*shapes: tuple[int, ...]) -> tuple[int, ...]:
-    """The shape that all broadcast to."""
     distinct = {shape for shape in shapes if shape}
     if len(distinct) > 1:
         return np.broadcast_shapes(*distinct)
@@ -42,11 +38,7 @@ def rows(
 ) -> Any:
     """Values (..., *tail) as contiguous rows (N, *tail), or (1, *tail) where all are the same.
 
-    Args:
-        values: A float, or an array that broadcasts to (*shape, *tail).
-        shape: Leading axes of the state, N in all.
-        tail: Trailing axes.
-        whole: One row per state, even where all are the same.
+    They broadcast to (*shape, *tail), where `shape` holds N states; `whole`: a row for each.
     """
     tail = (tail,) if isinstance(tail, int) else tail
     if not shape and getattr(values, 'shape', None) == tail:  # one state, as most often
@@ -98,7 +90,6 @@ def stacked(figures: Sequence[Any]) -> Any:
 
 
 def added(whole: Any, index: Index, part: Any) -> Any:
-    """`whole` with `part` added at `index`."""
     if isinstance(index, slice) and index == slice(None):
         return whole + part
     return put(whole, index, whole[..., index] + part)

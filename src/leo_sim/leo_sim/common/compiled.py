@@ -20,7 +20,6 @@ from numba.extending import typeof_impl
 
 
 def stamp(folder: Path) -> str:
-    """Hash of all modules in a folder that compile functions."""
     texts = [path.read_bytes() for path in sorted(folder.rglob('*.py'))]
     compiled = [text for text in texts if b'leo_sim.common.compiled' in text or b'numba' in text]
     return sha256(b''.join(compiled)).hexdigest()
@@ -33,7 +32,6 @@ class _Together:
     """A locator of numba's that looks at all of them."""
 
     def get_source_stamp(self) -> Any:
-        """What has to be the same."""
         return super().get_source_stamp(), ALL  # type: ignore[misc]
 
 

@@ -15,15 +15,7 @@ from leo_msgs_py.errors import one_line, UserError
 
 
 def load_file(path: Path, what: str) -> ModuleType:
-    """The module that a Python file makes when it runs.
-
-    Args:
-        path: the file.
-        what: what it should hold, for the error: 'effect', 'driver'.
-
-    Raises:
-        UserError: no such file, or it fails.
-    """
+    """The module that a Python file makes when it runs; UserError, with `what` it is: it fails."""
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None or not path.is_file():
         raise UserError(f'no {what} file {path}')
@@ -33,10 +25,8 @@ def load_file(path: Path, what: str) -> ModuleType:
 
 
 def classes_of(module: ModuleType) -> list[type]:
-    """The classes that a module itself defines."""
-    return [
-        c for c in vars(module).values() if isinstance(c, type) and c.__module__ == module.__name__
-    ]
+    classes = (value for value in vars(module).values() if isinstance(value, type))
+    return [kind for kind in classes if kind.__module__ == module.__name__]
 
 
 def guarded(
@@ -48,12 +38,8 @@ def guarded(
 ) -> Callable[..., Any]:
     """`run` with any error of the user's code as one line: file, line, what.
 
-    Args:
-        path: the file.
-        what: what it holds, for the error.
-        run: what is called.
-        meant: errors that pass as they are.
-        raises: what any other becomes.
+    Errors in `meant` pass as they are, any other becomes one of `raises`, whose text says `what`
+    the file holds.
     """
 
     @wraps(run)
@@ -72,7 +58,6 @@ def guarded(
 
 
 def _line(path: Path, error: Exception) -> str:
-    """Where in the file it went wrong, as ' line N'."""
     if isinstance(error, SyntaxError):
         return f' line {error.lineno}'
     frames = traceback.extract_tb(error.__traceback__)

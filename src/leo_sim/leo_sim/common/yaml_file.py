@@ -30,8 +30,7 @@ def _name(text: str) -> str:
     return text
 
 
-Name = Annotated[str, AfterValidator(_name)]
-"""One line, in which a terminal would obey nothing."""
+Name = Annotated[str, AfterValidator(_name)]  # one line, in which a terminal would obey nothing
 
 
 class Schema(BaseModel):
@@ -62,9 +61,8 @@ MAPPING = 'must be a mapping of keys to values'
 def read(path: Path, schema: type[S]) -> S:
     """The content of a YAML file, checked against a schema.
 
-    Raises:
-        UserError: No such file, no YAML, a wrong or missing value, or an unknown key (naming the
-            nearest known one): file, where, what.
+    UserError, with file, where and what: no such file, no YAML, a wrong or missing value, or an
+    unknown key (naming the nearest known one).
     """
     data = parsed(path)
     if not isinstance(data, dict):
@@ -78,7 +76,6 @@ class _Loader(yaml.SafeLoader):
     """YAML in which no mapping has a key twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> Any:
-        """As the loader does, but with an error for a repeated key."""
         keys = Counter(key.value for key, _ in node.value if isinstance(key, yaml.ScalarNode))
         if twice := [key for key, times in keys.items() if times > 1]:
             raise yaml.YAMLError(f'{twice[0]!r} is there twice')
@@ -86,11 +83,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def parsed(path: Path) -> Any:
-    """What a YAML file says.
-
-    Raises:
-        UserError: No such file, or no YAML, or a key that is there twice.
-    """
+    """What a YAML file says; UserError: no such file, or no YAML, or a key that is there twice."""
     text = read_text(path)
     try:
         return yaml.load(text, _Loader)
@@ -101,11 +94,7 @@ def parsed(path: Path) -> Any:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file.
-
-    Raises:
-        UserError: It cannot be read, or is not text.
-    """
+    """The text of a file; UserError: it cannot be read, or is not text."""
     try:
         return path.read_text(encoding='utf-8')
     except OSError as error:
@@ -115,7 +104,6 @@ def read_text(path: Path) -> str:
 
 
 def check(data: Any, schema: type[S], path: Path) -> S:
-    """Data checked against a schema; see `read`."""
     try:
         return schema.model_validate(data)
     except ValidationError as error:
@@ -135,7 +123,6 @@ def _first_problem(error: ValidationError, schema: type[BaseModel]) -> str:
 
 
 def _keys(schema: type[BaseModel]) -> set[str]:
-    """The keys of a schema and of the schemas inside it."""
     inside = schema.model_json_schema().get('$defs', {}).values()
     return {*schema.model_fields, *(key for part in inside for key in part.get('properties', {}))}
 

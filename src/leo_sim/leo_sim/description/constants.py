@@ -80,38 +80,25 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Constant:
-    """A number of robot.yaml that a model file may override.
+    """A number of robot.yaml that a model file may override."""
 
-    Attributes:
-        path: As `actuators.pivot.resistance`.
-        uncertain: The range it is known to lie in; None for a number taken as exact.
-        per_recording: Each recording has a value of its own, as of a payload.
-        known: Names of the recordings whose own value is known, and not refitted.
-        recording: Of a value refitted for one recording: its name.
-    """
-
-    path: str
+    path: str  # as `actuators.pivot.resistance`
     value: float
     unit: str
-    uncertain: tuple[float, float] | None = None
-    per_recording: bool = False
-    known: frozenset[str] = frozenset()
-    recording: str = ''
+    uncertain: tuple[float, float] | None = None  # range it is known to lie in; None: it is exact
+    per_recording: bool = False  # each recording has a value of its own, as of a payload
+    known: frozenset[str] = frozenset()  # recordings whose own value is known, and not refitted
+    recording: str = ''  # name of the one that a value was refitted for
 
     @property
     def label(self) -> str:
-        """Its path, and the recording that it is of."""
         return f'{self.path} of {self.recording}' if self.recording else self.path
 
 
 def constants_of(
     folder: Path, file: RobotFile, links: tuple[Link, ...], joints: tuple[Joint, ...]
 ) -> dict[str, Constant]:
-    """All constants by path: defaults of the URDF, then what robot.yaml says.
-
-    Raises:
-        UserError: A wrong unit, or a motor figure that is missing.
-    """
+    """All constants by path, robot.yaml's over the URDF's; UserError: a wrong unit, or missing."""
     found = {c.path: c for c in _urdf_constants(links, joints)}
     slides = {joint.name for joint in joints if joint.kind == 'prismatic'}
     for path, quantity in _given(file):
@@ -128,7 +115,6 @@ def constants_of(
 
 
 def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
-    """Paths and quantities that robot.yaml has."""
     yield 'gravity', file.gravity
     parts = {
         f'{group}.{name}': part
@@ -144,18 +130,7 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
 
 
 def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
-    """A constant as a file gives it.
-
-    Args:
-        where: The file and the place in it, for the error.
-        path: Of the constant.
-        quantity: What the file says.
-        unit: That it must have.
-
-    Raises:
-        UserError: Another unit, a value outside its uncertain range, or one of these outside what
-            any robot has.
-    """
+    """A constant as a file gives it; UserError, with `where`: its unit or range is wrong."""
     if not _same(path, quantity.unit, unit):
         raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
     low, high = quantity.uncertain or (quantity.value, quantity.value)

@@ -10,69 +10,48 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 Vector = tuple[float, float, float]
 Matrix = tuple[float, ...]
+Copied = tuple[str, float, float]  # by a joint: whom, multiplier and offset rad (m)
 PAIRS = (('N m', 'N'), ('kg m2', 'kg'), ('rad', 'm'), ('turn', 'm'))
 """Unit of turning, unit of sliding."""
-MOST = 1e4
-"""Largest multiplier that is taken: no gear between two joints of a robot is as high."""
+MOST = 1e4  # largest multiplier that is taken: no gear between two joints of a robot is as high
 
 
 class Body(NamedTuple):
-    """Inertial figures of a link, in its link frame, as broadcastable components.
+    """Inertial figures of a link, in its link frame, as broadcastable components."""
 
-    Attributes:
-        mass: kg.
-        com: Centre of mass (x, y, z), m.
-        inertia: About the centre of mass (xx, yy, zz, xy, xz, yz), kg m2.
-        force: Constant force at the centre of mass in world axes (x, y, z), N.
-    """
-
-    mass: Any
-    com: tuple[Any, Any, Any]
-    inertia: tuple[Any, Any, Any, Any, Any, Any]
-    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)
+    mass: Any  # kg
+    com: tuple[Any, Any, Any]  # centre of mass, m
+    inertia: tuple[Any, Any, Any, Any, Any, Any]  # about it (xx, yy, zz, xy, xz, yz), kg m2
+    force: tuple[Any, Any, Any] = (0.0, 0.0, 0.0)  # constant, at it in world axes, N
 
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid body: its name and inertial figures in its link frame."""
-
     name: str
     body: Body
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of the tree, parents before children.
-
-    Attributes:
-        kind: 'revolute', 'continuous', 'prismatic' or 'fixed'.
-        parent, child: Link names.
-        rotation: Joint frame to parent link frame at angle 0, row by row.
-        translation: Joint origin in the parent link frame, m.
-        axis: Unit vector in the joint frame.
-        limits: Lowest and highest angle rad (m), infinite for none.
-        damping: N m s/rad (N s/m); of a joint that is copied with what its copies add.
-        leader: The joint whose angle it copies; empty for one that is fixed or free.
-        ratio: Its angle for 1 rad (m) of the leader.
-    """
+    """A joint of the tree, parents before children."""
 
     name: str
-    kind: str
-    parent: str
+    kind: str  # 'revolute', 'continuous', 'prismatic' or 'fixed'
+    parent: str  # the name of a link
     child: str
-    rotation: Matrix
-    translation: Vector
-    axis: Vector
-    limits: tuple[float, float]
-    damping: float
-    leader: str = ''
-    ratio: float = 1.0
+    rotation: Matrix  # joint frame to parent link frame at angle 0, row by row
+    translation: Vector  # joint origin in the parent link frame, m
+    axis: Vector  # unit vector in the joint frame
+    limits: tuple[float, float]  # lowest and highest angle rad (m), infinite for none
+    damping: float  # N m s/rad (N s/m); of a joint that is copied with what its copies add
+    leader: str = ''  # the joint whose angle it copies; empty for one that is fixed or free
+    ratio: float = 1.0  # its angle for 1 rad (m) of the leader
 
     @property
     def independent(self) -> bool:
@@ -93,12 +72,8 @@ def sliding(unit: str) -> str:
     return unit
 
 
-def mimics(element: ElementTree.Element) -> tuple[str, float, float] | None:
-    """The joint that a `<joint>` copies, multiplier and offset rad (m); None where it is free.
-
-    Raises:
-        ValueError: No number, or no joint named.
-    """
+def mimics(element: Element) -> Copied | None:
+    """The joint that a `<joint>` copies, multiplier and offset rad (m); or ValueError."""
     found = element.find('mimic')
     if found is None or element.get('type') == 'fixed':
         return None
@@ -115,18 +90,8 @@ def mimics(element: ElementTree.Element) -> tuple[str, float, float] | None:
     return leader, ratio, offset
 
 
-def coupled(
-    joints: Sequence[Joint], copied: Mapping[str, tuple[str, float, float]]
-) -> list[Joint]:
-    """Joints with those that copy others bound to the one that moves by itself.
-
-    Args:
-        joints: As the URDF has them.
-        copied: By joint that mimics: whom, multiplier and offset.
-
-    Raises:
-        ValueError: It copies no joint, one that is fixed, or itself in a circle.
-    """
+def coupled(joints: Sequence[Joint], copied: Mapping[str, Copied]) -> list[Joint]:
+    """Joints with those that copy bound to the one that moves by itself; ValueError: none does."""
     by_name = {joint.name: joint for joint in joints}
     bound = {name: _leader(name, copied, by_name) for name in copied}
     drag = {joint.name: joint.damping for joint in joints}
@@ -140,9 +105,7 @@ def coupled(
     ]
 
 
-def _leader(
-    name: str, copied: Mapping[str, tuple[str, float, float]], by_name: Mapping[str, Joint]
-) -> tuple[str, float, float]:
+def _leader(name: str, copied: Mapping[str, Copied], by_name: Mapping[str, Joint]) -> Copied:
     """Whom a joint copies in the end, through others that copy too."""
     leader, ratio, offset = copied[name]
     passed = {name}
@@ -175,7 +138,6 @@ def _bound(joint: Joint, leader: str, ratio: float, offset: float) -> Joint:
 
 
 def _turned(axis: tuple[float, float, float], angle: float) -> np.ndarray:
-    """Rotation about a unit vector, by Rodrigues."""
     x, y, z = axis
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew)

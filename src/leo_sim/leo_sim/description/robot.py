@@ -16,20 +16,9 @@ from pydantic import ConfigDict
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.common.yaml_file import read, read_text
-from leo_sim.description import urdf
+from leo_sim.description import robot_file, urdf
 from leo_sim.description.constants import Constant, constants_of, INPUT_UNITS
 from leo_sim.description.robot_check import check
-from leo_sim.description.robot_file import (
-    ContactFile,
-    DriverFile,
-    ObservedFile,
-    PoseFile,
-    RewardFile,
-    RobotFile,
-    SchemeFile,
-    SensorFile,
-    TerminationFile,
-)
 from leo_sim.description.urdf import Joint, Link
 
 __all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
@@ -37,22 +26,14 @@ __all__ = ['Actuator', 'Constant', 'Robot', 'load_robot', 'named_robots']
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator, all figures at the joint side of its gear.
-
-    Attributes:
-        torque_constant: N m/A = V s/rad; None when torque driven.
-        resistance: ohm; None when torque driven.
-        limit: Largest command, V, N m or rad.
-        supply: V; None when torque driven.
-        rotor_inertia: kg m2, on top of the links' inertia.
-    """
+    """An actuator, all figures at the joint side of its gear; None when torque driven."""
 
     joint: str
-    torque_constant: float | None
-    resistance: float | None
-    limit: float
-    supply: float | None
-    rotor_inertia: float
+    torque_constant: float | None  # N m/A = V s/rad
+    resistance: float | None  # ohm
+    limit: float  # largest command, V, N m or rad
+    supply: float | None  # V
+    rotor_inertia: float  # kg m2, on top of the links' inertia
 
     @property
     def strongest(self) -> float:
@@ -60,11 +41,8 @@ class Actuator:
         return self.limit if self.supply is None else self.supply
 
 
-class Contact(ContactFile):
-    """A sphere that touches the ground, with its name, as `left_heel`.
-
-    Where it has no stiffness or damping of its own, the ground's is meant.
-    """
+class Contact(robot_file.ContactFile):
+    """A sphere that touches the ground, as `left_heel`; without own figures the ground's."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -75,45 +53,32 @@ class Contact(ContactFile):
 class Robot:
     """A robot as loaded from a folder with robot.urdf and robot.yaml.
 
-    Attributes:
-        urdf: Text of robot.urdf (its inertial figures without those of robot.yaml).
-        links, joints: The tree of the URDF; fixed joints included.
-        joint_names: Joints that move, in the order of every state vector.
-        actuators: In the order of every input vector.
-        input: 'voltage' (V), 'torque' (N m) or 'position' (rad, the goal of a servo's own loop).
-        control_period, integration_step, episode_seconds: s.
-        schemes: How it is integrated: 'reference' (integration_step), 'training', 'search'.
-        state_rate: Hz.
-        contacts: What may touch the ground; empty for robots without ground.
-        feet: Links whose contacts are the feet, the origin of a foot its ankle.
-        observation, reward, termination: The task, see leo_sim.task.task.
-        constants: Every number a model may override, by path.
-        driver: How its hardware is connected.
+    Its observation, reward and termination are the task, see leo_sim.task.task.
     """
 
     name: str
     folder: Path
-    urdf: str
+    urdf: str  # text of robot.urdf (its inertial figures without those of robot.yaml)
     links: tuple[Link, ...]
-    joints: tuple[Joint, ...]
-    joint_names: tuple[str, ...]
-    actuators: tuple[Actuator, ...]
-    input: str
-    base: str
-    control_period: float
-    integration_step: float
-    schemes: Mapping[str, SchemeFile]
-    state_rate: float
+    joints: tuple[Joint, ...]  # the tree of the URDF; fixed joints included
+    joint_names: tuple[str, ...]  # joints that move, in the order of every state vector
+    actuators: tuple[Actuator, ...]  # in the order of every input vector
+    input: str  # 'voltage' (V), 'torque' (N m) or 'position' (rad, the goal of a servo's own loop)
+    base: str  # 'fixed' or 'planar'
+    control_period: float  # s
+    integration_step: float  # s
+    schemes: Mapping[str, robot_file.SchemeFile]  # 'reference', 'training' and 'search'
+    state_rate: float  # Hz
     episode_seconds: float
-    start_poses: Mapping[str, PoseFile]
-    sensors: Mapping[str, SensorFile]
-    contacts: tuple[Contact, ...]
-    feet: tuple[str, ...]
-    observation: tuple[ObservedFile, ...]
-    reward: tuple[RewardFile, ...]
-    termination: tuple[TerminationFile, ...]
-    constants: Mapping[str, Constant]
-    driver: DriverFile
+    start_poses: Mapping[str, robot_file.PoseFile]
+    sensors: Mapping[str, robot_file.SensorFile]
+    contacts: tuple[Contact, ...]  # what may touch the ground; empty for robots without ground
+    feet: tuple[str, ...]  # links whose contacts are the feet, the origin of a foot its ankle
+    observation: tuple[robot_file.ObservedFile, ...]
+    reward: tuple[robot_file.RewardFile, ...]
+    termination: tuple[robot_file.TerminationFile, ...]
+    constants: Mapping[str, Constant]  # every number a model may override, by path
+    driver: robot_file.DriverFile  # how its hardware is connected
 
     @property
     def moving_links(self) -> tuple[str, ...]:
@@ -128,20 +93,15 @@ class Robot:
 
     @cached_property
     def copies(self) -> tuple[str, ...]:
-        """Joints that mimic others: they are no coordinates of their own."""
         return tuple(joint.name for joint in self.joints if joint.leader)
 
     @cached_property
     def slides(self) -> frozenset[str]:
-        """Joints that slide: their units are m and N."""
         return frozenset(joint.name for joint in self.joints if joint.kind == 'prismatic')
 
     @cached_property
     def turned_about(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Of each link, at angles 0, its frame (3, 3) and the axes (H, 3) of hinges that turn it.
-
-        Both in the world's axes.
-        """
+        """By link, at angles 0 in the world: frame (3, 3), axes (H, 3) of hinges that turn it."""
         found: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         for joint in self.joints:
             frame, axes = found.get(joint.parent, (np.eye(3), np.zeros((0, 3))))
@@ -153,12 +113,10 @@ class Robot:
 
     @property
     def actuated(self) -> tuple[int, ...]:
-        """Index of each actuator's joint in a state vector."""
         return tuple(self.joint_names.index(a.joint) for a in self.actuators)
 
     @property
     def limits(self) -> np.ndarray:
-        """Largest command of each actuator, V, N m or rad."""
         return np.array([a.limit for a in self.actuators])
 
     @property
@@ -178,7 +136,6 @@ class Robot:
 
     @property
     def input_unit(self) -> str:
-        """The unit of every command: V, N m or rad."""
         return INPUT_UNITS[self.input]
 
     @property
@@ -187,7 +144,6 @@ class Robot:
         return self.input != 'torque'
 
     def with_constants(self, changed: Mapping[str, Constant]) -> Robot:
-        """The robot with other constants (paths must exist)."""
         constants = {**self.constants, **changed}
         values = {path: c.value for path, c in constants.items()}
         return replace(
@@ -197,11 +153,17 @@ class Robot:
         )
 
 
+AS_IN_THE_FILE = (
+    *('name', 'input', 'base', 'control_period', 'integration_step', 'state_rate'),
+    *('episode_seconds', 'start_poses', 'sensors', 'feet', 'observation', 'reward', 'driver'),
+)
+"""What a robot has as robot.yaml has it."""
+
+
 def load_robot(ref: str | Path) -> Robot:
     """A robot by name (entry point group leo.robots) or by folder.
 
-    Raises:
-        UserError: No such robot (naming the nearest one), or a wrong file in its folder.
+    UserError: no such robot (naming the nearest one), or a wrong file in its folder.
     """
     folder = Path(ref)
     if not os.path.isdir(folder):  # False for a name that no file can have, too
@@ -211,17 +173,14 @@ def load_robot(ref: str | Path) -> Robot:
             f'{folder} is no robot folder (it has no robot.yaml); '
             'give a model file, a robot name or a robot folder'
         )
-    file = read(folder / 'robot.yaml', RobotFile)
+    file = read(folder / 'robot.yaml', robot_file.RobotFile)
     path = folder / 'robot.urdf'
     if not path.is_file():
         raise UserError(f'{folder} has no robot.urdf')
-    text = read_text(path)
-    links, joints = urdf.parse(text, str(path))
-    return _robot(folder, file, text, links, joints)
+    return _robot(folder, file, read_text(path))
 
 
 def named_robots() -> dict[str, Path]:
-    """Folders of the robots in the entry-point group leo.robots, by name."""
     return {entry.name: Path(entry.load()) for entry in entry_points(group='leo.robots')}
 
 
@@ -230,12 +189,9 @@ class OtherRobot(UserError):
 
 
 def refuse_other(said: str, robot: Robot) -> None:
-    """Refuse what runs where it says, as its parameter `robot`, that it is another robot.
+    """Raise OtherRobot where what runs says, as its parameter `robot`, that it is another robot.
 
     It need not say anything (''), and may be of a folder that is not on this machine.
-
-    Raises:
-        OtherRobot: it is another one.
     """
     try:
         name = load_robot(said).name if said else robot.name
@@ -260,44 +216,29 @@ def _named_folder(name: str) -> Path:
     return robots[name]
 
 
-def _robot(
-    folder: Path, file: RobotFile, text: str, links: tuple[Link, ...], joints: tuple[Joint, ...]
-) -> Robot:
+def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
+    links, joints = urdf.parse(text, str(folder / 'robot.urdf'))
     moving = tuple(joint.name for joint in joints if joint.independent)
     check(folder, file, links, joints)
     constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}
     return Robot(
-        name=file.name,
+        **{name: getattr(file, name) for name in AS_IN_THE_FILE},
         folder=folder,
         urdf=text,
         links=links,
         joints=joints,
         joint_names=moving,
         actuators=tuple(_actuator(joint, values) for joint in file.actuators),
-        input=file.input,
-        base=file.base,
-        control_period=file.control_period,
-        integration_step=file.integration_step,
         schemes=_schemes(file),
-        state_rate=file.state_rate,
-        episode_seconds=file.episode_seconds,
-        start_poses=file.start_poses,
-        sensors=file.sensors,
-        contacts=tuple(
-            Contact(name=name, **contact.model_dump()) for name, contact in file.contacts.items()
-        ),
-        feet=file.feet,
-        observation=file.observation,
-        reward=file.reward,
+        contacts=tuple(Contact(name=n, **c.model_dump()) for n, c in file.contacts.items()),
         termination=tuple(rule for rule in file.termination if rule.active),
         constants=constants,
-        driver=file.driver,
     )
 
 
-def _schemes(file: RobotFile) -> dict[str, SchemeFile]:
-    reference = SchemeFile(
+def _schemes(file: robot_file.RobotFile) -> dict[str, robot_file.SchemeFile]:
+    reference = robot_file.SchemeFile(
         integration_step=file.integration_step, geometry_every=file.geometry_every
     )
     return {

@@ -17,7 +17,6 @@ PLANAR = ('prismatic', 'prismatic', 'turning')
 
 
 def check(folder: Path, file: RobotFile, links: Sequence[Link], joints: Sequence[Joint]) -> None:
-    """Raise UserError where robot.yaml and the tree of the URDF do not fit."""
     path = folder / 'robot.yaml'
     moving = [joint.name for joint in joints if joint.independent]
     _check_copies(path, file, joints)
@@ -48,7 +47,6 @@ def _named_joints(file: RobotFile) -> Iterable[tuple[str, str]]:
 
 
 def _check_copies(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
-    """What is said of a joint that mimics another is said of that one."""
     leaders = {joint.name: joint.leader for joint in joints if joint.leader}
     for key, name in _named_joints(file):
         if name in leaders:
@@ -124,7 +122,6 @@ def _check_task(path: Path, file: RobotFile) -> None:
 
 
 def _check_loops(path: Path, file: RobotFile) -> None:
-    """Only actuators that take positions have a loop."""
     for name, actuator in file.actuators.items():
         given = [key for key in SERVO_UNITS if getattr(actuator, key) is not None]
         if given and file.input != 'position':
@@ -156,7 +153,6 @@ def _check_ground(path: Path, file: RobotFile, joints: Sequence[Joint]) -> None:
 
 
 def _check_servos(path: Path, file: RobotFile, bus: BusFile, moving: list[str]) -> None:
-    """Every joint has a servo of its own that suits it."""
     where = f'{path}: driver.{file.driver.family}.servos'
     _check_figures(f'{path}: driver.{file.driver.family}', bus)
     for joint in moving:

@@ -8,30 +8,24 @@ from pydantic import Field
 from leo_sim.common.yaml_file import Finite, Name, Positive, Quantity, Schema
 from leo_sim.description.servos import Family
 
-LENGTH = (-1e4, 1e4)
-"""m."""
-Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
-"""rad, m, or either per s."""
+LENGTH = (-1e4, 1e4)  # m
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]  # rad, m, or either per s
 Length = Annotated[float, Field(ge=LENGTH[0], le=LENGTH[1])]
 Drawn = Coordinate | tuple[Coordinate, Coordinate]
 Seconds = Annotated[float, Field(ge=1e-6, le=1e3)]
 
 
 class ActuatorFile(Schema):
-    """Figures of an actuator, all at the joint side of its gear.
-
-    Of a position servo also its loop: duty for an error of 1 rad and for a rate of 1 rad/s, its
-    count of angles, and how fast it lets its goal move.
-    """
+    """Figures of an actuator, all at the joint side of its gear; of a servo also its loop."""
 
     limit: Quantity
     torque_constant: Quantity | None = None
     resistance: Quantity | None = None
     supply: Quantity | None = None
-    position_gain: Quantity | None = None
-    rate_gain: Quantity | None = None
-    resolution: Quantity | None = None
-    goal_rate: Quantity | None = None
+    position_gain: Quantity | None = None  # duty for an error of 1 rad
+    rate_gain: Quantity | None = None  # duty for a rate of 1 rad/s
+    resolution: Quantity | None = None  # its count of angles
+    goal_rate: Quantity | None = None  # how fast it lets its goal move
     efficiency: Quantity | None = None
     rotor_inertia: Quantity | None = None
 
@@ -65,47 +59,37 @@ class GroundFile(Schema):
 
 
 class ContactFile(Schema):
-    """A sphere that touches the ground: centre in link axes and radius m.
-
-    Own stiffness N/m and damping N s/m where it is softer than a foot.
-    """
+    """A sphere that touches the ground: centre in link axes and radius m."""
 
     link: str
     x: Length
     z: Length
     radius: Annotated[Length, Field(ge=0)]
-    stiffness: Positive | None = None
-    damping: Positive | None = None
+    stiffness: Positive | None = None  # N/m, where it is softer than a foot
+    damping: Positive | None = None  # N s/m
 
 
 class PoseFile(Schema):
-    """A start pose: values, or [low, high] to draw from; joints left out start at 0.
-
-    `held` fixes the base; `on_ground` puts base_z where the lowest contact touches the ground.
-    """
+    """A start pose: values, or [low, high] to draw from; joints left out start at 0."""
 
     angles: dict[str, Drawn] = Field(default_factory=dict)
     rates: dict[str, Drawn] = Field(default_factory=dict)
-    held: bool = False
-    on_ground: bool = False
+    held: bool = False  # fixes the base
+    on_ground: bool = False  # puts base_z where the lowest contact touches the ground
 
 
 class SensorFile(Schema):
-    """A joint's encoder: resolution (0 = not quantised), and what it reads at angle 0.
-
-    `input_noise` is that of an input which is measured, such as a torque: the standard deviation
-    of one sample at the state rate, in the unit of the input, white (0 = exact).
-    """
+    """A joint's encoder; resolution 0 is not quantised."""
 
     angle_resolution: Annotated[Finite, Field(ge=0)] = 0.0
     rate_resolution: Annotated[Finite, Field(ge=0)] = 0.0
     input_noise: Annotated[Finite, Field(ge=0)] = 0.0
-    offset: Quantity | None = None
+    """Of an input which is measured, such as a torque: standard deviation of one sample at the
+    state rate, in the unit of the input, white; 0 is exact."""
+    offset: Quantity | None = None  # what it reads at angle 0
 
 
 class ObservedFile(Schema):
-    """One number of the observation."""
-
     quantity: Literal['angle', 'wrapped_angle', 'cos', 'sin', 'rate']
     joint: str
 
@@ -146,40 +130,33 @@ class TerminationFile(Schema):
 
 
 class SchemeFile(Schema):
-    """How a robot on the ground is integrated.
+    """How a robot on the ground is integrated."""
 
-    Longest substep s, substeps between geometry updates, and over how long at most a command
-    that changes while it is held (delay, lag) is a mean s.
-    """
-
-    integration_step: Seconds
-    geometry_every: Annotated[int, Field(ge=1)] = 1
-    switching: Seconds = 1e-3
+    integration_step: Seconds  # longest substep
+    geometry_every: Annotated[int, Field(ge=1)] = 1  # substeps between geometry updates
+    switching: Seconds = 1e-3  # longest mean of a command that changes while held (delay, lag)
 
 
 class ServoFile(Schema):
-    """A servo, or an encoder of the same kind where the joint has no actuator.
-
-    Its counts grow with the joint where `direction` is 1; `zero` is the count at joint angle 0;
-    `gear` is how far it turns per rad (slides: per m) of the joint. Beyond `low` to `high` [rad]
-    nothing drives the joint further out. No more than `current_limit` is asked of the motor.
-    A torque-driven joint needs `torque_constant`, at the joint.
-    """
+    """A servo, or an encoder of the same kind where the joint has no actuator."""
 
     id: Annotated[int, Field(ge=0, le=252)]
     model: str
-    direction: Literal[1, -1] = 1
-    zero: int = 2048
-    gear: Positive = 1.0
-    low: float = float('-inf')
+    direction: Literal[1, -1] = 1  # 1 where its counts grow with the joint
+    zero: int = 2048  # the count at joint angle 0
+    gear: Positive = 1.0  # how far it turns per rad (slides: per m) of the joint
+    low: float = float('-inf')  # beyond low to high [rad] nothing drives the joint further out
     high: float = float('inf')
-    current_limit: Quantity | None = None
-    torque_constant: Quantity | None = None
+    current_limit: Quantity | None = None  # no more is asked of the motor
+    torque_constant: Quantity | None = None  # at the joint; a torque-driven one needs it
+
+    @property
+    def ratio(self) -> float:
+        """The servo's angle for 1 rad (m) of the joint."""
+        return self.direction * self.gear
 
 
 class BusFile(Schema):
-    """A bus of servos."""
-
     port: str = '/dev/ttyUSB0'
     baud: Annotated[int, Field(ge=9600, le=4_500_000)] = 1_000_000
     servos: dict[str, ServoFile]
@@ -205,18 +182,14 @@ class DriverFile(Schema):
 
     @property
     def bus(self) -> BusFile | None:
-        """The bus of servos, whose ever they are."""
         return self.dynamixel or self.feetech
 
     @property
     def family(self) -> Family:
-        """Whose servos they are."""
         return 'dynamixel' if self.dynamixel else 'feetech'
 
 
 class RobotFile(Schema):
-    """robot.yaml."""
-
     name: Name
     base: Literal['fixed', 'planar'] = 'fixed'
     input: Literal['voltage', 'torque', 'position']

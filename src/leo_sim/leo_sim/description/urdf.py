@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from heapq import heappop, heappush
 import math
 from typing import TypeVar
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, fromstring, ParseError, SubElement, tostring
 
 import numpy as np
 
@@ -20,25 +20,13 @@ from leo_sim.description.joint import Link as Link
 
 BOUNDED = ('revolute', 'prismatic')
 KINDS = (*BOUNDED, 'continuous', 'fixed')
-AXIS = '1 0 0'
-"""Where a URDF names none."""
+AXIS = '1 0 0'  # where a URDF names none
 Read = TypeVar('Read')
 
 
 def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
-    """Links and joints of a URDF, joints in order with parents first.
-
-    Args:
-        xml: The text of the URDF.
-        source: Its file name, for messages.
-
-    Raises:
-        UserError: Not a URDF, a wrong number in it, or a joint that is not supported.
-    """
-    try:
-        root = ElementTree.fromstring(xml)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise UserError(f'{source}: not an XML file: {error}') from error
+    """Links and joints, parents first; UserError, with the file `source`: no URDF of ours."""
+    root = root_of(xml, source)
     if root.tag != 'robot':
         raise UserError(f'{source}: not a URDF: it starts with <{root.tag}>, not <robot>')
     links = tuple(Link(e.get('name', ''), _named(e, source, _body)) for e in root.findall('link'))
@@ -55,9 +43,14 @@ def parse(xml: str, source: str) -> tuple[tuple[Link, ...], tuple[Joint, ...]]:
     return links, _sorted(joints, {link.name for link in links}, source)
 
 
-def _named(
-    element: ElementTree.Element, source: str, read: Callable[[ElementTree.Element], Read]
-) -> Read:
+def root_of(xml: str, source: str) -> Element:
+    try:
+        return fromstring(xml)
+    except (ParseError, ValueError) as error:
+        raise UserError(f'{source}: not an XML file: {error}') from error
+
+
+def _named(element: Element, source: str, read: Callable[[Element], Read]) -> Read:
     """What `read` makes of a link or joint, its ValueErrors with file and name."""
     name = element.get('name')
     if not name:
@@ -76,7 +69,7 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
     Written along principal axes, since PyBullet diagonalises only to a coarse tolerance; stops
     and damping are torques of the model.
     """
-    root = ElementTree.fromstring(xml)
+    root = fromstring(xml)
     put_bodies(root, bodies)
     for joint in root.findall('joint'):
         for old in joint.findall('dynamics') + joint.findall('limit'):
@@ -84,21 +77,17 @@ def with_bodies(xml: str, bodies: Mapping[str, Body]) -> str:
         axis = joint.find('axis')
         if axis is not None and joint.get('type') != 'fixed':
             direction = np.array(_vector(axis.get('xyz'), AXIS))
-            axis.set('xyz', _written(direction / np.linalg.norm(direction)))
+            axis.set('xyz', numbers(direction / np.linalg.norm(direction)))
         if joint.get('type') == 'revolute':
             joint.set('type', 'continuous')
         if joint.get('type') == 'prismatic':
             free = {'lower': '1', 'upper': '-1', 'effort': '0', 'velocity': '0'}
-            ElementTree.SubElement(joint, 'limit', free)
-    return ElementTree.tostring(root, encoding='unicode')
+            SubElement(joint, 'limit', free)
+    return tostring(root, encoding='unicode')
 
 
-def put_bodies(root: ElementTree.Element, bodies: Mapping[str, Body]) -> None:
-    """Give links of a URDF other inertial figures, along principal axes.
-
-    Raises:
-        UserError: Figures that no body has.
-    """
+def put_bodies(root: Element, bodies: Mapping[str, Body]) -> None:
+    """Give links other inertial figures, along principal axes; UserError: no body has them."""
     links = {link.get('name', ''): link for link in root.findall('link')}
     for name, body in bodies.items():
         for old in links[name].findall('inertial'):
@@ -114,7 +103,6 @@ def _vector(text: str | None, default: str = '0 0 0') -> Vector:
 
 
 def _number(text: str | None) -> float:
-    """A finite number; 0 for nothing."""
     value = float(text or 0)
     if not math.isfinite(value):
         raise ValueError(f'{text!r} is no finite number')
@@ -127,7 +115,6 @@ def _within(figure: str, unit: str, *values: float) -> None:
 
 
 def _rotation(rpy: Vector) -> np.ndarray:
-    """Rotation matrix of fixed-axis roll, pitch, yaw."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [
@@ -150,8 +137,7 @@ def rpy(rotation: np.ndarray) -> Vector:
     )
 
 
-def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
-    """Translation m and rotation matrix of the <origin> of an element."""
+def origin(element: Element) -> tuple[Vector, np.ndarray]:
     found = element.find('origin')
     if found is None:
         return (0.0, 0.0, 0.0), np.eye(3)
@@ -159,12 +145,12 @@ def origin(element: ElementTree.Element) -> tuple[Vector, np.ndarray]:
     return _vector(found.get('xyz')), _rotation(rpy) if any(rpy) else np.eye(3)
 
 
-def _body(link: ElementTree.Element) -> Body:
-    inertial = link.find('inertial')
-    if inertial is None:
+def _body(link: Element) -> Body:
+    found = link.find('inertial')
+    if found is None:
         return Body(0.0, (0.0, 0.0, 0.0), (0.0,) * 6)
-    com, rotation = origin(inertial)
-    mass, tensor = inertial.find('mass'), inertial.find('inertia')
+    com, rotation = origin(found)
+    mass, tensor = found.find('mass'), found.find('inertia')
     m = _number(mass.get('value')) if mass is not None else 0.0
     if m:  # a link without one is a frame
         _within('mass', 'kg', m)
@@ -179,25 +165,24 @@ def _body(link: ElementTree.Element) -> Body:
     return Body(m, com, (xx, yy, zz, xy, xz, yz))
 
 
-def _joint(element: ElementTree.Element) -> Joint:
+def _joint(element: Element) -> Joint:
     kind = element.get('type', '')
     if kind not in KINDS:
         raise ValueError(f'the type is {kind!r}; supported: {", ".join(KINDS)}')
-    ends = [element.find(tag) for tag in ('parent', 'child')]
-    parent, child = (e.get('link', '') if e is not None else '' for e in ends)
+    parent, child = (attribute(element, tag, 'link') or '' for tag in ('parent', 'child'))
     translation, rotation = origin(element)
     _within('origin', 'm', *translation)
-    axis = np.array(_vector(_attribute(element, 'axis', 'xyz'), AXIS))
+    axis = np.array(_vector(attribute(element, 'axis', 'xyz'), AXIS))
     if kind != 'fixed':
         if not 1e-6 < np.linalg.norm(axis) < 1e6:
             raise ValueError(f'the axis {axis} is no direction')
         axis = axis / np.linalg.norm(axis)
-    if _number(_attribute(element, 'dynamics', 'friction')):
+    if _number(attribute(element, 'dynamics', 'friction')):
         raise ValueError(
             'it has dry friction; remove it there and add the effect coulomb_friction to the model'
         )
     x, y, z = axis.tolist()
-    damping = _number(_attribute(element, 'dynamics', 'damping'))
+    damping = _number(attribute(element, 'dynamics', 'damping'))
     _within('damping', 'N m s/rad', damping)
     return Joint(
         element.get('name', ''),
@@ -212,14 +197,14 @@ def _joint(element: ElementTree.Element) -> Joint:
     )
 
 
-def _attribute(element: ElementTree.Element, tag: str, key: str) -> str | None:
+def attribute(element: Element, tag: str, key: str) -> str | None:
     found = element.find(tag)
     return None if found is None else found.get(key)
 
 
-def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
+def _limits(element: Element, kind: str) -> tuple[float, float]:
     """Its stops; both at 0, which is what a URDF without them says, are none."""
-    lower, upper = (_number(_attribute(element, 'limit', k)) for k in ('lower', 'upper'))
+    lower, upper = (_number(attribute(element, 'limit', k)) for k in ('lower', 'upper'))
     if kind not in BOUNDED or lower == upper == 0:
         return -math.inf, math.inf
     if lower >= upper:
@@ -230,7 +215,6 @@ def _limits(element: ElementTree.Element, kind: str) -> tuple[float, float]:
 
 
 def _sorted(joints: list[Joint], links: set[str], source: str) -> tuple[Joint, ...]:
-    """Joints with parents before children; checks that they form one tree."""
     for joint in joints:
         for link in (joint.parent, joint.child):
             if link not in links:
@@ -260,7 +244,7 @@ def _twice(names: Iterable[str]) -> list[str]:
     return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
-def _inertial(name: str, body: Body) -> ElementTree.Element:
+def _inertial(name: str, body: Body) -> Element:
     xx, yy, zz, xy, xz, yz = body.inertia
     rotation = np.eye(3)
     moments = np.array([xx, yy, zz])
@@ -268,23 +252,25 @@ def _inertial(name: str, body: Body) -> ElementTree.Element:
         moments, rotation = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         rotation = rotation * np.sign(np.linalg.det(rotation))
     moments = _physical(name, body.mass, moments)
-    element = ElementTree.Element('inertial')
-    ElementTree.SubElement(
-        element, 'origin', {'xyz': _written(body.com), 'rpy': _written(rpy(rotation))}
-    )
-    ElementTree.SubElement(element, 'mass', {'value': repr(float(body.mass))})
+    return inertial(body.mass, body.com, moments, rotation)
+
+
+def inertial(
+    mass: float, com: Iterable[float], moments: Iterable[float], rotation: np.ndarray
+) -> Element:
+    """The element of a mass kg whose principal axes and moments kg m2 are given."""
+    element = Element('inertial')
+    place = {'xyz': numbers(com), 'rpy': numbers(rpy(rotation))}
+    SubElement(element, 'origin', place)
+    SubElement(element, 'mass', {'value': repr(float(mass))})
     ixx, iyy, izz = (repr(float(moment)) for moment in moments)
     inertia = {'ixx': ixx, 'iyy': iyy, 'izz': izz, 'ixy': '0', 'ixz': '0', 'iyz': '0'}
-    ElementTree.SubElement(element, 'inertia', inertia)
+    SubElement(element, 'inertia', inertia)
     return element
 
 
 def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
-    """Principal moments of a real body: PyBullet silently takes others for zero.
-
-    Raises:
-        UserError: Negative, or one larger than the other two together.
-    """
+    """Principal moments of a real body, or UserError: PyBullet silently takes others for zero."""
     most = int(np.argmax(moments))
     others = moments.sum() - moments[most]
     if mass < 0 or moments.min() < 0 or moments[most] > others * (1 + 1e-9):
@@ -297,5 +283,6 @@ def _physical(name: str, mass: float, moments: np.ndarray) -> np.ndarray:
     return moments
 
 
-def _written(vector: Iterable[float]) -> str:
+def numbers(vector: Iterable[float]) -> str:
+    """Numbers as an attribute, to the last bit."""
     return ' '.join(repr(float(component)) for component in vector)

@@ -17,47 +17,37 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.values import Applied, JointStates
 from leo_sim.common.user_code import classes_of, guarded, load_file
-from leo_sim.drivers.base import (
-    Driver,
-    DriverBug,
-    DriverFault,
-    DriverInfo,
-    DriverOptions,
-    EndOfRun,
-    Findings,
-    NotPossible,
-    Readings,
-)
+from leo_sim.drivers import base
 
 GROUP = 'leo.drivers'
 OURS = 'leo_sim'
 METHODS = ('connect', 'read', 'write', 'advance', 'set_torque', 'reset', 'stop')
 """What every driver has."""
 EXTRAS = ('halt', 'start_in', 'readings', 'figures', 'findings')  # what a driver may have besides
-MEANT = (UserError, DriverFault, EndOfRun, NotPossible, OSError)  # what a driver may raise
+MEANT = (UserError, base.DriverFault, base.EndOfRun, base.NotPossible, OSError)
+"""What a driver may raise."""
 RETURNS: dict[str, tuple[type, ...]] = {
     'read': (JointStates,),
     'write': (Applied, NoneType),
     'halt': (Applied, NoneType),
     'advance': (int, float),
-    'readings': (Readings, NoneType),
-    'findings': (Findings,),
+    'readings': (base.Readings, NoneType),
+    'findings': (base.Findings,),
 }
 
 
-def load_driver(name: str, options: DriverOptions) -> Driver:
+def load_driver(name: str, options: base.DriverOptions) -> base.Driver:
     """Build the driver registered under a name, or that of a Python file; not connected yet.
 
-    Raises:
-        UserError: there is no such driver (naming the nearest), its options do not fit, or the
-            file fails or does not define exactly one driver.
+    UserError: there is no such driver (naming the nearest), its options do not fit, or the file
+    fails or does not define exactly one driver.
     """
     if name.endswith('.py'):
         return _foreign(Path(name), _class_in(Path(name)), options)
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     if name not in found:
         raise UserError(f'no driver is named {name!r}{nearest(name, found)}')
-    build: Callable[[DriverOptions], Driver] = found[name].load()
+    build: Callable[[base.DriverOptions], base.Driver] = found[name].load()
     if isinstance(build, type) and build.__module__.partition('.')[0] != OURS:
         return _foreign(Path(inspect.getfile(build)), build, options)
     return build(options)
@@ -77,7 +67,7 @@ def _class_in(path: Path) -> type:
     return drivers[0]
 
 
-def _foreign(path: Path, kind: type, options: DriverOptions) -> Driver:
+def _foreign(path: Path, kind: type, options: base.DriverOptions) -> base.Driver:
     """A driver whose calls raise DriverBug where its code fails or returns the wrong type."""
     calls = {
         name: _guarded(path, name, getattr(kind, name))
@@ -85,8 +75,8 @@ def _foreign(path: Path, kind: type, options: DriverOptions) -> Driver:
         if callable(getattr(kind, name, None))
     }
     safe = type(kind.__name__, (kind,), {**calls, '__module__': kind.__module__})
-    driver: Driver = guarded(path, 'driver', safe)(options)
-    for name, wanted in (('info', DriverInfo), ('starts', int)):
+    driver: base.Driver = guarded(path, 'driver', safe)(options)
+    for name, wanted in (('info', base.DriverInfo), ('starts', int)):
         if not isinstance(getattr(driver, name, None), wanted):
             raise UserError(
                 f'{path}: the driver has no {name} (of type {wanted.__name__}) after '
@@ -96,13 +86,13 @@ def _foreign(path: Path, kind: type, options: DriverOptions) -> Driver:
 
 
 def _guarded(path: Path, name: str, call: Callable[..., Any]) -> Callable[..., Any]:
-    safe = guarded(path, 'driver', call, MEANT, DriverBug)
+    safe = guarded(path, 'driver', call, MEANT, base.DriverBug)
 
-    def checked(self: Driver, *args: Any) -> Any:
+    def checked(self: base.Driver, *args: Any) -> Any:
         result = safe(self, *args)
         if not isinstance(result, RETURNS.get(name, object)):
             wanted = ' or '.join(t.__name__ for t in RETURNS[name])
-            raise DriverBug(
+            raise base.DriverBug(
                 f'{path}: {name} returned {type(result).__name__}, not {wanted}; mend the driver'
             )
         if isinstance(result, JointStates):
@@ -116,7 +106,7 @@ def _check_shapes(path: Path, state: JointStates, count: int) -> None:
     for name in ('position', 'velocity'):
         values = np.asarray(getattr(state, name))
         if values.shape != (count,) or values.dtype.kind not in 'iuf':
-            raise DriverBug(
+            raise base.DriverBug(
                 f'{path}: read returned a {name} of shape {values.shape} and type '
                 f'{values.dtype}, not ({count},) numbers; mend the driver'
             )

@@ -38,17 +38,11 @@ stood still, so that alone takes no process down."""
 class Apart:
     """A driver whose calls are made in another process; itself a driver, with the same extras.
 
-    That process writes 0 where it drives the motors and hears nothing for the time `hold`, and
-    stops them when this process is gone. Goals are held, in either case. If it does not answer in
-    time it is killed: then whatever outlives it (`Guardian`, a servo's own watchdog) stops them.
-    `stop` and `halt` have a time limit; without a `halt`, `read` and `write` have one, too.
-
-    Args:
-        driver: one of the same, built but not connected: what is known before that.
-        name: of the driver, as `load_driver` takes it.
-        options: for it.
-        hold: longest time from one call to the next [s].
-        limits: longest time for an answer [s] by methods, where it is not as above.
+    That process writes 0 where it drives the motors and hears nothing for the time `hold` [s], and
+    stops them when this process is gone. Goals are held, in either case. If it does not answer
+    within `limits` [s], by method, it is killed: then whatever outlives it (`Guardian`, a servo's
+    own watchdog) stops them. `stop` and `halt` always have one; without a `halt`, `read` and
+    `write`, too.
 
     Attributes:
         halted: what was applied each time this process was silent; None where that is not known.
@@ -89,18 +83,15 @@ class Apart:
         self._calls.send((name, options, hold))
         for method in (*METHODS, *EXTRAS):
             if callable(getattr(driver, method, None)):
-                call = self._halt if method == 'halt' else partial(self._call, method)
-                setattr(self, method, call)
+                call = partial(self._answer, self._calls, method)
+                setattr(self, method, self._halt if method == 'halt' else call)
         self._calls.poll(None)  # until it is built, which no limit of a call is for
 
     def _halt(self) -> Applied | None:
         with self._halting:
-            return self._answer(self._halts, 'halt', ())
+            return self._answer(self._halts, 'halt')
 
-    def _call(self, method: str, *args: Any) -> Any:
-        return self._answer(self._calls, method, args)
-
-    def _answer(self, line: Connection, method: str, args: tuple[Any, ...]) -> Any:
+    def _answer(self, line: Connection, method: str, *args: Any) -> Any:
         """The result of a call; an answer to one that a signal interrupted is passed over."""
         number, answered = next(self._numbers), 0
         try:
@@ -126,12 +117,7 @@ class Apart:
 
 
 class Served:
-    """The driver in its own process.
-
-    Args:
-        driver: not connected yet.
-        hold: longest time from one call to the next while the motors are driven [s].
-    """
+    """The driver in its own process; driven motors have a call within `hold` [s], or are at 0."""
 
     def __init__(self, driver: Driver, hold: float) -> None:
         self._driver = driver
@@ -199,7 +185,6 @@ def _known(error: Exception) -> Exception:
 
 
 def main(calls: Connection, halts: Connection) -> None:
-    """Build the driver that the first message names, and serve it."""
     name, options, hold = calls.recv()
     driver = load_driver(name, options)
     calls.send((0, None, None, driver.starts, []))

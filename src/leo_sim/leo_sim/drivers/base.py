@@ -172,21 +172,16 @@ class NotPossible(Exception):
 
 
 class Computer:
-    """What a driver of hardware has of its computer: time and serial ports.
-
-    Tests bring another, whose time passes only where somebody waits for it.
-    """
+    """What a driver of hardware has of its computer, time and ports; tests bring another."""
 
     def monotonic(self) -> float:
         """Time [s] that nobody sets."""
         return time.monotonic()
 
     def time_ns(self) -> int:
-        """The wall's time, for stamps."""
         return time.time_ns()
 
     def sleep(self, seconds: float) -> None:
-        """Wait [s]."""
         time.sleep(seconds)
 
     def serial(self, path: str, baud: int, wait: float) -> Any:
@@ -217,11 +212,7 @@ class DriverOptions:
 
 
 def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) -> DriverInfo:
-    """What the node must know about a robot of this model; state_rate [Hz] 0 takes its own.
-
-    Raises:
-        UserError: the control period does not hold a whole number of states.
-    """
+    """What the node must know about a robot of this model; state_rate [Hz] 0 takes its own."""
     rate = state_rate or robot.state_rate
     states = rate * robot.control_period
     finite = 0.0 < rate < math.inf

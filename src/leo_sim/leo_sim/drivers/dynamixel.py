@@ -13,39 +13,27 @@ from dynamixel_sdk import PortHandler, Protocol2PacketHandler
 import numpy as np
 
 from leo_msgs_py.values import Applied
+from leo_sim.description.servos import EXPIRED, TICKS, WATCHDOG_UNIT
 from leo_sim.drivers.base import DriverFault, DriverOptions, TransientFault
 from leo_sim.drivers.servo_driver import ServoDriver
-from leo_sim.drivers.servo_line import Block, ServoLine
-from leo_sim.drivers.servo_port import Limits
+from leo_sim.drivers.servo_line import Blocks, ServoLine
 
 STUFFED, PLAIN = b'\xff\xff\xfd\xfd', b'\xff\xff\xfd'
 TIME_BASED = 0x04  # bit of drive_mode with which profile_velocity is a time
-WATCHDOG_UNIT, WATCHDOG_MOST = 0.02, 127
+WATCHDOG_MOST = 127
 LATE = 0.5  # how many periods a servo's clock may fall behind ours from one reading to the next
-EXPIRED = -1
-TICKS = 32768
-"""A servo's clock counts so many ms and begins anew (realtime_tick, e-Manual of the X series)."""
 KEPT, FEWEST = 64, 16
 """Readings by which the clocks are compared, in each of two halves; before there are so many, a
 question counts as heard when it is sent."""
 TELLS = 0.3e-3  # less than this [s] the clocks of some servos cannot show, as each counts whole ms
 
 
-class _Port(Limits, PortHandler):
-    """The SDK's port."""
-
-
 class _Packets(Protocol2PacketHandler):
-    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FD FF FD FD.
-
-    Attributes:
-        size: how many bytes of data the last status had, which the SDK does not look at.
-    """
+    """The SDK's packets; its own removal of stuffing mistakes FF FF FD FD FF FD FD."""
 
     size = 0
 
     def removeStuffing(self, packet: list[int]) -> list[int]:
-        """A status packet as it was before it was stuffed."""
         body = bytes(packet[7:-2]).replace(STUFFED, PLAIN)
         self.size = len(body) - 2
         length = list((len(body) + 2).to_bytes(2, 'little'))
@@ -53,9 +41,7 @@ class _Packets(Protocol2PacketHandler):
 
 
 class DynamixelBus(ServoLine):
-    """Registers of the Dynamixel servos on one port."""
-
-    family, packets, port = 'dynamixel', _Packets, _Port
+    family, packets, port = 'dynamixel', _Packets, PortHandler
     asks = (False,)  # no fast sync read, which not all models know
 
 
@@ -72,12 +58,9 @@ class ServoClock:
         self._ahead: deque[tuple[float, float]] = deque(maxlen=2 * KEPT)
 
     def moment(self, sent: float, answered: float, ticks: Mapping[int, int]) -> float:
-        """When the servos measured, on our clock [s].
+        """When servos measured that were asked at `sent` and had `answered`, on our clock [s].
 
-        Args:
-            sent: when they were asked, on our clock [s].
-            answered: when the last answer was there [s].
-            ticks: their clocks, by id [ms]; always of the same servos.
+        `ticks` are their clocks, by id [ms]; always of the same servos.
         """
         ahead = sent - self._mean(ticks)
         late = self._usual(sent) - ahead if len(self._ahead) >= FEWEST else 0.0
@@ -142,7 +125,7 @@ class DynamixelDriver(ServoDriver):
             self._bus.set(servo, 'bus_watchdog', min(max(waits, 1), WATCHDOG_MOST))
         self._armed = True
 
-    def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
+    def _check_fresh(self, sent: float, blocks: Blocks) -> None:
         """Refuse answers that were late: each servo's clock must go on as ours does.
 
         What still comes of them is cleared away before the next question. An emulated servo may
@@ -159,7 +142,7 @@ class DynamixelDriver(ServoDriver):
         if late:
             raise TransientFault(f'{self._bus.who(late[0])} answered late')
 
-    def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
+    def _measured(self, sent: float, answered: float, blocks: Blocks) -> float:
         ticks = {servo: block.get('realtime_tick') for servo, block in blocks.items()}
         return self._clock.moment(sent, answered, ticks)
 

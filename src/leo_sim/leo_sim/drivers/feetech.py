@@ -11,34 +11,20 @@ from leo_msgs_py.errors import UserError
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.guardian import Guardian
 from leo_sim.drivers.servo_driver import ServoDriver
-from leo_sim.drivers.servo_line import Block, ServoLine
-from leo_sim.drivers.servo_port import Limits
-
-
-class _Port(Limits, PortHandler):
-    """The SDK's port."""
+from leo_sim.drivers.servo_line import Blocks, ServoLine
 
 
 class _Packets(protocol_packet_handler):
-    """The SDK's packets.
-
-    Attributes:
-        size: how many bytes of data the last status had, which the SDK does not look at.
-    """
-
     size = 0
 
-    def rxPacket(self, port: _Port) -> tuple[list[int], int]:
-        """A status packet and whether it is one."""
+    def rxPacket(self, port: PortHandler) -> tuple[list[int], int]:
         packet, result = super().rxPacket(port)
         self.size = len(packet) - 6
         return packet, result
 
 
 class FeetechBus(ServoLine):
-    """Registers of the Feetech servos on one port."""
-
-    family, packets, port = 'feetech', _Packets, _Port
+    family, packets, port = 'feetech', _Packets, PortHandler
 
     def set(self, servo: int, name: str, value: int) -> None:
         """Write a register; one that is kept without power only where it differs, unlocked."""
@@ -51,8 +37,6 @@ class FeetechBus(ServoLine):
 
 
 class FeetechDriver(ServoDriver):
-    """Feetech servos on one bus."""
-
     line = FeetechBus
     first, last = 'present_position', 'present_current'
     alert = 0xFF
@@ -73,7 +57,6 @@ class FeetechDriver(ServoDriver):
             self._guardian = Guardian(self._bus.descriptor, self._rest)
 
     def stop(self) -> None:
-        """As any servos; nobody needs to be watched any more."""
         try:
             super().stop()
         finally:
@@ -89,5 +72,5 @@ class FeetechDriver(ServoDriver):
         if servo in self._ids:
             self._bus.set(servo, 'goal_pwm', 0)
 
-    def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
+    def _check_fresh(self, sent: float, blocks: Blocks) -> None:
         """Their answers carry no time; what came too late was cleared away."""

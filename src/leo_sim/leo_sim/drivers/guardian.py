@@ -18,12 +18,7 @@ DISMISSED = b'.'
 
 
 class Guardian:
-    """Somebody who watches this process.
-
-    Args:
-        port: file descriptor that the bytes go to.
-        zeros: bytes that bring the motors to 0.
-    """
+    """Watches this process; if it is killed, `zeros` go to the file descriptor `port`."""
 
     def __init__(self, port: int, zeros: bytes) -> None:
         theirs, self._ours = os.pipe()
@@ -36,14 +31,12 @@ class Guardian:
         os.close(theirs)
 
     def dismiss(self) -> None:
-        """Nobody needs to be watched any more."""
         os.write(self._ours, DISMISSED)
         os.close(self._ours)
         self._process.wait()
 
 
 def main(port: int, pipe: int, zeros: bytes) -> None:
-    """Wait, then write."""
     if os.read(pipe, 1) == DISMISSED:
         return
     for _ in range(TIMES):

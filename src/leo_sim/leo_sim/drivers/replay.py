@@ -49,11 +49,9 @@ class ReplayDriver:
         """Nothing to open: the bag is in memory."""
 
     def read(self) -> JointStates:
-        """The recorded state."""
         return self._moment.state
 
     def write(self, values: np.ndarray) -> Applied | None:
-        """What was applied when the state was recorded; None where the bag does not know."""
         return self._moment.applied
 
     def advance(self, seconds: float) -> float:
@@ -68,11 +66,9 @@ class ReplayDriver:
         return gap if gap > 0.0 else seconds
 
     def set_torque(self, on: bool) -> None:
-        """Not possible."""
         raise NotPossible('a recording plays as it is: torque cannot be switched')
 
     def reset(self) -> None:
-        """Not possible."""
         raise NotPossible('a recording plays as it is: start the node again to play it again')
 
     def stop(self) -> None:
@@ -90,8 +86,6 @@ DYNAMIC = '/dynamic_joint_states'
 
 @dataclass(frozen=True)
 class Moment:
-    """One recorded state, the input in force at it, and the episode's number."""
-
     state: JointStates
     applied: Applied | None
     episode: int
@@ -100,8 +94,7 @@ class Moment:
 def read_moments(path: Path, interface: str) -> list[Moment]:
     """Every state of a bag once, with the input in 'voltage', 'effort' or 'position'.
 
-    Raises:
-        UserError: no such bag, no MCAP in it, or no joint states (listing the topics it has).
+    UserError: no such bag, no MCAP in it, or no joint states (listing the topics it has).
     """
     states: list[tuple[JointStates, int]] = []
     applied = f'/robot/applied_{interface}'

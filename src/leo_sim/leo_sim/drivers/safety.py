@@ -17,7 +17,7 @@ from leo_sim.drivers.base import DriverFault, DriverInfo
 
 
 class BadCommand(ValueError):
-    """A command that cannot be carried out; the text names what was expected and what came."""
+    """What was expected of a command and what came; the one before it holds."""
 
 
 class Safety:
@@ -28,12 +28,6 @@ class Safety:
         timeout: age [s] at which a command is dropped for 0; 0 disables.
         slew: largest change per second [V/s or N m/s]; 0 disables. Stopping is never slowed.
         period: between two outputs [s]; one that comes later changes no more than in a period.
-
-    Attributes:
-        e_stopped: latched until `e_stop_reset`.
-        timed_out: the last command grew too old; ends with the next command.
-        timeouts: how often a command grew too old.
-        rejected: how many commands were refused.
 
     Raises:
         UserError: a limit that is not above 0, or a time or slew below 0.
@@ -56,16 +50,13 @@ class Safety:
         self._timeout = _at_least_zero('command_timeout', timeout, 's')
         self._slew = _at_least_zero('slew', slew, 'per s')
         self._period = period
-        self.e_stopped = self.timed_out = False
-        self.timeouts = self.rejected = 0
+        self.e_stopped = False  # latched until `e_stop_reset`
+        self.timed_out = False  # the last command grew too old; ends with the next command
+        self.timeouts = self.rejected = 0  # commands that grew too old, and that were refused
         self.release()
 
     def accept(self, values: Sequence[float] | np.ndarray, now: float) -> None:
-        """Latch a command, (A,), that arrived at robot time `now` [s].
-
-        Raises:
-            BadCommand: wrong length or a value that is not finite; the command before it holds.
-        """
+        """Latch a command, (A,), that arrived at robot time `now` [s], or raise BadCommand."""
         command = np.array(values, dtype=float).ravel()
         if command.size != self._high.size:
             self.rejected += 1
@@ -80,10 +71,7 @@ class Safety:
         self.timed_out = False
 
     def output(self, now: float, blind: bool = False) -> np.ndarray:
-        """The values to write at time `now` [s], (A,): 0 when stopped, timed out or `blind`.
-
-        Blind: the robot could not be measured, so nothing may drive it now.
-        """
+        """The values to write at time `now` [s], (A,): 0 when stopped, timed out or unmeasured."""
         if self.stops(now) or blind:
             self._last = self._stopped()
         else:
@@ -101,7 +89,6 @@ class Safety:
         return silent or self.stops(now)
 
     def drives(self, values: np.ndarray) -> bool:
-        """Whether such values drive a motor."""
         return bool(np.any(values))
 
     def see(self, angles: np.ndarray) -> None:
@@ -114,11 +101,9 @@ class Safety:
         """The motors were freed, or are on again."""
 
     def e_stop(self) -> None:
-        """Stop from now on, whatever is commanded."""
         self.e_stopped = True
 
     def e_stop_reset(self) -> None:
-        """End the e-stop; commands from before it are forgotten."""
         self.e_stopped = False
         self.release()
 
@@ -186,11 +171,9 @@ class GoalSafety(Safety):
         return self.e_stopped
 
     def drives(self, values: np.ndarray) -> bool:
-        """Whether a motor has a goal."""
         return bool(np.isfinite(values).any())
 
     def see(self, angles: np.ndarray) -> None:
-        """Where the actuated joints are now [rad], (A,)."""
         self._seen = np.array(angles, dtype=float)
 
     def took(self, applied: Applied | None) -> None:
@@ -217,7 +200,6 @@ class GoalSafety(Safety):
 
 
 def safety_for(info: DriverInfo, timeout: float, slew: float) -> Safety:
-    """The safety for what a driver takes: V, N m or goals."""
     period = 1.0 / info.state_rate
     if info.goals is not None:
         return GoalSafety(info.goals, timeout, slew, period)
@@ -233,11 +215,7 @@ class Faults:
         self.last = ''
 
     def note(self, why: str) -> None:
-        """A period is over; `why` says what failed in it, nothing if all went well.
-
-        Raises:
-            DriverFault: more in a row than are borne.
-        """
+        """A period is over, `why` failed in it ('': nothing); DriverFault: too many in a row."""
         if not why:
             self.in_a_row = 0
             return
@@ -248,7 +226,6 @@ class Faults:
             raise DriverFault(f'{self.in_a_row} periods in a row failed, the last one: {why}')
 
     def take_new(self) -> int:
-        """How many there were since the last call."""
         new, self._reported = self.total - self._reported, self.total
         return new
 

@@ -27,7 +27,7 @@ from leo_sim.drivers.base import (
 )
 from leo_sim.drivers.servo_goals import GoalUnits
 from leo_sim.drivers.servo_joints import DriveUnits, farthest, JointUnits, MotorUnits, pose_of
-from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_line import Blocks, ServoLine
 from leo_sim.drivers.servo_port import latency_file, latency_timer
 
 SHARE = 0.4  # share of a period [s] that an answer may take on top of its bytes
@@ -45,8 +45,7 @@ class ServoDriver(ABC):
 
     line: ClassVar[type[ServoLine]]
     first: ClassVar[str]
-    last: ClassVar[str]
-    """The block of registers that is read each period."""
+    last: ClassVar[str]  # the block of registers that is read each period
     alert: ClassVar[int]  # bits of a status's error by which a servo says that something is wrong
 
     def __init__(self, options: DriverOptions) -> None:
@@ -60,9 +59,8 @@ class ServoDriver(ABC):
         kind = GoalUnits if robot.input == 'position' else DriveUnits
         self._joints = JointUnits(robot, bus)
         self._motors: MotorUnits = kind(robot, bus)
-        self.info = replace(
-            robot_info(robot, options.state_rate, own_clock=False), goals=self._motors.goals
-        )
+        info = robot_info(robot, options.state_rate, own_clock=False)
+        self.info = replace(info, goals=self._motors.goals)
         self.starts = 0
         self._models = {s.id: servo_model(s.model, family) for s in bus.servos.values()}
         self._path, self._baud = options.port or bus.port, bus.baud
@@ -160,7 +158,6 @@ class ServoDriver(ABC):
         return self._applied()
 
     def advance(self, seconds: float) -> float:
-        """Time passes by itself."""
         return seconds
 
     def set_torque(self, on: bool) -> None:
@@ -172,10 +169,8 @@ class ServoDriver(ABC):
     def _switch(self, wanted: np.ndarray) -> dict[int, int]:
         """Free the motors that are not wanted; torque comes on, where it was off, without a move.
 
-        That motors are free is not answered for, and said again with each write.
-
-        Returns:
-            The goals of those whose torque came on, by number.
+        That motors are free is not answered for, and said again with each write. Returns the
+        goals of those whose torque came on, by number.
         """
         free = [n for n, on in zip(self._ids, wanted, strict=True) if not on]
         if free:
@@ -190,7 +185,6 @@ class ServoDriver(ABC):
         return begun
 
     def reset(self) -> None:
-        """Begin anew where somebody has put the robot into its start pose by hand."""
         joint, off = farthest(self._pose, self.info.joints, self._angles)
         if off > NEAR:
             raise NotPossible(
@@ -209,15 +203,12 @@ class ServoDriver(ABC):
             self._bus.close()
 
     def readings(self) -> Readings | None:
-        """What the last state came with."""
         return self._readings
 
     def findings(self) -> Findings:
-        """What the servos are set to, and what of it is not as robot.yaml says."""
         return self._findings
 
     def figures(self) -> Mapping[str, str]:
-        """Port and time of a reading."""
         timer = latency_timer(self._path)
         return {
             'port': self._path,
@@ -243,7 +234,7 @@ class ServoDriver(ABC):
                 'switch its supply off and on'
             )
 
-    def _note(self, blocks: dict[int, Block]) -> None:
+    def _note(self, blocks: Blocks) -> None:
         own = [blocks[servo] for servo in self._ids]
         self._supply = 0.1 * np.array([block.get('present_input_voltage') for block in own])
         if self._supply.min() < LEAST_SUPPLY:
@@ -255,7 +246,7 @@ class ServoDriver(ABC):
             condition=tuple(self._conditions.get(servo, '') for servo in self._ids),
         )
 
-    def _measured(self, sent: float, answered: float, blocks: dict[int, Block]) -> float:
+    def _measured(self, sent: float, answered: float, blocks: Blocks) -> float:
         """When the servos measured [s]: when they were asked, unless they have clocks."""
         return sent
 
@@ -264,11 +255,10 @@ class ServoDriver(ABC):
         """Free a servo's motor and make it ready to be asked."""
 
     @abstractmethod
-    def _check_fresh(self, sent: float, blocks: dict[int, Block]) -> None:
+    def _check_fresh(self, sent: float, blocks: Blocks) -> None:
         """Raise TransientFault where an answer is of an earlier reading."""
 
-    def _check_taken(self, blocks: dict[int, Block]) -> None:
-        """Look whether each motor has taken its command, since sync writes are unanswered."""
+    def _check_taken(self, blocks: Blocks) -> None:
         for servo, sent, on in zip(self._ids, self._sent, self._on, strict=True):
             taken = self._motors.taken(blocks[servo], sent)
             if on and not (taken and not self._motors.seems_free(blocks[servo])):
@@ -277,14 +267,13 @@ class ServoDriver(ABC):
                     raise TransientFault(f'{self._bus.who(servo)} has not taken the last command')
 
     def _check_on(self, servo: int) -> None:
-        """Raise DriverFault where a motor that should be driven is not."""
         if not self._bus.get(servo, 'torque_enable'):
             raise DriverFault(
                 f'{self._bus.who(servo)} is free though nobody asked: it was '
                 'restarted, or its supply failed; start the robot again'
             )
 
-    def _check_alerts(self, blocks: dict[int, Block]) -> None:
+    def _check_alerts(self, blocks: Blocks) -> None:
         """Look at servos that say something is wrong; those that let go end the run."""
         for servo, block in blocks.items():
             if not block.error & self.alert:

@@ -10,21 +10,17 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.constants import Constant
 from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
+from leo_sim.description.servos import FAR
 from leo_sim.drivers.base import Findings
 from leo_sim.drivers.servo_joints import Array, column, MotorUnits
 from leo_sim.drivers.servo_line import Block, ServoLine
 from leo_sim.drivers.servo_loop import misfits, OwnLoop, WORDS
 
-FAR = 1_048_575
-"""Counts either way that a servo takes whose count goes on over a turn (e-Manual, X series)."""
 OFF_GOAL = 3  # a servo farther from its goal, counts, has some duty while its torque is on
 
 
 class GoalUnits(MotorUnits):
-    """Goals of position servos, which follow them by a loop of their own.
-
-    Before the first goal, and where a driver stops, the motors are free.
-    """
+    """Goals of position servos, which follow them by their own loop; free before the first one."""
 
     goal = shown = 'goal_position'
     goals: Array
@@ -47,9 +43,8 @@ class GoalUnits(MotorUnits):
                     f'{robot.name}: low and high of the servo of {name} leave nothing '
                     'of what its limit and its stops allow'
                 )
-        turn = self._direction * column(self._servos, 'gear')
         self._zero = column(self._servos, 'zero')
-        self._angle = column(self._models, 'angle_unit') / turn
+        self._angle = column(self._models, 'angle_unit') / column(self._servos, 'ratio')
         self._reach = self._inside()
 
     def learn(self, bus: ServoLine, supply: Array) -> Findings:
@@ -69,19 +64,15 @@ class GoalUnits(MotorUnits):
         return int(np.clip(bus.get(servo, 'present_position'), low, high))
 
     def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
-        """Goals [rad], (A,), within what robot.yaml and the stops allow."""
         return np.clip(wanted, *self.goals)
 
     def counts(self, values: Array, supply: Array) -> Array:
-        """The goal register for goals [rad], (A,)."""
         return np.clip(np.rint(self._zero + values / self._angle).astype(int), *self._reach)
 
     def values(self, counts: Array, supply: Array) -> Array:
-        """The goals [rad], (A,), of goal registers."""
         return self._angle * (counts - self._zero)
 
     def seems_free(self, block: Block) -> bool:
-        """Whether it is off its goal without any duty."""
         off = abs(block.get('goal_position') - block.get('present_position'))
         return off > OFF_GOAL and block.get('present_pwm') == 0
 
@@ -103,13 +94,11 @@ class GoalUnits(MotorUnits):
         return OwnLoop(bus.who(servo), model, self._servos[k], found)
 
     def _meant(self, k: int) -> dict[str, Constant]:
-        """What robot.yaml says of an actuator, by key."""
         path = f'actuators.{self._names[k]}.'
         constants = self._robot.constants.items()
         return {name[len(path) :]: value for name, value in constants if name.startswith(path)}
 
     def _narrowed(self, k: int, loop: OwnLoop) -> Iterator[str]:
-        """Keep goals of a servo within the range it takes."""
         own, turn = (-FAR, FAR), loop.model.turn
         if turn:
             own = loop.found['min_position_limit'], loop.found['max_position_limit']

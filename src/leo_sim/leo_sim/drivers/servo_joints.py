@@ -13,7 +13,7 @@ from leo_sim.description.robot import Robot
 from leo_sim.description.robot_file import BusFile
 from leo_sim.description.servos import servo_model
 from leo_sim.drivers.base import Findings
-from leo_sim.drivers.servo_line import Block, ServoLine
+from leo_sim.drivers.servo_line import Block, Blocks, ServoLine
 
 Array = np.ndarray
 
@@ -23,27 +23,22 @@ measures its duty."""
 
 
 def column(rows: Sequence[Any], name: str) -> Array:
-    """One attribute of several objects."""
     return np.array([getattr(row, name) for row in rows])
 
 
 class JointUnits:
-    """Angles and rates of all joints from the counts of their servos.
-
-    `ids` are those of the servos, in the order of the joints.
-    """
+    """Angles and rates of all joints from the counts of their servos, by `ids` in their order."""
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         servos = [bus.servos[joint] for joint in robot.joint_names]
         models = [servo_model(servo.model) for servo in servos]
-        turn = column(servos, 'direction') * column(servos, 'gear')
         self.ids = [servo.id for servo in servos]
         self._counts = self._zero = column(servos, 'zero')
         self._turn = column(models, 'turn')
-        self._angle = column(models, 'angle_unit') / turn
-        self._rate = column(models, 'rate_unit') / turn
+        self._angle = column(models, 'angle_unit') / column(servos, 'ratio')
+        self._rate = column(models, 'rate_unit') / column(servos, 'ratio')
 
-    def angles(self, blocks: dict[int, Block]) -> Array:
+    def angles(self, blocks: Blocks) -> Array:
         """Of the joints [rad or m], (J,), continuous: no servo turns half round in a period.
 
         One whose counts begin anew each turn is within half a turn of its zero at first.
@@ -54,16 +49,13 @@ class JointUnits:
         self._counts = np.where(self._turn > 0, near, counts)
         return self._angle * (self._counts - self._zero)
 
-    def rates(self, blocks: dict[int, Block]) -> Array:
+    def rates(self, blocks: Blocks) -> Array:
         """Of the joints [rad/s or m/s], (J,)."""
         return self._rate * np.array([blocks[n].get('present_velocity') for n in self.ids])
 
 
 class MotorUnits(ABC):
-    """Inputs of the actuators as a register of their servos, and back.
-
-    `ids` are those of the servos, in the order of the actuators.
-    """
+    """Inputs of the actuators as a register of their servos, by `ids` in their order, and back."""
 
     goal: str  # the register that drives them
     shown: str  # the register that shows what a servo was sent; '' where none does
@@ -111,7 +103,7 @@ class MotorUnits(ABC):
         """Whether a motor that should be on looks as if it were free."""
         return False
 
-    def currents(self, blocks: dict[int, Block]) -> Array | None:
+    def currents(self, blocks: Blocks) -> Array | None:
         """Currents [A] along the joints, (A,); None where a servo measures none."""
         if not self._ampere.all():
             return None
@@ -120,10 +112,7 @@ class MotorUnits(ABC):
 
 
 class DriveUnits(MotorUnits):
-    """Volts as PWM of the measured supply, torques as currents; at the end motors brake at 0.
-
-    `own_limits` is what the servos allow, counts, (A,).
-    """
+    """Volts as PWM of the measured supply, torques as currents; at the end motors brake at 0."""
 
     at_rest = 'brake at 0 V'
 
@@ -134,7 +123,7 @@ class DriveUnits(MotorUnits):
         self.shown = 'present_pwm' if self.by_voltage else ''
         self.tolerance = TOLERANCES[robot.driver.family]
         self.rest = self.goal, 0
-        self.own_limits = np.full(len(self.ids), np.iinfo(np.int16).max)
+        self.own_limits = np.full(len(self.ids), np.iinfo(np.int16).max)  # of servos, counts
         if not self.by_voltage and not self._ampere.all():
             raise UserError(
                 f'{robot.name} is driven by torques, but {self._models[0].name} knows '
@@ -150,13 +139,11 @@ class DriveUnits(MotorUnits):
         self._strongest = column(robot.actuators, 'limit')
 
     def learn(self, bus: ServoLine, supply: Array) -> Findings:
-        """Read the largest PWM or current that each servo allows."""
         limit = 'pwm_limit' if self.by_voltage else 'current_limit'
         self.own_limits = np.array([bus.get(servo, limit) for servo in self.ids])
         return Findings()
 
     def begin(self, bus: ServoLine, servo: int) -> int:
-        """Torque comes on at 0."""
         return 0
 
     def allowed(self, wanted: Array, angle: Array, rate: Array) -> Array:
@@ -170,13 +157,11 @@ class DriveUnits(MotorUnits):
         return np.where(outward, 0.0, values)
 
     def counts(self, values: Array, supply: Array) -> Array:
-        """The goal register within the limits of robot and servos."""
         per_count = self._per_count(supply)
         counts = np.rint(values / per_count).astype(int)
         return np.clip(counts, -self.largest(supply), self.largest(supply))
 
     def values(self, counts: Array, supply: Array) -> Array:
-        """The inputs [V or N m] of goal registers."""
         return counts * self._per_count(supply)
 
     def largest(self, supply: Array) -> Array:
@@ -191,7 +176,6 @@ class DriveUnits(MotorUnits):
         return self._direction * self._ampere * self._torque
 
     def _within_current(self, rate: Array) -> tuple[Array, Array]:
-        """The inputs that make the largest currents, (A,) each."""
         if not np.isfinite(self._current_limit).any():
             return np.full_like(rate, -np.inf), np.full_like(rate, np.inf)
         if not self.by_voltage:

@@ -11,7 +11,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.servos import Family, Register, registers
 from leo_sim.drivers.base import Computer, DriverFault, TransientFault
 from leo_sim.drivers.listening import told
-from leo_sim.drivers.servo_port import BITS, PacketBuffer, why_closed
+from leo_sim.drivers.servo_port import BITS, Limits, PacketBuffer, why_closed
 
 CONFIGURE = 0.1  # how long an answer may take while nothing moves [s]
 TRIES = 3  # how often an instruction to one servo is sent before it counts as unanswered
@@ -20,15 +20,12 @@ COMM_SUCCESS, COMM_RX_CORRUPT = 0, -3002
 
 
 class ServoLine:
-    """Registers of the servos on one port; what an SDK has of its own is in the subclasses.
-
-    `names` are those of the servos' joints, by id, for messages.
-    """
+    """Registers of the servos on one port; `names` are those of their joints, by id."""
 
     family: ClassVar[Family]
     packets: ClassVar[type]
     """The SDK's packet handler; its `size` is how many bytes of data the last status had."""
-    port: ClassVar[type]  # the SDK's, mixed with Limits
+    port: ClassVar[type]  # the SDK's
     asks: ClassVar[tuple[bool, ...]] = ()  # further arguments of the SDK's sync read
 
     def __init__(self, path: str, baud: int, names: Mapping[int, str], computer: Computer) -> None:
@@ -39,7 +36,7 @@ class ServoLine:
 
     def open(self) -> None:
         """Open the port for this process alone; UserError says why it cannot be."""
-        port: Any = self.port(self._path)
+        port: Any = type('Port', (Limits, self.port), {})(self._path)
         port.computer, port.slack = self._computer, CONFIGURE
         try:
             opened = port.setBaudRate(self._baud)
@@ -55,24 +52,20 @@ class ServoLine:
         self._port = port
 
     def close(self) -> None:
-        """Close the port; safe to call twice."""
         if self._port is not None:
             port, self._port = self._port, None
             port.closePort()
 
     @property
     def is_open(self) -> bool:
-        """Whether there is a port."""
         return self._port is not None
 
     @property
     def is_emulated(self) -> bool:
-        """Whether the servos wait for a processor of this computer."""
         return told(self.descriptor) > 0.0
 
     @property
     def descriptor(self) -> int:
-        """File descriptor of the port."""
         return self._port.ser.fileno()
 
     def wait_at_most(self, slack: float) -> None:
@@ -82,38 +75,25 @@ class ServoLine:
     def ping(self, servo: int) -> int | None:
         """The model number of a servo; None where none answers."""
         try:
-            found, _ = self._asked(
-                servo, 'its model', lambda: self._packets.ping(self._port, servo)
-            )
+            (found,), _ = self._asked(servo, 'its model', self._packets.ping)
         except TransientFault:
             return None
         return int(found)
 
     def get(self, servo: int, name: str) -> int:
-        """The value of a register."""
         register = self._registers[name]
-        at, size = register.address, register.size
-
-        def read() -> tuple[Any, int, int]:
-            return self._whole(size, *self._packets.readTxRx(self._port, servo, at, size))
-
-        return register.decode(bytes(self._asked(servo, name, read)[0]))
+        asked = self._packets.readTxRx, register.address, register.size
+        (data,), _ = self._asked(servo, name, *asked, size=register.size)
+        return register.decode(bytes(data))
 
     def set(self, servo: int, name: str, value: int) -> None:
-        """Write a register, one that is kept without power only where it differs.
-
-        Raises:
-            DriverFault: the servo refuses it.
-        """
+        """Write a register, one kept without power only where it differs; DriverFault: refused."""
         register = self._registers[name]
         if register.kept and self.get(servo, name) == value:
             return
-        at, data = register.address, list(register.encode(value))
-
-        def write() -> tuple[None, int, int]:
-            return None, *self._packets.writeTxRx(self._port, servo, at, len(data), data)
-
-        _, error = self._asked(servo, name, write)
+        data = list(register.encode(value))
+        asked = self._packets.writeTxRx, register.address, len(data), data
+        _, error = self._asked(servo, name, *asked)
         if error & 0x7F:
             raise DriverFault(
                 f'{self.who(servo)} refuses {name} {value}: '
@@ -124,14 +104,8 @@ class ServoLine:
         """The register of two that comes first; '' is none."""
         return min(filter(None, (one, other)), key=lambda name: self._registers[name].address)
 
-    def sync_read(
-        self, servos: Sequence[int], first: str, last: str
-    ) -> tuple[float, dict[int, Block]]:
-        """All registers from `first` to `last` of all servos, with one instruction.
-
-        Returns:
-            When it was sent, by the computer's monotonic time [s], and what each servo answered.
-        """
+    def sync_read(self, servos: Sequence[int], first: str, last: str) -> tuple[float, Blocks]:
+        """When servos were asked [s], and all registers `first` to `last`, by one instruction."""
         start = self._registers[first].address
         length = self._registers[last].end - start
         self._port.is_using = False
@@ -143,15 +117,12 @@ class ServoLine:
         self._check(result, servos[0])
         found = {}
         for servo in servos:
-            data, result, error = self._whole(
-                length, *self._packets.readRx(self._port, servo, length)
-            )
-            self._check(result, servo)
+            data, result, error = self._packets.readRx(self._port, servo, length)
+            self._check(self._whole(length, result), servo)
             found[servo] = Block(start, bytes(data), error, self._registers)
         return sent, found
 
     def seconds(self, count: int) -> float:
-        """How long so many bytes are on their way [s]."""
         return count * BITS / self._baud
 
     def sync_write(self, name: str, values: Mapping[int, int]) -> None:
@@ -159,7 +130,6 @@ class ServoLine:
         self.send(self.packet(name, values))
 
     def packet(self, name: str, values: Mapping[int, int]) -> bytes:
-        """The bytes of such an instruction."""
         register, buffer = self._registers[name], PacketBuffer()
         row = [byte for n, value in values.items() for byte in (n, *register.encode(value))]
         self._packets.syncWriteTxOnly(buffer, register.address, register.size, row, len(row))
@@ -171,19 +141,21 @@ class ServoLine:
             raise OSError(f'{self._path} is closed')
         self._port.ser.write(data)
 
-    def _whole(self, size: int, data: Any, result: int, error: int) -> tuple[Any, int, int]:
-        """An answer, corrupt where it is that to another question, of another length."""
+    def _whole(self, size: int, result: int) -> int:
+        """The result of an answer, corrupt where it is that to another question."""
         if result == COMM_SUCCESS and self._packets.size != size:
-            return data, COMM_RX_CORRUPT, error
-        return data, result, error
+            return COMM_RX_CORRUPT
+        return result
 
     def _asked(
-        self, servo: int, what: str, ask: Callable[[], tuple[Any, int, int]]
-    ) -> tuple[Any, int]:
+        self, servo: int, what: str, ask: Callable[..., Any], *args: Any, size: int | None = None
+    ) -> tuple[list[Any], int]:
         """Answer and error of an instruction to one servo, which may be repeated."""
         for _ in range(TRIES):
             self._port.is_using = False
-            answer, result, error = ask()
+            *answer, result, error = ask(self._port, servo, *args)
+            if size is not None:
+                result = self._whole(size, result)
             if result == COMM_SUCCESS:
                 return answer, error
         raise TransientFault(f'{self.who(servo)} does not answer when asked for {what}')
@@ -195,7 +167,6 @@ class ServoLine:
             raise TransientFault(f'{self.who(servo)}: {said}')
 
     def who(self, servo: int) -> str:
-        """A servo in messages."""
         return f'servo {servo} ({self._names[servo]})'
 
 
@@ -209,7 +180,9 @@ class Block:
     table: Mapping[str, Register]  # all registers by name
 
     def get(self, name: str) -> int:
-        """The value of a register in it."""
         register = self.table[name]
         at = register.address - self.start
         return register.decode(self.data[at : at + register.size])
+
+
+Blocks = dict[int, Block]  # by the id of a servo

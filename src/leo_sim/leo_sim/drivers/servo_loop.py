@@ -15,12 +15,7 @@ STILL = 1  # counts of a dead zone that the encoder has anyway
 
 @dataclass(frozen=True)
 class OwnLoop:
-    """The registers of one servo's loop, as found.
-
-    Attributes:
-        who: the servo, in messages.
-        found: their values; without those that its model has not.
-    """
+    """The registers of one servo's loop, as found: without those that its model has not."""
 
     who: str
     model: ServoModel
@@ -28,7 +23,6 @@ class OwnLoop:
     found: Mapping[str, int]
 
     def __str__(self) -> str:
-        """All of it in words and units, at the joint."""
         return ', '.join(
             f'{name} {self.found[register]}{words(self, self.found[register])}'
             for register, (name, words) in WORDS.items()
@@ -48,38 +42,27 @@ class OwnLoop:
     @property
     def dead_zone(self) -> int:
         """The wider one of both sides, counts."""
-        sides = (self.found.get(name, 0) for name in ('cw_dead_zone', 'ccw_dead_zone'))
-        return max(sides)
+        return max(self.found.get(name, 0) for name in ('cw_dead_zone', 'ccw_dead_zone'))
+
+
+Words = Callable[[OwnLoop, int], str]
 
 
 def _plain(loop: OwnLoop, count: int) -> str:
     return ''
 
 
+def _in(unit: str, value: Callable[[OwnLoop, int], float], zero: str = '') -> Words:
+    """A count as a value in a unit, which has a format; `zero` is what 0 is called."""
+
+    def words(loop: OwnLoop, count: int) -> str:
+        return f' ({zero})' if zero and not count else f' ({unit.format(value(loop, count))})'
+
+    return words
+
+
 def _gain(loop: OwnLoop, count: int) -> str:
     return f' ({loop.gain:.4g} 1/rad)' if loop.gain else ''
-
-
-def _acceleration(loop: OwnLoop, count: int) -> str:
-    unit = loop.model.acceleration_unit / loop.file.gear
-    return f' ({count * unit:.3g} rad/s2)' if count else ' (none)'
-
-
-def _speed(loop: OwnLoop, count: int) -> str:
-    unit = loop.model.rate_unit / loop.file.gear
-    return f' ({count * unit:.3g} rad/s)' if count else ' (as fast as it can)'
-
-
-def _share(loop: OwnLoop, count: int) -> str:
-    return f' ({count / loop.model.pwm_of_supply:.0%})'
-
-
-def _current(loop: OwnLoop, count: int) -> str:
-    return f' ({count * loop.model.current_unit:.3g} A)'
-
-
-def _width(loop: OwnLoop, count: int) -> str:
-    return f' ({count * loop.count:.2g} rad)'
 
 
 def _place(loop: OwnLoop, count: int) -> str:
@@ -88,17 +71,23 @@ def _place(loop: OwnLoop, count: int) -> str:
     return f' ({loop.file.direction * loop.count * (count - loop.file.zero):.3g} rad)'
 
 
-WORDS: dict[str, tuple[str, Callable[[OwnLoop, int], str]]] = {
+_ramp = _in('{:.3g} rad/s2', lambda s, n: n * (s.model.acceleration_unit / s.file.gear), 'none')
+_speed = _in(
+    '{:.3g} rad/s', lambda s, n: n * (s.model.rate_unit / s.file.gear), 'as fast as it can'
+)
+_share = _in('{:.0%}', lambda s, n: n / s.model.pwm_of_supply)
+_width = _in('{:.2g} rad', lambda s, n: n * s.count)
+WORDS: dict[str, tuple[str, Words]] = {
     'position_p_gain': ('P', _gain),
     'position_i_gain': ('I', _plain),
     'position_d_gain': ('D', _plain),
     'feedforward_1st_gain': ('feedforward of speed', _plain),
     'feedforward_2nd_gain': ('feedforward of acceleration', _plain),
-    'profile_acceleration': ('ramp', _acceleration),
+    'profile_acceleration': ('ramp', _ramp),
     'profile_velocity': ('speed limit', _speed),
     'pwm_limit': ('torque limit', _share),
     'max_torque_limit': ('at power-on', _share),
-    'current_limit': ('current limit', _current),
+    'current_limit': ('current limit', _in('{:.3g} A', lambda s, n: n * s.model.current_unit)),
     'min_startup_force': ('least torque', _share),
     'cw_dead_zone': ('dead zone cw', _width),
     'ccw_dead_zone': ('dead zone ccw', _width),
@@ -110,13 +99,7 @@ WORDS: dict[str, tuple[str, Callable[[OwnLoop, int], str]]] = {
 
 
 def misfits(loop: OwnLoop, meant: Mapping[str, Constant], supply: float) -> Iterator[str]:
-    """What is not as robot.yaml says, and what to do about it, at a measured supply [V].
-
-    Args:
-        loop: what was found.
-        meant: the actuator's constants by key.
-        supply: [V].
-    """
+    """What is not as robot.yaml says, `meant` by key, and what to do, at a measured supply [V]."""
     yield from _gains(loop, meant)
     yield from _limits(loop)
     if (grain := meant.get('resolution')) and _differs(grain, loop.count, NEAR):

@@ -33,7 +33,6 @@ class Limits:
     _most = _read = 0  # bytes that may come for the last question, and that came
 
     def setupPort(self, baud: int) -> bool:
-        """Open the port."""
         self.ser = self.computer.serial(self.port_name, baud, POLL)
         self.tx_time_per_byte = 1e3 * BITS / baud
         self._time = answering_time(self.ser.fileno(), self.computer)
@@ -45,7 +44,6 @@ class Limits:
         return self._time() * 1e3
 
     def setPacketTimeout(self, packet_length: int) -> None:
-        """Wait for an answer of so many bytes."""
         self._most, self._read = RUBBISH * packet_length, 0
         self.setPacketTimeoutMillis(self.tx_time_per_byte * packet_length + 1e3 * self.slack)
 
@@ -79,7 +77,6 @@ class PacketBuffer:
         """Nobody answers."""
 
     def writePort(self, packet: Sequence[int]) -> int:
-        """Keep a packet."""
         self.written = bytes(packet)
         return len(packet)
 
@@ -98,7 +95,6 @@ def latency_timer(path: str) -> int | None:
 
 
 def why_closed(path: str, error: OSError) -> str:
-    """Why a port cannot be opened."""
     if not Path(path).exists():
         return 'there is no such port; is the adapter plugged in? (-p port:=, or robot.yaml)'
     if isinstance(error.__context__, BlockingIOError) or error.errno == 11:

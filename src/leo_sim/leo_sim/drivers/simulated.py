@@ -51,14 +51,12 @@ class SimulatedDriver:
         return Applied(self._stamp_ns(), names, self._input.copy(), interface, self._on)
 
     def advance(self, seconds: float) -> float:
-        """Integrate one state period with the values written last."""
         self._state = self._model.step(self._state, self._input, seconds, enabled=self._on)
         self._ticks += 1
         self._measured = self._measure()
         return seconds
 
     def set_torque(self, on: bool) -> None:
-        """Motors on or free, from now on."""
         self._enabled[:] = on
 
     def reset(self) -> None:
@@ -68,12 +66,10 @@ class SimulatedDriver:
         self.starts += 1
 
     def start_in(self, pose: str) -> None:
-        """Begin anew in another start pose, at time 0; resets go there."""
         self._begin(pose, 0)
         self.starts += 1
 
     def stop(self) -> None:
-        """Motors at 0, or free where commands are positions."""
         self._input = np.zeros_like(self._input)
         self._asked = np.isfinite(self.info.rest)
 

@@ -28,15 +28,10 @@ class Ages:
     def __init__(self, limit: float) -> None:
         self._limit = limit
         self._youngest = 0.0
-        self.stale = 0
+        self.stale = 0  # how many commands came too late
 
     def too_old(self, sent_ns: int, now_ns: int) -> float:
-        """The age [s] of a stale command, 0 of any other.
-
-        Args:
-            sent_ns: when it was published, by its sender's clock [ns]; 0 where nobody knows.
-            now_ns: the time now, by ours [ns].
-        """
+        """The age [s] of a stale command, 0 of any other; `sent_ns` is 0 where nobody knows."""
         if not self._limit or not sent_ns:
             return 0.0
         age = (now_ns - sent_ns) * 1e-9
@@ -84,13 +79,8 @@ class Commander:
     ) -> None:
         self._node, self._commands = node, listen_with_info(node, topic, callback)
         self.topic_name = self._commands.topic_name
-        self._ages, self._turns = Ages(limit), Turns()
+        self.ages, self._turns = Ages(limit), Turns()
         self.count = 0
-
-    @property
-    def stale(self) -> int:
-        """How many commands came too late."""
-        return self._ages.stale
 
     def drop(self) -> None:
         """Forget what came before the state it should answer, say to a repeated one."""
@@ -99,8 +89,7 @@ class Commander:
             pass
 
     def is_new(self, info: dict[str, Any]) -> bool:
-        """Whether a message was sent just now; says where it was not."""
-        age = self._ages.too_old(info['source_timestamp'], time.time_ns())
+        age = self.ages.too_old(info['source_timestamp'], time.time_ns())
         if age:
             self._node.get_logger().error(
                 f'command ignored: it was sent {age:.2f} s ago by the clock of its sender; a slow '
@@ -110,7 +99,6 @@ class Commander:
         return not age
 
     def has_rival(self, info: dict[str, Any]) -> bool:
-        """Whether this message and those before it came from two senders in turns; says so."""
         taken = self._turns.taken(info['publication_sequence_number'], time.monotonic())
         rival = taken and self._node.count_publishers(self.topic_name) > 1
         if rival:
@@ -121,7 +109,6 @@ class Commander:
         return rival
 
     def count_them(self) -> None:
-        """Look how many could command; warn of a second one."""
         before, self.count = self.count, self._node.count_publishers(self.topic_name)
         if self.count > max(1, before):
             self._node.get_logger().warning(
@@ -140,11 +127,9 @@ class Neighbours:
 
     @property
     def names(self) -> list[str]:
-        """Names of the other robots, with their namespaces."""
         return sorted(name for name, looks in self._seen.items() if looks > LOOKS)
 
     def look(self) -> None:
-        """Look who is there, once a second; warn of each once."""
         self._seen = Counter({name: self._seen[name] + 1 for name in self._others()})
         for name in set(self.names) - self._warned:
             self._warned.add(name)
@@ -162,5 +147,4 @@ class Neighbours:
 
 
 def names_of(endpoints: Iterable[Any]) -> Counter[str]:
-    """Names of the nodes that publishers or subscriptions are of, with their namespaces."""
     return Counter(f'{e.node_namespace.rstrip("/")}/{e.node_name}' for e in endpoints)

@@ -7,64 +7,34 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from leo_sim.drivers.safety import Faults, Safety
-
-
-class Health:
-    """How long a state takes, and how often one is a whole `period` [s] late; 0 is never late."""
-
-    def __init__(self, period: float) -> None:
-        self._period = period
-        self.missed = 0
-        self._reported = 0
-        self._loop_times: list[float] = []
-
-    def note(self, loop_time: float, lateness: float) -> None:
-        """Add one state that took `loop_time` [s] and was late by `lateness` [s]."""
-        self._loop_times.append(loop_time)
-        self.missed += bool(self._period and lateness > self._period)
-
-    def take_loop_times(self) -> tuple[int, float, float]:
-        """Number of states since the last call, mean and largest loop time [ms]."""
-        times, self._loop_times = self._loop_times, []
-        if not times:
-            return 0, 0.0, 0.0
-        return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
-
-    def take_missed(self) -> int:
-        """Number of deadlines missed since the last call."""
-        new, self._reported = self.missed - self._reported, self.missed
-        return new
+from leo_sim.nodes.loop import Loop
 
 
 def robot_diagnostics(
     name: str,
     stamp: Any,
-    safety: Safety,
-    health: Health,
+    loop: Loop,
     torque: bool,
-    faults: Faults,
-    alarm: str,
     figures: Mapping[str, object],
     neighbours: Sequence[str],
 ) -> DiagnosticArray:
-    """What a robot node says, with what is new since the last time.
-
-    Args:
-        name: of the node.
-        stamp: builtin_interfaces/Time.
-        safety: what stands between commands and motors.
-        health: of the loop.
-        torque: motors on, not free.
-        faults: packets lost or damaged.
-        alarm: what the hardware says is wrong.
-        figures: further names and values.
-        neighbours: names of other robots that obey the same commands.
-    """
+    """What a robot node says, with what is new since the last time; `torque`: motors on."""
+    safety, health, faults, alarm = loop.safety, loop.health, loop.faults, loop.measured.alarm()
     count, mean, largest = health.take_loop_times()
-    level, message = _level(
-        safety, torque, health.take_missed(), faults.take_new(), alarm, neighbours
+    missed, lost = health.take_missed(), faults.take_new()
+    stopped = f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
+    others = f'another robot obeys the same commands: {"".join(neighbours[:1])}'
+    news = (  # the worst first
+        (alarm, DiagnosticStatus.ERROR, alarm),
+        (safety.e_stopped, DiagnosticStatus.ERROR, stopped),
+        (neighbours, DiagnosticStatus.WARN, others),
+        (lost, DiagnosticStatus.WARN, f'{lost} packets lost or damaged in the last second'),
+        (safety.timed_out, DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'),
+        (missed, DiagnosticStatus.WARN, f'{missed} deadlines missed in the last second'),
+        (torque, DiagnosticStatus.OK, 'running'),
+        (True, DiagnosticStatus.OK, 'running, motors free'),
     )
+    level, message = next((level, text) for is_so, level, text in news if is_so)
     values = {
         'states in the last second': count,
         'loop time mean ms': f'{mean:.3f}',
@@ -78,31 +48,9 @@ def robot_diagnostics(
         'driver faults': faults.total,
         'last driver fault': faults.last,
         **figures,
+        'stopped by the watchdog': loop.gate.halts,
+        **loop.measured.figures(),
     }
     pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
     status = DiagnosticStatus(name=name, level=level, message=message, values=pairs)
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
-
-
-def _level(
-    safety: Safety,
-    torque: bool,
-    new_missed: int,
-    new_faults: int,
-    alarm: str,
-    neighbours: Sequence[str],
-) -> tuple[Any, str]:
-    """The worst news."""
-    if alarm:
-        return DiagnosticStatus.ERROR, alarm
-    if safety.e_stopped:
-        return DiagnosticStatus.ERROR, f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
-    if neighbours:
-        return DiagnosticStatus.WARN, f'another robot obeys the same commands: {neighbours[0]}'
-    if new_faults:
-        return DiagnosticStatus.WARN, f'{new_faults} packets lost or damaged in the last second'
-    if safety.timed_out:
-        return DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'
-    if new_missed:
-        return DiagnosticStatus.WARN, f'{new_missed} deadlines missed in the last second'
-    return DiagnosticStatus.OK, 'running' if torque else 'running, motors free'

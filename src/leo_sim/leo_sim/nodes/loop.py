@@ -11,7 +11,6 @@ from rclpy.node import Node
 from leo_msgs_py.values import JointStates
 from leo_sim.drivers.base import Driver, TransientFault
 from leo_sim.drivers.safety import Faults, safety_for
-from leo_sim.nodes.diagnostics import Health
 from leo_sim.nodes.parameters import Settings
 from leo_sim.nodes.publishers import MeasuredTopics, Publishers
 from leo_sim.nodes.watchdog import Gate
@@ -19,14 +18,35 @@ from leo_sim.nodes.watchdog import Gate
 GIVE_UP_LATE = 1.0  # a robot later than this [s] does not catch up but goes on from now
 
 
+class Health:
+    """How long a state takes, and how often one is a whole `period` [s] late; 0 is never late."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self.missed = 0
+        self._reported = 0
+        self._loop_times: list[float] = []
+
+    def note(self, loop_time: float, lateness: float) -> None:
+        self._loop_times.append(loop_time)
+        self.missed += bool(self._period and lateness > self._period)
+
+    def take_loop_times(self) -> tuple[int, float, float]:
+        """Number of states since the last call, mean and largest loop time [ms]."""
+        times, self._loop_times = self._loop_times, []
+        if not times:
+            return 0, 0.0, 0.0
+        return len(times), 1e3 * sum(times) / len(times), 1e3 * max(times)
+
+    def take_missed(self) -> int:
+        new, self._reported = self.missed - self._reported, self.missed
+        return new
+
+
 class Loop:
     """A driver's periods, in lockstep with its commander or paced by the clock on the wall.
 
-    Attributes:
-        period: time between two states [s].
-        state: the last one that was read.
-        sent: how many states were published.
-        due: when the next state is, by the clock on the wall [s].
+    `sent` states were published, `state` was the last; the next is `due` by the wall's clock [s].
     """
 
     def __init__(self, node: Node, driver: Driver, settings: Settings) -> None:
@@ -65,11 +85,7 @@ class Loop:
         self.due = gap + (began if late else self.due)
 
     def run_control_period(self, before_last: Callable[[], None]) -> None:
-        """Apply the command for one control period, publishing every state in it.
-
-        Args:
-            before_last: called before the last state of the period, which asks for a command.
-        """
+        """Apply the command for a control period; before its last state call `before_last`."""
         states = max(1, round(self._info.state_rate * self._info.control_period))
         for left in reversed(range(states)):
             began = time.monotonic()
@@ -81,7 +97,6 @@ class Loop:
             self.health.note(time.monotonic() - began, 0.0)
 
     def publish_state(self) -> None:
-        """Read the driver and publish clock and state, before them a new episode's number."""
         if self._driver.starts != self._seen_starts:
             self.topics.begin_episodes(self._driver.starts - self._seen_starts)
             self._seen_starts = self._driver.starts
@@ -92,7 +107,6 @@ class Loop:
         self.measured.publish(self.state.stamp_ns)
 
     def repeat_state(self) -> None:
-        """Publish the last state again, and its clock."""
         assert self.state is not None
         self.topics.publish_state(self.state)
 
@@ -108,12 +122,10 @@ class Loop:
             )
 
     def _apply(self, blind: bool = False) -> None:
-        """Write what safety allows now and publish what was applied, where that is known."""
         for applied in self.gate.write(blind):
             self.topics.publish(self.topics.applied, applied.to_message())
 
     def _attempt(self, act: Callable[[], None]) -> str:
-        """Act on the driver; what failed, or nothing."""
         try:
             act()
         except TransientFault as fault:

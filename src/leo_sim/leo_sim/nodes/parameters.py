@@ -23,8 +23,6 @@ NOISE_FORM = 'noise takes two numbers, [position rad, velocity rad/s] standard d
 
 @dataclass(frozen=True)
 class Settings:
-    """What the robot node runs."""
-
     driver: str
     options: DriverOptions
     realtime_factor: float  # robot seconds per wall second; 0 is lockstep
@@ -35,7 +33,6 @@ class Settings:
 
     @property
     def lockstep(self) -> bool:
-        """Whether time moves by commands alone."""
         return self.realtime_factor == 0.0
 
     @property
@@ -45,11 +42,7 @@ class Settings:
 
 
 def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
-    """Declare the parameters that drivers take and check what was given; `robot` is the default.
-
-    Raises:
-        UserError: a value is out of range or of a wrong form; an unknown robot.
-    """
+    """Declare the parameters that drivers take; UserError: what was given is wrong."""
     given = partial(fixed_parameter, node)
     return DriverOptions(
         robot=load_robot(given('robot', robot)),
@@ -66,7 +59,6 @@ def read_options(node: Node, robot: str = 'pendulum') -> DriverOptions:
 
 
 def read_settings(node: Node) -> Settings:
-    """Declare the parameters of the robot node and check what was given, as `read_options`."""
     given = partial(fixed_parameter, node)
     return Settings(
         driver=given('driver', 'simulated'),
@@ -80,7 +72,6 @@ def read_settings(node: Node) -> Settings:
 
 
 def check_clock(settings: Settings, own_clock: bool) -> None:
-    """Raise UserError where a driver's time is the wall's and another pace is asked for."""
     if settings.realtime_factor != 1.0 and not own_clock:
         raise UserError(
             f'realtime_factor is {settings.realtime_factor:g} (0 is lockstep), but driver '
@@ -127,7 +118,6 @@ def _episode(value: int) -> int:
 
 
 def greeting(settings: Settings, info: DriverInfo) -> list[str]:
-    """What the robot node says when it starts: what runs, and what to type next."""
     robot = settings.options.robot
     pace = f'{settings.realtime_factor:g} x real time' if settings.realtime_factor else 'lockstep'
     command = topics.COMMANDS[info.interface].name

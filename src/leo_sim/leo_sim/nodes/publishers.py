@@ -48,17 +48,14 @@ class Publishers:
         self._waits_for_readers = True
 
     def introduce(self) -> None:
-        """Say what robot this is, and which episode."""
         self._description.publish(String(data=self._urdf))
         self.begin_episodes(0)
 
     def begin_episodes(self, count: int) -> None:
-        """Say that so many episodes have begun."""
         number = self.episode.next(count) if count else self.episode.value
         self._episodes.publish(UInt32(data=number))
 
     def publish_state(self, state: JointStates) -> None:
-        """A state, before it the clock where time is the robot's own."""
         if self._clock is not None:
             self._clock.publish(Clock(clock=time_message(state.stamp_ns)))
         self.publish(self.states, state.to_message())
@@ -86,10 +83,7 @@ class Publishers:
 
 
 class MeasuredTopics:
-    """What hardware measures besides angles: supply and currents with each state, the rest slowly.
-
-    Of a driver that measures nothing, nothing is published.
-    """
+    """What hardware measures besides angles: supply and currents per state, the rest slowly."""
 
     def __init__(self, node: Node, actuators: tuple[str, ...], driver: Driver) -> None:
         self._actuators = actuators
@@ -101,7 +95,6 @@ class MeasuredTopics:
         self._stamp_ns = 0
 
     def publish(self, stamp_ns: int) -> None:
-        """Supply [V] and currents [A] of the state with this stamp."""
         self._stamp_ns = stamp_ns
         if (found := self._readings()) is None:
             return
@@ -110,31 +103,24 @@ class MeasuredTopics:
         unknown = dict.fromkeys(
             ('charge', 'capacity', 'design_capacity', 'percentage', 'temperature'), np.nan
         )
-        self._supply.publish(
-            BatteryState(
-                header=header, voltage=found.supply, current=-drawn, present=True, **unknown
-            )
-        )
+        known = {'voltage': found.supply, 'current': -drawn, 'present': True}
+        self._supply.publish(BatteryState(header=header, **known, **unknown))
         if found.current is not None:
             names, effort = list(self._actuators), found.current.tolist()
             self._current.publish(JointState(header=header, name=names, effort=effort))
 
     def publish_temperatures(self) -> None:
-        """One message [deg C] per actuator."""
         found = self._readings()
         if found is None or found.temperature is None:
             return
         for joint, value in zip(self._actuators, found.temperature, strict=True):
-            self._temperature.publish(
-                Temperature(header=self._header(joint), temperature=float(value))
-            )
+            message = Temperature(header=self._header(joint), temperature=float(value))
+            self._temperature.publish(message)
 
     def figures(self) -> Mapping[str, str]:
-        """What the driver reports besides."""
         return {} if self._driver is None else self._driver.figures()
 
     def alarm(self) -> str:
-        """What is wrong with actuators, nothing where all is well."""
         found = self._readings()
         named = zip(self._actuators, found.condition if found else (), strict=False)
         return '; '.join(f'{joint}: {what}' for joint, what in named if what)
@@ -149,9 +135,7 @@ class MeasuredTopics:
 class EpisodeNumber:
     """A counter kept in a small file: a restarted robot goes on, even after `kill -9`.
 
-    Args:
-        path: the file; made when missing.
-        first: number to begin with; negative takes the one after the last in the file, or 0.
+    A negative `first` takes the number after the last in the file, or 0.
     """
 
     def __init__(self, path: Path, first: int = -1) -> None:
@@ -162,7 +146,6 @@ class EpisodeNumber:
         self._keep()
 
     def next(self, by: int = 1) -> int:
-        """Go on to the next episode and return its number."""
         self.value = (self.value + by) % MODULUS
         self._keep()
         return self.value
@@ -179,7 +162,6 @@ class EpisodeNumber:
 
 
 def episode_file(node_name: str) -> Path:
-    """Where a robot node's episode number is kept, by domain and fully qualified node name."""
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     runtime = os.environ.get('XDG_RUNTIME_DIR')
     folder = Path(runtime) if runtime else Path(tempfile.gettempdir()) / f'leo-{os.getuid()}'

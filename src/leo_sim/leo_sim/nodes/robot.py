@@ -79,7 +79,6 @@ class RobotNode(Node):
         self.add_on_set_parameters_callback(self._on_parameters)
 
     def begin(self) -> None:
-        """Connect the driver, say what robot this is, and publish the first state."""
         self._driver.connect()
         self._commander.drop()
         for line in self._greeting:
@@ -133,7 +132,6 @@ class RobotNode(Node):
         return True
 
     def _on_command(self, message: Any, info: dict[str, Any]) -> None:
-        """Latch a command that is new, whole and of the one who commands."""
         if not self._commander.is_new(info):
             return
         try:
@@ -158,7 +156,6 @@ class RobotNode(Node):
         self._loop.publish_state()
 
     def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
-        """Take up a new start pose at once."""
         try:
             for pose in (p.value for p in parameters if p.name == 'start'):
                 if not isinstance(self._driver, Placeable):
@@ -196,24 +193,18 @@ class RobotNode(Node):
         return answered(switch, request, response)
 
     def _publish_diagnostics(self) -> None:
-        loop = self._loop
         self._commander.count_them()
         self._neighbours.look()
-        loop.measured.publish_temperatures()
+        self._loop.measured.publish_temperatures()
         self._topics.diagnostics.publish(
             robot_diagnostics(
                 self.get_fully_qualified_name(),
                 self.get_clock().now().to_msg(),
-                self._safety,
-                loop.health,
+                self._loop,
                 self._torque,
-                loop.faults,
-                loop.measured.alarm(),
                 {
-                    'stale commands': self._commander.stale,
+                    'stale commands': self._commander.ages.stale,
                     'commanders': self._commander.count,
-                    'stopped by the watchdog': loop.gate.halts,
-                    **loop.measured.figures(),
                 },
                 self._neighbours.names,
             )
@@ -222,7 +213,6 @@ class RobotNode(Node):
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run the robot node; `argv` as after the executable's name."""
     with graph(argv):
         robot = RobotNode()
         status = 1

@@ -64,7 +64,6 @@ class ServoBusNode(Node):
         self.add_on_set_parameters_callback(self._on_parameters)
 
     def _make_acts(self, trouble: Trouble) -> dict[str, Callable[[Any], None]]:
-        """What setting a parameter does to the rig."""
         rig, plant = self.rig, self.rig.plant
         return {
             **{f.name: partial(setattr, trouble, f.name) for f in fields(trouble)},
@@ -79,8 +78,6 @@ class ServoBusNode(Node):
         }
 
     def _each(self, act: Callable[[Any], None]) -> Callable[[int], None]:
-        """`act` on the servo of an id, on none for -1."""
-
         def on(number: int) -> None:
             if number != NONE:
                 act(self.rig.bus.servos[number])
@@ -109,7 +106,6 @@ class ServoBusNode(Node):
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run the bus; `argv` as after the executable's name."""
     with graph(argv):
         node = ServoBusNode()
         spare_collector()

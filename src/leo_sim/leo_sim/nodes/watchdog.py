@@ -34,12 +34,8 @@ HURRY = 0.005
 class Gate:
     """The one way to a driver's motors, for the node's thread and for the watchdog's.
 
-    Args:
-        driver: what moves.
-        safety: what it may be sent.
-        clock: the time that `safety` goes by [s].
-        silence: time without a write [s] after which the motors are brought to 0, those that
-            follow goals excepted; 0 disables.
+    After `silence` [s] without a write the motors are brought to 0, those that follow goals
+    excepted; 0 disables. `clock` gives the time that `safety` goes by [s].
 
     Attributes:
         halts: how often the watchdog, or the driver's own process, was needed.
@@ -59,7 +55,6 @@ class Gate:
 
     @property
     def can_halt(self) -> bool:
-        """Whether the driver can be brought to 0 during its other calls."""
         return isinstance(self._driver, Haltable)
 
     def write(self, blind: bool) -> list[Applied]:

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot as MuJoCo's own description, MJCF, with the inertial figures of a model."""
 
-from collections.abc import Sequence
 import math
-from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Body, Joint
+from leo_sim.description.urdf import numbers as numbers
 from leo_sim.laws.laws import Laws
 
 KINDS = {'revolute': 'hinge', 'continuous': 'hinge', 'prismatic': 'slide'}
@@ -73,8 +72,3 @@ def _body(parent: Element, joint: Joint, body: Body) -> Element:
         mass, com = repr(float(body.mass)), numbers(body.com)
         SubElement(element, 'inertial', mass=mass, pos=com, fullinertia=numbers(figures))
     return element
-
-
-def numbers(vector: Sequence[Any]) -> str:
-    """Numbers as an attribute, to the last bit."""
-    return ' '.join(repr(float(component)) for component in vector)

@@ -24,46 +24,33 @@ from leo_sim.model.model import Model
 FLOOR_POSITION, FLOOR_VELOCITY = 1e-3, 0.05
 """Nominal measurement noise, standard deviation [rad], [rad/s]."""
 
-SIZES = (60.0, 200.0)
-"""Least and largest size of a drawn effect, in noise floors."""
-
-SIZES_ON_GROUND = (8.0, 30.0)
-"""Of a walker, whose many joints share one effect's change."""
+SIZES = (60.0, 200.0)  # least and largest size of a drawn effect, in noise floors
+SIZES_ON_GROUND = (8.0, 30.0)  # of a walker, whose many joints share one effect's change
 
 AMPLITUDES = np.geomspace(1e-7, 1e2, 109)
 """Tried amplitudes, in the unit of the effect's first parameter."""
-
 COARSE = 9
 """Of a robot on the ground one amplitude in so many is tried first: its runs are expensive."""
-
 MOST = {'': 0.5, 's': 0.1, 'rad': 0.3}
 """Largest sensible amplitude by unit of the first parameter: half as strong, 0.1 s late."""
 
 GROWS = ('link_mass', 'link_inertia')
 SHRINKS = ('voltage_limit',)
-
+NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
 LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
-
 LAST_DRAWN = 'measurement_delay'
 """What joined the catalogue after it are hidden by files alone: seeds keep their secrets."""
 
-NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
-
-PLACE = 0.1
-"""Of a payload, from the origin of its link [m]."""
-
+PLACE = 0.1  # of a payload, from the origin of its link [m]
 WINDOWS, SECONDS = 16, 0.5
 
+Rng = np.random.Generator
 Shape = dict[str, tuple[float, float]]
 """Per parameter its value at amplitude 0 and its slope over the amplitude."""
 
 
-def draw(robot: Robot, rng: np.random.Generator) -> Placed:
-    """One effect of the catalogue with a place and parameters drawn by `rng`.
-
-    Raises:
-        UserError: no effect of the catalogue shows on this robot.
-    """
+def draw(robot: Robot, rng: Rng) -> Placed:
+    """An effect of the catalogue, its place and parameters drawn; UserError: none shows."""
     windows = Windows(robot, rng)
     for name in _order(robot, rng):
         places = EFFECTS[name].places(robot)
@@ -74,7 +61,7 @@ def draw(robot: Robot, rng: np.random.Generator) -> Placed:
     raise UserError(f'no effect of the catalogue shows on {robot.name}')
 
 
-def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
+def _order(robot: Robot, rng: Rng) -> list[str]:
     """Effects that this robot can have, in random order.
 
     Where those that joined the catalogue later come is drawn apart: a seed keeps its secret.
@@ -90,21 +77,14 @@ def _order(robot: Robot, rng: np.random.Generator) -> list[str]:
 
 
 class Sized(Protocol):
-    """Runs of a robot that show how much an effect changes them."""
-
     robot: Robot
 
     def size(self, placed: Placed) -> np.ndarray:
         """In noise floors, for each of the effect's leading amplitudes."""
 
 
-def of_size(
-    windows: Sized, name: str, where: str, size: float, rng: np.random.Generator
-) -> Placed | None:
-    """The effect at a joint, a link or 'all', with the amplitude of `size` noise floors.
-
-    None where no sensible amplitude changes the windows that much.
-    """
+def of_size(windows: Sized, name: str, where: str, size: float, rng: Rng) -> Placed | None:
+    """The effect at a place, or 'all', of so many noise floors; None: no amplitude makes it so."""
     robot = windows.robot
     names = EFFECTS[name].places(robot) if where == 'all' else (where,)
     parameters = EFFECTS[name].parameters_for(robot, names)
@@ -141,9 +121,7 @@ def _bracket(
     return found[before : before + 2], tried[before : before + 2]
 
 
-def _shape(
-    name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: np.random.Generator
-) -> Shape:
+def _shape(name: str, parameters: tuple[Parameter, ...], robot: Robot, rng: Rng) -> Shape:
     """How the parameters follow one amplitude; signs, directions and angles are drawn."""
     angle = rng.uniform(-np.pi, np.pi)
     if name in NEAR_REST:
@@ -192,7 +170,7 @@ def _values(shape: Shape, parameters: tuple[Parameter, ...], amplitude: Numbers)
 class Windows:
     """Half-second runs of the ideal robot with random inputs, from states it comes by itself."""
 
-    def __init__(self, robot: Robot, rng: np.random.Generator) -> None:
+    def __init__(self, robot: Robot, rng: Rng) -> None:
         self.robot = robot
         model = Model(robot, scheme='training')
         self._dt = robot.control_period

@@ -32,9 +32,6 @@ def hidden_model(
 
     Effects come from the file `hidden`, or one is drawn by `hidden_seed`; a drawn one, or any with
     `sealed` given, is written sealed and the file's name is printed.
-
-    Raises:
-        UserError: no such file, an unknown effect, no such seed, or both ways at once.
     """
     effects = _effects(robot, private.get('hidden', ''), private.get('hidden_seed', -1))
     drawn = private.get('hidden_seed', -1) >= 0

@@ -20,7 +20,6 @@ FIRST_LINE = 'leo sealed 1 (open with: leo reveal FILE)'
 
 
 def seal(path: Path, text: str) -> None:
-    """Write `text` sealed to `path`, replacing a file there in one step."""
     packed = base64.b64encode(zlib.compress(text.encode())).decode()
     lines = [FIRST_LINE, _digest(text), *textwrap.wrap(packed, 76)]
     try:
@@ -30,11 +29,7 @@ def seal(path: Path, text: str) -> None:
 
 
 def unseal(path: Path) -> str:
-    """The text sealed in `path`.
-
-    Raises:
-        UserError: no such file, not a sealed file, or one that was changed.
-    """
+    """The text sealed in `path`; UserError: no such file, not a sealed one, or it was changed."""
     try:
         first, digest, *packed = path.read_text().splitlines()
     except OSError as error:

@@ -62,7 +62,6 @@ def _parser() -> common.Parser:
 
 
 def main(argv: list[str]) -> int:
-    """Put a driver to all trials; 0 if it passes, 1 if it fails one."""
     options = _parser().parse_args(argv)
 
     from leo_sim.description.robot import load_robot
@@ -110,7 +109,6 @@ def main(argv: list[str]) -> int:
 
 
 def _next(options: Namespace) -> str:
-    """The robot node with the same driver, given what was given here."""
     names = 'robot', 'driver', 'port', 'bag', 'state_rate'
     given = {name: value for name in names if (value := getattr(options, name))}
     words = (word for name, value in given.items() for word in ('-p', f'{name}:={value}'))

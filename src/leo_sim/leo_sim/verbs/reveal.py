@@ -23,7 +23,6 @@ def read_sealed(path: str | Path) -> dict[str, Any]:
 
 
 def main(argv: list[str]) -> int:
-    """Print the hidden effects that a sealed file holds."""
     parser = Parser('leo reveal', 'Open the sealed truth about hidden effects.', EXAMPLES)
     parser.add_argument('file', help='the file the robot printed as "sealed: FILE"')
     parser.add_json()

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
     from leo_sim.verbs.skeleton.folder import Skeleton
 
-_INIT_EXAMPLES = """\
+INIT = """\
   leo robot init arm.urdf -o arm
   leo robot init arm.urdf -o arm --input voltage   # motors that take volts
   leo robot init arm.urdf -o arm --input position  # servos that take goals
@@ -22,23 +22,20 @@ _INIT_EXAMPLES = """\
   leo robot init arm.urdf -o arm --driver dynamixel
   leo robot init arm.urdf -o arm --without gripper  # and all beyond that link
 """
-_STEP_EXAMPLES, _LIST_EXAMPLES = '  leo robot step arm\n', '  leo robot list\n'
+STEP, LIST = '  leo robot step arm\n', '  leo robot list\n'
 
 
 def main(argv: list[str]) -> int:
-    """Run the chosen subcommand and return its exit status."""
     about = 'Make a robot folder from a URDF or MJCF; measure its integration step; list robots.'
     verbs = {'init': _init, 'step': _step, 'list': _list}
-    return common.dispatch(
-        'leo robot', about, verbs, argv, _INIT_EXAMPLES + _STEP_EXAMPLES + _LIST_EXAMPLES
-    )
+    return common.dispatch('leo robot', about, verbs, argv, INIT + STEP + LIST)
 
 
 def _init(argv: list[str]) -> int:
     parser = common.Parser(
         'leo robot init',
         'Make a robot folder from a URDF or MJCF and say what is left to fill in.',
-        _INIT_EXAMPLES,
+        INIT,
     )
     parser.add_argument('urdf', type=Path, metavar='URDF|MJCF')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='FOLDER')
@@ -89,7 +86,7 @@ def _step(argv: list[str]) -> int:
     parser = common.Parser(
         'leo robot step',
         'Measure the integration step of a robot folder and write it there.',
-        _STEP_EXAMPLES,
+        STEP,
     )
     parser.add_argument('folder', type=Path, metavar='FOLDER')
     parser.add_json()
@@ -112,9 +109,7 @@ def _step(argv: list[str]) -> int:
 
 
 def _list(argv: list[str]) -> int:
-    parser = common.Parser(
-        'leo robot list', 'The robots and models that have a name.', _LIST_EXAMPLES
-    )
+    parser = common.Parser('leo robot list', 'The robots and models that have a name.', LIST)
     parser.add_json()
     options = parser.parse_args(argv)
 

@@ -14,6 +14,9 @@ from leo_sim.model import Model, State
 from leo_sim.task.task import observation, Task, wrapped
 
 PENDULUM = load_robot('pendulum')
+RESISTANCE = 'actuators.pivot.resistance'
+DAMPING = '<dynamics damping="3e-6"/>'
+MASS = '<mass value="0.055"/>'
 
 
 def changed(tmp_path, old, new, file='robot.yaml'):
@@ -137,21 +140,9 @@ def test_angles_are_wrapped_upwards(angle, expected):
     ('old', 'new', 'said'),
     [
         ('input: voltage', 'input: pneumatic', ['input', 'pneumatic']),
-        (
-            'resistance: {value: 9.5, unit: ohm}',
-            'resistance: {value: 9.5, unit: kohm}',
-            ['actuators.pivot.resistance', "'ohm'", "'kohm'"],
-        ),
-        (
-            '    resistance: {value: 9.5, unit: ohm}\n',
-            '',
-            ['actuators.pivot.resistance', 'missing'],
-        ),
-        (
-            'resistance: {value: 9.5, unit: ohm}',
-            'resistance: {value: 0, unit: ohm}',
-            ['actuators.pivot.resistance', '0 ohm is not within 1e-06 to 1e+06 ohm'],
-        ),
+        ('unit: ohm', 'unit: kohm', [RESISTANCE, "'ohm'", "'kohm'"]),
+        ('    resistance: {value: 9.5, unit: ohm}\n', '', [RESISTANCE, 'missing']),
+        ('value: 9.5', 'value: 0', [RESISTANCE, '0 ohm is not within 1e-06 to 1e+06 ohm']),
         ('links:\n  bob:', 'links:\n  bop:', ["'bop'", 'bob?']),
         ('actuators:\n  pivot:', 'actuators:\n  pivto:', ["'pivto'", 'pivot?']),
         ('  nominal:', '  hanging:', ['nominal']),
@@ -174,22 +165,10 @@ def test_what_is_wrong_in_a_robot_is_said_in_one_line(tmp_path, old, new, said):
         ('type="continuous"', 'type="floating"', 'floating'),
         ('<child link="bob"/>', '<child link="bab"/>', 'bab'),
         ('</robot>', '', 'XML'),
-        ('<dynamics damping="3e-6"/>', '<dynamics damping="0" friction="1"/>', 'coulomb_friction'),
-        (
-            '<dynamics damping="3e-6"/>',
-            '<dynamics damping="-1"/>',
-            r"'pivot': damping: -1 N m s/rad",
-        ),
-        (
-            '<mass value="0.055"/>',
-            '<mass value="-0.055"/>',
-            r"'bob': mass: -0.055 kg is not within",
-        ),
-        (
-            '<mass value="0.055"/>',
-            '<mass value="1e-300"/>',
-            r"'bob': mass: 1e-300 kg is not within",
-        ),
+        (DAMPING, '<dynamics damping="0" friction="1"/>', 'coulomb_friction'),
+        (DAMPING, '<dynamics damping="-1"/>', r"'pivot': damping: -1 N m s/rad"),
+        (MASS, '<mass value="-0.055"/>', r"'bob': mass: -0.055 kg is not within"),
+        (MASS, '<mass value="1e-300"/>', r"'bob': mass: 1e-300 kg is not within"),
         ('iyy="', 'iyy="-', r"'bob': inertia: -.* kg m2 is not within 0 to"),
     ],
 )
@@ -218,7 +197,6 @@ def test_pybullet_prints_nothing():
         "from leo_sim.model import Model; m = Model('pendulum'); "
         "m.step(m.start(), [1.0], 0.05); print('done')"
     )
-    ran = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=True
-    )
+    words = [sys.executable, '-c', program]
+    ran = subprocess.run(words, capture_output=True, text=True, check=True)
     assert (ran.stdout, ran.stderr) == ('done\n', '')

@@ -15,16 +15,26 @@ from tests.patience import PATIENCE
 
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
+from leo_sim.description.servos import TICKS
 from leo_sim.drivers import load_driver, servo_driver, servo_line
 from leo_sim.drivers.base import DriverFault, DriverOptions, NotPossible, TransientFault
-from leo_sim.drivers.dynamixel import _Packets
+from leo_sim.drivers.dynamixel import _Packets, ServoClock
 from leo_sim.drivers.servo_bus.dynamixel import encoded, status
 from leo_sim.drivers.servo_joints import DriveUnits
 
 LEO = load_robot('leo')
+PERIOD = 0.01  # of readings by which clocks are compared [s]
 PWM_STEP = 13.8 / 885
 finite = st.floats(-1e6, 1e6)
 SIX = st.lists(finite, min_size=6, max_size=6)
+
+
+def constant(value):
+    return {'torque_constant': f'{{value: {value}, unit: N m/A}}'}
+
+
+def most(unit):
+    return {'current_limit': f'{{value: 1, unit: {unit}}}'}
 
 
 @pytest.fixture
@@ -38,16 +48,8 @@ def leo():
 @pytest.fixture
 def servo(tmp_path):
     """One servo behind a pendulum, turned the other way, with a gear and limits."""
-    robot = robot_with_servo(
-        tmp_path,
-        'servo_pendulum',
-        'XM430-W210',
-        direction=-1,
-        gear=2,
-        zero=1000,
-        low=-0.5,
-        high=0.5,
-    )
+    figures = {'direction': -1, 'gear': 2, 'zero': 1000, 'low': -0.5, 'high': 0.5}
+    robot = robot_with_servo(tmp_path, 'servo_pendulum', 'XM430-W210', **figures)
     rig = running(robot, 7.4)
     with driven(robot, rig) as driver:
         driver.read()
@@ -117,16 +119,9 @@ def test_a_joint_past_its_limit_is_driven_back_only(servo):
 @given(SIX, SIX, SIX, st.floats(0.1, 3.0), st.floats(10.0, 14.8))
 def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     file = LEO.driver.dynamixel
-    servos = {
-        joint: s.model_copy(
-            update={
-                'low': -1.0,
-                'high': 1.0,
-                'current_limit': LEO_LIMIT.model_copy(update={'value': limit}),
-            }
-        )
-        for joint, s in file.servos.items()
-    }
+    most = file.watchdog.model_copy(update={'value': limit, 'unit': 'A'})
+    figures = {'low': -1.0, 'high': 1.0, 'current_limit': most}
+    servos = {joint: s.model_copy(update=figures) for joint, s in file.servos.items()}
     units = DriveUnits(LEO, file.model_copy(update={'servos': servos}))
     wanted, angle, rate = np.array([wanted, angle, rate])
     values = units.allowed(wanted, angle, rate)
@@ -135,25 +130,14 @@ def test_what_is_allowed_only_takes_away(wanted, angle, rate, limit, supply):
     supplies = np.full(6, supply)
     found = units.values(units.counts(values, supplies), supplies)
     assert np.all(np.abs(found) <= 8.6 + 1e-9)
-    driving = values * rate <= 0.0
-    current = (values - 1.344712182 * rate) / 4.6
-    assert np.all(
-        np.abs(current[~driving])
-        <= np.maximum(limit + 1e-6, np.abs(1.344712182 * rate[~driving]) / 4.6)
-    )
-
-
-LEO_LIMIT = LEO.driver.dynamixel.watchdog
+    emf, along = 1.344712182 * rate, values * rate > 0.0
+    current = np.abs(values - emf) / 4.6
+    assert np.all((current <= np.maximum(limit + 1e-6, np.abs(emf) / 4.6))[along])
 
 
 def test_torques_are_asked_for_as_currents(tmp_path):
-    robot = robot_with_servo(
-        tmp_path,
-        'torque_pendulum',
-        'XM430-W210',
-        direction=-1,
-        torque_constant='{value: 1.8, unit: N m/A}',
-    )
+    figures = {'direction': -1, **constant(1.8)}
+    robot = robot_with_servo(tmp_path, 'torque_pendulum', 'XM430-W210', **figures)
     rig = running(robot)
     with driven(robot, rig) as driver:
         driver.read()
@@ -231,13 +215,16 @@ def test_a_reset_is_possible_where_somebody_has_put_the_robot_up(leo):
         load_driver('dynamixel', DriverOptions(LEO, start='nominale'))
 
 
-def test_a_lost_packet_is_a_fault_that_passes(leo):
+def test_a_lost_packet_is_a_fault_that_passes_and_a_silent_servo_is_named(leo):
     rig, driver = leo
     rig._line.trouble.lose = 1.0
     with pytest.raises(TransientFault, match=r'servo \d \(\w+\): There is no status packet'):
         driver.read()
     rig._line.trouble.lose = 0.0
     driver.read()
+    rig.bus.silent = frozenset({3})
+    with pytest.raises(TransientFault, match=r'servo 3 \(left_knee\)'):
+        driver._bus.sync_read([3], 'present_pwm', 'present_temperature')
 
 
 def test_a_command_that_got_lost_is_noticed_at_the_next_reading(leo, monkeypatch):
@@ -276,13 +263,6 @@ def test_an_answer_to_another_question_is_not_taken_for_this_one(leo, monkeypatc
         with pytest.raises(TransientFault, match=r'servo 8 \(base_x\)'):
             driver.read()
     assert not left
-
-
-def test_a_silent_servo_is_named(leo):
-    rig, driver = leo
-    rig.bus.silent = frozenset({3})
-    with pytest.raises(TransientFault, match=r'servo 3 \(left_knee\)'):
-        driver._bus.sync_read([3], 'present_pwm', 'present_temperature')
 
 
 @pytest.mark.parametrize(
@@ -386,31 +366,23 @@ def test_what_is_wrong_with_the_connection_is_one_line():
     refused(options(LEO, rig), r'servo 2 \(right_hip\) has stopped itself: overloaded')
 
 
-def test_servos_that_do_not_fit_are_one_line(tmp_path):
-    with pytest.raises(UserError, match='torque_constant is missing'):
-        robot_with_servo(tmp_path / 'a', 'torque_pendulum', 'XM430-W210')
-    constant = '{value: 1, unit: N m/A}'
-    robot = robot_with_servo(
-        tmp_path / 'b', 'torque_pendulum', 'XL430-W250', torque_constant=constant
-    )
-    with pytest.raises(UserError, match='XL430-W250 knows no current'):
-        load_driver('dynamixel', DriverOptions(robot))
-    robot = robot_with_servo(tmp_path / 'c', 'servo_pendulum', 'XM430-W211')
-    with pytest.raises(UserError, match='did you mean XM430-W210'):
-        load_driver('dynamixel', DriverOptions(robot))
-    with pytest.raises(UserError, match=r'current_limit: the unit is .A., found .mA.'):
-        robot_with_servo(
-            tmp_path / 'e', 'servo_pendulum', 'XM430-W210', current_limit='{value: 500, unit: mA}'
-        )
-    with pytest.raises(UserError, match='torque_constant: -1 N m/A is not within'):
-        robot_with_servo(
-            tmp_path / 'f',
-            'torque_pendulum',
-            'XM430-W210',
-            torque_constant='{value: -1, unit: N m/A}',
-        )
-    with pytest.raises(UserError, match='low is not below high'):
-        robot_with_servo(tmp_path / 'd', 'servo_pendulum', 'XM430-W210', low=1, high=1)
+@pytest.mark.parametrize(
+    ('like', 'model', 'figures', 'said'),
+    [
+        ('torque_pendulum', 'XM430-W210', {}, 'torque_constant is missing'),
+        ('torque_pendulum', 'XL430-W250', constant(1), 'XL430-W250 knows no current'),
+        ('torque_pendulum', 'XM430-W210', constant(-1), 'torque_constant: -1 N m/A is not within'),
+        ('servo_pendulum', 'XM430-W211', {}, 'did you mean XM430-W210'),
+        ('servo_pendulum', 'XM430-W210', most('mA'), 'current_limit: the unit is .A., found .mA.'),
+        ('servo_pendulum', 'XM430-W210', {'low': 1, 'high': 1}, 'low is not below high'),
+        ('xl330_pendulum', 'XL330-M288', most('A'), 'current_limit, which nobody can keep'),
+        ('xl330_pendulum', 'XL330-M288', {'low': 4, 'high': 5}, 'leave nothing'),
+    ],
+)
+def test_servos_that_do_not_fit_are_one_line(tmp_path, like, model, figures, said):
+    with pytest.raises(UserError, match=said) as raised:
+        load_driver('dynamixel', DriverOptions(robot_with_servo(tmp_path, like, model, **figures)))
+    assert '\n' not in str(raised.value)
 
 
 @given(st.lists(st.sampled_from([0xFF, 0xFD, 0x00]), max_size=30))
@@ -427,3 +399,36 @@ def test_the_sdk_alone_mistakes_some_stuffing():
     body = bytes([0xFF, 0xFF, 0xFD, 0xFF, 0xFD, 0xFD])
     packet = list(encoded(status(3, 0, body)))
     assert bytes(Protocol2PacketHandler().removeStuffing(packet)[9 : 9 + len(body)]) != body
+
+
+def moments(heard_late, count=400, servos=6, fast=0.0, begun=0.0):
+    """Our stamp less the true time of each reading [s]; `heard_late` s by its number."""
+    clock, off = ServoClock(), []
+    for k in range(count):
+        sent = 5.0 + PERIOD * k
+        true = sent + heard_late.get(k, 0.0)
+        ticks = {
+            n: int(1e3 * (1 + fast) * true + begun + n / servos) % TICKS for n in range(servos)
+        }
+        off.append(clock.moment(sent, true + 0.004, ticks) - true)
+    return np.array(off)
+
+
+@pytest.mark.parametrize('fast', [0.0, 1e-4, -1e-2, 1e-2])
+def test_a_reading_that_was_late_is_stamped_late(fast):
+    late = {150: 3e-3, 151: 1e-3, 300: 2e-3}
+    off = moments(late, fast=fast, begun=32_000)
+    assert np.abs(off).max() < 0.4e-3
+    assert np.count_nonzero(off) < 30 + len(late)
+
+
+def test_the_first_readings_are_stamped_when_they_were_asked_for():
+    off = moments({3: 3e-3}, count=10)
+    assert off[3] == pytest.approx(-3e-3) and np.count_nonzero(off) == 1
+
+
+def test_no_stamp_is_after_the_answer():
+    clock = ServoClock()
+    for k in range(50):
+        clock.moment(PERIOD * k, PERIOD * k + 0.004, {1: 10 * k})
+    assert clock.moment(0.5, 0.503, {1: 520}) == 0.503

@@ -72,9 +72,8 @@ class Loop:
 @pytest.mark.parametrize('stopped', [False, True], ids=['', 'e-stop'])
 @pytest.mark.parametrize('fault', FAULTS)
 def test_a_goal_is_held_or_the_motor_free_and_none_is_beyond_or_too_fast(tmp_path, fault, stopped):
-    robot = robot_with_servo(
-        tmp_path, 'xl330_pendulum', 'STS3215', 'feetech', PERIOD, low=LOW, high=HIGH
-    )
+    figures = {'period': PERIOD, 'low': LOW, 'high': HIGH}
+    robot = robot_with_servo(tmp_path, 'xl330_pendulum', 'STS3215', 'feetech', **figures)
     rig = running(robot, 7.4)
     with driven(robot, rig) as driver:
         node = Loop(driver, rig)

@@ -19,19 +19,19 @@ from leo_sim.model.batch import rollout
 from leo_sim.truth import drawing
 from leo_sim.verbs.reveal import read_sealed
 
-WEAK = {
-    'effects': [
-        {
-            'name': 'voltage_scale',
-            'where': 'pivot',
-            'parameters': {'k': {'value': 0.5, 'unit': ''}},
-        }
-    ]
-}
-
 
 def options(**changes) -> DriverOptions:
     return DriverOptions(**{'robot': load_robot('pendulum'), 'engine': 'rigid', **changes})
+
+
+def hiding(folder, name, where, **parameters) -> str:
+    """A file that hides one effect, whose parameters are given as (value, unit)."""
+    figures = {key: {'value': value, 'unit': unit} for key, (value, unit) in parameters.items()}
+    path = folder / 'hidden.yaml'
+    path.write_text(
+        yaml.safe_dump({'effects': [{'name': name, 'where': where, 'parameters': figures}]})
+    )
+    return str(path)
 
 
 def swing(driver: SimulatedDriver, ticks=50, volts=2.0):
@@ -54,15 +54,10 @@ def test_a_seed_repeats_to_the_bit_and_another_does_not():
 
 def test_what_goes_by_the_time_goes_on_while_the_robot_is_put_up(tmp_path, monkeypatch):
     monkeypatch.setattr(consent, '_trusted', set())
-    consent.trust(str(Path(kinds.__file__).with_name('winding_drift.py')))
-    warm = {
-        'name': str(Path(kinds.__file__).with_name('winding_drift.py')),
-        'where': 'pivot',
-        'parameters': {'rise': {'value': 1.0, 'unit': ''}, 'tau': {'value': 1.0, 'unit': 's'}},
-    }
-    hidden = tmp_path / 'hidden.yaml'
-    hidden.write_text(yaml.safe_dump({'effects': [warm]}))
-    driver = SimulatedDriver(options(private={'hidden': str(hidden)}))
+    warm = str(Path(kinds.__file__).with_name('winding_drift.py'))
+    consent.trust(warm)
+    hidden = hiding(tmp_path, warm, 'pivot', rise=(1.0, ''), tau=(1.0, 's'))
+    driver = SimulatedDriver(options(private={'hidden': hidden}))
     cold = [driver.read().position, swing(driver), driver.read().position][::2]
     swing(driver, ticks=500)
     driver.reset()
@@ -119,12 +114,13 @@ def test_reset_starts_anew_one_control_period_later():
 
 
 def test_hidden_effects_act_after_what_is_published(tmp_path):
-    (tmp_path / 'weak.yaml').write_text(yaml.safe_dump(WEAK))
-    private = {'hidden': str(tmp_path / 'weak.yaml'), 'sealed': str(tmp_path / 'weak.sealed')}
-    hidden, ideal = SimulatedDriver(options(private=private)), SimulatedDriver(options())
+    weak = hiding(tmp_path, 'voltage_scale', 'pivot', k=(0.5, ''))
+    private = {'hidden': weak, 'sealed': str(tmp_path / 'weak.sealed')}
+    hidden, ideal = (SimulatedDriver(options(private=p)) for p in (private, {'hidden_seed': -1}))
     assert [row[1] for row in swing(hidden)] == [row[1] for row in swing(ideal)]
     assert abs(hidden.read().position[0] - ideal.read().position[0]) > 0.01
-    assert read_sealed(tmp_path / 'weak.sealed')['effects'] == WEAK['effects']
+    effects = yaml.safe_load(Path(weak).read_text())['effects']
+    assert read_sealed(tmp_path / 'weak.sealed')['effects'] == effects
 
 
 @pytest.mark.parametrize('robot', ['servo_pendulum', 'double_pendulum'])
@@ -137,11 +133,8 @@ def test_hidden_effects_act_after_what_is_published(tmp_path):
     ],
 )
 def test_sensors_of_the_driver_are_those_of_a_batch(tmp_path, robot, name, parameter, value, unit):
-    parameters = {parameter: {'value': value, 'unit': unit}}
-    effect = {'name': name, 'where': 'all', 'parameters': parameters}
-    hidden, robot = tmp_path / 'hidden.yaml', load_robot(robot)
-    hidden.write_text(yaml.safe_dump({'effects': [effect]}))
-    driver = SimulatedDriver(options(robot=robot, private={'hidden': str(hidden)}))
+    hidden, robot = hiding(tmp_path, name, 'all', **{parameter: (value, unit)}), load_robot(robot)
+    driver = SimulatedDriver(options(robot=robot, private={'hidden': hidden}))
     inputs = 0.5 * np.random.default_rng(1).uniform(-1, 1, (40, len(robot.limits))) * robot.limits
     read = [driver.read()]
     for number, values in enumerate(inputs):
@@ -186,13 +179,13 @@ def test_drawn_effects_differ_and_show(name):
         ({'hidden': 'none.yaml'}, 'none.yaml'),
         ({'hidden': 'wrong.yaml'}, 'coulomb_friction'),
         ({'hidden': 'wrong.yaml', 'hidden_seed': 1}, 'give one of them'),
+        ({'hidden_seed': -3}, 'hidden_seed takes 0 or more, or -1'),
         ({'hidden_seed': 1, 'sealed': 'wrong.yaml/below'}, 'cannot write the sealed file'),
     ],
 )
 def test_wrong_hidden_settings_are_one_line(tmp_path, monkeypatch, private, said):
     monkeypatch.chdir(tmp_path)
-    wrong = {'effects': [{'name': 'coulomb_frictoin', 'where': 'pivot', 'parameters': {}}]}
-    (tmp_path / 'wrong.yaml').write_text(yaml.safe_dump(wrong))
+    Path(hiding(tmp_path, 'coulomb_frictoin', 'pivot')).rename('wrong.yaml')
     with pytest.raises(UserError, match=said) as caught:
         SimulatedDriver(options(private=private))
     assert len(str(caught.value).splitlines()) == 1

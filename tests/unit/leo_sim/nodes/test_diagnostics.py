@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the robot node says about itself: the worst news first, and every count."""
 
+from types import SimpleNamespace
+
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
 from leo_sim.drivers.safety import Faults, Safety
-from leo_sim.nodes.diagnostics import Health, robot_diagnostics
+from leo_sim.nodes.diagnostics import robot_diagnostics
+from leo_sim.nodes.loop import Health
 
 STAMP = Time(sec=1, nanosec=500_000_000)
 
@@ -15,8 +18,12 @@ def diagnostics(safety=None, health=None, torque=True, missed=0, neighbours=()):
     health = health or Health(0.01)
     for _ in range(missed):
         health.note(0.0, 1.0)
-    given = safety or Safety([1.0]), health, torque, Faults(5), '', {}, neighbours
-    return robot_diagnostics('/robot', STAMP, *given)
+    measured = SimpleNamespace(alarm=str, figures=dict)
+    gate, safety = SimpleNamespace(halts=0), safety or Safety([1.0])
+    loop = SimpleNamespace(
+        safety=safety, health=health, faults=Faults(5), measured=measured, gate=gate
+    )
+    return robot_diagnostics('/robot', STAMP, loop, torque, {}, neighbours)
 
 
 def status(**given):
@@ -69,7 +76,6 @@ def test_lockstep_is_never_late():
     assert health.missed == 0
 
 
-def test_the_message_is_stamped():
+def test_the_message_is_stamped_and_names_its_node():
     message = diagnostics()
-    assert message.header.stamp == STAMP
-    assert [s.name for s in message.status] == ['/robot']
+    assert message.header.stamp == STAMP and [s.name for s in message.status] == ['/robot']

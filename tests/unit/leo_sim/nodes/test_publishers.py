@@ -13,12 +13,9 @@ def test_a_restart_goes_on_with_the_next_number(tmp_path):
     assert EpisodeNumber(tmp_path / 'leo' / 'episode').value == 4
 
 
-def test_a_given_number_wins(tmp_path):
+def test_a_given_number_wins_and_after_the_last_comes_0(tmp_path):
     EpisodeNumber(tmp_path / 'episode').next()
     assert EpisodeNumber(tmp_path / 'episode', first=0).value == 0
-
-
-def test_the_number_after_the_last_is_0(tmp_path):
     EpisodeNumber(tmp_path / 'episode', first=2**32 - 1)
     assert EpisodeNumber(tmp_path / 'episode').value == 0
 

@@ -12,16 +12,9 @@ from leo_msgs_py.errors import UserError
 from leo_sim.truth.sealing import seal, unseal
 from leo_sim.verbs import reveal
 
-TRUTH = {
-    'robot': 'pendulum',
-    'effects': [
-        {
-            'name': 'coulomb_friction',
-            'where': ['pivot'],
-            'parameters': {'c': {'value': 0.00123, 'unit': 'N m'}},
-        }
-    ],
-}
+PARAMETERS = {'c': {'value': 0.00123, 'unit': 'N m'}}
+EFFECT = {'name': 'coulomb_friction', 'where': ['pivot'], 'parameters': PARAMETERS}
+TRUTH = {'robot': 'pendulum', 'effects': [EFFECT]}
 
 
 @given(text=st.text())

@@ -17,8 +17,7 @@ from leo_sim.common.yaml_file import Positive, Quantity, read, Schema
 
 HERE = Path(__file__).parent
 
-Family = Literal['dynamixel', 'feetech']
-"""Servos that share a protocol and its registers."""
+Family = Literal['dynamixel', 'feetech']  # servos that share a protocol and its registers
 
 MODES: dict[Family, dict[str, int]] = {
     'dynamixel': {'goal_pwm': 16, 'goal_current': 0, 'goal_position': 4},
@@ -26,8 +25,12 @@ MODES: dict[Family, dict[str, int]] = {
 }
 """The value of the register operating_mode in which a goal register drives the motor. Dynamixel's
 position mode is the extended one: its count goes on over a turn."""
+FAR = 1_048_575  # counts either way that it takes there (e-Manual, X series)
 CURRENT_MODE = MODES['dynamixel']['goal_current']
 PWM_MODE = MODES['dynamixel']['goal_pwm']
+WATCHDOG_UNIT, EXPIRED = 0.02, -1
+"""Of Dynamixel's register bus_watchdog: s a count, and what it holds when it has expired."""
+TICKS = 32768  # Dynamixel's realtime_tick counts so many ms and begins anew (e-Manual, X series)
 
 HARDWARE_ERRORS: dict[Family, dict[int, str]] = {
     'dynamixel': {
@@ -50,39 +53,24 @@ HARDWARE_ERRORS: dict[Family, dict[int, str]] = {
 
 @dataclass(frozen=True)
 class Register:
-    """A place in the control table.
-
-    Attributes:
-        address: of its first byte.
-        size: bytes, little endian.
-        signed: as two's complement.
-        sign_bit: that says a magnitude is negative; None where none does.
-        writable: by instructions.
-        initial: value when the power comes on.
-        kept: in the EEPROM; cannot be written while torque is on.
-    """
-
-    address: int
-    size: int
-    signed: bool
-    writable: bool
-    initial: int
-    kept: bool
-    sign_bit: int | None = None
+    address: int  # of its first byte
+    size: int  # bytes, little endian
+    signed: bool  # as two's complement
+    writable: bool  # by instructions
+    initial: int  # value when the power comes on
+    kept: bool  # in the EEPROM; cannot be written while torque is on
+    sign_bit: int | None = None  # that says a magnitude is negative; None where none does
 
     @property
     def end(self) -> int:
-        """The address after its last byte."""
         return self.address + self.size
 
     def encode(self, value: int) -> bytes:
-        """The bytes of a value."""
         if self.sign_bit is not None and value < 0:
             value = -value | 1 << self.sign_bit
         return int(value).to_bytes(self.size, 'little', signed=self.signed)
 
     def decode(self, data: bytes) -> int:
-        """The value of its bytes."""
         value = int.from_bytes(bytes(data[: self.size]), 'little', signed=self.signed)
         if self.sign_bit is not None and value >> self.sign_bit & 1:
             return -(value & (1 << self.sign_bit) - 1)
@@ -103,56 +91,40 @@ def _si(unit: str) -> BeforeValidator:
 
 
 class RegistersFile(Schema):
-    """The registers of a family: dynamixel.yaml, feetech.yaml.
-
-    `acceleration_unit` is rad/s2 a count of profile_acceleration.
-    """
+    """The registers of a family: dynamixel.yaml, feetech.yaml."""
 
     eeprom: dict[str, Entry]
     ram: dict[str, Entry]
-    acceleration_unit: Annotated[float, _si('rad/s2')]
+    acceleration_unit: Annotated[float, _si('rad/s2')]  # a count of profile_acceleration
     signed: tuple[str, ...]
     magnitude: dict[str, int] = Field(default_factory=dict)
 
 
 class ServoModel(Schema):
-    """A servo's units: a file in models/, whose quantities have units of their own.
+    """A servo's units, each of a count: a file in models/, whose quantities have their own units.
 
-    Attributes:
-        name: as its maker writes it.
-        family: what it speaks.
-        number: that it answers a ping with.
-        angle_unit: rad a count.
-        rate_unit: rad/s a count.
-        current_unit: A a count; 0, or missing, where it measures none.
-        pwm_of_supply: PWM counts that are the whole supply voltage.
-        turn: counts after which its position begins anew; 0 never.
-        gain_unit: duty for an error of 1 rad, 1/rad, a count of position_p_gain; 0, or missing,
-            where nobody has published it.
-        lacks: registers of its family that it has not.
+    `gain_unit` is the duty for an error of 1 rad, a count of position_p_gain.
     """
 
     model_config = ConfigDict(frozen=True)
 
-    name: str
+    name: str  # as its maker writes it
     family: Family = 'dynamixel'
-    number: int
+    number: int  # that it answers a ping with
     angle_unit: Annotated[float, _si('rad')]
     rate_unit: Annotated[float, _si('rad/s')]
-    current_unit: Annotated[float, _si('A')] = 0.0
-    pwm_of_supply: Positive = Field(default=885)
-    turn: int = 0
-    gain_unit: Annotated[float, _si('1/rad')] = 0.0
-    lacks: frozenset[str] = frozenset()
+    current_unit: Annotated[float, _si('A')] = 0.0  # 0 where it measures none
+    pwm_of_supply: Positive = Field(default=885)  # PWM counts that are the whole supply voltage
+    turn: int = 0  # counts after which its position begins anew; 0 never
+    gain_unit: Annotated[float, _si('1/rad')] = 0.0  # 0 where nobody has published it
+    lacks: frozenset[str] = frozenset()  # registers of its family that it has not
 
     @property
     def acceleration_unit(self) -> float:
-        """Rad/s2 a count of profile_acceleration."""
         return _table(self.family).acceleration_unit
 
     @property
     def registers(self) -> dict[str, Register]:
-        """Its control table, by name."""
         table = registers(self.family)
         return {name: register for name, register in table.items() if name not in self.lacks}
 
@@ -164,7 +136,6 @@ def _table(family: Family) -> RegistersFile:
 
 @cache
 def registers(family: Family = 'dynamixel') -> dict[str, Register]:
-    """The control table of a family, by name."""
     file = _table(family)
     return {
         name: Register(
@@ -183,17 +154,12 @@ def registers(family: Family = 'dynamixel') -> dict[str, Register]:
 
 @cache
 def servo_models() -> dict[str, ServoModel]:
-    """Every known servo, by name."""
     files = [read(path, ServoModel) for path in sorted((HERE / 'models').glob('*.yaml'))]
     return {file.name: file for file in files}
 
 
 def servo_model(name: str, family: Family | None = None) -> ServoModel:
-    """The servo of that name, of a family or of any.
-
-    Raises:
-        UserError: it is not known (naming the nearest).
-    """
+    """The servo of that name, of a family or any; UserError names the nearest one."""
     known = {n: m for n, m in servo_models().items() if family in (None, m.family)}
     if name not in known:
         raise UserError(

@@ -55,16 +55,13 @@ TYPED = (
 
 @dataclass(frozen=True)
 class Result:
-    """What came of one check, `mend` is what to do about it."""
-
     name: str
     verdict: str
     what: str
-    mend: str = ''
+    mend: str = ''  # what to do about it
 
 
 def examine(trial: Trial) -> list[Result]:
-    """Put a driver to all trials; it is stopped at the end, whatever happens."""
     results: list[Result] = []
     try:
         for check in CHECKS:

@@ -191,7 +191,6 @@ def stop_twice(trial: Trial) -> None:
 
 
 def check_applied(trial: Trial, applied: Applied) -> None:
-    """What `write` returns has the names, unit, size and limits of `info`."""
     if tuple(applied.names) != tuple(trial.info.actuators):
         raise Broken(f'applied names {list(applied.names)}', 'use info.actuators, in that order')
     if applied.interface != trial.info.interface:

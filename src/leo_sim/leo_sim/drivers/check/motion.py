@@ -33,7 +33,6 @@ class Push:
     applied: list[Applied | None]
 
     def moved(self, joint: int) -> float:
-        """How far a joint went [rad or m]."""
         return float(self.states[-1].position[joint] - self.states[0].position[joint])
 
     def summed(self, joint: int) -> float:
@@ -44,7 +43,6 @@ class Push:
 
     @property
     def seconds(self) -> float:
-        """How long it lasted."""
         return self.states[-1].stamp - self.states[0].stamp
 
 
@@ -60,23 +58,21 @@ def signs_and_units(trial: Trial) -> None:
         _rest(trial)
         push = _push(trial, k, moving)
         joint = trial.info.joints.index(name)
+        moved, summed = push.moved(joint), push.summed(joint)
         expected = _expected(trial, push, name)
-        if push.moved(joint) * expected < 0.0:
+        if moved * expected < 0.0:
             way = 'up' if push.command[k] > trial.hold[k] else 'down'
             raise Broken(
-                f'{name} moved {push.moved(joint):.3g} when it was commanded {way}, the '
-                f'model {expected:.3g}',
+                f'{name} moved {moved:.3g} when it was commanded {way}, the model {expected:.3g}',
                 'change the sign of its encoder, or that of its motor',
             )
-        ratio = push.summed(joint) / push.moved(joint)
-        if not 1.0 / UNIT < ratio < UNIT:
+        if not 1.0 / UNIT < summed / moved < UNIT:
             raise Broken(
-                f'{name} moved {push.moved(joint):.3g}, its velocities add up to '
-                f'{push.summed(joint):.3g}',
+                f'{name} moved {moved:.3g}, its velocities add up to {summed:.3g}',
                 'give the velocity in rad/s (m/s), with the sign of the position',
             )
-        if not abs(expected) / UNIT < abs(push.moved(joint)) < UNIT * abs(expected):
-            raise Broken(f'{name} moved {push.moved(joint):.3g}, the model {expected:.3g}', UNITS)
+        if not abs(expected) / UNIT < abs(moved) < UNIT * abs(expected):
+            raise Broken(f'{name} moved {moved:.3g}, the model {expected:.3g}', UNITS)
         _check_told(trial, push, k)
 
 
@@ -143,7 +139,6 @@ def _rest(trial: Trial) -> None:
 
 
 def _push(trial: Trial, k: int, moving: Moving) -> Push:
-    """Push an actuator the way that has more room, harder each time, until its joint moves."""
     name = trial.info.actuators[k]
     joint = trial.info.joints.index(name)
     for count in range(1, PUSHES + 1):
@@ -177,7 +172,6 @@ def _strongest(trial: Trial, k: int, moving: Moving) -> float:
 
 
 def _expected(trial: Trial, push: Push, name: str) -> float:
-    """How far the model's joint goes under the same push."""
     if push.seconds <= 0.0:
         raise LeftOut('its stamps do not grow')
     start = _possible(trial, push.states[0])

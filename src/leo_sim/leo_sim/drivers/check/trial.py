@@ -29,8 +29,6 @@ class LeftOut(Exception):
 
 @dataclass(frozen=True)
 class Moving:
-    """What the robot may do on trial."""
-
     range: float  # how far each joint may move from where it is [rad or m]
     share: float  # of the actuators' limits that may be used at most
 
@@ -38,15 +36,8 @@ class Moving:
 class Trial:
     """A driver, called as the node calls it.
 
-    Args:
-        driver: the one on trial; connected by the first check.
-        robot: the model of what it drives.
-        moving: what it may do; None where nothing may move.
-        ask: asks a person to do something and waits for it; None where nobody is there.
-        computer: the one that the driver was given.
-
-    Attributes:
-        found: what the driver says it is set to, once it is connected.
+    `ask` asks a person to do something and waits for it; without it, or `moving`, nobody is there
+    and nothing may move. `found` is what the connected driver says it is set to.
     """
 
     def __init__(
@@ -66,7 +57,6 @@ class Trial:
 
     @property
     def period(self) -> float:
-        """Time between two states [s]."""
         return 1.0 / self.info.state_rate
 
     @cached_property
@@ -78,7 +68,6 @@ class Trial:
         return np.clip(here, *self.info.goals)
 
     def read(self) -> JointStates:
-        """A state; a packet may be lost now and then."""
         return self._patiently(self.driver.read)
 
     def tick(self, values: np.ndarray | None = None) -> tuple[JointStates, Applied | None]:

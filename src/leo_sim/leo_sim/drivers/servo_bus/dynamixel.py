@@ -23,23 +23,19 @@ NEVER, ON_READ = 0, 1  # values of status_return_level below 2, which answers ev
 
 
 def crc16(data: bytes) -> int:
-    """CRC-16 of the protocol."""
     return int(_SDK.updateCRC(0, data, len(data)))
 
 
 def encoded(packet: Packet) -> bytes:
-    """A packet's bytes, stuffed, with its CRC."""
     return sealed(packet.id, stuffed(bytes([packet.instruction]) + packet.parameters))
 
 
 def sealed(servo: int, body: bytes) -> bytes:
-    """A body that is stuffed already between header and CRC."""
     data = HEADER + bytes([servo]) + (len(body) + 2).to_bytes(2, 'little') + body
     return data + crc16(data).to_bytes(2, 'little')
 
 
 def status(servo: int, error: int, data: bytes = b'') -> Packet:
-    """The answer of a servo."""
     return Packet(servo, STATUS, bytes([error]) + data)
 
 
@@ -49,7 +45,6 @@ def stuffed(body: bytes) -> bytes:
 
 
 def unstuffed(body: bytes) -> bytes:
-    """The body before it was stuffed."""
     return body.replace(STUFFED + b'\xfd', STUFFED)
 
 
@@ -78,6 +73,8 @@ class Bus:
     silent.
     """
 
+    wide = 2  # bytes of an address, and of a length
+
     def __init__(self, servos: Mapping[int, Servo]) -> None:
         self.servos = servos
         self.silent: frozenset[int] = frozenset()
@@ -105,30 +102,27 @@ class Bus:
         return [] if unanswered else [data for data in said if data]
 
     def watch(self, now: float) -> None:
-        """Let the bus watchdogs of all servos see the time [s]."""
         for servo in self.servos.values():
             servo.watch(now)
 
     def _one(self, servo: Servo, number: int, packet: Packet) -> bytes:
-        """What one servo does with an instruction, and its status."""
         data, level = packet.parameters, servo.get('status_return_level')
         if packet.instruction == PING:
             facts = servo.model.number.to_bytes(2, 'little')
             version = servo.get('firmware_version').to_bytes(1, 'little')
-            return encoded(status(number, servo.error(), facts + version))
+            return self._status(number, servo.error(), facts + version)
         if packet.instruction == READ and len(data) == 4:
-            found = _read(number, servo, data)
-            return b'' if level == NEVER else found
+            return b'' if level == NEVER else self._read(number, servo, data)
         error = self._act(servo, number, packet)
-        return b'' if level <= ON_READ else encoded(status(number, error))
+        return b'' if level <= ON_READ else self._status(number, error)
 
     def _act(self, servo: Servo, number: int, packet: Packet) -> int:
-        """Carry out an instruction that answers with an error alone."""
         data = packet.parameters
-        if packet.instruction == WRITE and len(data) > 2:
-            return servo.write(_word(data), data[2:])
-        if packet.instruction == REG_WRITE and len(data) > 2:
-            self._registered[number] = (_word(data), data[2:])
+        at, values = self._number(data), data[self.wide :]
+        if packet.instruction == WRITE and values:
+            return servo.write(at, values)
+        if packet.instruction == REG_WRITE and values:
+            self._registered[number] = at, values
             return servo.error()
         if packet.instruction == ACTION:
             return servo.write(*self._registered.pop(number, (0, b'')))
@@ -138,7 +132,8 @@ class Bus:
         return servo.error(INSTRUCTION_ERROR)
 
     def _sync_read(self, data: bytes) -> list[bytes]:
-        return [_read(number, servo, data) for number, servo in self._in_turn(data[4:])]
+        asked = self._in_turn(data[2 * self.wide :])
+        return [self._read(number, servo, data) for number, servo in asked]
 
     def _fast_sync_read(self, data: bytes) -> list[bytes]:
         """One status of all: error, id, data and CRC of each; it is not stuffed."""
@@ -157,11 +152,11 @@ class Bus:
     def _bulk_read(self, data: bytes) -> list[bytes]:
         wanted = [data[i : i + 5] for i in range(0, len(data) - 4, 5)]
         found = self._in_turn(bytes(each[0] for each in wanted))
-        return [_read(*one, each[1:]) for one, each in zip(found, wanted, strict=False)]
+        return [self._read(*one, each[1:]) for one, each in zip(found, wanted, strict=False)]
 
     def _sync_write(self, data: bytes) -> list[bytes]:
-        address, length = _word(data), _word(data[2:])
-        for start in range(4, len(data) - length, 1 + length):
+        address, length = self._number(data), self._number(data[self.wide :])
+        for start in range(2 * self.wide, len(data) - length, 1 + length):
             self._write(data[start], address, data[start + 1 : start + 1 + length])
         return []
 
@@ -173,7 +168,6 @@ class Bus:
         return []
 
     def _write(self, number: int, address: int, data: bytes) -> None:
-        """Write to a servo, which does not answer."""
         servo = self._awake().get(number)
         if servo is not None:
             servo.write(address, data)
@@ -189,7 +183,12 @@ class Bus:
     def _awake(self) -> dict[int, Servo]:
         return {n: servo for n, servo in self.servos.items() if n not in self.silent}
 
+    def _number(self, data: bytes) -> int:
+        return int.from_bytes(data[: self.wide], 'little')
 
-def _read(number: int, servo: Servo, data: bytes) -> bytes:
-    """The status of a servo for an address and a length, two bytes each."""
-    return encoded(status(number, *servo.read(_word(data), _word(data[2:]))))
+    def _read(self, number: int, servo: Servo, data: bytes) -> bytes:
+        at, length = self._number(data), self._number(data[self.wide :])
+        return self._status(number, *servo.read(at, length))
+
+    def _status(self, number: int, error: int, data: bytes = b'') -> bytes:
+        return encoded(status(number, error, data))

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BITS = 10  # bits a byte takes: a start bit, eight, a stop bit
+from leo_sim.drivers.servo_port import BITS
+
 BROADCAST = 0xFE
 
 
@@ -31,7 +32,6 @@ class Line:
         self._rng = np.random.default_rng(seed)
 
     def seconds(self, count: int) -> float:
-        """Time that so many bytes take."""
         return count * BITS / self.baud
 
     def carried(self, data: bytes) -> tuple[bytes, float]:
@@ -65,8 +65,6 @@ class Packet:
 
 @dataclass(frozen=True)
 class Framing:
-    """How packets lie in a stream of bytes."""
-
     header: bytes  # what each begins with
     id_at: int  # where its servo's id is
     size: Callable[[bytes], int | None]
@@ -83,7 +81,6 @@ class Reader:
         self._bytes = b''
 
     def feed(self, data: bytes) -> list[Packet]:
-        """The packets that are complete with these bytes."""
         self._bytes += data
         found = []
         while (whole := self._next()) is not None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from leo_sim.description.robot_file import ServoFile
-from leo_sim.description.servos import servo_model
+from leo_sim.description.servos import servo_model, TICKS
 from leo_sim.drivers.base import DriverOptions
 from leo_sim.drivers.servo_bus.feetech import FeetechServo
 from leo_sim.drivers.servo_bus.servo import Servo
@@ -19,19 +19,14 @@ SUPPLY_ERROR = 0x01
 class Plant(SimulatedDriver):
     """A simulated robot whose motors are driven by the registers of servos.
 
-    Where it takes goals, the servos' own loops are part of its model, on the supply of now.
-
-    Args:
-        options: of the robot, hidden effects too.
-        supply: open-circuit voltage [V].
-        supply_resistance: of the supply and its cable [ohm].
-        hand: whether somebody holds the robot in its start pose until a motor is driven.
+    Where it takes goals, the servos' own loops are part of its model, on the supply of now. With a
+    `hand` somebody holds the robot in its start pose until a motor is driven.
 
     Attributes:
         servos: by joint.
         volts: what is on each motor, V (N m of a torque-driven robot, the goal [rad] of one that
             follows goals), NaN where free, (A,).
-        supply: voltage at the servos [V].
+        supply: voltage at the servos [V]: `open_circuit` less what `supply_resistance` takes.
     """
 
     def __init__(
@@ -82,12 +77,10 @@ class Plant(SimulatedDriver):
         self.measure()
 
     def start_in(self, pose: str) -> None:
-        """Somebody puts the robot into a start pose."""
         super().start_in(pose)
         self._held = self._hand
 
     def drive(self) -> None:
-        """Take the motors' inputs from the registers."""
         for k, joint in enumerate(self.info.actuators):
             servo = self.servos[joint]
             value = self._value(joint, servo) if servo.get('torque_enable') else None
@@ -104,16 +97,15 @@ class Plant(SimulatedDriver):
         currents, tenths = self._currents(dq), round(10.0 * self.supply)
         for k, joint in enumerate(self.info.joints):
             servo, file = self.servos[joint], self._files[joint]
-            turn = file.direction * file.gear
-            count = file.zero + round(turn * float(q[k]) / servo.model.angle_unit)
+            count = file.zero + round(file.ratio * float(q[k]) / servo.model.angle_unit)
             servo.set('present_position', count % servo.model.turn if servo.model.turn else count)
-            servo.set('present_velocity', round(turn * float(dq[k]) / servo.model.rate_unit))
+            servo.set('present_velocity', round(file.ratio * float(dq[k]) / servo.model.rate_unit))
             servo.set('present_input_voltage', tenths)
             if not servo.get('min_voltage_limit') <= tenths <= servo.get('max_voltage_limit'):
                 servo.fail(SUPPLY_ERROR)
             if self.family == 'dynamixel':
                 begun = k / len(self.info.joints)
-                servo.set('realtime_tick', int(1e3 * self.seconds + begun) % 32768)
+                servo.set('realtime_tick', int(1e3 * self.seconds + begun) % TICKS)
             servo.set('present_pwm', self._pwm(joint, servo))
             if servo.model.current_unit and joint in currents:
                 current = file.direction * currents[joint]
@@ -123,9 +115,9 @@ class Plant(SimulatedDriver):
         """What a servo puts on its motor: V, N m or a goal [rad]; None leaves it free."""
         file, kind = self._files[joint], self.robot.input
         if kind == 'position':
-            turn = file.direction * file.gear
-            goal = servo.goal
-            return None if goal is None else (goal - file.zero) * servo.model.angle_unit / turn
+            if (goal := servo.goal) is None:
+                return None
+            return (goal - file.zero) * servo.model.angle_unit / file.ratio
         if servo.pwm is not None and kind == 'voltage':
             return file.direction * servo.pwm * self.supply
         if servo.current is not None and file.torque_constant is not None:
@@ -138,7 +130,6 @@ class Plant(SimulatedDriver):
         return self._input if self._loops is None else self._duty * self.supply
 
     def _pwm(self, joint: str, servo: Servo) -> int:
-        """Register present_pwm."""
         if not servo.get('torque_enable') or joint not in self.info.actuators:
             return 0
         if servo.goal is None:

@@ -38,11 +38,8 @@ STALL = 0.02
 class Rig:
     """What is at the other end of the computer's cable.
 
-    Args:
-        plant: the robot with its servos.
-        line: what the bytes go through.
-        log: file that every change of what is on the motors is written to, as lines of the time
-            (`began` added, s) and the values, NaN where free. '' writes none.
+    Every change of what is on the motors is written to the file `log`, as lines of the time
+    (`began` added, s) and the values, NaN where free. '' writes none.
     """
 
     def __init__(self, plant: Plant, line: Line, log: str = '') -> None:
@@ -97,13 +94,11 @@ class Rig:
                 yield due if len(found) == 1 else now, carried
 
     def _go_on(self, seconds: float) -> None:
-        """Move the robot and the servos' watchdogs up to a time [s]."""
         self.plant.run_to(seconds)
         self.bus.watch(seconds)
         self._write_down(seconds)
 
     def _write_down(self, seconds: float) -> None:
-        """Log what is on the motors where it has changed."""
         if self._log is None:
             return
         self.plant.drive()
@@ -121,12 +116,8 @@ class Rig:
 class Terminal(Rig):
     """A rig that carries its bytes over a pseudo-terminal, `port`; '' while the cable is out.
 
-    Args:
-        plant: the robot with its servos.
-        line: what the bytes go through.
-        link: where the port can be opened, a symbolic link; '' makes none.
-        log: as a rig's, with `time late seconds` each time this process was kept waiting.
-        computer: whose time it is.
+    The port can be opened at the symbolic `link`; '' makes none. The log, as a rig's, also has
+    `time late seconds` each time this process was kept waiting.
     """
 
     def __init__(
@@ -142,7 +133,6 @@ class Terminal(Rig):
         self.plug()
 
     def plug(self) -> None:
-        """Put the cable into the computer: a new port."""
         if self._ends:
             return
         self._ends = os.openpty()
@@ -157,7 +147,6 @@ class Terminal(Rig):
                 raise UserError(f'cannot make the link {self._link}: {error.strerror}') from error
 
     def unplug(self) -> None:
-        """Pull the cable out of the computer: the port is gone."""
         ends, self._ends, self.port = self._ends, (), ''
         for end in ends:
             os.close(end)
@@ -165,7 +154,6 @@ class Terminal(Rig):
             self._link.unlink(missing_ok=True)
 
     def run(self, ended: Event) -> None:
-        """Serve until `ended` is set."""
         while not ended.is_set():
             self.step()
         self.unplug()
@@ -209,7 +197,6 @@ class Terminal(Rig):
         return now
 
     def _bytes(self) -> bytes:
-        """What the computer has sent."""
         if not self._ends:
             self._computer.sleep(SLICE)
             return b''

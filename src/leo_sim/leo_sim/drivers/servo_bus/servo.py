@@ -4,17 +4,14 @@
 Source: ROBOTIS e-Manual, https://emanual.robotis.com/docs/en/dxl/x/xm430-w210/
 """
 
-from leo_sim.description.servos import CURRENT_MODE, MODES, PWM_MODE, Register, ServoModel
+from leo_sim.description import servos
 
 SIZE = 147  # bytes of the control table that are here
 FAILED, RANGE, LIMIT, ACCESS = 1, 4, 6, 7  # errors in a status
 ALERT = 0x80  # added to a status while the register hardware_error_status is not 0
-WATCHDOG_UNIT = 0.02  # s a count of the register bus_watchdog
-EXPIRED = -1
 
 POSITION_MODES = {'dynamixel': (3, 4), 'feetech': (0,)}
 """Values of operating_mode in which it follows a goal position; Dynamixel's 3 within one turn."""
-MOST = 1_048_575  # largest goal position, counts, of mode 4
 GOALS = ('goal_pwm', 'goal_current', 'goal_velocity', 'goal_position')
 LIMITS = {'goal_pwm': 'pwm_limit', 'goal_current': 'current_limit'}
 
@@ -26,7 +23,7 @@ class Servo:
     is a limit, and position 0. It follows a goal position at once: profiles are registers only.
     """
 
-    def __init__(self, number: int, model: ServoModel) -> None:
+    def __init__(self, number: int, model: servos.ServoModel) -> None:
         self.model = model
         self._registers = model.registers
         self._memory = bytearray(SIZE)
@@ -38,12 +35,10 @@ class Servo:
         self.restart()
 
     def get(self, name: str) -> int:
-        """The value of a register."""
         register = self._registers[name]
         return register.decode(bytes(self._memory[register.address : register.end]))
 
     def set(self, name: str, value: int) -> None:
-        """Put a value into a register, as the servo itself does."""
         self._store(self._registers[name], value)
 
     def restart(self) -> None:
@@ -55,7 +50,6 @@ class Servo:
         self.set('present_temperature', 30)
 
     def read(self, address: int, length: int) -> tuple[int, bytes]:
-        """Error and bytes for a read instruction."""
         if address + length > SIZE:
             return self.error(RANGE), b''
         return self.error(), bytes(self._memory[address : address + length])
@@ -77,15 +71,14 @@ class Servo:
         return self.error()
 
     def hear(self, now: float) -> None:
-        """An instruction passed on the bus at time `now` [s]."""
         self._heard = now
 
     def watch(self, now: float) -> None:
         """Stop if nothing passed on the bus for as long as the bus watchdog waits."""
-        limit = self.get('bus_watchdog') * WATCHDOG_UNIT
+        limit = self.get('bus_watchdog') * servos.WATCHDOG_UNIT
         if limit > 0 and self.get('torque_enable') and now - self._heard > limit:
             self._stop()
-            self.set('bus_watchdog', EXPIRED)
+            self.set('bus_watchdog', servos.EXPIRED)
 
     def _stop(self) -> None:
         """No PWM, current or speed; a servo that follows a goal position stays where it is."""
@@ -103,20 +96,19 @@ class Servo:
             self.set('torque_enable', 0)
 
     def error(self, code: int = 0) -> int:
-        """An error as a status gives it."""
         return code | (ALERT if self.get('hardware_error_status') else 0)
 
     @property
     def pwm(self) -> float | None:
         """Share of the supply on the motor, -1 to 1; None where PWM is not what is controlled."""
-        if self.get('operating_mode') != MODES[self.model.family]['goal_pwm']:
+        if self.get('operating_mode') != servos.MODES[self.model.family]['goal_pwm']:
             return None
         return self.get('goal_pwm') / self.model.pwm_of_supply
 
     @property
     def current(self) -> float | None:
         """The current [A] it holds; None where current is not what is controlled."""
-        if self.get('operating_mode') != CURRENT_MODE:
+        if self.get('operating_mode') != servos.CURRENT_MODE:
             return None
         return self.get('goal_current') * self.model.current_unit
 
@@ -132,7 +124,7 @@ class Servo:
         register = self._registers[name]
         if not register.writable or (register.kept and self.get('torque_enable')):
             return ACCESS
-        if name in GOALS and self.get('bus_watchdog') == EXPIRED:
+        if name in GOALS and self.get('bus_watchdog') == servos.EXPIRED:
             return RANGE
         if name in LIMITS and abs(value) > self.get(LIMITS[name]):
             return LIMIT
@@ -143,12 +135,11 @@ class Servo:
         return RANGE if value not in _ALLOWED.get(name, (value,)) else 0
 
     def _reaches(self, goal: int) -> bool:
-        """Whether a goal position is one of its mode."""
         if self.get('operating_mode') == POSITION_MODES['dynamixel'][0]:
             return self.get('min_position_limit') <= goal <= self.get('max_position_limit')
-        return abs(goal) <= MOST
+        return abs(goal) <= servos.FAR
 
-    def _store(self, register: Register, value: int) -> None:
+    def _store(self, register: servos.Register, value: int) -> None:
         self._memory[register.address : register.end] = register.encode(value)
 
 
@@ -156,7 +147,7 @@ _ALLOWED = {
     'torque_enable': range(2),
     'bus_watchdog': range(128),
     'status_return_level': range(3),
-    'operating_mode': (CURRENT_MODE, 1, 3, 4, 5, PWM_MODE),
+    'operating_mode': (servos.CURRENT_MODE, 1, 3, 4, 5, servos.PWM_MODE),
     'pwm_limit': range(886),
     'return_delay_time': range(255),
     'id': range(253),

@@ -4,12 +4,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, fromstring, tostring
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_sim.description.constants import outside
+from leo_sim.description.urdf import attribute
 
 CONTROL = ('gazebo', 'transmission', 'ros2_control')
 SHAPES = ('visual', 'collision')
@@ -32,8 +32,7 @@ class Description:
     gravity: float = 9.81  # m/s2
 
 
-def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
-    """Read a URDF, given as text and parsed; both are of the file at `path`."""
+def read_urdf(path: Path, text: str, root: Element) -> Description:
     if any(
         'xacro' in element.tag or any('${' in v or '$(' in v for v in element.attrib.values())
         for element in root.iter()
@@ -46,17 +45,17 @@ def read_urdf(path: Path, text: str, root: ElementTree.Element) -> Description:
     frictions = _without_friction(root)
     notes = [*_without_control(root), *_without_meshes(root)]
     if notes or frictions:
-        text = ElementTree.tostring(root, encoding='unicode') + '\n'
+        text = tostring(root, encoding='unicode') + '\n'
     return Description(root.get('name', ''), text, efforts, speeds, frictions, tuple(notes))
 
 
-def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dict[str, float]:
+def _limits(root: Element, key: str, figure: tuple[str, str]) -> dict[str, float]:
     """Limits of joints by name; 0, and what no motor has, means that nobody knows."""
     found = {}
     for joint in root.findall('joint'):
-        limit = joint.find('limit')
+        said = attribute(joint, 'limit', key)
         try:
-            value = float(limit.get(key, '0')) if limit is not None else 0.0
+            value = 0.0 if said is None else float(said)
         except ValueError as error:
             raise UserError(f'joint {joint.get("name")!r}: limit {key}: {error}') from error
         if not outside(*figure, value):
@@ -64,7 +63,7 @@ def _limits(root: ElementTree.Element, key: str, figure: tuple[str, str]) -> dic
     return found
 
 
-def _without_control(root: ElementTree.Element) -> list[str]:
+def _without_control(root: Element) -> list[str]:
     found = [e for tag in CONTROL for e in root.findall(tag)]
     for element in found:
         root.remove(element)
@@ -72,8 +71,7 @@ def _without_control(root: ElementTree.Element) -> list[str]:
     return [f'{tags} left out of robot.urdf: not used'] if found else []
 
 
-def _without_meshes(root: ElementTree.Element) -> list[str]:
-    """Drop shapes from mesh files, which a robot folder does not carry."""
+def _without_meshes(root: Element) -> list[str]:
     count = 0
     for link in root.findall('link'):
         for shape in [e for tag in SHAPES for e in link.findall(tag)]:
@@ -83,7 +81,7 @@ def _without_meshes(root: ElementTree.Element) -> list[str]:
     return [f'{count} shapes from mesh files left out of robot.urdf: not used'] if count else []
 
 
-def _without_friction(root: ElementTree.Element) -> dict[str, str]:
+def _without_friction(root: Element) -> dict[str, str]:
     """Drop dry friction, which is an effect here, and return it by joint."""
     found = {}
     for joint in root.findall('joint'):
@@ -94,12 +92,8 @@ def _without_friction(root: ElementTree.Element) -> dict[str, str]:
     return found
 
 
-Value = TypeVar('Value')
-
-
 def without(description: Description, links: Sequence[str], source: str) -> Description:
-    """The description less these links, their joints and everything beyond them."""
-    root = ElementTree.fromstring(description.text)
+    root = fromstring(description.text)
     joints = root.findall('joint')
     known = [link.get('name', '') for link in root.findall('link')]
     for link in links:
@@ -118,17 +112,15 @@ def without(description: Description, links: Sequence[str], source: str) -> Desc
     )
     return replace(
         description,
-        text=ElementTree.tostring(root, encoding='unicode') + '\n',
-        frictions=_kept(description.frictions, lost),
-        springs=_kept(description.springs, lost),
+        text=tostring(root, encoding='unicode') + '\n',
+        frictions={j: c for j, c in description.frictions.items() if j not in lost},
+        springs={j: k for j, k in description.springs.items() if j not in lost},
         motors=None if motors is None else motors - lost,
         notes=(*description.notes, note),
     )
 
 
-def _check(
-    link: str, known: Sequence[str], joints: Sequence[ElementTree.Element], source: str
-) -> None:
+def _check(link: str, known: Sequence[str], joints: Sequence[Element], source: str) -> None:
     if link not in known:
         child = next((_end(j, 'child') for j in joints if j.get('name') == link), '')
         hint = f'; it is a joint, whose link is {child!r}' if child else nearest(link, known)
@@ -137,28 +129,21 @@ def _check(
         raise UserError(f'--without: {link!r} is the root of {source}; nothing would be left')
 
 
-def _check_copies(joints: Sequence[ElementTree.Element], lost: set[str], source: str) -> None:
+def _check_copies(joints: Sequence[Element], lost: set[str], source: str) -> None:
     for joint in joints:
-        copied = joint.find('mimic')
-        if copied is not None and copied.get('joint') in lost and joint.get('name') not in lost:
+        copied = attribute(joint, 'mimic', 'joint')
+        if copied in lost and joint.get('name') not in lost:
             raise UserError(
-                f'{source}: joint {joint.get("name")!r} mimics '
-                f'{copied.get("joint")!r}, which --without takes out; take it out '
-                f'too: --without {_end(joint, "child")}'
+                f'{source}: joint {joint.get("name")!r} mimics {copied!r}, which --without '
+                f'takes out; take it out too: --without {_end(joint, "child")}'
             )
 
 
-def _beyond(gone: set[str], joints: Sequence[ElementTree.Element]) -> set[str]:
-    """These links and all that hang on them."""
+def _beyond(gone: set[str], joints: Sequence[Element]) -> set[str]:
     while more := {_end(j, 'child') for j in joints if _end(j, 'parent') in gone} - gone:
         gone = gone | more
     return gone
 
 
-def _end(joint: ElementTree.Element, tag: str) -> str:
-    found = joint.find(tag)
-    return '' if found is None else found.get('link', '')
-
-
-def _kept(figures: Mapping[str, Value], lost: set[str]) -> dict[str, Value]:
-    return {joint: figure for joint, figure in figures.items() if joint not in lost}
+def _end(joint: Element, tag: str) -> str:
+    return attribute(joint, tag, 'link') or ''

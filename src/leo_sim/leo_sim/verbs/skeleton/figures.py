@@ -73,9 +73,8 @@ def integration_step(robot: Robot) -> tuple[float, float]:
     and inputs of the whole range: stiff robots get short steps. Progress is on stderr: a tree of
     hundreds of joints takes its time.
     """
-    free = replace(
-        robot, joints=tuple(replace(joint, limits=(-math.inf, math.inf)) for joint in robot.joints)
-    )
+    joints = (replace(joint, limits=(-math.inf, math.inf)) for joint in robot.joints)
+    free = replace(robot, joints=tuple(joints))
     costs = {step: math.ceil(STEPS[0] / step) for step in STEPS}
     with progress('measuring the integration step', sum(costs.values())) as report:
         for step, cost in costs.items():

@@ -8,7 +8,6 @@ import math
 from pathlib import Path
 import shutil
 import tempfile
-from xml.etree import ElementTree
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
@@ -28,7 +27,7 @@ from leo_sim.verbs.skeleton.figures import (
     integration_step,
 )
 from leo_sim.verbs.skeleton.mjcf import read_mjcf
-from leo_sim.verbs.skeleton.robot_yaml import actuators, Guess
+from leo_sim.verbs.skeleton.robot_yaml import actuators, Figures
 
 PERIOD = 0.01
 
@@ -44,12 +43,8 @@ class Skeleton:
 
 
 def read_description(path: Path) -> Description:
-    """Read a URDF or MJCF file; UserError: it is neither, or no robot of ours."""
     text = read_text(path)
-    try:
-        root = ElementTree.fromstring(text)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise UserError(f'{path}: not an XML file: {error}') from error
+    root = urdf.root_of(text, str(path))
     if root.tag == 'mujoco':
         return read_mjcf(path, root.get('model', path.stem))
     return read_urdf(path, text, root)
@@ -64,12 +59,9 @@ def make_folder(
 ) -> Skeleton:
     """Write robot.urdf and robot.yaml; UserError, and nothing written, where something is wrong.
 
-    Args:
-        source: A URDF or MJCF file.
-        folder: Where; new, or empty.
-        kind: What the actuators take, 'torque' (N m), 'voltage' (V) or 'position' (rad).
-        servos: Whose servos they are: then their bus is there to be filled in.
-        left_out: Links that are taken out, with everything beyond them.
+    From a URDF or MJCF, to a folder that is new, or empty. The actuators take a `kind`: 'torque'
+    (N m), 'voltage' (V) or 'position' (rad). A bus of `servos` is there to be filled in; links
+    `left_out` are taken out, with everything beyond them.
     """
     _check_free(folder)
     if kind == 'torque' and servos == 'feetech':
@@ -102,14 +94,12 @@ def _loads(robot: Robot) -> dict[str, float]:
 
 
 def _without_stops(robot: Robot) -> list[str]:
-    """Joints that should have stops, and have none."""
     joints = [j for j in robot.joints if j.independent and j.name not in robot.base_joints]
     free = [j.name for j in joints if j.kind in BOUNDED and not math.isfinite(j.limits[0])]
     return [f'no stops are given for {", ".join(free)}: taken to move without end'] * bool(free)
 
 
 def _effects(folder: Path, description: Description, joints: Sequence[Joint]) -> list[str]:
-    """What is an effect here, and the one command that adds all of it."""
     found = {
         f'dry friction of {joint}': [f'coulomb_friction:{joint}', f'c={friction}']
         for joint, friction in _frictions(description, joints).items()
@@ -159,7 +149,7 @@ def _drafted(
     mass = next(link.body.mass for link in links if link.name == moving[0].child)
     tail = robot_yaml.pose_lines(joints) + robot_yaml.tail(moving[0], mass)
 
-    def write(motors: dict[str, dict[str, Guess]]) -> Robot:
+    def write(motors: dict[str, Figures]) -> Robot:
         text = robot_yaml.head(source, kind, description, timing, reason)
         text += robot_yaml.actuator_lines(motors) + tail
         (draft / 'robot.yaml').write_text(text, encoding='utf-8')
@@ -181,8 +171,7 @@ def _drafted(
     return write(motors), left
 
 
-def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: str) -> list[str]:
-    """What the file does not say, and the guesses that stand in for it."""
+def _open(description: Description, motors: dict[str, Figures], kind: str) -> list[str]:
     left = [f'control_period and state_rate: {PERIOD:g} s and {1 / PERIOD:g} Hz are guesses']
     if description.motors is None:
         left.append('actuators: every joint that moves has one; take out those without a motor')
@@ -215,7 +204,6 @@ def _open(description: Description, motors: dict[str, dict[str, Guess]], kind: s
 
 
 def _unphysical(robot: Robot) -> list[str]:
-    """Inertial figures no body has, which PyBullet does not take."""
     try:
         urdf.with_bodies(robot.urdf, {link.name: link.body for link in robot.links})
     except UserError as error:

@@ -10,9 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from leo_msgs_py.errors import UserError
-from leo_sim.description.urdf import rpy
+from leo_sim.description.urdf import inertial, numbers, rpy
 from leo_sim.references import load_mujoco
-from leo_sim.references.mjcf import numbers
 from leo_sim.verbs.skeleton.description import Description
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjtJoint
@@ -38,32 +37,22 @@ def read_mjcf(path: Path, name: str) -> Description:
         zeros[body] = _add_body(root, model, body, zeros[int(model.body_parentid[body])])
     motors = _motors(model)
     indent(root)
-    joints = range(model.njnt)
+    names = [_joint(model, j) for j in range(model.njnt)]
+    dry, rotor = model.dof_frictionloss[model.jnt_dofadr], model.dof_armature[model.jnt_dofadr]
     return Description(
         name=name,
         text=tostring(root, encoding='unicode') + '\n',
-        efforts={_joint(model, j): most for j, i in motors.items() if (most := _effort(model, i))},
+        efforts={names[j]: most for j, i in motors.items() if (most := _effort(model, i))},
         speeds={},
-        frictions={
-            _joint(model, j): f'{friction:g}'
-            for j in joints
-            if (friction := float(model.dof_frictionloss[model.jnt_dofadr[j]]))
-        },
+        frictions={name: f'{c:g}' for name, c in zip(names, dry, strict=True) if c},
         notes=tuple(_notes(model, motors)),
-        rotors={
-            _joint(model, j): rotor
-            for j in motors
-            if (rotor := float(model.dof_armature[model.jnt_dofadr[j]]))
-        },
+        rotors={names[j]: float(rotor[j]) for j in motors if rotor[j]},
         springs={
-            _joint(model, j): (
-                float(model.jnt_stiffness[j]),
-                float(model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j),
-            )
-            for j in joints
-            if model.jnt_stiffness[j]
+            name: (stiffness, float(model.qpos_spring[model.jnt_qposadr[j]]) - _zero(model, j))
+            for j, name in enumerate(names)
+            if (stiffness := float(model.jnt_stiffness[j]))
         },
-        motors=frozenset(_joint(model, j) for j in motors) or None,
+        motors=frozenset(names[j] for j in motors) or None,
         base='planar' if _planar(model, motors) else 'fixed',
         gravity=float(np.linalg.norm(model.opt.gravity)),
     )
@@ -130,17 +119,11 @@ def _add_link(
     root: Element, name: str, mass: float, com: Any, moments: Any, turned: Rotation
 ) -> None:
     element = SubElement(root, 'link', name=name)
-    if not mass:
-        return
-    inertial = SubElement(element, 'inertial')
-    SubElement(inertial, 'origin', xyz=numbers(com), rpy=numbers(rpy(turned.as_matrix())))
-    SubElement(inertial, 'mass', value=repr(float(mass)))
-    figures = dict(zip(('ixx', 'iyy', 'izz'), map(repr, map(float, moments)), strict=True))
-    SubElement(inertial, 'inertia', {**figures, 'ixy': '0', 'ixz': '0', 'iyz': '0'})
+    if mass:
+        element.append(inertial(mass, com, moments, turned.as_matrix()))
 
 
 def _motors(model: Any) -> dict[int, int]:
-    """The first actuator of each joint that has one."""
     found: dict[int, int] = {}
     for i in range(model.nu):
         if model.actuator_trntype[i] == OF_JOINT:
@@ -176,14 +159,12 @@ def _effort(model: Any, i: int) -> float:
 
 
 def _planar(model: Any, motors: dict[int, int]) -> bool:
-    """Whether the first joints are slides along x and z and a hinge about y, without motors."""
     kinds = [int(kind) for kind in model.jnt_type[:3]]
     aligned = model.njnt >= 3 and np.allclose(np.abs(model.jnt_axis[:3]), PLANAR)
     return kinds[:2] == [SLIDE, SLIDE] and bool(aligned) and not {0, 1, 2} & {*motors}
 
 
 def _notes(model: Any, motors: dict[int, int]) -> Iterator[str]:
-    """What of the file is not in the robot folder."""
     counts = {
         'geoms': model.ngeom,
         'equality constraints': model.neq,

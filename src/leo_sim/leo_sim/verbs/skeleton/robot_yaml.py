@@ -38,16 +38,16 @@ class Guess:
     open: bool
 
 
+Figures = dict[str, Guess]
+
+
 def actuators(
     description: Description, loads: Mapping[str, float], kind: str, slides: Set[str] = frozenset()
-) -> dict[str, dict[str, Guess]]:
+) -> dict[str, Figures]:
     """Figures of the actuators by joint, of joints that have one.
 
-    Args:
-        description: The URDF.
-        loads: Largest torque of gravity at each moving joint, N m (N).
-        kind: 'torque', 'voltage' or 'position'.
-        slides: Joints that slide.
+    `loads` are the largest torques of gravity at each moving joint, N m (N); `kind` is 'torque',
+    'voltage' or 'position'.
     """
     found = {
         joint: _figures(description, joint, load, kind, joint in slides)
@@ -64,7 +64,7 @@ def actuators(
 
 def _figures(
     description: Description, joint: str, load: float, kind: str, slides: bool
-) -> dict[str, Guess]:
+) -> Figures:
     torque = _torque(description.efforts.get(joint), load, slides)
     why = 'rotor x (its angle per m)^2' if slides else 'rotor x gear ratio^2'
     rotor = Guess(0.0, 'kg m2', why, True)
@@ -166,7 +166,6 @@ def head(
 
 
 def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
-    """The actuators, a line per figure."""
     lines = []
     for joint, figures in actuators.items():
         lines.append(f'  {quoted(joint)}:')
@@ -178,7 +177,6 @@ def actuator_lines(actuators: Mapping[str, Mapping[str, Guess]]) -> str:
 
 
 def pose_lines(joints: tuple[Joint, ...]) -> str:
-    """A nominal pose, at 0 or in the middle of the limits, and one drawn from the limits."""
     ranges = {j.name: pose_range(j) for j in joints if j.independent}
     middle = ', '.join(f'{quoted(n)}: {start(r):.6g}' for n, r in ranges.items())
     drawn = ', '.join(f'{quoted(n)}: [{low:.6g}, {high:.6g}]' for n, (low, high) in ranges.items())
@@ -190,7 +188,6 @@ def pose_lines(joints: tuple[Joint, ...]) -> str:
 
 
 def driver_lines(joints: Sequence[Joint], kind: str, family: Family) -> str:
-    """A bus of servos, one for every joint that moves."""
     port, model = SERVOS[family]
     constant = ', torque_constant: {value: 1.3, unit: N m/A}' if kind == 'torque' else ''
     lines = []
@@ -210,13 +207,11 @@ def driver_lines(joints: Sequence[Joint], kind: str, family: Family) -> str:
 
 
 def start(limits: tuple[float, float]) -> float:
-    """0, or the middle of limits that leave 0 out."""
     low, high = limits
     return 0.0 if low <= 0 <= high else (low + high) / 2
 
 
 def tail(joint: Joint, mass: float) -> str:
-    """Examples of what is optional."""
     slides = joint.kind == 'prismatic'
     damping, angle = (sliding(u) if slides else u for u in (DAMPING, 'rad'))
     return TAIL.format(

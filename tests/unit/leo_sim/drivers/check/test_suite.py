@@ -18,8 +18,8 @@ from leo_sim.drivers.check.trial import Moving, Trial
 from leo_sim.drivers.simulated import SimulatedDriver
 
 
-def simulated(kind=SimulatedDriver, **changes):
-    return kind(DriverOptions(PENDULUM, engine='rigid', **changes))
+def simulated(kind=SimulatedDriver, robot=PENDULUM):
+    return kind(DriverOptions(robot, engine='rigid'))
 
 
 def test_the_simulated_driver_passes_everything_that_can_be_tried():
@@ -58,72 +58,45 @@ def changed(**fields):
 @pytest.mark.parametrize('name', ['xl330_pendulum', 'so101'])
 def test_a_driver_that_takes_goals_passes_and_nothing_has_a_goal_unless_it_may_move(name):
     robot = load_robot(name)
-    still, moved = (Watched(DriverOptions(robot, engine='rigid')) for _ in range(2))
+    still, moved = (simulated(Watched, robot) for _ in range(2))
     assert failures(still, robot) == {} and np.isnan(still.written).all()
     assert failures(moved, robot, Moving(range=0.2, share=0.5)) == {}
     goals = np.reshape(moved.written, (-1, len(robot.actuators)))
     assert np.nanmax(np.ptp(goals[np.isfinite(goals).all(axis=1)], axis=0)) <= 0.21
 
 
-class NeverLetsGo(SimulatedDriver):
-    """Takes no goal for the goal 0."""
+def commanded(act, applied=lambda applied, values: applied):
+    """A driver that changes what it is told to write, and what it says was applied."""
 
-    def write(self, values):
-        return super().write(np.nan_to_num(values))
+    class Commanded(SimulatedDriver):
+        def write(self, values):
+            return applied(super().write(act(values)), values)
 
-
-class GoalsInDegrees(SimulatedDriver):
-    def write(self, values):
-        return super().write(np.rad2deg(values))
+    return Commanded
 
 
-class Uncut(SimulatedDriver):
-    """Says that everything was applied."""
+def told(share):
+    """A driver that says that this share of what was commanded is applied."""
+    return commanded(np.array, lambda said, _: replace(said, values=share * said.values))
 
-    def write(self, values):
-        return replace(super().write(values), values=np.array(values))
+
+def as_asked(applied, values):
+    """Says that all of it was applied."""
+    return replace(applied, values=np.array(values))
 
 
 @pytest.mark.parametrize(
     ('kind', 'check', 'said'),
     [
-        (NeverLetsGo, 'writing', 'a goal of NaN frees'),
-        (GoalsInDegrees, 'signs and units', 'rad, not deg'),
-        (Uncut, 'limits', 'goals to info.goals'),
+        (commanded(np.nan_to_num), 'writing', 'a goal of NaN frees'),
+        (commanded(np.rad2deg), 'signs and units', 'rad, not deg'),
+        (commanded(np.array, as_asked), 'limits', 'goals to info.goals'),
     ],
 )
 def test_each_way_to_be_wrong_with_goals(kind, check, said):
     robot = load_robot('xl330_pendulum')
-    found = failures(kind(DriverOptions(robot, engine='rigid')), robot, FULL)
+    found = failures(simulated(kind, robot), robot, FULL)
     assert said in found.get(check, ''), found
-
-
-class Offset(SimulatedDriver):
-    def write(self, values):
-        return super().write(values + 0.1)
-
-
-class Backwards(SimulatedDriver):
-    def write(self, values):
-        return replace(super().write(-values), values=np.array(values))
-
-
-class InCounts(SimulatedDriver):
-    """Takes volts for counts of PWM."""
-
-    def write(self, values):
-        return super().write(values / 885 * 7.4)
-
-
-def told(share):
-    """A driver that says that this share of what was commanded is applied."""
-
-    class Told(SimulatedDriver):
-        def write(self, values):
-            applied = super().write(values)
-            return replace(applied, values=share * applied.values)
-
-    return Told
 
 
 class NeverFree(SimulatedDriver):
@@ -151,21 +124,17 @@ class Slow(SimulatedDriver):
 @pytest.mark.parametrize(
     ('kind', 'check', 'said'),
     [
-        (
-            changed(position=lambda q: np.rad2deg(q), velocity=lambda w: np.rad2deg(w)),
-            'signs and units',
-            'rad, not deg',
-        ),
-        (changed(position=lambda q: -q, velocity=lambda w: -w), 'signs and units', 'sign'),
+        (changed(position=np.rad2deg, velocity=np.rad2deg), 'signs and units', 'rad, not deg'),
+        (changed(position=np.negative, velocity=np.negative), 'signs and units', 'sign'),
         (changed(velocity=lambda w: w * 9.55), 'signs and units', 'velocity in rad/s'),
-        (changed(velocity=lambda w: -w), 'signs and units', 'velocity in rad/s'),
-        (Backwards, 'signs and units', 'commanded up'),
-        (InCounts, 'signs and units', 'PWM'),
+        (changed(velocity=np.negative), 'signs and units', 'velocity in rad/s'),
+        (commanded(np.negative, as_asked), 'signs and units', 'commanded up'),
+        (commanded(lambda volts: volts / 885 * 7.4), 'signs and units', 'PWM'),
         (told(0.0), 'signs and units', '0 is said to be applied'),
         (told(-0.1), 'signs and units', 'with its sign'),
         (told(0.1), 'signs and units', 'in its unit'),
-        (Uncut, 'limits', 'clip to info.limits'),
-        (Offset, 'writing', '0 must stay 0'),
+        (commanded(np.array, as_asked), 'limits', 'clip to info.limits'),
+        (commanded(lambda volts: volts + 0.1), 'writing', '0 must stay 0'),
         (NeverFree, 'torque', 'enabled'),
         (Uncounted, 'resetting', 'starts += 1'),
         (changed(names=lambda n: ('other',)), 'shapes', 'info.joints'),
@@ -202,15 +171,10 @@ def test_what_is_applied_may_be_measured_and_late():
 ARM = load_robot('so101')
 
 
-class Degrees(SimulatedDriver):
-    def read(self):
-        state = super().read()
-        return replace(state, position=np.rad2deg(state.position) + 10.0)
-
-
 @pytest.mark.parametrize('moving', [None, FULL])
 def test_a_robot_far_outside_its_stops_is_told_another_unit(moving):
-    found = failures(Degrees(DriverOptions(ARM, engine='rigid')), ARM, moving)
+    degrees = changed(position=lambda q: np.rad2deg(q) + 10.0)
+    found = failures(simulated(degrees, ARM), ARM, moving)
     assert 'outside its stops' in found['signs and units']
     assert 'rad, not deg' in found['signs and units']
 
@@ -223,7 +187,7 @@ def test_a_joint_that_lies_on_a_stop_is_pushed_away_from_it(tmp_path, low, high)
     (tmp_path / 'robot.urdf').write_text(text)
     (tmp_path / 'robot.yaml').write_text(re.sub(r'\[-3\S+ 3\S+\]', '0', file))
     robot = load_robot(tmp_path)
-    assert failures(SimulatedDriver(DriverOptions(robot, engine='rigid')), robot, FULL) == {}
+    assert failures(simulated(SimulatedDriver, robot), robot, FULL) == {}
 
 
 def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path):
@@ -237,10 +201,9 @@ def test_a_model_that_stays_where_it_is_is_far_from_a_robot_that_moves(tmp_path)
 
 def test_the_verb(rig, capsys, monkeypatch):
     words = ['check-driver', str(RIG), '--robot', 'servo_pendulum']
-    assert main(words) == 0
-    assert '0 of 15 checks failed' in capsys.readouterr().out
     assert main([*words, '--port', '/dev/my bus']) == 0
-    following = capsys.readouterr().out.splitlines()[-1]
+    *_, failed, following = capsys.readouterr().out.splitlines()
+    assert failed == '0 of 15 checks failed'
     assert following.endswith(f"-p driver:={RIG} -p 'port:=/dev/my bus'")
     assert main([*words, '--json']) == 0
     assert json.loads(capsys.readouterr().out)['failed'] == 0
@@ -256,11 +219,8 @@ def test_the_verb_says_what_servos_are_set_to_and_what_is_not_the_models(rig, ca
     text = RIG.read_text().replace('import NotPossible', 'import Findings, NotPossible')
     found = "Findings({'servo 1': 'P 7'}, ('servo 1: its P',))"
     file = tmp_path / 'told.py'
-    file.write_text(
-        text.replace(
-            '    def stop(', f'    def findings(self):\n        return {found}\n\n    def stop('
-        )
-    )
+    method = f'    def findings(self):\n        return {found}\n\n'
+    file.write_text(text.replace('    def stop(', f'{method}    def stop('))
     words = ['check-driver', str(file), '--robot', 'servo_pendulum']
     assert main(words) == 0
     said = capsys.readouterr().out

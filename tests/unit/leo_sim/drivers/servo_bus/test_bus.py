@@ -24,6 +24,7 @@ from leo_sim.description.robot import load_robot
 from leo_sim.description.servos import CURRENT_MODE, PWM_MODE, registers, servo_model, servo_models
 from leo_sim.drivers.base import DriverOptions, TransientFault
 from leo_sim.drivers.listening import answering_time, GONE
+from leo_sim.drivers.servo_bus import feetech
 from leo_sim.drivers.servo_bus.dynamixel import (
     encoded,
     FRAMING,
@@ -34,18 +35,16 @@ from leo_sim.drivers.servo_bus.dynamixel import (
     SYNC_READ,
     unstuffed,
 )
-from leo_sim.drivers.servo_bus.feetech import FeetechServo
-from leo_sim.drivers.servo_bus.line import BITS, BROADCAST, Line, Packet, Reader, Trouble
+from leo_sim.drivers.servo_bus.line import BROADCAST, Line, Packet, Reader, Trouble
 from leo_sim.drivers.servo_bus.plant import Plant, SLICE
 from leo_sim.drivers.servo_bus.rig import Terminal
-from leo_sim.drivers.servo_bus.servo import Servo
+from leo_sim.drivers.servo_bus.servo import ACCESS, ALERT, LIMIT, RANGE, Servo
 from leo_sim.drivers.servo_line import CONFIGURE
-from leo_sim.drivers.servo_port import Limits
+from leo_sim.drivers.servo_port import BITS, Limits
 
 SDK = Protocol2PacketHandler()
 R = registers()
 LEGS = (1, 2, 3, 4, 5, 6)
-ACCESS, RANGE, LIMIT, ALERT = 7, 4, 6, 0x80
 
 
 @pytest.fixture
@@ -70,10 +69,8 @@ def port(rig):
 
 def write(port, servo, name, value):
     """The error of a write instruction."""
-    register = R[name]
-    result, error = SDK.writeTxRx(
-        port, servo, register.address, register.size, list(register.encode(value))
-    )
+    at, size, data = R[name].address, R[name].size, list(R[name].encode(value))
+    result, error = SDK.writeTxRx(port, servo, at, size, data)
     assert result == COMM_SUCCESS
     return error
 
@@ -99,11 +96,21 @@ def test_the_sdk_stuffs_the_same_way(values):
     assert bytes(SDK.addStuffing(packet)[7:-2]) == stuffed(b'\x02' + body)
 
 
-@given(st.lists(st.binary(max_size=20), min_size=1, max_size=4), st.integers(1, 7))
-def test_packets_are_found_in_pieces_and_between_rubbish(bodies, size):
-    sent = [Packet(3, 0x02, body) for body in bodies]
-    stream = b''.join(b'\xff\x00\xff' + encoded(packet) for packet in sent)
-    reader, found = Reader(FRAMING), []
+def feetech_encoded(packet):
+    return feetech.encoded(packet.id, packet.instruction, packet.parameters)
+
+
+@pytest.mark.parametrize(
+    ('framing', 'encode', 'rubbish'),
+    [(FRAMING, encoded, b'\xff\x00\xff'), (feetech.FRAMING, feetech_encoded, b'\x01\xff\x02')],
+)
+@given(
+    st.lists(st.builds(Packet, st.integers(0, 252), st.integers(0, 254), st.binary(max_size=20))),
+    st.integers(1, 7),
+)
+def test_packets_are_found_in_pieces_and_between_rubbish(framing, encode, rubbish, sent, size):
+    stream = b''.join(rubbish + encode(packet) for packet in sent)
+    reader, found = Reader(framing), []
     for start in range(0, len(stream), size):
         found += reader.feed(stream[start : start + size])
     assert found == sent
@@ -134,6 +141,7 @@ def test_ping_and_broadcast_ping(port):
 
 
 def test_eeprom_is_locked_while_torque_is_on_and_limits_hold(port):
+    assert read(port, 1, 'goal_pwm') == 885, 'whoever forgets the goal finds it at the whole PWM'
     in_pwm_mode(port, 1)
     assert write(port, 1, 'operating_mode', CURRENT_MODE) == ACCESS
     assert write(port, 1, 'present_position', 0) == ACCESS, 'read only'
@@ -194,11 +202,6 @@ def test_the_robot_moves_as_its_motor_is_told_and_is_measured_in_counts(rig, por
     assert angle > 0.0
 
 
-def test_whoever_forgets_the_goal_finds_it_at_the_whole_pwm(port):
-    assert write(port, 1, 'operating_mode', PWM_MODE) == 0
-    assert read(port, 1, 'goal_pwm') == 885
-
-
 def test_the_bus_watchdog_stops_and_keeps_goals_from_being_written(rig, port):
     in_pwm_mode(port, 1)
     assert write(port, 1, 'bus_watchdog', 5) == 0
@@ -237,7 +240,7 @@ def test_goal_positions_are_of_one_turn_or_of_many_and_a_watchdog_stops_where_it
 
 
 def test_a_feetech_servo_goes_to_its_limits_and_no_further():
-    servo = FeetechServo(1, servo_model('STS3215'))
+    servo = feetech.FeetechServo(1, servo_model('STS3215'))
     servo.set('max_position_limit', 3000)
     assert write_goal(servo, 3500) == 0 and servo.goal == 3000
     assert servo.get('goal_position') == 3500

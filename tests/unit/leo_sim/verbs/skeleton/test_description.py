@@ -16,16 +16,15 @@ ARM = DATA / 'arm3.urdf'
 
 
 def test_everything_beyond_the_link_goes(tmp_path, capsys):
-    assert (
-        main(['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--without', 'link3']) == 0
-    )
+    arm = tmp_path / 'arm'
+    assert main(['robot', 'init', str(ARM), '-o', str(arm), '--without', 'link3']) == 0
     out = capsys.readouterr().out
-    robot = load_robot(tmp_path / 'arm')
+    robot = load_robot(arm)
     whole = make_folder(ARM, tmp_path / 'whole', 'torque').robot
     assert robot.joint_names == whole.joint_names[:1] and 'link3' in out
     gone = {link.name for link in whole.links} - {link.name for link in robot.links}
     assert {'link3', 'link4'} <= gone
-    written = ElementTree.parse(tmp_path / 'arm' / 'robot.urdf').getroot()
+    written = ElementTree.parse(arm / 'robot.urdf').getroot()
     assert not gone & {link.get('name') for link in written.findall('link')}
     assert not gone & {c.get('link') for c in written.findall('joint/child')}
 
@@ -42,12 +41,8 @@ def test_what_is_no_robot_of_ours_may_be_what_goes(tmp_path):
 
 def test_dry_friction_of_what_goes_is_not_named(tmp_path):
     path = tmp_path / 'claw.urdf'
-    path.write_text(
-        CLAW.replace(
-            '<limit effort="0.05" velocity="20"/>',
-            '<limit effort="0.05" velocity="20"/><dynamics friction="1"/>',
-        )
-    )
+    limit = '<limit effort="0.05" velocity="20"/>'
+    path.write_text(CLAW.replace(limit, f'{limit}<dynamics friction="1"/>'))
     made = make_folder(path, tmp_path / 'claw', 'torque', left_out=['tip'])
     assert not any('friction' in note for note in made.notes)
     assert made.notes[-1] == 'tip, wheel left out with bend, spin'

@@ -25,6 +25,8 @@ from leo_sim.verbs.skeleton.folder import make_folder
 
 ARM = DATA / 'arm3.urdf'
 JOINTS = ('joint1', 'joint2', 'joint3')
+AXIS = '<axis xyz="0 1 0"/>'
+KINDS = ('torque', 'voltage', 'position')
 
 
 def changed(folder: Path, *changes: tuple[str, str]) -> Path:
@@ -37,11 +39,12 @@ def changed(folder: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize('kind', ['torque', 'voltage', 'position'])
+@pytest.mark.parametrize('kind', KINDS)
 def test_a_skeleton_loads_and_steps_at_once(tmp_path, kind):
     made = make_folder(ARM, tmp_path / 'arm', kind)
     robot = load_robot(tmp_path / 'arm')
     assert (robot.name, robot.input, robot.joint_names) == ('arm3', kind, JOINTS)
+    assert robot.driver.bus is None
     assert [a.joint for a in robot.actuators] == list(JOINTS)
     assert next(j.limits for j in robot.joints if j.kind != 'fixed') == (-2.827, 2.827)
     model = load_model(tmp_path / 'arm')
@@ -137,20 +140,14 @@ def test_what_no_model_uses_is_left_out_and_said(tmp_path):
 @pytest.mark.parametrize(
     ('changes', 'said'),
     [
-        (
-            [('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="joint9"/>')],
-            "joint2.*mimics 'joint9', which is no joint",
-        ),
+        ([(AXIS, f'{AXIS}<mimic joint="joint9"/>')], "joint2.*mimics 'joint9', which is no joint"),
         ([('type="revolute"', 'type="floating"')], "joint1.*'floating'.*supported"),
         ([('type="revolute"', 'type="planar"')], "joint1.*'planar'.*supported"),
         ([('type="revolute"', 'type="fixed"')], 'no joint moves'),
         ([('<parent link="world"/>', '<parent link="floor"/>')], 'joint .*bolts.* names no link'),
         ([('<link name="world"/>', '<link name="world"/><link name="spare"/>')], '2 root links'),
         ([('<robot name="arm3">', '<robot name="${prefix}arm">')], 'xacro'),
-        (
-            [('<inertial>', '<i>'), ('</inertial>', '</i>')],
-            r"changed\.urdf: link 'link2', which joint 'joint1' moves, has no mass",
-        ),
+        ([('<inertial>', '<i>'), ('</inertial>', '</i>')], "link 'link2', .*'joint1' .*no mass"),
         ([('lower="-1.791"', 'lower="2"')], 'joint2.*lower 2 is not below upper 1.571'),
         ([('lower="-1.791"', 'lower="1.571"')], 'joint2.*is not below upper.*or make it fixed'),
         ([('<mass value="0.0984"/>', '<mass value="heavy"/>')], "link2.*'heavy'"),
@@ -189,14 +186,10 @@ def test_the_robots_with_a_name_are_listed(capsys):
 
 
 def test_a_joint_without_stops_is_said(tmp_path):
-    urdf = changed(
-        tmp_path, ('lower="-1.791" upper="1.571" ', ''), ('lower="-0.942"', 'lower="0"')
-    )
-    made = make_folder(urdf, tmp_path / 'arm', 'torque')
-    assert [j.limits for j in made.robot.joints if j.independent][1:] == [
-        (-np.inf, np.inf),
-        (0.0, 1.382),
-    ]
+    changes = ('lower="-1.791" upper="1.571" ', ''), ('lower="-0.942"', 'lower="0"')
+    made = make_folder(changed(tmp_path, *changes), tmp_path / 'arm', 'torque')
+    limits = [joint.limits for joint in made.robot.joints if joint.independent]
+    assert limits[1:] == [(-np.inf, np.inf), (0.0, 1.382)]
     assert 'no stops are given for joint2: taken to move without end' in made.notes
 
 
@@ -204,10 +197,7 @@ def test_a_joint_without_stops_is_said(tmp_path):
     ('family', 'kind'),
     [
         ('dynamixel', 'torque'),
-        ('dynamixel', 'voltage'),
-        ('dynamixel', 'position'),
-        ('feetech', 'voltage'),
-        ('feetech', 'position'),
+        *((family, kind) for family in ('dynamixel', 'feetech') for kind in KINDS[1:]),
     ],
 )
 def test_a_bus_of_servos_is_there_to_be_filled_in(tmp_path, capsys, family, kind):
@@ -227,10 +217,6 @@ def test_feetech_servos_are_given_no_torques(tmp_path, capsys):
     words = ['robot', 'init', str(ARM), '-o', str(tmp_path / 'arm'), '--driver', 'feetech']
     assert main(words) == 2 and not (tmp_path / 'arm').exists()
     assert 'give --input voltage or position' in capsys.readouterr().err
-
-
-def test_without_servos_there_is_no_bus(tmp_path):
-    assert make_folder(ARM, tmp_path / 'arm', 'torque').robot.driver.dynamixel is None
 
 
 def test_a_servo_that_takes_goals_holds_its_pose(tmp_path):
@@ -255,15 +241,10 @@ def test_dry_friction_of_a_joint_that_mimics_is_added_at_its_leader(tmp_path):
     def rubbing(effort, friction):
         return f'effort="{effort}" velocity="1"/><dynamics friction="{friction}"/>'
 
-    left, right = SLIDES.split('<joint name="right"')
     plain = 'effort="10" velocity="1"/>'
-    text = (
-        left.replace(plain, rubbing(10, 0.2))
-        + '<joint name="right"'
-        + right.replace(plain, rubbing(10, 0.3)).replace(
-            '<mimic joint="left"/>', '<mimic joint="left" multiplier="-2"/>'
-        )
-    )
-    (tmp_path / 'g.urdf').write_text(text)
+    left, right = SLIDES.split('<joint name="right"')
+    left, right = left.replace(plain, rubbing(10, 0.2)), right.replace(plain, rubbing(10, 0.3))
+    right = right.replace('<mimic joint="left"/>', '<mimic joint="left" multiplier="-2"/>')
+    (tmp_path / 'g.urdf').write_text(f'{left}<joint name="right"{right}')
     (note,) = make_folder(tmp_path / 'g.urdf', tmp_path / 'g', 'torque').notes
     assert 'coulomb_friction:left c=0.8 ' in note

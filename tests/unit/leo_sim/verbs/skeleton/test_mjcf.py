@@ -88,9 +88,7 @@ def test_motors_limits_and_friction(tmp_path):
     limits = {j.name: j.limits for j in robot.joints}
     assert limits['shoulder'] == pytest.approx(tuple(np.radians([-170, 170])))
     said = '\n'.join(made.notes)
-    assert (
-        'not taken over from the MJCF: 1 geoms, the gain and bias of the actuators of turn' in said
-    )
+    assert 'from the MJCF: 1 geoms, the gain and bias of the actuators of turn' in said
     spring = f'joint_spring:turn k=0.3 rest={np.radians(20):g}'
     assert f'leo add {tmp_path}/robot coulomb_friction:elbow c=0.02 {spring} -o' in said
     assert 'a ctrl of 1 in the MJCF is 2 N m at shoulder here' in said
@@ -108,9 +106,8 @@ def test_a_planar_base(tmp_path):
 def test_an_exported_model_comes_back(tmp_path):
     model = Model('double_pendulum', engine='rigid')
     model = model.changed(effects=[place(model.robot, 'link_mass', 'all', m=0.1)])
-    back = Model(
-        folder_of(written(mjcf(held(model, 'MJCF').model)), tmp_path).robot, engine='rigid'
-    )
+    text = written(mjcf(held(model, 'MJCF').model))
+    back = Model(folder_of(text, tmp_path).robot, engine='rigid')
     q, dq = np.array([0.4, -0.9]), np.array([1.0, 2.0])
     for ours, theirs in zip(full_mass(back, q, dq), full_mass(model, q, dq), strict=True):
         assert ours == pytest.approx(theirs, rel=1e-9)
@@ -130,10 +127,8 @@ def test_motors_of_an_exported_model_come_back_and_others_say_their_sign(tmp_pat
     ('joint', 'said'), [('freejoint', 'is free'), ('joint type="ball"', 'is a ball')]
 )
 def test_joints_that_no_robot_here_has(tmp_path, joint, said):
-    text = (
-        f'<mujoco><worldbody><body><{joint} name="j"/><geom size="0.1"/></body></worldbody>'
-        '</mujoco>'
-    )
+    body = f'<body><{joint} name="j"/><geom size="0.1"/></body>'
+    text = f'<mujoco><worldbody>{body}</worldbody></mujoco>'
     with pytest.raises(UserError, match=f"joint 'j' {said}"):
         folder_of(text, tmp_path)
     assert not (tmp_path / 'robot').exists()

@@ -17,12 +17,10 @@ UNITS = {
 
 
 def initiated(folder, text, kind):
-    (folder / 'g.urdf').write_text(text)
-    assert (
-        main(['robot', 'init', str(folder / 'g.urdf'), '-o', str(folder / 'g'), '--input', kind])
-        == 0
-    )
-    return load_robot(folder / 'g')
+    source, made = folder / 'g.urdf', folder / 'g'
+    source.write_text(text)
+    assert main(['robot', 'init', str(source), '-o', str(made), '--input', kind]) == 0
+    return load_robot(made)
 
 
 @pytest.mark.parametrize('kind', UNITS)

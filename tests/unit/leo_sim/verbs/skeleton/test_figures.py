@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A file in mm, g or degrees is asked about, with what speaks for it; no robot of ours is."""
+"""Files in mm, g or degrees are asked about, none of ours; longer steps once rotors are known."""
 
 import json
 
@@ -18,6 +18,7 @@ iyy="{moment}" iyz="0" izz="{moment}"/></inertial></link>
 <joint name="j1" type="revolute"><parent link="base"/><child link="l1"/><axis xyz="0 1 0"/>
 <limit lower="{low}" upper="{high}" effort="1" velocity="1"/></joint></robot>"""
 PLAIN = {'com': -0.1, 'mass': 0.5, 'moment': 5e-4, 'low': -1.5, 'high': 1.5}
+ROTOR = 'rotor_inertia: {value: 0, unit: kg m2}'
 ALL = {'com': -100, 'mass': 500, 'moment': 5e5, 'low': -90, 'high': 90}
 
 
@@ -29,11 +30,7 @@ ALL = {'com': -100, 'mass': 500, 'moment': 5e5, 'low': -90, 'high': 90}
         ({'mass': 500, 'moment': 0.5}, 'g', 'l1 weighs 500 kg and is about 0.2 m large'),
         ({'low': -90, 'high': 90}, 'degrees', 'j1 turns from -90 to 90 rad'),
         ({'low': 0, 'high': 180}, 'degrees', 'j1 turns from 0 to 180 rad'),
-        (
-            {'com': -5, 'mass': 2000, 'moment': 5e4},
-            'g',
-            'l1 weighs 2000 kg and gravity pulls at j1',
-        ),
+        ({'com': -5, 'mass': 2000, 'moment': 5e4}, 'g', 'l1 weighs 2000 kg and gravity pulls at'),
     ],
 )
 def test_a_unit_is_asked_for_with_the_evidence(tmp_path, capsys, changed, units, why):
@@ -69,3 +66,22 @@ def test_no_robot_of_ours_is_asked_about(name):
 def test_nor_a_file_in_m_kg_and_rad(tmp_path, text):
     (tmp_path / 'r.urdf').write_text(text)
     assert make_folder(tmp_path / 'r.urdf', tmp_path / 'r', 'torque').doubts == ()
+
+
+def test_rotors_that_are_filled_in_allow_longer_steps(tmp_path, capsys):
+    folder = tmp_path / 'arm'
+    light = make_folder(DATA / 'arm3.urdf', folder, 'voltage').robot
+    path = folder / 'robot.yaml'
+    text = path.read_text()
+    assert ROTOR in text
+    path.write_text(text.replace(ROTOR, 'rotor_inertia: {value: 0.05, unit: kg m2}'))
+    assert main(['robot', 'step', str(folder), '--json']) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said['before'] == light.integration_step < said['integration_step']
+    assert load_robot(folder).integration_step == said['integration_step']
+    assert path.read_text().count('integration_step:') == 1
+
+
+def test_a_name_is_no_folder_of_yours(capsys):
+    assert main(['robot', 'step', 'pendulum']) == 2
+    assert 'takes one of yours' in capsys.readouterr().err
