@@ -45,5 +45,5 @@ def read(path: Path) -> tuple[Links, str]:
 def no_run(**known: object) -> SimpleNamespace:
     """What to record next as the live page sees it, as long as nothing is but what is `known`."""
     unasked = {'busy': False, 'news': News(), 'plan': None, 'hindrance': '', 'said': ''}
-    unwritten = {'file': None, 'words': [], 'recorded': []}
+    unwritten = {'file': None, 'words': [], 'recorded': [], 'start': lambda: None}
     return SimpleNamespace(**{**unasked, **unwritten, **known})

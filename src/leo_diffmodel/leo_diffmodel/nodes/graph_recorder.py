@@ -93,7 +93,6 @@ class GraphRecorder:
         self._timers = [every(node, period, action) for period, action in periods.items()]
 
     def add_graph(self) -> None:
-        """Record the graph's topics."""
         for topic in GRAPH_TOPICS:
             self.add(topic)
         if find_spec('control_msgs'):
@@ -101,31 +100,24 @@ class GraphRecorder:
             self.add_named(name, type_text, topics.JOINT_STATES.qos)
 
     def add(self, topic: topics.Topic) -> None:
-        """Record a topic of the graph's table."""
         package, kind, *_ = topic.type.__module__.split('.')
         self.add_named(topic.name, f'{package}/{kind}/{topic.type.__name__}', topic.qos)
 
     def add_named(self, name: str, type_text: str, qos: QoSProfile) -> None:
         """Record a topic, remapped as the node's are, of a type as `sensor_msgs/msg/JointState`.
 
-        Raises:
-            UserError: the type is not installed, or its definition not known.
+        UserError: the type is not installed, or its definition not known.
         """
         name = self._node.resolve_topic_name(name)
         definition(type_text)  # says now, not at the first message, that it cannot be written
-        offered = to_yaml(
-            qos.history.name.lower(),
-            qos.depth,
-            qos.reliability.name.lower(),
-            qos.durability.name.lower(),
-        )
+        policies = (p.name.lower() for p in (qos.reliability, qos.durability))
+        offered = to_yaml(qos.history.name.lower(), qos.depth, *policies)
         subscription = self._ears.create_subscription(
             load(type_text), name, lambda _: None, self._kept(qos), raw=True
         )
         self._subscriptions.append((Topic(name, type_text, offered), subscription))
 
     def status(self) -> DiagnosticStatus:
-        """Return the DiagnosticStatus of the bag being written."""
         recorder = self._recorder
         level, message = self._health()
         values = {

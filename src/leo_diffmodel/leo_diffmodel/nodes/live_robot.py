@@ -50,11 +50,9 @@ class LiveRobot:
         self._ask(self._stop)
 
     def release(self) -> None:
-        """Take the e-stop back."""
         self._ask(self._release)
 
     def close(self) -> None:
-        """Listen no more."""
         self._recording.close()
 
     def _ask(self, client: Any) -> None:

@@ -35,13 +35,11 @@ class Canvas:
             self.disc(point, width / 2, colour)
 
     def area(self, corners: np.ndarray, colour: str, edge: str = '') -> None:
-        """A filled polygon (N, 2)."""
         self._draw.polygon(self._large(corners), fill=colour)
         if edge:
             self.line(np.concatenate([corners, corners[:1]]), edge, 1)
 
     def box(self, left: float, top: float, right: float, bottom: float, colour: str) -> None:
-        """A filled rectangle."""
         corners = [[left, top], [right, top], [right, bottom], [left, bottom]]
         self.area(np.array(corners), colour)
 
@@ -62,7 +60,6 @@ class Canvas:
         self._draw.text((x, y), text, fill=colour, font=font, anchor=anchor)
 
     def finished(self) -> Image.Image:
-        """The picture."""
         return self._image.resize((self.width, self.height), Image.Resampling.LANCZOS)
 
     def _large(self, points: np.ndarray) -> list[tuple[float, float]]:
@@ -124,13 +121,11 @@ def _draw_ground(canvas: Canvas, view: View, slope: float) -> None:
 
 
 def draw_mount(canvas: Canvas, view: View, root: np.ndarray) -> None:
-    """Where a fixed base is bolted on."""
     x, y = view.pixels(root)
     canvas.box(x - 22, y - 4, x + 22, y + 4, GRID)
 
 
 def draw_pose(canvas: Canvas, view: View, pose: Pose) -> None:
-    """A pose in full colour."""
     for corners, colour in pose.outlines:
         canvas.area(view.pixels(corners), mixed(colour, PAPER, 0.72), mixed(colour, PAPER, 0.45))
     for line, colour in pose.sticks:
@@ -142,6 +137,5 @@ def draw_pose(canvas: Canvas, view: View, pose: Pose) -> None:
 
 
 def draw_ghost(canvas: Canvas, view: View, pose: Pose, faint: float) -> None:
-    """The sticks of an earlier pose."""
     for line, colour in pose.sticks:
         canvas.line(view.pixels(line), mixed(colour, PAPER, faint), 1.5)

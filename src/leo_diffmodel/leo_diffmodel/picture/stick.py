@@ -151,13 +151,7 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Shape:
-    """A convex body drawn by the outline of its points.
-
-    Attributes:
-        link: it moves with.
-        points: in link axes [m], shape (N, 3).
-        colour: as `#rrggbb`.
-    """
+    """A convex body of a link, drawn by the outline of its points (N, 3) m, in #rrggbb."""
 
     link: str
     points: np.ndarray

@@ -14,19 +14,23 @@ from bokeh.resources import Resources
 import jinja2
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report import text
 
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report: a file in templates/, its values, and bokeh figures.
-
-    The template gets the figures as HTML in `plots`.
-    """
+    """A part of a report: a file in templates/ with its values, and bokeh figures, its `plots`."""
 
     template: str
     values: Mapping[str, Any] = field(default_factory=dict)
     figures: tuple[Any, ...] = ()
+
+
+def models(*strokes: Stroke) -> list[tuple[str, Stroke]]:
+    """The legend of the only model there is, or of that as given and that as repaired."""
+    names = ('as given', 'repaired') if len(strokes) > 1 else ('the model',)
+    return list(zip(names, strokes, strict=True))
 
 
 def render(title: str, source: str, sections: Sequence[Section], watch: str = '') -> str:

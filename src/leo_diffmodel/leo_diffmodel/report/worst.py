@@ -45,10 +45,7 @@ class Stretch:
 
 
 def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
-    """The four worst windows of the first model, none overlapping another.
-
-    The predictions are of the same windows, by each model.
-    """
+    """The four worst windows of the first model, of windows that all predict; none overlap."""
     first = predictions[0]
     joints = first.windows.q.shape[-1]
     count = _samples(first)

@@ -19,7 +19,7 @@ from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.watch.errand import Heard
-from leo_diffmodel.watch.view import heights, View
+from leo_diffmodel.watch.view import GHOSTS, heights, MODELS, View
 from leo_msgs_py.whole_file import whole
 
 PICTURES = ('.png', '.svg')
@@ -35,7 +35,6 @@ PLAIN = FuncFormatter(lambda value, _: f'{value:g}')
 DASHED = (0, (4, 2.5))
 STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11, 'parse_math': False}
 MUTED = {**STYLE, 'color': palette.MUTED}
-MODELS = ('given', palette.GIVEN, 'as given'), ('now', palette.REPAIRED, 'with the switches')
 
 
 def draw(view: View, path: Path, heard: Heard) -> str:
@@ -96,7 +95,6 @@ class Drawn:
         self.show(0)
 
     def show(self, k: int) -> None:
-        """Draw the robots of one of the times."""
         view = self._view
         for lines, q in zip(self._ghosts, view.poses[k], strict=True):
             lines.set_segments(view.stage.lines(q))
@@ -123,8 +121,7 @@ class Drawn:
         if stick.root is not None:
             axes.plot(*stick.root[:, None], 's', color=palette.NOISE, markersize=8)
         (self._ground,) = axes.plot([], [], '|-', color=palette.MUTED, lw=1.2, markersize=6)
-        models = [self._ghost(stroke, 4.0, 0.75) for stroke in (palette.GIVEN, palette.REPAIRED)]
-        self._ghosts = [*models, self._ghost(palette.MEASURED, 3.0, 1.0)]
+        self._ghosts = [self._ghost(*look) for _, *look in GHOSTS]
         self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
         note = f'predicted {self._view.seconds:.2g} s ahead, again and again'
@@ -173,7 +170,6 @@ class Drawn:
 
 
 def _look(stroke: Stroke) -> dict[str, Any]:
-    """A stroke as matplotlib names it."""
     return {'color': stroke.colour, 'ls': DASHED if stroke.dash == 'dashed' else '-'}
 
 
@@ -191,7 +187,6 @@ def _ground(slope: float | None, left: float, right: float) -> tuple[Any, Any]:
 
 
 def _style(axes: Any) -> None:
-    """The report's style: a light grid, no frame."""
     axes.grid(color=palette.GRID)
     axes.set_axisbelow(True)
     axes.tick_params(colors=palette.MUTED)

@@ -30,7 +30,6 @@ class News:
 
     @property
     def over(self) -> bool:
-        """Whether there will be no more."""
         return self.answer is not None or bool(self.error)
 
 
@@ -44,7 +43,6 @@ class Errand:
 
     @property
     def busy(self) -> bool:
-        """Whether it is under way."""
         return self._process is not None
 
     def begin(self, ask: Ask) -> None:
@@ -71,7 +69,6 @@ class Errand:
         return self.news != before
 
     def stop(self) -> None:
-        """End the process, whatever it does."""
         if self._process is not None:
             self._process.terminate()
             self._process.join()
@@ -98,8 +95,7 @@ Asked = Callable[[list[str], Heard], dict]
 class Finder(Errand):
     """The search behind 'find it for me'.
 
-    `words` are the command line that it explains: bags, model and options; none where the bags
-    are kept no longer.
+    `words` are the command line that it explains; none where the bags are kept no longer.
     """
 
     def __init__(self, asked: Asked, words: list[str]) -> None:
@@ -107,5 +103,4 @@ class Finder(Errand):
         self._asked, self.words = asked, words
 
     def start(self) -> None:
-        """Begin, unless it is going on."""
         self.begin(partial(self._asked, self.words))

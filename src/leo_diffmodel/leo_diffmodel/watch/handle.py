@@ -48,12 +48,10 @@ class Handle:
 
     @property
     def anchor(self) -> float:
-        """The value at position 0."""
         return min(max(self.parameter.neutral, self.low), self.high)
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The lowest and the highest position."""
         return (-1.0 if self.low < self.anchor else 0.0, 1.0 if self.high > self.anchor else 0.0)
 
     def value(self, position: float) -> float:
@@ -63,7 +61,6 @@ class Handle:
         return self.inside(self.anchor + (size if position > 0 else -size))
 
     def position(self, value: float) -> float:
-        """Where a value lies."""
         off = min(max(value, self.low), self.high) - self.anchor
         span = self.high - self.anchor if off > 0 else self.anchor - self.low
         size = (abs(off) / span) ** (1 / POWER) if span else 0.0
@@ -82,8 +79,7 @@ class Handle:
 def guess(scene: Scene, base: Model, candidate: Candidate) -> dict[str, float]:
     """The values at which an effect on top of a model predicts the training windows best.
 
-    Each parameter in turn is scanned over its slider, then ever more finely about the best: one
-    batch of rollouts each.
+    Each parameter in turn is scanned over its slider, then ever more finely about the best.
     """
     handles = [Handle.of(p) for p in candidate.parameters]
     values = np.array([_begin(h) for h in handles])

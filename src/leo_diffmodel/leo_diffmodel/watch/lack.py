@@ -40,8 +40,7 @@ class Lacks:
     """What the model as given lacks, and with the switches; takes long, and follows them.
 
     Attributes:
-        given: of the model as given; None before it is known.
-        now: of the model with the switches; None before it is known.
+        given, now: of the model as given and with the switches; None before they are known.
         curve: what the model as given would lack if that with the switches were the robot
             [N m], shape (W, J), in the windows of `given`; None where nothing is on.
         behind: they are still of switches as they were before.

@@ -39,7 +39,6 @@ class Setting:
     refitted: bool = False
 
     def having(self, label: str, values: Values) -> Setting:
-        """With an effect switched on, at these values."""
         return replace(self, on={**self.on, label: dict(values)})
 
     def without(self, label: str) -> Setting:
@@ -48,12 +47,10 @@ class Setting:
         return Setting(rest, self.refitted and bool(rest))
 
     def moved(self, label: str, name: str, value: float) -> Setting:
-        """With one parameter at another value."""
         return self.having(label, {**self.on[label], name: value})
 
 
 def repaired(scene: Scene, base: Model, setting: Setting) -> Model:
-    """A model with these effects on top of it."""
     hypothesis, theta = _hypothesis(scene, setting)
     return hypothesis.model(base, theta)
 
@@ -103,12 +100,11 @@ def base_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:
 def write_model(folder: Path, scene: Scene, setting: Setting, answer: Answer | None) -> Path:
     """Write what is switched on as `leo add` does, with the explain.json it comes from.
 
-    Raises:
-        UserError: nothing is switched on, or values were moved after constants were refitted.
+    UserError: nothing is switched on, or values were moved after constants were refitted.
     """
     if not setting.on:
         raise UserError('nothing is switched on: there is nothing to add')
-    target, explained = _fresh(folder)
+    target, explained = fresh(folder, 'model.yaml', 'explain.json')
     written: dict[Path, str] = {}
     if answer and setting == answer.setting:
         model, entries = from_data(scene.given, answer.data, FOUND)
@@ -122,8 +118,11 @@ def write_model(folder: Path, scene: Scene, setting: Setting, answer: Answer | N
     return target
 
 
-def _fresh(folder: Path) -> tuple[Path, Path]:
-    """Names of a model file and an explain.json that are not there yet."""
-    ends = ('' if number == 1 else f'_{number}' for number in itertools.count(1))
-    pairs = ((folder / f'model{end}.yaml', folder / f'explain{end}.json') for end in ends)
-    return next(pair for pair in pairs if not any(path.exists() for path in pair))
+def fresh(folder: Path, *names: str) -> list[Path]:
+    """Files of these names, with the first number, if any, with which none is there yet."""
+    files = [folder / name for name in names]
+    for number in itertools.count(2):
+        if not any(file.exists() for file in files):
+            break
+        files = [folder / name.replace('.', f'_{number}.') for name in names]
+    return files

@@ -18,6 +18,7 @@ from leo_diffmodel.watch.lack import Lacks
 from leo_diffmodel.watch.scene import in_floors, Scene, Score
 from leo_diffmodel.watch.setting import Answer, base_of, repaired, Setting, words, write_model
 from leo_msgs_py.errors import UserError
+from leo_sim.effects import Parameter
 from leo_sim.model import Model
 
 HORIZON = 0.5
@@ -37,13 +38,11 @@ class State:
         horizon: over which the film predicts [s].
         shown: index of the state whose error the figures show.
         given, now: errors of the model as given, and with what is switched on.
-        without: of each effect that is on, the error if it alone were off [noise floors];
-            follows.
-        lacks: the torque that both lack, and where; follows.
+        without: of each effect that is on, the error if it alone were off [noise floors].
+        lacks: the torque that both lack, and where.
         chosen: the joint whose missing torque is shown, and the number of the variable against
             which; None before there is one.
-        seconds: what the last change took to compute.
-        drawing: draws pictures and films of the view.
+        seconds: what the last change took to compute [s].
     """
 
     def __init__(self, scene: Scene, folder: Path | None = None) -> None:
@@ -67,8 +66,13 @@ class State:
 
     @property
     def model(self) -> Model:
-        """The model with what is switched on."""
         return self._with(self.setting)
+
+    @property
+    def switched(self) -> dict[str, list[tuple[Parameter, float]]]:
+        """The parameters of the effects that are on, with their values."""
+        on, candidates = self.setting.on, self.scene.candidates
+        return {c: [(p, on[c][p.name]) for p in candidates[c].parameters] for c in on}
 
     @property
     def floor(self) -> Score:
@@ -88,7 +92,6 @@ class State:
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is something to undo."""
         return bool(self._past)
 
     def switch(self, label: str, on: bool) -> None:
@@ -106,21 +109,16 @@ class State:
         self._set(self.setting.moved(label, name, value), remember=not again)
 
     def undo(self) -> None:
-        """Back to what was switched on before."""
         if self._past:
             self._moving = None
             self._set(self._past.pop(), remember=False)
 
     def clear(self) -> None:
-        """Switch everything off."""
         self._moving = None
         self._set(Setting())
 
     def found(self, explanation: Mapping[str, Any]) -> None:
-        """Switch on what explain named, with its values; nothing where it named nothing.
-
-        `explanation` is the contents of explain.json.
-        """
+        """Switch on what explain.json names, with its values; nothing where it names nothing."""
         self.answer, self._moving = Answer.of(explanation, self.scene), None
         if self.answer.setting.on:
             self._set(self.answer.setting)
@@ -164,30 +162,24 @@ class State:
         self.notify()
 
     def show(self, index: int) -> None:
-        """Show the error of another state."""
         if index != self.shown:
             self.shown = index
             self.notify()
 
     def choose(self, joint: int, variable: int) -> None:
-        """Show what another joint lacks, or against another variable."""
         if (joint, variable) != self.chosen:
             self.chosen = joint, variable
             self.notify()
 
     def go(self, seconds: float) -> None:
-        """Go to a time on the timeline."""
         self.player.go(seconds)
         self.notify()
 
-    def play(self, on: bool) -> None:
-        """Play, or pause."""
-        if on != self.player.playing:
-            self.player.play(on)
-            self.notify()
+    def play_or_pause(self) -> None:
+        self.player.play(not self.player.playing)
+        self.notify()
 
     def at_speed(self, speed: float) -> None:
-        """Play at another speed."""
         if speed != self.player.speed:
             self.player.at_speed(speed)
             self.notify()
@@ -201,7 +193,6 @@ class State:
         return False
 
     def finish(self) -> None:
-        """Compute all that follows the last change."""
         while self.go_on():
             pass
 
@@ -247,6 +238,5 @@ class State:
         return repaired(self.scene, base, setting)
 
     def notify(self) -> None:
-        """Let all tabs know that something changed."""
         for listener in [*self.listeners]:
             listener()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.film import RATE
 from leo_diffmodel.picture.stick import Stick
 from leo_diffmodel.report.text import source
@@ -22,7 +23,15 @@ Array = np.ndarray
 Columns = dict[str, Array]
 DEEPEST = 0.1
 """Of the floor: errors below, as on data without noise, leave the picture."""
-WIDE = 1.35
+GHOSTS = (
+    ('given', palette.GIVEN, 4, 0.75),
+    ('repaired', palette.REPAIRED, 4, 0.75),
+    ('measured', palette.MEASURED, 3, 1.0),
+)
+"""The robots as drawn, with the width [px] and the opacity of their lines."""
+MODELS = ('given', palette.GIVEN, 'as given'), ('now', palette.REPAIRED, 'with the switches')
+"""Columns of errors, with their strokes and names."""
+ASPECT = 1.35
 """Width of what is looked at over its height."""
 ROOM = 1.15
 """Half its height over the reach of the robot."""
@@ -35,10 +44,7 @@ FILM_SECONDS = 4.0
 
 
 class Stage:
-    """Where poses are drawn [m].
-
-    `reach` is how far the robot gets from its mount, or from its middle where it walks.
-    """
+    """Where poses are drawn [m], from the mount, or from the middle of a robot that walks."""
 
     def __init__(self, robot: Robot, recordings: Sequence[Recording]) -> None:
         self.stick = Stick(robot)
@@ -59,7 +65,7 @@ class Stage:
         """The lower left and the upper right corner of what to look at; a walker is followed."""
         size, root = ROOM * self.reach, self.stick.root
         middle = self._points(q).mean(axis=0) if root is None else root
-        half = np.array([WIDE * size, size])
+        half = np.array([ASPECT * size, size])
         return middle - half, middle + half
 
     def _points(self, q: Array) -> Array:
@@ -78,8 +84,7 @@ class View:
     Attributes:
         unit: the state whose error is shown, with its unit.
         seconds: how far ahead the ghosts are predicted [s].
-        times: of the pictures on the timeline [s], shape (F,).
-        places: the same as bag and bag time.
+        times, places: of the pictures: on the timeline [s], shape (F,), and as bag and bag time.
         poses: joint angles as given, with the switches, as measured, shape (F, 3, J).
         horizon, time, worst, held: as of `against_horizon`, `over_time`, `worst` and `held`.
     """
@@ -120,7 +125,6 @@ def view_of(state: State, times: Array) -> View:
 
 
 def now(state: State) -> Array:
-    """The one time of a picture [s], shape (1,)."""
     return np.array([state.player.now])
 
 
@@ -134,9 +138,8 @@ def from_now(state: State) -> Array:
 
 def _switched(state: State) -> tuple[str, ...]:
     lines = []
-    for label, values in state.setting.on.items():
-        parameters = state.scene.candidates[label].parameters
-        shown = [f'{p.name} = {values[p.name]:.4g} {p.unit}'.rstrip() for p in parameters]
+    for label, values in state.switched.items():
+        shown = [f'{p.name} = {value:.4g} {p.unit}'.rstrip() for p, value in values]
         lines.append(f'{label.replace(":", " at ")}: {", ".join(shown)}')
     if state.setting.refitted and state.answer and (moved := state.answer.data['constants']):
         lines.append(f'refitted by the explanation: {", ".join(moved)}')
@@ -189,6 +192,5 @@ def held(state: State) -> Array:
 
 
 def unit(state: State) -> str:
-    """The state whose error is shown, with its unit."""
     shown = state.states[state.shown]
     return f'{shown["name"]} [{shown["unit"]}]'

@@ -45,10 +45,7 @@ def stability(
     effects: Sequence[Mapping[str, Any]],
     settings: Mapping[str, float],
 ) -> Section:
-    """A bar for each chosen set, the answer first, and a line for each of its effects.
-
-    Rows are `stability` and `effects` of explain.json, settings the gates by name.
-    """
+    """A bar for each chosen set, the answer first, and a line for each of its effects."""
     others = rows[MOST_SETS:]
     sets = [
         _bar(' + '.join(r['effects']) or 'nothing is missing', r['share'], mine=n == 0)

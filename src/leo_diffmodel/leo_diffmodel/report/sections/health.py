@@ -19,7 +19,7 @@ from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, LOW, plain_numbers, ticks
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import models, Section
 from leo_diffmodel.report.text import number, percent
 
 Array = np.ndarray
@@ -29,14 +29,12 @@ SEED = 0
 PUSH_TIMES = 5.0
 BAND = (0.025, 0.975)
 LASTING = 2.0
+MODELS = Stroke(palette.BEFORE, 'points'), Stroke(palette.AFTER, 'points')
 SHOWN = ('speed', 'direction', 'load', 'motor')
 
 
 def section(found: Search, errors: Mapping[str, Any]) -> Section:
-    """Chi-squared of every window against time, autocorrelation, and chi-squared by condition.
-
-    Of `errors` of explain.json, `chi2_ratio` and `unexplained_share` are shown.
-    """
+    """Chi-squared of every window against time, autocorrelation, and chi-squared by condition."""
     problem = found.problem
     most, repaired = problem.gates.unexplained, bool(found.final.hypothesis.candidates)
     time, borders = _in_a_row(problem.windows)
@@ -51,7 +49,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'white': errors['chi2_ratio'] <= most,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
-        'legend': _legend(repaired),
+        'legend': [*models(*MODELS[: 1 + repaired]), ('only noise', palette.FLOOR)],
         'correlated': not white.white,
         'strength': number(white.strength, 2),
         'joints': list(zip(names, palette.CANDIDATES, strict=False)) if len(names) > 1 else [],
@@ -65,14 +63,6 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
     shown = [kind for kind in kinds if np.isfinite(white.value[0, kind[1]]).any()]
     correlograms = [_correlogram(white, names, *kind) for kind in shown]
     return Section('health.html', values, (plot, *correlograms))
-
-
-def _legend(repaired: bool) -> list[tuple[str, Stroke]]:
-    before, after = Stroke(palette.BEFORE, 'points'), Stroke(palette.AFTER, 'points')
-    noise = ('only noise', palette.FLOOR)
-    if repaired:
-        return [('as given', before), ('repaired', after), noise]
-    return [('the model', before), noise]
 
 
 def _in_a_row(windows: Windows) -> tuple[Array, list[float]]:
@@ -93,7 +83,7 @@ def _in_a_row(windows: Windows) -> tuple[Array, list[float]]:
 def _ratios(time: Array, before: Array | None, after: Array, borders: list[float]) -> Any:
     """Squared whitened residual over its expected value in each window, against its middle [s].
 
-    One series where nothing was repaired; lines at the borders, where a further bag begins [s].
+    One series where nothing was repaired; lines at the borders between bags [s].
     """
     label = 'time, one bag after the other [s]' if borders else 'time in the bag [s]'
     plot = canvas(label, 'squared residual / expected [1]', y_axis_type='log')

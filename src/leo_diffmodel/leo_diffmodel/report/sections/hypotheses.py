@@ -80,8 +80,8 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
 
 
 def _supported(effect: Row, gates: Gates) -> str:
-    others = [c['separable_nats'] for c in effect['confusable_with'] if not _why(c)]
-    if any(nats_apart < gates.margin_nats for nats_apart in others):
+    rivals = (c for c in effect['confusable_with'] if not _why(c))
+    if any(rival['separable_nats'] < gates.margin_nats for rival in rivals):
         return 'supported, but not told apart from its rivals'
     if effect['inclusion_probability'] < gates.stable:
         return 'supported, but not in enough of the held-out turns'

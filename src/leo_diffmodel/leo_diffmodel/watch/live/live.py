@@ -26,17 +26,13 @@ SEARCHED = 'searched'
 
 
 class Robot(Protocol):
-    """The running robot, as far as the page has to do with it."""
-
     tape: Tape
     condition: Condition
     asked: str
 
-    def e_stop(self) -> None:
-        """Stop it."""
+    def e_stop(self) -> None: ...
 
-    def release(self) -> None:
-        """Take the e-stop back."""
+    def release(self) -> None: ...
 
 
 @dataclass
@@ -57,7 +53,6 @@ class Live:
             self.sending.stop()
 
     def switch_recording(self) -> None:
-        """Recording on or off."""
         with self._saying():
             if self.recording.on:
                 self.recording.stop()
@@ -101,7 +96,7 @@ class LiveFinder(Finder):
     """A search over the last seconds before it was asked for.
 
     Bags that were searched stay in the folder, as models name them; without one they are there
-    only for the search. The words are the command line of the search, less the bag.
+    only for the search.
     """
 
     def __init__(self, tape: Tape, asked: Asked, words: list[str], folder: Path | None) -> None:

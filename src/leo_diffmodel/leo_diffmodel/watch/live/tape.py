@@ -64,7 +64,6 @@ class Tape:
 
     @property
     def two(self) -> bool:
-        """Whether a second robot publishes the same joints."""
         return time.monotonic() - self._two < RECENT
 
     def record(
@@ -89,14 +88,11 @@ class Tape:
             self.heard = time.monotonic()
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Set what the robot node says of itself: its name, start pose, noise."""
         self._facts = dict(metadata)
 
-    def flush(self) -> None:
-        """Nothing waits to be written."""
+    def flush(self) -> None: ...
 
-    def close(self) -> None:
-        """Nothing is open."""
+    def close(self) -> None: ...
 
     def contents(self) -> BagContents:
         """What is kept now, as if read from a bag."""
@@ -144,7 +140,6 @@ class Condition:
     trouble: str = ''
 
     def line(self, tape: Tape) -> tuple[bool, str]:
-        """Whether all is well, and what to say."""
         if is_silent(tape):
             return False, GONE.format(_silence(tape))
         if tape.two:
@@ -157,7 +152,6 @@ class Condition:
 
 
 def is_silent(tape: Tape) -> bool:
-    """Whether no state comes from the robot."""
     return _silence(tape) > SILENT
 
 

@@ -30,12 +30,7 @@ DRAWN_MS = 60
 
 @dataclass(frozen=True)
 class Page:
-    """What all tabs show and do.
-
-    Attributes:
-        finder: the search behind 'find it for me'.
-        command: `leo add MODEL` as it would be typed.
-    """
+    """What all tabs show and do; `command` is `leo add MODEL` as it would be typed."""
 
     state: State
     finder: Finder
@@ -44,8 +39,6 @@ class Page:
 
 
 class Tab:
-    """Puts the parts on a document and keeps them up to date."""
-
     def __init__(self, document: Document, page: Page) -> None:
         self._document, self._state = document, page.state
         state = page.state

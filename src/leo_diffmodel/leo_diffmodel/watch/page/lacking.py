@@ -22,18 +22,8 @@ from leo_diffmodel.report.canvas import canvas, FONT, hover
 from leo_diffmodel.report.sections.where import against, in_print
 from leo_diffmodel.report.text import numbered, percent
 from leo_diffmodel.watch.lack import Lack
-from leo_diffmodel.watch.page.look import (
-    CARD,
-    legend,
-    PLOT,
-    ROBOTS,
-    said,
-    Silence,
-    small,
-    WIDE,
-    WORDS,
-    wrapped,
-)
+from leo_diffmodel.watch.page import look
+from leo_diffmodel.watch.page.look import following, legend, ROBOTS, said, small, WIDE
 from leo_diffmodel.watch.state import State
 
 Array = np.ndarray
@@ -71,12 +61,11 @@ class WhereView:
         models = zip(('given', 'now'), ROBOTS[1:], strict=True)
         self._rankings = [_Ranking(state, *model) for model in models]
         self._words = said(name='where says', **WIDE)
-        both = wrapped(*((r.root, PLOT) for r in self._rankings))
-        self.root = column(self._words, both, stylesheets=[CARD], **WIDE)
+        both = look.wrapped(*((r.root, look.PLOT) for r in self._rankings))
+        self.root = look.card(self._words, both)
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the places of now."""
         lacks = self._state.lacks
         note = lacks.trouble or ('computing …' if lacks.behind else NOTE)
         self._words.text = Markup('<b>Where it fails</b> {}').format(small(note))
@@ -84,7 +73,6 @@ class WhereView:
             ranking.show(lack)
 
     def follow_taps(self) -> None:
-        """Go to the worst window of a place where one taps."""
         for ranking in self._rankings:
             ranking.follow_taps()
 
@@ -101,7 +89,6 @@ class _Ranking:
         self.root = column(self._words, self.plot, **WIDE)
 
     def show(self, lack: Lack | None) -> None:
-        """Draw what is new."""
         if lack is None or lack is self._shown:
             return
         self._shown = lack
@@ -110,7 +97,6 @@ class _Ranking:
         self._words.text = self._head + Markup('<br>') + small(_said(lack.places))
 
     def follow_taps(self) -> None:
-        """Go to the worst window of the place that is tapped."""
         self.plot.on_event(Tap, lambda event: self._go(event.y))
 
     def _go(self, y: float) -> None:
@@ -124,12 +110,12 @@ class _Ranking:
         plot = canvas('share of the error', '', height=HEIGHT, name=name, **ranges)
         plot.yaxis.visible, plot.ygrid.grid_line_color = False, None
         plot.xaxis.formatter = NumeralTickFormatter(format='0 %')
-        look: dict[str, Any] = {'source': self._source, 'alpha': 'alpha', 'color': stroke.colour}
-        bars = plot.hbar(y='y', right='share', height=BAR, **look)
-        look = {'text_font': value(FONT), 'text_font_size': '12.5px', 'text_color': palette.INK}
-        look |= {'source': self._source, 'y': 'above', 'text_baseline': 'middle'}
-        plot.text(x=0.0, text='place', **look)
-        plot.text(x=1.0, text='size', text_align='right', **look)
+        colour = {'alpha': 'alpha', 'color': stroke.colour}
+        bars = plot.hbar(y='y', right='share', height=BAR, source=self._source, **colour)
+        font = {'text_font': value(FONT), 'text_font_size': '12.5px', 'text_color': palette.INK}
+        words = {'source': self._source, 'y': 'above', 'text_baseline': 'middle', **font}
+        plot.text(x=0.0, text='place', **words)
+        plot.text(x=1.0, text='size', text_align='right', **words)
         hover(plot, bars, [('', '@tip')])
         return plot
 
@@ -147,7 +133,6 @@ def _said(places: Where) -> str:
 
 
 def _rows(state: State, places: Where) -> Rows:
-    """A bar for each place."""
     if places.noise_only:
         return NO_ROWS
     shown = ranked(places.rows)[:ROWS]
@@ -179,27 +164,24 @@ def _tip(words: dict[str, Any]) -> str:
 
 
 class MissingView:
-    """The plot, and which joint and variable it shows."""
-
     def __init__(self, state: State) -> None:
-        self._state, self._silent = state, Silence()
+        self._state, self._silent = state, look.Silence()
         self._shown: tuple[object, ...] = ()
         self._dots = ColumnDataSource({'x': [], 'y': []}, name='missing torque')
         self._means = ColumnDataSource(NO_MEANS, name='binned torque')
-        self._joint = Select(title='joint', width=160, name='joint')
-        self._variable = Select(title='against', width=260, name='against')
-        self._joint.on_change('value', lambda _, __, v: self._ask(int(v)))
-        self._variable.on_change('value', lambda _, __, v: self._ask(None, int(v)))
+        joint = Select(title='joint', width=160, name='joint')
+        variable = Select(title='against', width=260, name='against')
+        self._joint = following(joint, lambda v: self._show_joint(int(v)))
+        self._variable = following(variable, lambda v: self._show_variable(int(v)))
         sources = self._dots, self._means
         self.plot, means = binned.torque_canvas(*sources, [palette.REPAIRED], name='missing plot')
         hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
         self._words = said(**WIDE, name='missing says')
-        head = wrapped((self._joint, 160), (self._variable, 260), (self._words, WORDS))
-        self.root = column(head, self.plot, stylesheets=[CARD], **WIDE)
+        head = look.wrapped((joint, 160), (variable, 260), (self._words, look.WORDS))
+        self.root = look.card(head, self.plot)
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw what is new."""
         lacks = self._state.lacks
         self._words.text = HEAD + small(lacks.trouble or MISSING_NOTE)
         if lacks.given is None:
@@ -237,14 +219,13 @@ class MissingView:
         self._dots.data, self._means.data = dict(drawn.dots), dict(drawn.means)
         drawn.label(self.plot, label)
 
-    def _ask(self, joint: int | None, number: int | None = None) -> None:
-        """Have another joint shown, against what matters there, or another variable."""
-        given, chosen = self._state.lacks.given, self._state.chosen
-        if self._silent or given is None or chosen is None:
-            return
-        if joint is not None:
+    def _show_joint(self, joint: int) -> None:
+        """Have another joint shown, against what matters there."""
+        if not self._silent and (given := self._state.lacks.given):
             self._state.choose(*self._matters(given.missing, joint))
-        elif number is not None:
+
+    def _show_variable(self, number: int) -> None:
+        if not self._silent and (chosen := self._state.chosen):
             self._state.choose(chosen[0], number)
 
 

@@ -3,23 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from bokeh.layouts import row
-from bokeh.models import ColumnDataSource, Div
+from bokeh.layouts import column, row
+from bokeh.models import Button, ColumnDataSource, Div
 from markupsafe import escape, Markup
 import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import FONT
+from leo_diffmodel.watch.view import MODELS
 
-ROBOTS = (
-    ('measured', palette.MEASURED),
-    ('as given', palette.GIVEN),
-    ('with the switches', palette.REPAIRED),
-)
+ROBOTS = ('measured', palette.MEASURED), *((name, stroke) for _, stroke, name in MODELS)
 WIDE: dict[str, Any] = {'sizing_mode': 'stretch_width'}
 MAIN, SIDE = 400, 400
 """Least width of what is drawn beside the catalogue, and width of that [px]."""
@@ -63,9 +60,12 @@ CARD = f"""
 :host {{ background: #fff; border: 1px solid {palette.GRID}; border-radius: 10px;
   padding: 12px 14px; box-sizing: border-box; }}
 """
-
-
 WRAP = ':host { flex-wrap: wrap; }'
+
+
+def card(*parts: Any, **options: Any) -> Any:
+    """Parts below each other in a frame."""
+    return column(*parts, stylesheets=[CARD], **WIDE, **options)
 
 
 def wrapped(*parts: tuple[Any, int], **options: Any) -> Any:
@@ -80,33 +80,44 @@ def said(html: str = '', **options: Any) -> Div:
     return Div(text=escape(html), stylesheets=[TEXT], disable_math=True, **options)
 
 
+def note(words: str) -> Div:
+    """Small words on the page, as wide as what they are about."""
+    return said(small(words), **WIDE)
+
+
+def button(label: str, name: str, *actions: Callable[[], object], **options: Any) -> Button:
+    """A button that does these one after the other."""
+    made = Button(label=label, name=name, **options)
+    for action in actions:
+        made.on_click(action)
+    return made
+
+
+def following(widget: Any, take: Callable[[Any], object], what: str = 'value') -> Any:
+    """A widget each new value of which is taken."""
+    widget.on_change(what, lambda _, __, value: take(value))
+    return widget
+
+
 def small(words: str) -> Markup:
-    """Words that are a note, as HTML."""
     return Markup('<small>{}</small>').format(words)
 
 
 def wrong(what: object) -> Markup:
-    """What is wrong, as HTML."""
     return Markup('<span class="error">{}</span>').format(what)
 
 
 def legend(*entries: tuple[str, Stroke]) -> Markup:
-    """Names with their strokes, as HTML."""
     stroke = Markup('<i class="stroke" style="border-color:{};border-top-style:{}"></i>{}')
     return Markup().join(stroke.format(s.colour, s.dash, name) for name, s in entries)
 
 
 class Part(Protocol):
-    """Some widgets, which follow the state; moving them changes it.
-
-    Attributes:
-        root: the bokeh model to put on the page.
-    """
+    """Some widgets below `root`, which follow the state; moving them changes it."""
 
     root: Any
 
-    def refresh(self) -> None:
-        """Show the state as it is now."""
+    def refresh(self) -> None: ...
 
 
 def renew(source: ColumnDataSource, data: Mapping[str, Any]) -> None:

@@ -26,18 +26,10 @@ PAUSE, SHORT_PAUSE = 0.05, 0.01
 
 
 class WatchServer:
-    """Serves a page until it is stopped.
+    """Serves a page on a port (0: a free one); UserError: it is in use, or not for us.
 
     Whoever does not know the token, which is the first part of every path, gets 404 for whatever
     is asked.
-
-    Args:
-        page: what all tabs show and do.
-        port: to listen on; 0 takes a free one.
-        tab: puts the page on a document.
-
-    Raises:
-        UserError: the port is in use, or not for us.
     """
 
     def __init__(self, page: Page, port: int, tab: OpenTab) -> None:
@@ -60,21 +52,16 @@ class WatchServer:
         page.state.listeners.append(self._follow)
 
     def every(self, milliseconds: float, action: Callable[[], None]) -> None:
-        """Do something again and again while the page is served."""
         PeriodicCallback(action, milliseconds).start()
 
     def end(self) -> None:
-        """Have `run` return."""
         self._server.io_loop.add_callback(self._server.io_loop.stop)
 
     def run_until_interrupted(self) -> NoReturn:
-        """Serve until SIGINT or SIGTERM.
+        """Serve until SIGINT or SIGTERM, then raise KeyboardInterrupt.
 
         The loop hears them. An exception raised wherever the program is can get lost, as in the
         callback of a weak reference.
-
-        Raises:
-            KeyboardInterrupt: always, at the end.
         """
         loop = self._server.io_loop
         for number in (signal.SIGINT, signal.SIGTERM):

@@ -60,9 +60,9 @@ def test_new_data_come_in_and_the_switches_stay(renewing):
 
 
 def test_nothing_is_computed_without_new_messages_or_while_data_are_held(renewing):
-    renewing.freeze(True)
+    renewing.toggle()
     assert not renewing.look(1) and renewing._future is None
-    renewing.freeze(False)
+    renewing.toggle()
     assert not renewing.look(0) and renewing._future is None
 
 
