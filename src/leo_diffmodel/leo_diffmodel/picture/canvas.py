@@ -17,10 +17,7 @@ TICK = 0.1
 
 
 class Canvas:
-    """Lines, areas, discs and text, in pixels of the finished picture.
-
-    It is drawn `fine` times larger, and shrunk at the end.
-    """
+    """Shapes and text, in pixels of the picture; drawn `fine` times larger, and shrunk."""
 
     def __init__(self, width: int, height: int, fine: int = 3):
         self.width, self.height, self._fine = width, height, fine

@@ -38,11 +38,7 @@ MUTED = {**STYLE, 'color': palette.MUTED}
 
 
 def draw(view: View, path: Path, heard: Heard) -> str:
-    """Write a view as .png, .svg, .gif or .mp4, as the path ends, and report on it; its name.
-
-    Raises:
-        UserError: a film cannot be encoded.
-    """
+    """Write .png, .svg, .gif or .mp4, as the path ends, or raise UserError; its name."""
     heard(path.name)
     with whole(path) as part:
         if path.suffix in PICTURES:
@@ -79,7 +75,8 @@ class Drawn:
     def __init__(self, view: View, dpi: int, animated: bool = False) -> None:
         self._view = view
         height = HEIGHT + LINE * len(view.switched)
-        self.figure = Figure((WIDTH, _even(height, dpi)), dpi, facecolor=palette.PAPER)
+        even = 2 * round(height * dpi / 2) / dpi  # dots, as films need
+        self.figure = Figure((WIDTH, even), dpi, facecolor=palette.PAPER)
         head = 1.0 - (0.9 + LINE * len(view.switched)) / height
         edges = {'left': 0.065, 'right': 0.985, 'bottom': 0.6 / height, 'top': head}
         ratios = {'height_ratios': (2.2, 1), 'width_ratios': (1, 1.15)}
@@ -171,11 +168,6 @@ class Drawn:
 
 def _look(stroke: Stroke) -> dict[str, Any]:
     return {'color': stroke.colour, 'ls': DASHED if stroke.dash == 'dashed' else '-'}
-
-
-def _even(inches: float, dpi: int) -> float:
-    """A height of an even number of dots, as films need [inch]."""
-    return 2 * round(inches * dpi / 2) / dpi
 
 
 def _ground(slope: float | None, left: float, right: float) -> tuple[Any, Any]:

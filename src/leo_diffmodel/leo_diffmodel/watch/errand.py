@@ -61,7 +61,8 @@ class Errand:
         before = self.news
         try:
             while self._pipe and not self.news.over and self._pipe.poll():
-                self._take(*self._pipe.recv())
+                count, (kind, what) = self.news.count + 1, self._pipe.recv()
+                self.news = News(what, count) if kind == 'text' else News(**{kind: what})
         except EOFError:
             self.news = News(error='it ended before it had an answer')
         if self.news.over:
@@ -73,9 +74,6 @@ class Errand:
             self._process.terminate()
             self._process.join()
         self._process = self._pipe = None
-
-    def _take(self, kind: str, what: Any) -> None:
-        self.news = News(what, self.news.count + 1) if kind == 'text' else News(**{kind: what})
 
 
 def _work(ask: Ask, pipe: Connection) -> None:

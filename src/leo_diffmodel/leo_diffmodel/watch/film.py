@@ -49,11 +49,7 @@ class Film:
 
     @classmethod
     def of(cls, scene: Scene, seconds: float, repaired: Model) -> Film:
-        """Predict from each measured state on, over so many seconds.
-
-        Raises:
-            ValueError: no episode is that long.
-        """
+        """Predict over so many seconds, again and again; ValueError: no episode is so long."""
         windows = cut(scene.recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
         begin = scene.timeline.at(windows.source, windows.start)

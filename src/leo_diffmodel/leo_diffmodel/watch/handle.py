@@ -82,7 +82,7 @@ def guess(scene: Scene, base: Model, candidate: Candidate) -> dict[str, float]:
     Each parameter in turn is scanned over its slider, then ever more finely about the best.
     """
     handles = [Handle.of(p) for p in candidate.parameters]
-    values = np.array([_begin(h) for h in handles])
+    values = np.array([_first(h) for h in handles])
     for width, points in ON_GROUND if scene.model.robot.contacts else SCANS:
         for i, handle in enumerate(handles):
             tried = _tried(handle, values[i], width, points)
@@ -92,7 +92,7 @@ def guess(scene: Scene, base: Model, candidate: Candidate) -> dict[str, float]:
     return {h.parameter.name: h.inside(v) for h, v in zip(handles, values, strict=True)}
 
 
-def _begin(handle: Handle) -> float:
+def _first(handle: Handle) -> float:
     scales = handle.parameter.scales or handle.parameter.turns
     return handle.anchor if scales else handle.value(MIDDLE * handle.ends[1])
 

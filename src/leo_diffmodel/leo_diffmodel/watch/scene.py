@@ -149,12 +149,7 @@ def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Win
 
 @dataclass(frozen=True)
 class Timeline:
-    """Where each recording lies on an axis of a length [s].
-
-    Attributes:
-        first: first stamp of each in its bag [s], shape (R,).
-        begin: where each begins on the axis [s], shape (R,).
-    """
+    """Where recordings `begin` on an axis, and their `first` stamps in their bags, (R,) [s]."""
 
     names: tuple[str, ...]
     first: Array

@@ -96,25 +96,21 @@ class State:
 
     def switch(self, label: str, on: bool) -> None:
         """Switch an effect on, first at the value that suits the training data best, or off."""
-        if on == (label in self.setting.on):
-            return
-        self._moving, now = None, self.setting
-        self._set(now.having(label, self._first(label)) if on else now.without(label))
+        now = self.setting
+        if on != (label in now.on):
+            self._set(now.having(label, self._first(label)) if on else now.without(label))
 
     def move(self, label: str, name: str, value: float) -> None:
         """Give a parameter of an effect that is on another value; one drag is undone at once."""
-        if self.setting.on[label][name] == value:
-            return
-        again, self._moving = self._moving == (label, name), (label, name)
-        self._set(self.setting.moved(label, name, value), remember=not again)
+        if self.setting.on[label][name] != value:
+            again = self._moving == (label, name)
+            self._set(self.setting.moved(label, name, value), not again, (label, name))
 
     def undo(self) -> None:
         if self._past:
-            self._moving = None
             self._set(self._past.pop(), remember=False)
 
     def clear(self) -> None:
-        self._moving = None
         self._set(Setting())
 
     def found(self, explanation: Mapping[str, Any]) -> None:
@@ -125,11 +121,7 @@ class State:
         self.notify()
 
     def add(self) -> Path:
-        """Write the model with what is switched on as `leo add` does; where it is.
-
-        Raises:
-            UserError: there is no folder, nothing is switched on, or words cannot say it.
-        """
+        """Write the model with what is switched on, as `leo add` does; UserError: it cannot."""
         if self.folder is None:
             raise UserError('start leo watch with -o DIR to write the model there')
         return write_model(self.folder, self.scene, self.setting, self.answer)
@@ -203,7 +195,11 @@ class State:
             self._guessed[label] = guess(self.scene, self.model, candidate)
         return self._guessed[label]
 
-    def _set(self, setting: Setting, remember: bool = True) -> None:
+    def _set(
+        self, setting: Setting, remember: bool = True, moving: tuple[str, str] | None = None
+    ) -> None:
+        """Take other switches; `moving` is the parameter that is being dragged."""
+        self._moving = moving
         if setting == self.setting:
             return
         if remember:

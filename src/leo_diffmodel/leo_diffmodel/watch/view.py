@@ -50,7 +50,8 @@ class Stage:
         self.stick = Stick(robot)
         q = np.concatenate([e.q for r in recordings for e in r.episodes])
         some = q[np.linspace(0, len(q) - 1, POSES).astype(int)]
-        self.reach = max(self._reached(angles) for angles in some)
+        from_middle = (self._points(angles) - self._middle(angles) for angles in some)
+        self.reach = max(float(np.linalg.norm(ways, axis=1).max()) for ways in from_middle)
 
     def lines(self, q: Array) -> list[Array]:
         """The lines of a pose (J,), each (N, 2)."""
@@ -63,18 +64,14 @@ class Stage:
 
     def part(self, q: Array) -> tuple[Array, Array]:
         """The lower left and the upper right corner of what to look at; a walker is followed."""
-        size, root = ROOM * self.reach, self.stick.root
-        middle = self._points(q).mean(axis=0) if root is None else root
-        half = np.array([ASPECT * size, size])
+        middle, half = self._middle(q), ROOM * self.reach * np.array([ASPECT, 1.0])
         return middle - half, middle + half
 
     def _points(self, q: Array) -> Array:
         return np.concatenate([points for points, _ in self.stick.sticks(q)])
 
-    def _reached(self, q: Array) -> float:
-        points, root = self._points(q), self.stick.root
-        ways = points - (points.mean(axis=0) if root is None else root)
-        return float(np.linalg.norm(ways, axis=1).max())
+    def _middle(self, q: Array) -> Array:
+        return self._points(q).mean(axis=0) if self.stick.root is None else self.stick.root
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque that both models lack, computed in pieces."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from tests.ground import LEO, recorded
-from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.torque import estimate, in_parts, torque_windows
@@ -16,12 +17,6 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'
-
-
-@pytest.fixture(scope='module')
-def scene():
-    friction = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
-    return Scene.of([record(TORQUE, friction, seconds=12)], Model('torque_pendulum'))
 
 
 def whole(pieces):
@@ -69,9 +64,7 @@ def test_a_change_drops_what_was_not_computed_of_the_one_before(scene):
 
 
 def test_what_cannot_be_told_is_said_in_one_line(scene, monkeypatch):
-    def singular(*_):
-        raise np.linalg.LinAlgError('Singular matrix')
-
+    singular = Mock(side_effect=np.linalg.LinAlgError('Singular matrix'))
     monkeypatch.setattr(lack, 'torque_windows', singular)
     state = State(scene)
     state.finish()

@@ -55,8 +55,8 @@ def section(
 
 def _refitted(path: str, row: Row) -> list[str]:
     """A constant with its interval, a line for each recording that has a value of its own."""
-    own = {f'{path} of {name}': each for name, each in row.get('recordings', {}).items()}
-    return estimates(own or {path: row})
+    alone = {f'{path} of {name}': each for name, each in row.get('recordings', {}).items()}
+    return estimates(alone or {path: row})
 
 
 def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
@@ -124,7 +124,7 @@ def _nearest(rivals: Sequence[Row]) -> list[str]:
     """The nearest rivals, those that are the same thing first, and how many more there are."""
     ordered = sorted(rivals, key=lambda r: (not _why(r), abs(r['separable_nats'])))
     more = [f'and {len(rivals) - NEAREST} more'] if len(rivals) > NEAREST else []
-    return [*(_rival(r) for r in ordered[:NEAREST]), *more]
+    return [*map(_rival, ordered[:NEAREST]), *more]
 
 
 def _rival(row: Row) -> str:

@@ -15,17 +15,12 @@ from leo_diffmodel.report.text import numbered, percent
 def stretches(recordings: Sequence[Recording], found: Sequence[Stretch]) -> Section:
     """Every stretch of the recordings with its bag, times and reason."""
     numbers = numbered(recordings)
-    values = {
-        'share': percent(share_outside(recordings, found)),
-        'rows': [_row(s, numbers[s.source]) for s in found],
-        'several': len(recordings) > 1,
-    }
-    return Section('outside.html', values)
-
-
-def _row(stretch: Stretch, bag: str) -> dict[str, str]:
-    time = f'{max(0.0, stretch.begin):.1f} … {stretch.end:.1f}\u00a0s'
-    return {'bag': bag, 'time': time, 'kind': stretch.kind, 'why': stretch.why}
+    rows = []
+    for s in found:
+        time = f'{max(0.0, s.begin):.1f} … {s.end:.1f}\u00a0s'
+        rows.append({'bag': numbers[s.source], 'time': time, 'kind': s.kind, 'why': s.why})
+    share, several = percent(share_outside(recordings, found)), len(recordings) > 1
+    return Section('outside.html', {'share': share, 'rows': rows, 'several': several})
 
 
 def effects(not_testable: Sequence[Mapping[str, Any]]) -> Section:

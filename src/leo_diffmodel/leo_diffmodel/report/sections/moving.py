@@ -62,12 +62,8 @@ def _frame(measured: list[list[Array]]) -> tuple[Array, Array]:
 def _path(lines: list[Array], low: Array, high: Array) -> str:
     """An SVG path in m, y downwards."""
     size = FARTHEST * (high - low)
-    parts = []
-    for points in lines:
-        near = np.clip(points, low - size, high + size)
-        corners = [f'{x:.4g} {-y:.4g}' for x, y in near]
-        parts.append('M' + 'L'.join(corners))
-    return ''.join(parts)
+    near = [np.clip(points, low - size, high + size) for points in lines]
+    return ''.join('M' + 'L'.join(f'{x:.4g} {-y:.4g}' for x, y in points) for points in near)
 
 
 def _ground(slope: float, low: Array, high: Array) -> str:

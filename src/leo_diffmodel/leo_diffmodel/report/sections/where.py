@@ -35,10 +35,7 @@ Row = Mapping[str, Any]
 def section(
     places: Where, model: Model, recordings: Sequence[Recording], worst: Sequence[Stretch] = ()
 ) -> Section:
-    """The heat map, the worst conditions with their bag times, and the worst windows.
-
-    `model` is the one that the torque of `places` is missing from.
-    """
+    """The heat map, the worst conditions with their bag times, and the worst windows."""
     names = numbered(recordings)
     joints = sorted(places.joints, key=lambda r: -r['share'])
     shown = [j for j in joints[:MOST_JOINTS] if j['share'] >= LEAST_SHARE] or joints[:1]

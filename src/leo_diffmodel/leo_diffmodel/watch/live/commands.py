@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-import signal
 import subprocess
 import sys
 from tempfile import TemporaryFile
@@ -47,8 +46,8 @@ class Command:
         return self._process.poll() if self._process else None
 
     def stop(self) -> None:
-        if self.on and self._process is not None:
-            self._process.send_signal(signal.SIGTERM)
+        if self._process is not None:
+            self._process.terminate()
 
     def wait(self) -> None:
         self.stop()
@@ -67,10 +66,7 @@ class Command:
 
 
 class RecordingSwitch(Command):
-    """`leo bag record` into a folder that is given; goes on whatever this process computes.
-
-    `bag` is the folder of the last recording; None before the first.
-    """
+    """`leo bag record` into a folder; `bag` is the last one, None before the first."""
 
     def __init__(self, folder: Path | None, ros_args: Sequence[str] = ()) -> None:
         super().__init__(ros_args)

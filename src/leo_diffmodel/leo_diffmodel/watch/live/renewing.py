@@ -41,10 +41,7 @@ NICE = 10
 
 @dataclass(frozen=True)
 class Share:
-    """One-step errors without and with a difference model.
-
-    They are rms over the states, in units of the spread of each state's change.
-    """
+    """One-step errors without and with a difference model: rms, in spreads of the change."""
 
     version: int
     trained_on: int
@@ -69,11 +66,7 @@ class Sharer:
         self._base = model
 
     def share(self, weights: bytes, recording: Recording) -> Share | None:
-        """The share on a recording; None before there are weights.
-
-        Raises:
-            UserError: the weights are none, or no step of the recording was driven.
-        """
+        """The share on a recording; None without weights. UserError: they are no weights."""
         if not weights:
             return None
         if weights != self._bytes:
@@ -164,10 +157,7 @@ class Renewing:
         self.frozen = not self.frozen
 
     def look(self, count: int) -> bool:
-        """Take in what is ready, and begin again where more has been measured; whether it did.
-
-        `count` is the number of messages that have come so far.
-        """
+        """Take in what is ready, compute again where `count` of messages grew; whether it did."""
         if taken := self._future is not None and self._future.done():
             self._take()
         idle = self._future is None and not self.frozen

@@ -33,13 +33,12 @@ GONE = (
 
 
 class Tape:
-    """Takes what `GraphRecorder` hands to a recorder, and forgets what is old.
+    """Takes what `GraphRecorder` hands to a recorder, and keeps its last `seconds` [s].
 
     Where the robot falls silent nothing is forgotten: time is that of the newest message. Of two
     robots that publish the same joints one is kept.
 
     Attributes:
-        seconds: how much is kept [s].
         heard: monotonic time of the last joint state [s]; None before the first.
         publishers: what the graph knows of a topic's publishers, their GIDs.
     """
@@ -82,7 +81,9 @@ class Tape:
                 return
             _, kept = self._topics.setdefault(topic.name, (topic, deque(maxlen=MOST)))
             kept.append(Logged(logged_ns, data, published_ns or logged_ns))
-            self._forget(kept, logged_ns)
+            oldest = logged_ns - round(self.seconds * 1e9)
+            while len(kept) > 1 and kept[0].log_ns < oldest:  # the last may be latched
+                kept.popleft()
             self.messages += 1
         if topic.name.endswith(STATES.name):
             self.heard = time.monotonic()
@@ -102,12 +103,6 @@ class Tape:
                 for name, (topic, kept) in self._topics.items()
             }
         return BagContents(Path(NAME), (), topics, {'leo': self._facts}, True, 0)
-
-    def _forget(self, kept: deque[Logged], now_ns: int) -> None:
-        """Drop what is too old; the last message of a topic stays, as it may be latched."""
-        oldest = now_ns - round(self.seconds * 1e9)
-        while len(kept) > 1 and kept[0].log_ns < oldest:
-            kept.popleft()
 
     def _is_ours(self, topic: Topic, data: bytes, publisher: bytes, logged_ns: int) -> bool:
         """Whether a message is not of a second robot; begin anew where the first comes back."""

@@ -42,10 +42,7 @@ class ErrorWords:
 
 
 class HorizonView:
-    """The curve of one state, which is chosen here for the other figures as well.
-
-    The words above the curve are a part of their own.
-    """
+    """The curve of one state, chosen here for all figures, below words of their own."""
 
     def __init__(self, state: State) -> None:
         self._state = state

@@ -39,6 +39,9 @@ NOTE = (
     'mean square beyond noise, and its rms there. Pale: no more than chance makes of its time. '
     'A tap goes to the worst window.'
 )
+TIP = (
+    '{}: {share} of the error in {time} of the time, {torque} (noise {noise}); worst at {windows}'
+)
 NOISE_ONLY = 'nowhere: the torque it lacks stays within its noise'
 Rows = dict[str, list]
 NO_ROWS: Rows = {
@@ -97,10 +100,10 @@ class _Ranking:
         self._words.text = self._head + Markup('<br>') + small(_said(lack.places))
 
     def follow_taps(self) -> None:
-        self.plot.on_event(Tap, lambda event: self._go(event.y))
+        self.plot.on_event(Tap, self._go)
 
-    def _go(self, y: float) -> None:
-        begin, number = self._source.data['begin'], round(-y)
+    def _go(self, tap: Tap) -> None:
+        begin, number = self._source.data['begin'], round(-tap.y)
         if 0 <= number < len(begin):
             self._state.go(begin[number])
 
@@ -133,9 +136,7 @@ def _said(places: Where) -> str:
 
 
 def _rows(state: State, places: Where) -> Rows:
-    if places.noise_only:
-        return NO_ROWS
-    shown = ranked(places.rows)[:ROWS]
+    shown = [] if places.noise_only else ranked(places.rows)[:ROWS]
     bags = numbered(state.scene.recordings)
     words = [in_print(r, bags) for r in shown]
     y = -np.arange(len(shown), dtype=float)
@@ -147,7 +148,7 @@ def _rows(state: State, places: Where) -> Rows:
         'share': [float(r['share']) for r in shown],
         'place': [_place(w) for w in words],
         'size': [f'{w["share"]}, {w["torque"]}' for w in words],
-        'tip': [_tip(w) for w in words],
+        'tip': [TIP.format(_place(w), **w) for w in words],
         'begin': state.scene.timeline.at(sources, times).tolist(),
         'alpha': [1.0 if stands_out(r) else FAINT for r in shown],
     }
@@ -155,12 +156,6 @@ def _rows(state: State, places: Where) -> Rows:
 
 def _place(words: dict[str, Any]) -> str:
     return f'{words["joint"]}, {words["variable"]} {words["range"]}'.strip()
-
-
-def _tip(words: dict[str, Any]) -> str:
-    part = f'{words["share"]} of the error in {words["time"]} of the time'
-    size = f'{words["torque"]} (noise {words["noise"]})'
-    return f'{_place(words)}: {part}, {size}; worst at {words["windows"]}'
 
 
 class MissingView:

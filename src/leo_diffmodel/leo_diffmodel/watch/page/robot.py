@@ -36,7 +36,9 @@ class RobotView:
             value=0, name='scrub', start=0, step=state.player.length / 2000, **time, **WIDE
         )
         self._scrub = following(scrub, self._scrubbed)
-        ends = {'start': np.log10(SHORTEST), 'end': np.log10(_longest(state)), 'step': 0.01}
+        episodes = [e for r in state.scene.recordings for e in r.episodes]
+        longest = min(LONGEST, 0.5 * max(float(e.t[-1] - e.t[0]) for e in episodes))
+        ends = {'start': np.log10(SHORTEST), 'end': np.log10(longest), 'step': 0.01}
         digits = CustomJSTickFormatter(code='return (10**tick).toPrecision(2)')
         ahead = {'title': 'predict ahead over [s]', 'format': digits, 'name': 'horizon'}
         horizon = Slider(value=np.log10(state.horizon), **ends, **ahead, **WIDE)
@@ -106,9 +108,3 @@ class RobotView:
         (left, bottom), (right, top) = self._stage.part(q)
         self._x.update(start=left, end=right)
         self._y.update(start=bottom, end=top)
-
-
-def _longest(state: State) -> float:
-    """The longest horizon that fits the data [s]."""
-    lengths = [float(e.t[-1] - e.t[0]) for r in state.scene.recordings for e in r.episodes]
-    return float(min(LONGEST, 0.5 * max(lengths)))

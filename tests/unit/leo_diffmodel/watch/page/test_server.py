@@ -17,7 +17,7 @@ from bokeh.client import pull_session
 import numpy as np
 from PIL import Image
 import pytest
-from tests.page import Links
+from tests.page import Links, read
 from tests.patience import PATIENCE, until
 from tests.simulate import bag, record, TORQUE
 
@@ -49,19 +49,15 @@ def url(run):
 
 
 class Tab:
-    """A tab of the page: moves its widgets, and reads what the server shows in it."""
-
     def __init__(self, url):
         self._url, self._session = url, pull_session(url=url)
 
     def set(self, name, **values):
-        """Move a widget."""
         with self._again() as session:
             session.document.get_model_by_name(name).update(**values)
             session.force_roundtrip()
 
     def get(self, name, what):
-        """A property of a model as it is now."""
         with self._again() as session:
             return getattr(session.document.get_model_by_name(name), what)
 
@@ -126,8 +122,7 @@ def test_the_page_needs_the_token_and_no_network(url):
             urlopen(f'http://{HERE}:{port}/{path}', timeout=PATIENCE)
         assert refused.value.code == 404
     page = urlopen(url, timeout=PATIENCE).read().decode()
-    links = Links()
-    links.feed(re.sub(r'<link[^>]*href="data:,"[^>]*>', '', page))
+    links = Links(re.sub(r'<link[^>]*href="data:,"[^>]*>', '', page))
     token = url.split('/')[3]
     foreign = [u for u in links.urls if not u.startswith((f'/{token}/', 'static/', 'data:'))]
     assert links.scripts and foreign == []
@@ -146,10 +141,9 @@ def test_numbers_and_a_copy_can_be_taken_away(url):
     numbers = urlopen(f'{url}numbers.csv', timeout=PATIENCE).read().decode()
     assert numbers.startswith('what,of,at,at_unit,as_given,now,noise_floor,unit\n')
     copy = urlopen(f'{url}copy.html', timeout=PATIENCE).read().decode()
-    links = Links()
-    links.feed(copy)
-    assert [u for u in links.urls if not u.startswith('data:')] == [] and len(copy) < 5e6
-    assert 'noise floors' in ' '.join(links.text)
+    links, text = read(copy)
+    assert [u for u in links.urls if not u.startswith('data:')] == []
+    assert 'noise floors' in text
 
 
 def test_a_picture_and_a_film_of_the_view_can_be_taken_away(url, tab):
