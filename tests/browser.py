@@ -39,13 +39,14 @@ return [view.frame.x_scale.compute(arguments[1]) - 0.5 * box.width,
         view.frame.y_scale.compute(arguments[2]) - 0.5 * box.height];
 """
 TEXT = f"return Bokeh.index.find_one({MODEL}).shadow_el.querySelector('.bk-clearfix').innerText"
-
-
 BOX = f"""
 const box = Bokeh.index.find_one({MODEL}).el.getBoundingClientRect();
 return [box.left, box.top, box.right, box.bottom];
 """
 TOO_WIDE = 'return document.documentElement.scrollWidth - innerWidth'
+DRAWN = f"""
+return Boolean(window.Bokeh && Bokeh.documents.length && {MODEL} && Bokeh.index.find_one({MODEL}))
+"""
 NAMES = 'return [...Bokeh.documents[0].all_models].map(m => m.name).filter(n => n)'
 
 
@@ -90,17 +91,10 @@ class Page:
 
     def drawn(self) -> bool:
         """Whether the curves are on the screen."""
-        return bool(
-            self.driver.execute_script(
-                'return Boolean(window.Bokeh && Bokeh.documents.length'
-                " && Bokeh.documents[0].get_model_by_name('horizon plot')"
-                " && Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name('horizon plot')))"
-            )
-        )
+        return self.driver.execute_script(DRAWN, 'horizon plot')
 
     @property
     def names(self) -> list[str]:
-        """Of all widgets that have one."""
         return self.driver.execute_script(NAMES)
 
     def get(self, name: str, what: str) -> Any:
@@ -113,11 +107,9 @@ class Page:
         return self.driver.execute_script(code, name, what)
 
     def part(self, name: str, selector: str = '') -> WebElement:
-        """An element of a widget."""
         return self.driver.execute_script(PART, name, selector)
 
     def click(self, name: str) -> None:
-        """Click a button or a switch."""
         until(lambda: self._clicked(self.part(name, 'button') or self.part(name)), name)
 
     def drag(self, name: str, pixels: int) -> None:
@@ -146,7 +138,6 @@ class Page:
         return tuple(self.driver.execute_script(BOX, name))
 
     def shoot(self, file: Path) -> None:
-        """Keep what is on the screen as a PNG."""
         self.driver.save_screenshot(str(file))
 
     def _clicked(self, element: WebElement) -> bool:
@@ -165,9 +156,7 @@ class Page:
 
     @property
     def said(self) -> str:
-        """What the page says below its buttons."""
         return self.text('said')
 
     def text(self, name: str) -> str:
-        """The words of a widget as they can be read."""
         return self.driver.execute_script(TEXT, name)

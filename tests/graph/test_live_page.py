@@ -3,7 +3,6 @@
 
 from collections.abc import Callable
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -46,16 +45,8 @@ APART = 5.0
 SOURCE = Source(Model('pendulum'), TopicMap())
 LONG = 4000
 """Control periods of a run that the e-stop ends."""
-ROBOT = [
-    'run',
-    'leo_sim',
-    'robot',
-    '--ros-args',
-    '-p',
-    'robot:=pendulum',
-    '-p',
-    'noise:=[0.001, 0.03]',
-]
+PARAMETERS = ['--ros-args', '-p', 'robot:=pendulum', '-p', 'noise:=[0.001, 0.03]']
+ROBOT = ['run', 'leo_sim', 'robot', *PARAMETERS]
 WATCH = ['watch', '--live', '--no-browser', '--json']
 
 
@@ -77,9 +68,8 @@ def live(robot, domain, tmp_path):
         documents, run = [Document(), Document()], run_of(tmp_path)
         page = Page(state, finder, ['leo', 'add'], run)
         tabs = [LiveTab(document, page, running) for document in documents]
-        yield SimpleNamespace(
-            robot=robot, live=running, state=state, tabs=tabs, documents=documents
-        )
+        found = {'robot': robot, 'live': running, 'state': state}
+        yield SimpleNamespace(**found, tabs=tabs, documents=documents)
         running.sending.wait()
         renewing.end()
         running.recording.wait()
@@ -199,28 +189,24 @@ def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, doma
     assert leo.wait(PATIENCE) == 0 and robot.poll() is None
 
 
+def refused(*words) -> str:
+    """What a command says that bad input ends."""
+    command = [sys.executable, '-c', LEO, *WATCH, '--model', *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 2
+    return done.stderr
+
+
 @pytest.mark.parametrize(
     ('model', 'words'), [('pendulum', 'no robot is publishing joint_states'), ('nobody', 'nobody')]
 )
 def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
-    done = subprocess.run(
-        [sys.executable, '-c', LEO, *WATCH, '--model', model, '--patience', '1'],
-        capture_output=True,
-        text=True,
-        env=os.environ,
-        timeout=PATIENCE,
-    )
-    assert done.returncode == 2 and words in done.stderr and done.stderr.count('\n') == 1
+    error = refused(model, '--patience', '1')
+    assert words in error and error.count('\n') == 1
 
 
 def test_another_robot_than_the_models_is_refused_with_both_names(robot, domain):
-    done = subprocess.run(
-        [sys.executable, '-c', LEO, *WATCH, '--model', 'torque_pendulum'],
-        capture_output=True,
-        text=True,
-        env=os.environ,
-        timeout=PATIENCE,
-    )
-    error = done.stderr.splitlines()[-1]  # on a busy machine progress comes before
+    error = refused('torque_pendulum')
     said = "the running robot is 'pendulum', this is for 'torque_pendulum'"
-    assert done.returncode == 2 and said in error and done.stderr.count('leo: error') == 1
+    # on a busy machine progress comes before
+    assert said in error.splitlines()[-1] and error.count('leo: error') == 1

@@ -116,7 +116,6 @@ def _strip(shown: Take, poses: int) -> Image.Image:
 
 
 def _draw_cell(canvas: Canvas, view: View, shown: Take, time: float, step: float) -> None:
-    """One pose on its ground, the poses that led to it behind."""
     for ghost in range(GHOSTS, 0, -1):
         earlier = time - ghost * step / (GHOSTS + 1)
         if step and earlier >= shown.start:

@@ -89,12 +89,10 @@ class View:
         return np.asarray(self.middle + (points - self.centre) * (self.scale, -self.scale))
 
     def metres(self, x: float) -> float:
-        """The place along the first axis of a column of pixels."""
         return float(self.centre[0] + (x - self.middle[0]) / self.scale)
 
 
 def draw_surroundings(canvas: Canvas, view: View, stick: Stick) -> None:
-    """The ground under a walker, the mount of a fixed robot."""
     if stick.ground is not None:
         _draw_ground(canvas, view, stick.ground)
     elif stick.root is not None:

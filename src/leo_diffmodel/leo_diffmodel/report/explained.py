@@ -68,7 +68,6 @@ def explanation_page(
 
 
 def _evidence(explanation: Explanation) -> list[Section]:
-    """The sections that a finished search fills."""
     found, errors, recordings = explanation.search, explanation.errors, list(explanation.used)
     assert found is not None
     model, measured, curves = trace(recordings, found)

@@ -78,7 +78,6 @@ class Film:
         return np.asarray(0.5 * (self.time[:, 0] + self.time[:, -1]))
 
     def worst(self, index: int) -> Array:
-        """The windows in which the repaired model is furthest off in one state, worst first."""
         return np.argsort(-self.error(self.repaired, index))[:WORST]
 
 

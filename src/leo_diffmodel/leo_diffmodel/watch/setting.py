@@ -56,7 +56,6 @@ def repaired(scene: Scene, base: Model, setting: Setting) -> Model:
 
 
 def words(scene: Scene, setting: Setting) -> list[str]:
-    """EFFECT:WHERE PARAM=VALUE … as typed after `leo add MODEL`."""
     hypothesis, theta = _hypothesis(scene, setting)
     on, found = hypothesis.placed(scene.model, theta), []
     for c, placed in zip(hypothesis.candidates, on, strict=True):

@@ -87,7 +87,6 @@ class State:
 
     @property
     def words(self) -> list[str]:
-        """What is switched on, as typed after `leo add MODEL`."""
         return words(self.scene, self.setting)
 
     @property

@@ -52,8 +52,7 @@ def stability(
         for n, r in enumerate(rows[:MOST_SETS])
     ]
     if others:
-        rest = sum(r['share'] for r in others)
-        sets.append(_bar(f'{len(others)} other sets', rest, mine=False))
+        sets.append(_bar(f'{len(others)} other sets', sum(r['share'] for r in others), mine=False))
     values = {
         'sets': sets,
         'effects': [_bar(label(e), e['inclusion_probability'], mine=True) for e in effects],

@@ -16,15 +16,9 @@ def section(data: Mapping[str, Any]) -> Section:
     named = [(row['model'], row['rmse']) for row in models]
     named.append(('noise alone', models[0]['noise_floor']))
     units = [state['unit'] for state in data['states']]
-    values = {
-        'bags': data['bags'],
-        'seconds': quantity(data['seconds'], 's', 2),
-        'sentence': data['sentence'],
-        'states': [state['name'] for state in data['states']],
-        'rows': [
-            {'name': n, 'cells': [quantity(x, u, 2) for x, u in zip(sizes, units, strict=True)]}
-            for n, sizes in named
-        ],
-        'best': models[0]['model'],
-    }
-    return Section('edited.html', values)
+    rows = [
+        {'name': n, 'cells': [quantity(x, u, 2) for x, u in zip(sizes, units, strict=True)]}
+        for n, sizes in named
+    ]
+    seconds, best = quantity(data['seconds'], 's', 2), models[0]['model']
+    return Section('edited.html', {**data, 'seconds': seconds, 'rows': rows, 'best': best})

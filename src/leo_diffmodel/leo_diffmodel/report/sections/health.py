@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,10 +53,8 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'correlated': not white.white,
         'strength': number(white.strength, 2),
         'joints': list(zip(names, palette.CANDIDATES, strict=False)) if len(names) > 1 else [],
-        'conditions': [
-            {**row, 'range': _range(row), 'bad': row['after'] > most}
-            for row in by_condition(problem, found.null, found.final)
-        ],
+        'conditions': by_condition(problem, found.null, found.final),
+        'most': most,
         'many': len(names) > 1,
     }
     kinds = ('angle', slice(len(names))), ('rate', slice(len(names), None))
@@ -124,12 +122,6 @@ def _correlogram(white: Correlation, names: Sequence[str], kind: str, columns: s
     return plot
 
 
-def _range(row: Mapping[str, Any]) -> str:
-    if isinstance(row['bin'], str):
-        return row['bin']
-    return ' … '.join(number(end, 2) for end in row['bin']) + f' {row["unit"]}'
-
-
 @dataclass(frozen=True)
 class Correlation:
     """Autocorrelation of the residual, and that of white noise treated alike.
@@ -187,15 +179,15 @@ def chi_squared(fitted: Fit) -> Array:
 
 
 def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:
-    """Rows {joint, variable, bin, unit, windows, before, after}: median ratios by condition."""
+    """Rows {joint, variable, bin, range, windows, before, after}: median ratios by condition."""
     names = problem.base.robot.joint_names
     early, late = chi_squared(before), chi_squared(after)
     return [
         {
             'joint': names[c.joint],
             'variable': c.variable,
-            'bin': c.bin if isinstance(c.bin, str) else list(c.bin),
-            'unit': c.unit,
+            'bin': c.bin,
+            'range': c.bin if isinstance(c.bin, str) else _range(c.bin, c.unit),
             'windows': int(c.inside.sum()),
             'before': float(np.median(early[c.inside])),
             'after': float(np.median(late[c.inside])),
@@ -203,6 +195,10 @@ def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:
         for c in conditions(problem.windows, problem.base, most=3)
         if c.variable in SHOWN
     ]
+
+
+def _range(ends: Iterable[float], unit: str) -> str:
+    return ' … '.join(number(end, 2) for end in ends) + f' {unit}'
 
 
 def _autocorrelation(residual: Array, channels: int, lags: Array) -> Array:

@@ -64,7 +64,6 @@ def _training(rows: Sequence[Row], seen: Sequence[Row], names: Mapping[str, str]
 
 
 def plain(data: Mapping[str, Any]) -> Section:
-    """The errors of compare.json."""
     floor = [r['rmse'] for r in data['noise_floor']['horizon']]
     series = {'the model': ([r['rmse'] for r in data['horizon']], BEFORE)}
     return _section(data['states'], data['horizon'], series, floor, PLAIN)

@@ -13,7 +13,6 @@ from leo_diffmodel.report.text import numbered, percent
 
 
 def stretches(recordings: Sequence[Recording], found: Sequence[Stretch]) -> Section:
-    """Every stretch of the recordings with its bag, times and reason."""
     numbers = numbered(recordings)
     rows = []
     for s in found:

@@ -81,8 +81,6 @@ def words(state: State) -> Markup:
 
 
 class OverTimeView:
-    """The error of both models in each window of the film."""
-
     def __init__(self, state: State) -> None:
         self._state = state
         self._curve = ColumnDataSource(view.over_time(state), name='error over time')

@@ -65,8 +65,6 @@ class _File(RequestHandler):
 
 
 class _Text(_File):
-    """A file that is made at once."""
-
     def initialize(self, state: State, content: Callable[[State], str]) -> None:
         self._state, self._content = state, content
 

@@ -57,8 +57,6 @@ NO_MEANS: dict[str, Any] = {name: [] for name in ('x', 'y', 'low', 'high', 'curv
 
 
 class WhereView:
-    """The model as given and that with the switches, side by side."""
-
     def __init__(self, state: State) -> None:
         self._state = state
         models = zip(('given', 'now'), ROBOTS[1:], strict=True)
@@ -81,8 +79,6 @@ class WhereView:
 
 
 class _Ranking:
-    """The places of one model, worst first."""
-
     def __init__(self, state: State, which: str, model: tuple[str, Stroke]) -> None:
         self._state, self._head = state, legend(model)
         self._shown: Lack | None = None
@@ -195,7 +191,6 @@ class MissingView:
             self._state.chosen = self._matters(missing, binned.lacking(missing)[0])
 
     def _matters(self, missing: MissingTorque, joint: int) -> tuple[int, int]:
-        """A joint with the variable that says most of what it lacks."""
         return joint, binned.that_matters(missing, self._state.scene.model.robot, joint)
 
     def _draw(self, missing: MissingTorque, curve: Array | None) -> None:

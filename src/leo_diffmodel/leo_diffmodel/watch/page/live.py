@@ -42,8 +42,6 @@ Array = np.ndarray
 
 
 class LiveView:
-    """What the robot says of itself, and buttons that reach it."""
-
     def __init__(self, state: State, live: Live) -> None:
         self._live, self._strips = live, StripsView(state)
         stop = button('E-STOP', 'e-stop', live.robot.e_stop, button_type='danger', width=120)
@@ -119,8 +117,6 @@ class SendView:
 
 
 class StripsView:
-    """Measured and predicted state above what was applied."""
-
     def __init__(self, state: State) -> None:
         self._state = state
         self._measured = ColumnDataSource({'t': [], 'x': []}, name='live measured')

@@ -34,8 +34,6 @@ NOTE = (
 
 
 class NextRunView:
-    """A button, the proposal, and its curves while there are some."""
-
     def __init__(self, next_run: NextRun) -> None:
         self._next = next_run
         words = 'What to record next', 'next run'

@@ -85,7 +85,6 @@ class ActionsView:
         return Markup('<code>{} -o NEW.yaml</code>').format(typed)
 
     def _drawing(self) -> str:
-        """What is being drawn, or why it is not."""
         drawing = self._state.drawing
         if drawing.news.error:
             return wrong(drawing.news.error)
@@ -93,7 +92,6 @@ class ActionsView:
 
 
 def _files() -> Markup:
-    """Links to what can be taken away, as HTML."""
     film = f'the robots moving, {FILM_SECONDS:g} s from now'
     mp4 = ['comparison.mp4'] if shutil.which('ffmpeg') else []
     lines = [
@@ -140,8 +138,6 @@ class CatalogueView:
 
 
 class _Line:
-    """An effect at a place: its switch, what it does, and sliders while it is on."""
-
     def __init__(self, state: State, candidate: Candidate) -> None:
         self._state, self._candidate = state, candidate
         self._label = label = candidate.label
