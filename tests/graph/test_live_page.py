@@ -22,7 +22,6 @@ from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.next_run.run_file import Run, write_run
 from leo_diffmodel.nodes.live_robot import live_robot
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.live.commands import RecordingSwitch, TOO_LATE
 from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.live.renewing import Renewing, Source
@@ -30,6 +29,7 @@ from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import News
 from leo_learner.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
@@ -58,12 +58,12 @@ def robot(spawn):
 @pytest.fixture
 def live(robot, domain, tmp_path):
     """Two tabs with a robot process, without a server."""
-    with live_robot(10.0, []) as heard:
+    with live_robot(10.0, []) as listener:
         found: list = []
-        until(lambda: scene_of(heard, found), 'no scene')
+        until(lambda: scene_of(listener, found), 'no scene')
         state = State(found[0])
-        renewing = Renewing(SOURCE, state, heard.tape.contents, lambda: heard.weights)
-        running = Live(heard, RecordingSwitch(tmp_path / 'out'), renewing)
+        renewing = Renewing(SOURCE, state, listener.buffer.contents, lambda: listener.weights)
+        running = Live(listener, RecordingSwitch(tmp_path / 'out'), renewing)
         finder = SimpleNamespace(busy=False, news=News())
         documents, run = [Document(), Document()], run_of(tmp_path)
         page = Page(state, finder, ['leo', 'add'], run)
@@ -84,9 +84,9 @@ def run_of(folder) -> SimpleNamespace:
     return no_run(plan=plan, words=words, recorded=words)
 
 
-def scene_of(heard, found) -> bool:
+def scene_of(listener, found) -> bool:
     try:
-        found.append(SOURCE.scene(heard.tape.contents()))
+        found.append(SOURCE.scene(listener.buffer.contents()))
     except UserError:
         time.sleep(0.5)
     return bool(found)
@@ -143,7 +143,7 @@ def test_windows_arrive_and_stop_and_recording_reach_the_robot_and_every_tab(liv
 
 def applied(live) -> float:
     """The newest input that the robot says it applied [V]."""
-    contents = live.live.robot.tape.contents()
+    contents = live.live.robot.buffer.contents()
     recording = assembled(contents, SOURCE.model.robot, SOURCE.mapping)
     return float(recording.episodes[-1].inputs[-1, 0])
 

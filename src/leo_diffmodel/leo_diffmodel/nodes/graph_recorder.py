@@ -23,7 +23,7 @@ from leo_msgs_py.node import every
 from leo_msgs_py.serialized import taken
 
 if TYPE_CHECKING:
-    from leo_diffmodel.watch.live.tape import Tape
+    from leo_diffmodel.watch.live.buffer import MessageBuffer
 
 TAKE_PERIOD = 0.02
 FLUSH_PERIOD = 0.1
@@ -64,7 +64,7 @@ class GraphRecorder:
     def __init__(
         self,
         node: Node,
-        recorder: Recorder | Tape,
+        recorder: Recorder | MessageBuffer,
         robot: str = '',
         kept: Callable[[QoSProfile], QoSProfile] | None = None,
     ) -> None:

@@ -18,8 +18,8 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.watch.errand import Heard
 from leo_diffmodel.watch.view import GHOSTS, heights, MODELS, View
+from leo_diffmodel.watch.worker import Report
 from leo_msgs_py.whole_file import whole
 
 PICTURES = ('.png', '.svg')
@@ -37,19 +37,19 @@ STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11, 'parse_math': Fal
 MUTED = {**STYLE, 'color': palette.MUTED}
 
 
-def draw(view: View, path: Path, heard: Heard) -> str:
+def draw(view: View, path: Path, report: Report) -> str:
     """Write .png, .svg, .gif or .mp4, as the path ends, or raise UserError; its name."""
-    heard(path.name)
+    report(path.name)
     with whole(path) as part:
         if path.suffix in PICTURES:
             Drawn(view, FINE).figure.savefig(part)
         else:
             write = write_gif if path.suffix == '.gif' else write_mp4
-            write(part, _frames(view, lambda text: heard(f'{path.name}, {text}')))
+            write(part, _frames(view, lambda text: report(f'{path.name}, {text}')))
     return path.name
 
 
-def _frames(view: View, heard: Heard) -> Iterator[Image.Image]:
+def _frames(view: View, report: Report) -> Iterator[Image.Image]:
     """The pictures of a film: what stands still is drawn once."""
     drawn = Drawn(view, FILM, animated=True)
     canvas = FigureCanvasAgg(drawn.figure)
@@ -61,7 +61,7 @@ def _frames(view: View, heard: Heard) -> Iterator[Image.Image]:
         for artist in drawn.moving:
             drawn.figure.draw_artist(artist)
         if k % SAID == 0:
-            heard(f'picture {k + 1} of {len(view.times)}')
+            report(f'picture {k + 1} of {len(view.times)}')
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB')
 
 

@@ -13,9 +13,9 @@ from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.next_run.menu import MotionRun
 from leo_diffmodel.next_run.run_file import Run, write_run
-from leo_diffmodel.watch.errand import Errand, Finder, Heard
 from leo_diffmodel.watch.setting import Answer, fresh
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import Finder, Report, Worker
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 
@@ -59,11 +59,11 @@ class Plan:
         return ['play', str(file), *self.predict] if file else []
 
 
-Asked = Callable[[list[str], dict[str, Any], Heard], Plan]
+Asked = Callable[[list[str], dict[str, Any], Report], Plan]
 """Proposes a run for the bags of a command line and the contents of their explain.json."""
 
 
-class NextRun(Errand):
+class NextRun(Worker):
     """The run to record next; written to `file` as soon as it is known, if there is a folder."""
 
     def __init__(self, state: State, finder: Finder, asked: Asked) -> None:
@@ -110,7 +110,7 @@ class NextRun(Errand):
         self.begin(partial(self._asked, self._finder.words, answer.data))
 
     def look(self) -> None:
-        if not self.hear():
+        if not self.poll():
             return
         if self.news.answer is not None:
             self._write(self.news.answer)

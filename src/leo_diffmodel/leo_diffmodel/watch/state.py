@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.errors import state_names
-from leo_diffmodel.watch.errand import Errand
 from leo_diffmodel.watch.film import Film, Player
 from leo_diffmodel.watch.handle import guess
 from leo_diffmodel.watch.lack import Lacks
 from leo_diffmodel.watch.scene import in_floors, Scene, Score
 from leo_diffmodel.watch.setting import Answer, base_of, repaired, Setting, words, write_model
+from leo_diffmodel.watch.worker import Worker
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Parameter
 from leo_sim.model import Model
@@ -56,7 +56,7 @@ class State:
         self.horizon, self.shown, self.seconds = HORIZON, 0, 0.0
         self.states = state_names(scene.model)
         self.listeners: list[Callable[[], None]] = []
-        self.drawing = Errand()
+        self.drawing = Worker()
         self.given = self.now = scene.score(scene.model)
         self.without: Mapping[str, float] = {}
         self.film = Film.of(scene, self.horizon, scene.model)

@@ -8,8 +8,8 @@ import pytest
 
 from leo_diffmodel.next_run.menu import MotionRun
 from leo_diffmodel.next_run.run_file import read_run, Run
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.next_run import FIRST, GONE, NextRun, NOWHERE, Plan
+from leo_diffmodel.watch.worker import News
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
@@ -17,8 +17,8 @@ PENDULUM = load_robot('pendulum')
 RUN = Run('steps', 'some steps', np.linspace(-1.0, 1.0, 40)[:, None], np.ones(40, bool))
 
 
-def asked(words, answer, heard):
-    heard(f'looking at {words[0]}')
+def asked(words, answer, report):
+    report(f'looking at {words[0]}')
     if answer['verdict'] == 'refused':
         raise UserError('no motors')
     run = {'ambiguous': RUN, 'walker': MotionRun('stepping', 11, 20.0)}.get(answer['verdict'])
@@ -34,7 +34,7 @@ class AtOnce(NextRun):
         except UserError as error:
             self.late = News(error=str(error))
 
-    def hear(self):
+    def poll(self):
         self.news = self.late
         return True
 

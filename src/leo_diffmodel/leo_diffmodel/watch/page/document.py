@@ -13,7 +13,6 @@ import jinja2
 from markupsafe import Markup
 
 from leo_diffmodel.report.text import source
-from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
 from leo_diffmodel.watch.page.lacking import MissingView, WhereView
@@ -22,6 +21,7 @@ from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.page.switches import ActionsView, CatalogueView
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import Finder
 
 FRAME_MS = 50
 DRAWN_MS = 60

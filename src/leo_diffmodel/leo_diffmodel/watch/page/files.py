@@ -21,15 +21,15 @@ from tornado.web import RequestHandler
 from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.text import source
 from leo_diffmodel.watch import view
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.page.errors import FLOOR, HorizonView, OverTimeView, words
 from leo_diffmodel.watch.page.look import ROBOTS
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import News
 
 Times = Callable[[State], ndarray]
 Route = tuple[str, type[RequestHandler], dict[str, Any]]
-HEAR = 0.2
+POLL = 0.2
 """Between two looks at how far a drawing is [s]."""
 CHUNK = 1 << 16
 """Bytes that are sent at once."""
@@ -114,8 +114,8 @@ class _Drawing(_File):
         drawing.begin(partial(draw, view.view_of(state, self._times(state)), path))
         state.notify()
         while drawing.busy and not self._gone:
-            await asyncio.sleep(HEAR)
-            if drawing.hear():
+            await asyncio.sleep(POLL)
+            if drawing.poll():
                 state.notify()
         drawing.stop()
         state.notify()

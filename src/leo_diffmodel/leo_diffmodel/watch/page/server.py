@@ -20,7 +20,7 @@ from leo_msgs_py.errors import UserError
 OpenTab = Callable[[Document, Page], object]
 HERE = '127.0.0.1'
 TOKEN_BYTES = 16
-HEAR_MS = 200
+POLL_MS = 200
 PAUSE, SHORT_PAUSE = 0.05, 0.01
 """After a change, and between the pieces of what follows: tabs are sent what is new [s]."""
 
@@ -47,7 +47,7 @@ class WatchServer:
             ) from error
         self.port: int = self._server.port
         self.url = f'http://localhost:{self.port}/{self.token}/'
-        self._hear = PeriodicCallback(self._heard, HEAR_MS)
+        self._polling = PeriodicCallback(self._poll, POLL_MS)
         self._following = False
         page.state.listeners.append(self._follow)
 
@@ -73,12 +73,12 @@ class WatchServer:
         """Serve until `end`; then what goes on in other processes is ended too."""
         logging.getLogger('bokeh.server.views.ws').setLevel(logging.ERROR)  # tabs close
         self._server.start()
-        self._hear.start()
+        self._polling.start()
         try:
             self._server.io_loop.start()
         finally:
-            for errand in (self._finder, self._next_run, self._state.drawing):
-                errand.stop()
+            for worker in (self._finder, self._next_run, self._state.drawing):
+                worker.stop()
             self._server.stop()
 
     def _follow(self) -> None:
@@ -92,10 +92,10 @@ class WatchServer:
         if self._following:
             self._server.io_loop.call_later(SHORT_PAUSE, self._go_on)
 
-    def _heard(self) -> None:
+    def _poll(self) -> None:
         """Pass on what the search says to all tabs, and the run to record next."""
         self._next_run.look()
-        if not self._finder.hear():
+        if not self._finder.poll():
             return
         if self._finder.news.answer is not None:
             self._state.found(self._finder.news.answer)

@@ -11,12 +11,12 @@ from bokeh.models import CustomJSTickFormatter, NumericInput, Select, Slider, Sw
 from markupsafe import Markup
 
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.handle import Handle
 from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.look import button, following, said, small, WIDE, wrong
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import FILM_SECONDS
+from leo_diffmodel.watch.worker import Finder
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Parameter
 

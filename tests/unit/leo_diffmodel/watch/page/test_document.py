@@ -15,11 +15,11 @@ from tests.simulate import TORQUE
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.simulate import simulate
 from leo_diffmodel.watch import lack
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.switches import _files
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import News
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'

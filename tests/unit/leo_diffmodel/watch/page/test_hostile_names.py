@@ -15,13 +15,13 @@ from tests.page import no_run
 from tests.simulate import record
 
 from leo_diffmodel.watch.drawing import draw
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.files import copy
 from leo_diffmodel.watch.page.next_run import joints_legend
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import now, view_of
+from leo_diffmodel.watch.worker import News
 from leo_sim.effects import place
 from leo_sim.model import Model
 

@@ -32,14 +32,14 @@ GONE = (
 )
 
 
-class Tape:
+class MessageBuffer:
     """Takes what `GraphRecorder` hands to a recorder, and keeps its last `seconds` [s].
 
     Where the robot falls silent nothing is forgotten: time is that of the newest message. Of two
     robots that publish the same joints one is kept.
 
     Attributes:
-        heard: monotonic time of the last joint state [s]; None before the first.
+        last_state: monotonic time of the last joint state [s]; None before the first.
         publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 
@@ -51,7 +51,7 @@ class Tape:
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
-        self.heard: float | None = None
+        self.last_state: float | None = None
         self.lost = self.foreign = self.messages = self.size = 0
         self.full = ''
         self._two = float('-inf')
@@ -86,7 +86,7 @@ class Tape:
                 kept.popleft()
             self.messages += 1
         if topic.name.endswith(STATES.name):
-            self.heard = time.monotonic()
+            self.last_state = time.monotonic()
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         self._facts = dict(metadata)
@@ -134,10 +134,10 @@ class Condition:
     level: int = 0
     trouble: str = ''
 
-    def line(self, tape: Tape) -> tuple[bool, str]:
-        if is_silent(tape):
-            return False, GONE.format(_silence(tape))
-        if tape.two:
+    def line(self, buffer: MessageBuffer) -> tuple[bool, str]:
+        if is_silent(buffer):
+            return False, GONE.format(_silence(buffer))
+        if buffer.two:
             return False, TWO.replace('recorded', 'shown')
         if self.trouble:
             return False, self.trouble
@@ -146,10 +146,10 @@ class Condition:
         return not self.level, self.message or 'running'
 
 
-def is_silent(tape: Tape) -> bool:
-    return _silence(tape) > SILENT
+def is_silent(buffer: MessageBuffer) -> bool:
+    return _silence(buffer) > SILENT
 
 
-def _silence(tape: Tape) -> float:
+def _silence(buffer: MessageBuffer) -> float:
     """Since the last state [s]."""
-    return time.monotonic() - tape.heard if tape.heard else 0.0
+    return time.monotonic() - buffer.last_state if buffer.last_state else 0.0

@@ -14,8 +14,8 @@ from typing import Any
 
 from leo_msgs_py.errors import UserError
 
-Heard = Callable[[str], None]
-Ask = Callable[[Heard], Any]
+Report = Callable[[str], None]
+Ask = Callable[[Report], Any]
 """Does it, reporting how far it is; its answer. Both are sent between the processes."""
 
 
@@ -33,7 +33,7 @@ class News:
         return self.answer is not None or bool(self.error)
 
 
-class Errand:
+class Worker:
     """Sends a process to do something, and hears of it: `news`, of the last."""
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class Errand:
         self._process.start()
         there.close()
 
-    def hear(self) -> bool:
+    def poll(self) -> bool:
         """Take in what has come meanwhile; whether something did."""
         before = self.news
         try:
@@ -86,11 +86,11 @@ def _work(ask: Ask, pipe: Connection) -> None:
         pipe.send(('error', str(error)))
 
 
-Asked = Callable[[list[str], Heard], dict]
+Asked = Callable[[list[str], Report], dict]
 """Explains the bags of a command line; the contents of explain.json."""
 
 
-class Finder(Errand):
+class Finder(Worker):
     """The search behind 'find it for me'.
 
     `words` are the command line that it explains; none where the bags are kept no longer.
