@@ -20,11 +20,9 @@ from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.sections import (
     budget,
     decided,
-    edited,
     health,
     horizon,
     hypotheses,
-    left_out,
     missing,
     moving,
     origin,
@@ -55,11 +53,11 @@ def explanation_page(
     if explanation.unknown is not None:
         sections.insert(1, unknown.section(explanation.unknown))
     if explanation.edit_test is not None:
-        sections.insert(1, edited.section(explanation.edit_test))
+        sections.insert(1, decided.edit_test(explanation.edit_test))
     if explanation.left_out:
-        sections.append(left_out.stretches(recordings, explanation.left_out))
+        sections.append(decided.left_out(recordings, explanation.left_out))
     if explanation.search is not None or not explanation.left_out:
-        sections.append(left_out.effects(explanation.not_testable))
+        sections.append(decided.untested(explanation.not_testable))
     if explanation.settings:
         sections.append(decided.gates(explanation.settings, explanation.search))
     sections.append(origin.section(explanation.provenance, recordings, explanation.seconds))

@@ -4,7 +4,7 @@
 import pytest
 
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.report.sections import budget, decided, horizon, hypotheses, left_out, verdict
+from leo_diffmodel.report.sections import budget, decided, horizon, hypotheses, verdict
 
 STATES = [{'name': 'pivot', 'unit': 'rad'}, {'name': 'pivot rate', 'unit': 'rad/s'}]
 
@@ -109,7 +109,7 @@ def test_every_hypothesis_has_a_status_in_words():
 def test_what_could_not_be_tested_is_told_once_for_each_reason():
     why = {'ax': 'no swing', 'bx': 'no swing', 'ay': 'no swing', 'cx': 'too slow'}
     rows = [{'name': n, 'where': w, 'why': y} for (n, w), y in why.items()]
-    first, second = left_out.effects(rows).values['rows']
+    first, second = decided.untested(rows).values['rows']
     both = [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}]
     assert first == {'why': 'no swing', 'effects': both}
     assert second['effects'] == [{'name': 'c', 'where': ['x']}]
