@@ -52,13 +52,10 @@ class GraphRecorder:
 
     Its subscriptions keep all messages, belong to a node that no executor serves, and are emptied
     by a timer of `node`: in Python that takes a tenth of the time of a callback for each message,
-    and gives the time at which each was published.
+    and gives the time at which each was published. The node's name and remappings are used.
 
-    Args:
-        node: joined to the graph; its name, remappings and timers are used.
-        recorder: takes the bytes.
-        robot: model for the `leo` record where the robot node does not answer.
-        kept: what to subscribe with, from what is offered; by default nothing is ever lost.
+    `robot` is the model for the `leo` record where the robot node does not answer; `kept` says
+    what to subscribe with, from what is offered, by default so that nothing is ever lost.
     """
 
     def __init__(

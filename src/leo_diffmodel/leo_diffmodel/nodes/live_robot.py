@@ -26,8 +26,6 @@ class LiveRobot:
     """Listens to a robot, in a thread of its own.
 
     Attributes:
-        buffer: the last seconds of its messages.
-        condition: how it is.
         weights: of the difference model, as latched last; b'' where there are none.
         asked: why the last e-stop or release did not reach the robot; '' where it did, and
             where the robot has said since whether it is stopped.

@@ -33,11 +33,9 @@ class Pose:
     """A robot at one time, in the plane of view [m].
 
     Attributes:
-        outlines: filled shapes: corners (N, 2) and colour.
-        sticks: lines (N, 2) and colour.
+        outlines, sticks: filled shapes and lines: corners (N, 2) and colour.
         hinges: (H, 2).
-        touching: which contacts of the robot touch the ground, (C,).
-        touched: where they do, (N, 2).
+        touching, touched: which contacts touch the ground, (C,), and where they do, (N, 2).
     """
 
     outlines: list[tuple[np.ndarray, str]]
@@ -56,7 +54,6 @@ class Stick:
     """Draws a robot's poses.
 
     Attributes:
-        robot: whose figure it is.
         root: where the first joint is bolted to the world, (2,); None for a floating robot.
         ground: its slope [rad]; None where nothing can touch it.
     """

@@ -42,10 +42,9 @@ Array = np.ndarray
 def explanation_page(
     explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
 ) -> str:
-    """The report of `leo explain`.
+    """The report of `leo explain`; without a search (untestable, moved) it has no figures.
 
-    Without a search (untestable, or moved from outside) the page has no figures. The recordings
-    include held-out bags; `watch` opens the live page on the same data, '' names none.
+    The recordings include held-out bags; `watch` opens the live page on the same data.
     """
     sections = [verdict.answer(explanation)]
     if explanation.search is not None:
@@ -125,9 +124,8 @@ def trace(
     A hypothesis' curve is the same estimator applied to the same windows, with the measured
     states replaced by the ones that the model with its effects predicts.
 
-    Returns:
-        the model as given, constants refitted; the estimate from the data; the torque [N m],
-        shape (W, J), by the effects of each hypothesis, the supported one first.
+    Returns the model as given, constants refitted; the estimate from the data; and by hypothesis,
+    the supported one first, the torque by its effects [N m], shape (W, J).
     """
     base, sigma, final = found.problem.base, found.problem.sigma, found.final
     own = final.hypothesis.model(base, final.theta).by_recording  # no other fit has the held-out

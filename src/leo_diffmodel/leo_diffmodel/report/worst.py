@@ -27,12 +27,10 @@ class Stretch:
 
     Attributes:
         bag, joint: index of its recording, and of the joint that is off most there.
-        time: bag time of the samples [s], shape (K+1,).
-        measured: angle of that joint, shape (K+1,).
-        predicted: the same by each model, shape (M, K+1).
+        time, measured: bag time [s] and angle of that joint, shape (K+1,).
+        predicted: the angle by each model, shape (M, K+1).
         band: standard deviation from noise alone about the last model, shape (K+1,).
-        motion: angles of all joints as measured, then as each model predicts them, shape
-            (1 + M, K+1, J).
+        motion: all angles as measured, then as each model predicts, shape (1 + M, K+1, J).
     """
 
     bag: int

@@ -118,7 +118,7 @@ class Drawn:
         if stick.root is not None:
             axes.plot(*stick.root[:, None], 's', color=palette.NOISE, markersize=8)
         (self._ground,) = axes.plot([], [], '|-', color=palette.MUTED, lw=1.2, markersize=6)
-        self._ghosts = [self._ghost(*look) for _, *look in GHOSTS]
+        self._ghosts = [self._ghost(stroke, *size) for _, stroke, *size in GHOSTS]
         self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
         note = f'predicted {self._view.seconds:.2g} s ahead, again and again'

@@ -50,7 +50,8 @@ class Plan:
         if not isinstance(self.run, Run):
             return None
         folder.mkdir(parents=True, exist_ok=True)
-        return write_run(*fresh(folder, NAME), self.run, self.robot)
+        (file,) = fresh(folder, NAME)
+        return write_run(file, self.run, self.robot)
 
     def command(self, file: Path | None) -> list[str]:
         """The words after `leo` that send it to the robot; none where there is nothing to send."""

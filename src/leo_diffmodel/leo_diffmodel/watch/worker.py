@@ -34,7 +34,7 @@ class News:
 
 
 class Worker:
-    """Sends a process to do something, and hears of it: `news`, of the last."""
+    """Has a process do something; `news` are those of the last."""
 
     def __init__(self) -> None:
         self._process: BaseProcess | None = None

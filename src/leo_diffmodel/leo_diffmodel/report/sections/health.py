@@ -131,11 +131,9 @@ class Correlation:
 
     Attributes:
         seconds: of each lag, shape (L,).
-        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where nothing was
-            measured.
+        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where unmeasured.
         low, high: 95 % band of white noise, shape (L, 2J).
-        strength: mean square of the autocorrelations, each in standard deviations of what white
-            noise gives: 1 for white noise.
+        strength: mean square of the autocorrelations in standard deviations of white noise.
         white: the strength is at most 2, or one that white noise reached.
     """
 

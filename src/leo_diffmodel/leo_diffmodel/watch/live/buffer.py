@@ -124,8 +124,7 @@ class Condition:
 
     Attributes:
         e_stopped: as latched; None where it says nothing.
-        message: its own line on /diagnostics: running, timed out, e-stop.
-        level: of that line, 0 where all is well.
+        message, level: its own line on /diagnostics, and 0 where all is well.
         trouble: why the newest data are not shown; '' where they are.
     """
 

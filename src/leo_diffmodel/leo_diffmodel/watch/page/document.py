@@ -9,14 +9,14 @@ from typing import Any
 from bokeh.document import Document
 from bokeh.events import DocumentReady
 from bokeh.layouts import column
-import jinja2
 from markupsafe import Markup
 
+from leo_diffmodel.report.page import template
 from leo_diffmodel.report.text import source
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
 from leo_diffmodel.watch.page.lacking import MissingView, WhereView
-from leo_diffmodel.watch.page.look import MAIN, PAGE, Part, PLOT, said, SIDE, WIDE, wrapped
+from leo_diffmodel.watch.page.look import MAIN, Part, PLOT, said, SIDE, WIDE, wrapped
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.page.switches import ActionsView, CatalogueView
@@ -60,7 +60,7 @@ class Tab:
         both = wrapped((self._main, MAIN), (side, SIDE), spacing=12)
         document.add_root(column(said(_headline(state)), both, margin=14, **WIDE))
         document.title = f'{state.scene.model.robot.name}: leo watch'
-        document.template = jinja2.Template(PAGE, autoescape=True)
+        document.template = template('live.html')
         state.listeners.append(self._changed)
         document.add_periodic_callback(self._tick, FRAME_MS)
         document.on_session_destroyed(lambda _: state.listeners.remove(self._changed))

@@ -11,6 +11,7 @@ from functools import partial
 import io
 import mimetypes
 from pathlib import Path
+import re
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -40,13 +41,14 @@ HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
 def routes(state: State) -> list[Route]:
     texts = {'numbers.csv': numbers, 'copy.html': copy}
     found: list[Route] = [
-        (f'/{name}', _Text, {'state': state, 'content': content})
+        (re.escape(f'/{name}'), _Text, {'state': state, 'content': content})
         for name, content in texts.items()
     ]
     drawn = {'view': (view.now, '.png', '.svg'), 'comparison': (view.from_now, '.gif', '.mp4')}
     drawing = {'state': state, 'one_by_one': asyncio.Lock()}
     for name, (times, *kinds) in drawn.items():
-        found += [(f'/{name}{kind}', _Drawing, {'times': times, **drawing}) for kind in kinds]
+        options = {'times': times, **drawing}
+        found += [(re.escape(f'/{name}{kind}'), _Drawing, options) for kind in kinds]
     return found
 
 

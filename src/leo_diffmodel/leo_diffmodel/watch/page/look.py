@@ -13,7 +13,7 @@ import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.report.canvas import FONT
+from leo_diffmodel.report.page import template
 from leo_diffmodel.watch.view import MODELS
 
 ROBOTS = ('measured', palette.MEASURED), *((name, stroke) for _, stroke, name in MODELS)
@@ -23,39 +23,7 @@ MAIN, SIDE = 400, 400
 PLOT, WORDS = 320, 240
 """Least widths of a plot, and of sentences, beside another part [px]."""
 
-PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<link rel="icon" href="data:,">
-<title>{{ title }}</title>
-<style>
-html, body { margin: 0; height: 100%; background: #f4f6f8; }
-</style>
-{{ bokeh_js | safe }}
-{{ bokeh_css | safe }}
-</head>
-<body>
-{{ plot_div | safe }}
-{{ plot_script | safe }}
-</body>
-</html>
-"""
-
-TEXT = f"""
-:host {{ font: 14px/1.4 {FONT}; color: {palette.INK}; }}
-b.big {{ font-size: 22px; font-weight: 650; }}
-small, .muted {{ color: {palette.MUTED}; }}
-.error {{ color: #8f3d00; }}
-code {{ font: 12.5px ui-monospace, Menlo, Consolas, "DejaVu Sans Mono", monospace;
-  overflow-wrap: anywhere; }}
-i.stroke {{ display: inline-block; width: 26px; height: 0; border-top: 3px solid;
-  vertical-align: middle; margin: 0 6px 0 14px; }}
-i.stroke:first-child {{ margin-left: 0; }}
-a {{ color: {palette.AFTER}; margin-right: 14px; }}
-"""
-
+TEXT = template('live.css').render()
 CARD = f"""
 :host {{ background: #fff; border: 1px solid {palette.GRID}; border-radius: 10px;
   padding: 12px 14px; box-sizing: border-box; }}
@@ -94,7 +62,7 @@ def button(label: str, name: str, *actions: Callable[[], object], **options: Any
 
 
 def following(widget: Any, take: Callable[[Any], object], what: str = 'value') -> Any:
-    """A widget each new value of which is taken."""
+    """The widget, which hands each new value over."""
     widget.on_change(what, lambda _, __, value: take(value))
     return widget
 
