@@ -50,11 +50,6 @@ class Setting:
         return self.having(label, {**self.on[label], name: value})
 
 
-def repaired(scene: Scene, base: Model, setting: Setting) -> Model:
-    hypothesis, theta = _hypothesis(scene, setting)
-    return hypothesis.model(base, theta)
-
-
 def words(scene: Scene, setting: Setting) -> list[str]:
     hypothesis, theta = _hypothesis(scene, setting)
     on, found = hypothesis.placed(scene.model, theta), []
@@ -88,12 +83,12 @@ class Answer(NamedTuple):
         return cls(data, Setting(on, refitted=bool(on)))
 
 
-def base_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:
-    """The model under the switches: as given, or with the constants that explain refitted."""
-    if not setting.refitted or answer is None:
-        return scene.model
-    whole = from_data(scene.model, answer.data, FOUND)[0]
-    return whole.changed(effects=scene.model.effects)
+def model_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:
+    """The model with the switches, on its constants as given or as explain refitted them."""
+    base, (hypothesis, theta) = scene.model, _hypothesis(scene, setting)
+    if setting.refitted and answer is not None:
+        base = from_data(base, answer.data, FOUND)[0].changed(effects=base.effects)
+    return hypothesis.model(base, theta)
 
 
 def write_model(folder: Path, scene: Scene, setting: Setting, answer: Answer | None) -> Path:

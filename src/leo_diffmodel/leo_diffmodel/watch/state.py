@@ -15,7 +15,7 @@ from leo_diffmodel.watch.film import Film, Player
 from leo_diffmodel.watch.handle import guess
 from leo_diffmodel.watch.lack import Lacks
 from leo_diffmodel.watch.scene import in_floors, Scene, Score
-from leo_diffmodel.watch.setting import Answer, base_of, repaired, Setting, words, write_model
+from leo_diffmodel.watch.setting import Answer, model_of, Setting, words, write_model
 from leo_diffmodel.watch.worker import Worker
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Parameter
@@ -66,7 +66,7 @@ class State:
 
     @property
     def model(self) -> Model:
-        return self._with(self.setting)
+        return model_of(self.scene, self.setting, self.answer)
 
     @property
     def switched(self) -> dict[str, list[tuple[Parameter, float]]]:
@@ -225,12 +225,8 @@ class State:
 
     def _size_without(self, label: str) -> float:
         rest = {name: v for name, v in self.setting.on.items() if name != label}
-        model = self._with(Setting(rest, self.setting.refitted))
+        model = model_of(self.scene, Setting(rest, self.setting.refitted), self.answer)
         return self.scene.size(model, self.floor.floor)
-
-    def _with(self, setting: Setting) -> Model:
-        base = base_of(self.scene, setting, self.answer)
-        return repaired(self.scene, base, setting)
 
     def notify(self) -> None:
         for listener in [*self.listeners]:
