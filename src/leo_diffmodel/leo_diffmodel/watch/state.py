@@ -13,7 +13,7 @@ import numpy as np
 from leo_diffmodel.compare.errors import state_names
 from leo_diffmodel.watch.film import Film, Player
 from leo_diffmodel.watch.handle import guess
-from leo_diffmodel.watch.lack import Lacks
+from leo_diffmodel.watch.missing import MissingOfBoth
 from leo_diffmodel.watch.scene import in_floors, Scene, Score
 from leo_diffmodel.watch.setting import Answer, model_of, Setting, words, write_model
 from leo_diffmodel.watch.worker import Worker
@@ -39,7 +39,7 @@ class State:
         shown: index of the state whose error the figures show.
         given, now: errors of the model as given, and with what is switched on.
         without: of each effect that is on, the error if it alone were off [noise floors].
-        lacks: the torque that both lack, and where.
+        missing: the torque that both lack, and where.
         chosen: the joint whose missing torque is shown, and the number of the variable against
             which; None before there is one.
         seconds: what the last change took to compute [s].
@@ -60,7 +60,7 @@ class State:
         self.given = self.now = scene.score(scene.model)
         self.without: Mapping[str, float] = {}
         self.film = Film.of(scene, self.horizon, scene.model)
-        self.lacks = Lacks(scene)
+        self.missing = MissingOfBoth(scene)
         self.chosen: tuple[int, int] | None = None
         self._rest = self._follow(scene.model)
 
@@ -140,7 +140,7 @@ class State:
             return
         self.scene, self.given, self.now = other.scene, other.given, other.now
         self.film, self.without, self.seconds = other.film, other.without, other.seconds
-        self.lacks, self._rest = other.lacks, other._rest
+        self.missing, self._rest = other.missing, other._rest
         self.player.length = other.player.length
         self.notify()
 
@@ -213,7 +213,7 @@ class State:
         self.now = self.scene.score(model)
         self.film = self.film.repaired_by(model)
         self.without = {k: v for k, v in self.without.items() if k in self.setting.on}
-        self.lacks.behind, self._rest = True, self._follow(model)
+        self.missing.behind, self._rest = True, self._follow(model)
         self.seconds = time.perf_counter() - began
 
     def _follow(self, model: Model) -> Iterator[bool]:
@@ -221,7 +221,7 @@ class State:
         for label in self.setting.on:
             self.without = {**self.without, label: self._size_without(label)}
             yield True
-        yield from self.lacks.follow(model, bool(self.setting.on))
+        yield from self.missing.follow(model, bool(self.setting.on))
 
     def _size_without(self, label: str) -> float:
         rest = {name: v for name, v in self.setting.on.items() if name != label}

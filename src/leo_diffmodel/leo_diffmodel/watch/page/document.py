@@ -15,8 +15,8 @@ from leo_diffmodel.report.page import template
 from leo_diffmodel.report.text import source
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
-from leo_diffmodel.watch.page.lacking import MissingView, WhereView
 from leo_diffmodel.watch.page.look import MAIN, Part, PLOT, said, SIDE, WIDE, wrapped
+from leo_diffmodel.watch.page.missing import MissingView, WhereView
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.page.switches import ActionsView, CatalogueView

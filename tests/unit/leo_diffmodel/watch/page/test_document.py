@@ -14,7 +14,7 @@ from tests.simulate import TORQUE
 
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.simulate import simulate
-from leo_diffmodel.watch import lack
+from leo_diffmodel.watch import missing
 from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.switches import _files
@@ -59,7 +59,7 @@ def test_a_tap_near_a_worst_window_goes_to_its_begin_and_elsewhere_to_the_time(p
 def test_a_tap_on_a_place_where_it_fails_goes_to_its_worst_window(page):
     page.finish()
     places, plot = page.model('where given').data, page.model('where given plot')
-    begin = page.state.lacks.given.places.rows[0]['windows'][0][0]
+    begin = page.state.missing.given.places.rows[0]['windows'][0][0]
     assert begin in places['begin']
     number = places['begin'].index(begin)
     page.document.callbacks.trigger_event(Tap(plot, x=0.1, y=places['y'][number] + 0.3))
@@ -98,7 +98,7 @@ def test_another_joint_or_variable_is_shown_in_all_tabs(page):
 
 
 def test_why_there_is_no_torque_is_one_line(page, monkeypatch):
-    monkeypatch.setattr(lack, 'torque_windows', Mock(side_effect=ValueError('too short')))
+    monkeypatch.setattr(missing, 'torque_windows', Mock(side_effect=ValueError('too short')))
     page.finish()
     for name in ('where says', 'missing says'):
         assert page.model(name).text.count('too short') == 1

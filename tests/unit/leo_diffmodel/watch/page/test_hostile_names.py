@@ -61,9 +61,9 @@ def test_no_name_is_html_on_the_page(state, news):
 
 def test_what_is_lacking_and_the_legend_say_names(state):
     check_html(joints_legend((HTML, HTML)))
-    state.lacks.trouble, before = HTML, state.lacks.trouble
+    state.missing.trouble, before = HTML, state.missing.trouble
     words_of(state, SimpleNamespace(busy=False, news=News()))
-    state.lacks.trouble = before
+    state.missing.trouble = before
 
 
 def test_the_page_itself_and_its_copy_are_what_they_are_with_any_name(state):

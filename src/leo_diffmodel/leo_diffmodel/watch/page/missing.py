@@ -21,7 +21,7 @@ from leo_diffmodel.report import binned
 from leo_diffmodel.report.canvas import canvas, FONT, hover
 from leo_diffmodel.report.sections.where import against, in_print
 from leo_diffmodel.report.text import numbered, percent
-from leo_diffmodel.watch.lack import Lack
+from leo_diffmodel.watch.missing import Missing
 from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.look import following, legend, ROBOTS, said, small, WIDE
 from leo_diffmodel.watch.state import State
@@ -67,11 +67,11 @@ class WhereView:
         self.refresh()
 
     def refresh(self) -> None:
-        lacks = self._state.lacks
-        note = lacks.trouble or ('computing …' if lacks.behind else NOTE)
+        both = self._state.missing
+        note = both.trouble or ('computing …' if both.behind else NOTE)
         self._words.text = Markup('<b>Where it fails</b> {}').format(small(note))
-        for ranking, lack in zip(self._rankings, (lacks.given, lacks.now), strict=True):
-            ranking.show(lack)
+        for ranking, missing in zip(self._rankings, (both.given, both.now), strict=True):
+            ranking.show(missing)
 
     def follow_taps(self) -> None:
         for ranking in self._rankings:
@@ -81,19 +81,19 @@ class WhereView:
 class _Ranking:
     def __init__(self, state: State, which: str, model: tuple[str, Stroke]) -> None:
         self._state, self._head = state, legend(model)
-        self._shown: Lack | None = None
+        self._shown: Missing | None = None
         self._source = ColumnDataSource(NO_ROWS, name=f'where {which}')
         self._words = said(self._head, name=f'where {which} says', **WIDE)
         self.plot = self._plot(model[1], which)
         self.root = column(self._words, self.plot, **WIDE)
 
-    def show(self, lack: Lack | None) -> None:
-        if lack is None or lack is self._shown:
+    def show(self, missing: Missing | None) -> None:
+        if missing is None or missing is self._shown:
             return
-        self._shown = lack
-        rows = _rows(self._state, lack.places)
+        self._shown = missing
+        rows = _rows(self._state, missing.places)
         self._source.data, self.plot.visible = rows, bool(rows['y'])
-        self._words.text = self._head + Markup('<br>') + small(_said(lack.places))
+        self._words.text = self._head + Markup('<br>') + small(_said(missing.places))
 
     def follow_taps(self) -> None:
         self.plot.on_event(Tap, self._go)
@@ -173,16 +173,16 @@ class MissingView:
         self.refresh()
 
     def refresh(self) -> None:
-        lacks = self._state.lacks
-        self._words.text = HEAD + small(lacks.trouble or MISSING_NOTE)
-        if lacks.given is None:
+        both = self._state.missing
+        self._words.text = HEAD + small(both.trouble or MISSING_NOTE)
+        if both.given is None:
             return
-        missing = lacks.given.missing
+        missing = both.given.torque
         self._choose(missing)
-        shown = missing, lacks.curve, self._state.chosen
+        shown = missing, both.curve, self._state.chosen
         if [*map(id, shown)] != [*map(id, self._shown)]:
             self._shown = shown
-            self._draw(missing, lacks.curve)
+            self._draw(missing, both.curve)
 
     def _choose(self, missing: MissingTorque) -> None:
         """A first joint, and another where nothing shows of the one that was chosen."""
@@ -211,8 +211,8 @@ class MissingView:
 
     def _show_joint(self, joint: int) -> None:
         """Have another joint shown, against what matters there."""
-        if not self._silent and (given := self._state.lacks.given):
-            self._state.choose(*self._matters(given.missing, joint))
+        if not self._silent and (given := self._state.missing.given):
+            self._state.choose(*self._matters(given.torque, joint))
 
     def _show_variable(self, number: int) -> None:
         if not self._silent and (chosen := self._state.chosen):
