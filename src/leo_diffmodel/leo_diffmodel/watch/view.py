@@ -40,7 +40,6 @@ POSES = 100
 FAR = 20.0
 """Times the reach; what lies beyond is drawn there."""
 FILM_SECONDS = 4.0
-"""How long a film is."""
 
 
 class Stage:

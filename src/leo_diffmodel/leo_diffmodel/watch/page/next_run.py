@@ -21,6 +21,7 @@ from leo_diffmodel.watch.next_run import NextRun, Plan
 from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.look import legend, said, small, WIDE, wrong
 from leo_msgs_py.terminal import leo
+from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 HEIGHT = 170
@@ -54,10 +55,10 @@ class NextRunView:
         plan = self._next.plan
         self._ask.disabled = self._next.busy or bool(self._next.hindrance)
         self._words.text = Markup().join(map(Markup('<div>{}</div>').format, self._lines()))
-        if plan is not self._shown:
-            self._shown = plan
-            self._draw(plan)
         self._curves.visible = plan is not None and plan.predicted is not None
+        if plan and plan.predicted and plan is not self._shown:
+            self._shown = plan
+            self._draw(plan.robot, plan.predicted)
 
     def _lines(self) -> list[str]:
         news, plan = self._next.news, self._next.plan
@@ -80,19 +81,16 @@ class NextRunView:
             lines.append(Markup('{}: <code>{}</code>').format(ON_ROBOT, command))
         return lines
 
-    def _draw(self, plan: Plan | None) -> None:
-        if plan is None or plan.predicted is None:
-            return
-        track = plan.predicted
+    def _draw(self, robot: Robot, track: Recording) -> None:
         driven = [track.joints.index(a) for a in track.actuators]
-        left_out = {*track.actuators, *plan.robot.base_joints}
+        left_out = {*track.actuators, *robot.base_joints}
         shown = driven + [k for k, name in enumerate(track.joints) if name not in left_out]
         names = tuple(track.joints[k] for k in shown)
         t, x, inputs = joined(track)
         self._inputs.data = stepped(t, inputs, track.actuators)
         self._motion.data = _lines([t] * len(names), [*x[:, shown].T], names)
-        self._upper.yaxis.axis_label = f'input [{input_units(plan.robot)}]'
-        lengths = dict.fromkeys(length_unit(plan.robot, name) for name in names)
+        self._upper.yaxis.axis_label = f'input [{input_units(robot)}]'
+        lengths = dict.fromkeys(length_unit(robot, name) for name in names)
         self._lower.yaxis.axis_label = f'position [{" or ".join(lengths)}]'
         self._legend.text = joints_legend(names)
 

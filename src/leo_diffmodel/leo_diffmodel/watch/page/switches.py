@@ -11,6 +11,7 @@ from bokeh.models import CustomJSTickFormatter, NumericInput, Select, Slider, Sw
 from markupsafe import Markup
 
 from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.report.page import template
 from leo_diffmodel.watch.handle import Handle
 from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.look import button, following, said, small, WIDE, wrong
@@ -20,7 +21,6 @@ from leo_diffmodel.watch.worker import Finder
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Parameter
 
-WITHOUT_FFMPEG = 'for MP4 install the program ffmpeg, and start leo watch again'
 STEP = 0.001
 EVERYWHERE = 'every place'
 AT_ONCE = 40
@@ -92,21 +92,9 @@ class ActionsView:
 
 
 def _files() -> Markup:
-    film = f'the robots moving, {FILM_SECONDS:g} s from now'
-    mp4 = ['comparison.mp4'] if shutil.which('ffmpeg') else []
-    lines = [
-        _links('this view', 'view.png', 'view.svg', 'copy.html'),
-        _links(film, 'comparison.gif', *mp4),
-        _links('the numbers', 'numbers.csv'),
-        *([] if mp4 else [small(WITHOUT_FFMPEG)]),
-    ]
-    return Markup('<br>').join(lines)
-
-
-def _links(what: str, *names: str) -> Markup:
-    link = Markup('<a href="{}" download>{}</a>')
-    links = Markup().join(link.format(name, name.rpartition('.')[2].upper()) for name in names)
-    return Markup('{}: {}').format(what, links)
+    """Links to what can be taken away."""
+    ffmpeg = shutil.which('ffmpeg')
+    return Markup(template('files.html').render(seconds=FILM_SECONDS, ffmpeg=ffmpeg))
 
 
 class CatalogueView:
