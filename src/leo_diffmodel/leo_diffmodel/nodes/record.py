@@ -81,9 +81,9 @@ class _Wanted:
 
     def _look(self) -> None:
         for name in list(self.missing):
-            for offered in self._node.get_publishers_info_by_topic(name)[:1]:
+            if offers := self._node.get_publishers_info_by_topic(name):
                 self.missing.remove(name)
                 try:
-                    self._recording.add_named(name, offered.topic_type, offered.qos_profile)
+                    self._recording.add_named(name, offers[0].topic_type, offers[0].qos_profile)
                 except UserError as error:
                     self._node.get_logger().error(f'{name} is not recorded: {error}')

@@ -33,10 +33,9 @@ class WatchServer:
     """
 
     def __init__(self, page: Page, port: int, tab: OpenTab) -> None:
-        self._state, self._finder, self._next_run = page.state, page.finder, page.next_run
-        self.token = secrets.token_urlsafe(TOKEN_BYTES)
-
-        where = {'address': HERE, 'port': port, 'prefix': self.token}
+        self._page, self._state, self._following = page, page.state, False
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        where = {'address': HERE, 'port': port, 'prefix': token}
         pauses = {'keep_alive_milliseconds': 10000, 'check_unused_sessions_milliseconds': 5000}
         files_too = {'extra_patterns': routes(page.state)}
         try:
@@ -46,9 +45,7 @@ class WatchServer:
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'
             ) from error
         self.port: int = self._server.port
-        self.url = f'http://localhost:{self.port}/{self.token}/'
-        self._polling = PeriodicCallback(self._poll, POLL_MS)
-        self._following = False
+        self.url = f'http://localhost:{self.port}/{token}/'
         page.state.listeners.append(self._follow)
 
     def every(self, milliseconds: float, action: Callable[[], None]) -> None:
@@ -73,11 +70,11 @@ class WatchServer:
         """Serve until `end`; then what goes on in other processes is ended too."""
         logging.getLogger('bokeh.server.views.ws').setLevel(logging.ERROR)  # tabs close
         self._server.start()
-        self._polling.start()
+        self.every(POLL_MS, self._poll)
         try:
             self._server.io_loop.start()
         finally:
-            for worker in (self._finder, self._next_run, self._state.drawing):
+            for worker in (self._page.finder, self._page.next_run, self._state.drawing):
                 worker.stop()
             self._server.stop()
 
@@ -94,10 +91,11 @@ class WatchServer:
 
     def _poll(self) -> None:
         """Pass on what the search says to all tabs, and the run to record next."""
-        self._next_run.look()
-        if not self._finder.poll():
+        self._page.next_run.look()
+        finder = self._page.finder
+        if not finder.poll():
             return
-        if self._finder.news.answer is not None:
-            self._state.found(self._finder.news.answer)
+        if finder.news.answer is not None:
+            self._state.found(finder.news.answer)
         else:
             self._state.notify()
