@@ -52,7 +52,6 @@ NAMES = 'return [...Bokeh.documents[0].all_models].map(m => m.name).filter(n => 
 
 @contextmanager
 def chromium(profile: Path) -> Iterator[Chrome]:
-    """A browser of its own, closed at the end."""
     options = ChromeOptions()
     options.binary_location = str(CHROMIUM)
     for flag in (*FLAGS, f'--user-data-dir={profile}'):
@@ -82,15 +81,12 @@ def _holds(true: Callable[[], Any]) -> Any:
 
 
 class Page:
-    """The page as it is drawn in a browser."""
-
     def __init__(self, driver: Chrome, url: str) -> None:
         self.driver = driver
         driver.get(url)
         until(self.drawn, 'the curve')
 
     def drawn(self) -> bool:
-        """Whether the curves are on the screen."""
         return self.driver.execute_script(DRAWN, 'horizon plot')
 
     @property
@@ -98,7 +94,6 @@ class Page:
         return self.driver.execute_script(NAMES)
 
     def get(self, name: str, what: str) -> Any:
-        """A property of a widget as the browser has it."""
         return self.driver.execute_script(f'return {MODEL}[arguments[1]]', name, what)
 
     def column(self, name: str, what: str) -> list[float]:
@@ -113,7 +108,6 @@ class Page:
         until(lambda: self._clicked(self.part(name, 'button') or self.part(name)), name)
 
     def drag(self, name: str, pixels: int) -> None:
-        """Drag the handle of a slider."""
         until(lambda: self._dragged(self.part(name, '.noUi-handle'), pixels), name)
 
     def tap(self, name: str, x: float, y: float) -> None:

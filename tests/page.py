@@ -35,7 +35,6 @@ class Links(HTMLParser):
 
 
 def read(html: str) -> tuple[Links, str]:
-    """The page, parsed, and its visible text."""
     assert len(html.encode()) < LARGEST
     links = Links(html)
     return links, re.sub(r'\s+', ' ', ''.join(links.text))

@@ -44,7 +44,6 @@ SIZE, SOME = 60_000, 30
 
 @contextmanager
 def running(*words: object, **options: object) -> Iterator[subprocess.Popen]:
-    """A command, which is ended."""
     with subprocess.Popen([LEO, *map(str, words)], text=True, **options) as process:
         try:
             yield process
@@ -79,7 +78,6 @@ def robot_of(folder: Path, name: str, hidden: Path) -> Iterator[subprocess.Popen
 
 @contextmanager
 def page_of(folder: Path, model: str) -> Iterator[browser.Page]:
-    """The live page beside the robot, in a browser."""
     shown = '--live', '--model', model, '--seconds', SHORT, '--patience', browser.PATIENCE
     words = *shown, '-o', folder / 'out', '--no-browser', '--json'
     with running('watch', *words, stdout=subprocess.PIPE) as leo:

@@ -72,15 +72,9 @@ def missing() -> MissingTorque:
 
 
 def explanation(verdict: str, model: Model, sentence: str = 'Sentence <1> & 2.') -> Explanation:
-    """An answer without a search behind it."""
+    told = {'next_run': 'Let it swing with the motors free.', 'not_testable': [RIPPLE]}
     return Explanation(
-        verdict,
-        (Told(sentence),),
-        model,
-        not_testable=[RIPPLE],
-        next_run='Let it swing with the motors free.',
-        seconds=0.1,
-        provenance=PROVENANCE,
+        verdict, (Told(sentence),), model, **told, provenance=PROVENANCE, seconds=0.1
     )
 
 
@@ -97,11 +91,10 @@ def comparison(missing: MissingTorque, model: Model, factor: float) -> Compariso
             for n, s, f in zip((1, 20), seconds, floor, strict=True)
         ]
 
-    one = {'rmse': [factor * e for e in floor[0]]}
     data = {
         'states': STATES,
         'step_seconds': 0.03,
-        'one_step': one,
+        'one_step': {'rmse': [factor * e for e in floor[0]]},
         'horizon': table(factor),
         'noise_floor': {'one_step': {'rmse': floor[0]}, 'horizon': table(1.0)},
         'budget': {'explained': 0.7, 'unexplained': 0.2, 'noise': 0.1},

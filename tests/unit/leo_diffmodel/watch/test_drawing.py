@@ -34,7 +34,6 @@ def state(scene):
 
 @pytest.fixture
 def few(state):
-    """A film of five pictures."""
     return shown.view_of(state, shown.from_now(state)[::25])
 
 

@@ -26,8 +26,6 @@ def asked(words, answer, report):
 
 
 class AtOnce(NextRun):
-    """Asks in this process."""
-
     def begin(self, ask):
         try:
             self.late = News(answer=ask(lambda _: None))

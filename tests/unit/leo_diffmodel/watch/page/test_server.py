@@ -63,7 +63,6 @@ class Tab:
 
     @property
     def error(self) -> float:
-        """The held-out error that is shown, in noise floors."""
         return float(re.search(r'→ ([\d.]+)</b>', self.get('error', 'text'))[1])
 
     @property
