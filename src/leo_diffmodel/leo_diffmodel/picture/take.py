@@ -34,12 +34,9 @@ class Take:
     end: float
 
     def pose(self, time: float) -> Pose:
-        return self.stick.pose(self.angles(time))
-
-    def angles(self, time: float) -> np.ndarray:
-        """Joint angles at a time, between samples on a straight line, (J,)."""
+        """The robot at a time, between samples on a straight line."""
         t, q = self.episode.t, self.episode.q
-        return np.array([np.interp(time, t, column) for column in q.T])
+        return self.stick.pose(np.array([np.interp(time, t, column) for column in q.T]))
 
     def followed(self, time: float) -> np.ndarray:
         """The place the view follows, (2,) m: the base of a walker, else where it is bolted."""

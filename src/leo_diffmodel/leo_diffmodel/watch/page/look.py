@@ -97,14 +97,10 @@ def renew(source: ColumnDataSource, data: Mapping[str, Any]) -> None:
 class Silence:
     """Keeps widgets from acting on the state while they are being set from it."""
 
-    def __init__(self) -> None:
-        self._deep = 0
+    on = False
 
     def __enter__(self) -> None:
-        self._deep += 1
+        self.on = True
 
     def __exit__(self, *_: object) -> None:
-        self._deep -= 1
-
-    def __bool__(self) -> bool:
-        return self._deep > 0
+        self.on = False

@@ -211,11 +211,11 @@ class MissingView:
 
     def _show_joint(self, joint: int) -> None:
         """Have another joint shown, against what matters there."""
-        if not self._silent and (given := self._state.missing.given):
+        if not self._silent.on and (given := self._state.missing.given):
             self._state.choose(*self._matters(given.torque, joint))
 
     def _show_variable(self, number: int) -> None:
-        if not self._silent and (chosen := self._state.chosen):
+        if not self._silent.on and (chosen := self._state.chosen):
             self._state.choose(chosen[0], number)
 
 

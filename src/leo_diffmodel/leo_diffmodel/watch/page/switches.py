@@ -195,5 +195,5 @@ class _Slider:
             self._move(self._handle.exact(value))
 
     def _move(self, value: float) -> None:
-        if not self._silent and self._label in self._state.setting.on:
+        if not self._silent.on and self._label in self._state.setting.on:
             self._state.move(self._label, self._name, value)
