@@ -26,6 +26,7 @@ WINDOWS = 3
 MOST_EVENTS = 4
 MOTION = ('phase', 'speed', 'direction', 'load', 'angle', 'position', 'turned')
 ORDER = (*MOTION, 'input', 'motor', 'time')
+MEASURED = 'measured', Stroke(palette.INK, 'points')
 MODELS = Stroke(palette.BEFORE), palette.REPAIRED
 BAND_SIGMAS = 2.0
 MOST_DOTS = 100
@@ -48,7 +49,7 @@ def section(
         'against': [against(*found) for found in against_motion(places.rows)],
         'events': [_event(e, names) for e in places.events[:MOST_EVENTS]],
         'stretches': [title(s, model, recordings) for s in worst],
-        'legend': _legend(worst),
+        'legend': [MEASURED, *models(*MODELS[: len(worst[0].predicted)])] if worst else [],
     }
     return Section('where.html', values, tuple(_figure(s, model) for s in worst))
 
@@ -184,10 +185,3 @@ def _figure(stretch: Stretch, model: Model) -> Any:
     margin = 0.08 * max(float(np.ptp(ends)), 1e-9)
     plot.y_range = Range1d(float(ends.min() - margin), float(ends.max() + margin))
     return plot
-
-
-def _legend(worst: Sequence[Stretch]) -> list[tuple[str, Stroke]]:
-    if not worst:
-        return []
-    drawn = MODELS[: len(worst[0].predicted)]
-    return [('measured', Stroke(palette.INK, 'points')), *models(*drawn)]
