@@ -13,15 +13,13 @@ import time
 
 from leo_diffmodel.bags.arrival import Origin, Sources
 from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
-from leo_diffmodel.bags.recorder import TWO
+from leo_diffmodel.bags.recorder import RECENT, TWO
 from leo_diffmodel.bags.types import JOINT_STATE, STATES, Topic
 from leo_msgs_py.cdr import joints_text
 
 NAME = 'the running robot'
 MOST = 60_000
 """Messages of a topic that are kept at most, however fast they come."""
-RECENT = 5.0
-"""A second robot counts for so long after its last message [s]."""
 HEADER = 12
 """Bytes up to the end of a stamp."""
 SILENT = 1.5
@@ -91,9 +89,11 @@ class MessageBuffer:
     def describe(self, metadata: Mapping[str, str]) -> None:
         self._facts = dict(metadata)
 
-    def flush(self) -> None: ...
+    def flush(self) -> None:
+        """Nothing waits to be written."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Nothing is open."""
 
     def contents(self) -> BagContents:
         """What is kept now, as if read from a bag."""
