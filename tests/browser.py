@@ -39,19 +39,19 @@ return [view.frame.x_scale.compute(arguments[1]) - 0.5 * box.width,
         view.frame.y_scale.compute(arguments[2]) - 0.5 * box.height];
 """
 TEXT = f"return Bokeh.index.find_one({MODEL}).shadow_el.querySelector('.bk-clearfix').innerText"
-
-
 BOX = f"""
 const box = Bokeh.index.find_one({MODEL}).el.getBoundingClientRect();
 return [box.left, box.top, box.right, box.bottom];
 """
 TOO_WIDE = 'return document.documentElement.scrollWidth - innerWidth'
+DRAWN = f"""
+return Boolean(window.Bokeh && Bokeh.documents.length && {MODEL} && Bokeh.index.find_one({MODEL}))
+"""
 NAMES = 'return [...Bokeh.documents[0].all_models].map(m => m.name).filter(n => n)'
 
 
 @contextmanager
 def chromium(profile: Path) -> Iterator[Chrome]:
-    """A browser of its own, closed at the end."""
     options = ChromeOptions()
     options.binary_location = str(CHROMIUM)
     for flag in (*FLAGS, f'--user-data-dir={profile}'):
@@ -81,30 +81,19 @@ def _holds(true: Callable[[], Any]) -> Any:
 
 
 class Page:
-    """The page as it is drawn in a browser."""
-
     def __init__(self, driver: Chrome, url: str) -> None:
         self.driver = driver
         driver.get(url)
         until(self.drawn, 'the curve')
 
     def drawn(self) -> bool:
-        """Whether the curves are on the screen."""
-        return bool(
-            self.driver.execute_script(
-                'return Boolean(window.Bokeh && Bokeh.documents.length'
-                " && Bokeh.documents[0].get_model_by_name('horizon plot')"
-                " && Bokeh.index.find_one(Bokeh.documents[0].get_model_by_name('horizon plot')))"
-            )
-        )
+        return self.driver.execute_script(DRAWN, 'horizon plot')
 
     @property
     def names(self) -> list[str]:
-        """Of all widgets that have one."""
         return self.driver.execute_script(NAMES)
 
     def get(self, name: str, what: str) -> Any:
-        """A property of a widget as the browser has it."""
         return self.driver.execute_script(f'return {MODEL}[arguments[1]]', name, what)
 
     def column(self, name: str, what: str) -> list[float]:
@@ -113,15 +102,12 @@ class Page:
         return self.driver.execute_script(code, name, what)
 
     def part(self, name: str, selector: str = '') -> WebElement:
-        """An element of a widget."""
         return self.driver.execute_script(PART, name, selector)
 
     def click(self, name: str) -> None:
-        """Click a button or a switch."""
         until(lambda: self._clicked(self.part(name, 'button') or self.part(name)), name)
 
     def drag(self, name: str, pixels: int) -> None:
-        """Drag the handle of a slider."""
         until(lambda: self._dragged(self.part(name, '.noUi-handle'), pixels), name)
 
     def tap(self, name: str, x: float, y: float) -> None:
@@ -146,7 +132,6 @@ class Page:
         return tuple(self.driver.execute_script(BOX, name))
 
     def shoot(self, file: Path) -> None:
-        """Keep what is on the screen as a PNG."""
         self.driver.save_screenshot(str(file))
 
     def _clicked(self, element: WebElement) -> bool:
@@ -165,9 +150,7 @@ class Page:
 
     @property
     def said(self) -> str:
-        """What the page says below its buttons."""
         return self.text('said')
 
     def text(self, name: str) -> str:
-        """The words of a widget as they can be read."""
         return self.driver.execute_script(TEXT, name)

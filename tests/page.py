@@ -2,11 +2,10 @@
 """Read a report as a browser would: what it loads, and the text that is seen; a page to show."""
 
 from html.parser import HTMLParser
-from pathlib import Path
 import re
 from types import SimpleNamespace
 
-from leo_diffmodel.watch.errand import News
+from leo_diffmodel.watch.worker import News
 
 LARGEST = 5_000_000
 
@@ -14,9 +13,10 @@ LARGEST = 5_000_000
 class Links(HTMLParser):
     """Collects what a browser would load or link to, and the visible text."""
 
-    def __init__(self):
+    def __init__(self, html):
         super().__init__()
         self.urls, self.text, self.scripts, self._in = [], [], 0, ''
+        self.feed(html)
 
     def handle_starttag(self, tag, attrs):
         self._in = tag
@@ -34,16 +34,14 @@ class Links(HTMLParser):
             self.text.append(data)
 
 
-def read(path: Path) -> tuple[Links, str]:
-    """The page, parsed, and its visible text."""
-    assert path.stat().st_size < LARGEST
-    links = Links()
-    links.feed(path.read_text(encoding='utf-8'))
+def read(html: str) -> tuple[Links, str]:
+    assert len(html.encode()) < LARGEST
+    links = Links(html)
     return links, re.sub(r'\s+', ' ', ''.join(links.text))
 
 
 def no_run(**known: object) -> SimpleNamespace:
     """What to record next as the live page sees it, as long as nothing is but what is `known`."""
     unasked = {'busy': False, 'news': News(), 'plan': None, 'hindrance': '', 'said': ''}
-    unwritten = {'file': None, 'words': [], 'recorded': []}
+    unwritten = {'file': None, 'words': [], 'recorded': [], 'start': lambda: None}
     return SimpleNamespace(**{**unasked, **unwritten, **known})

@@ -51,7 +51,6 @@ def watch(tmp_path_factory):
 
 @pytest.fixture
 def page(watch):
-    """The page with everything off."""
     yield watch.page
     if not watch.page.get('clear', 'disabled'):
         watch.page.click('clear')
@@ -61,21 +60,19 @@ def page(watch):
 def test_the_true_effect_brings_the_error_down_and_a_wrong_value_up(page):
     before = page.error
     assert before > FAR
-    assert page.column('error against horizon', 'now') == page.column(
-        'error against horizon', 'given'
-    )
+    now, given = (page.column('error against horizon', name) for name in ('now', 'given'))
+    assert now == given
     page.click(f'switch {EFFECT}')
     browser.until(lambda: page.error < FLOOR, 'the error falls')
-    now, given = (page.column('error against horizon', name) for name in ('now', 'given'))
+    now = page.column('error against horizon', 'now')
     assert now[-1] < 0.3 * given[-1]
     good = page.error
     page.drag(f'slider {EFFECT} c', ASIDE)
     browser.until(lambda: page.error > FAR, 'a wrong value shows')
     page.drag(f'slider {EFFECT} c', -ASIDE)
     browser.until(lambda: page.error == pytest.approx(good, rel=0.02), 'and back')
-    page.click('undo')
-    page.click('undo')
-    page.click('undo')
+    for _ in range(3):
+        page.click('undo')
     browser.until(lambda: page.error == before, 'undone')
 
 
@@ -104,11 +101,7 @@ def test_nothing_is_covered_or_squeezed_whatever_the_width(page, width):
 
 
 def apart(one, other):
-    return any(a >= d or c >= b for a, b, c, d in (sides(one, other, i) for i in (0, 1)))
-
-
-def sides(one, other, axis):
-    return one[axis], one[axis + 2], other[axis], other[axis + 2]
+    return any(one[i] >= other[i + 2] or other[i] >= one[i + 2] for i in (0, 1))
 
 
 def undated(path):

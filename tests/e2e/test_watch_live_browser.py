@@ -44,7 +44,6 @@ SIZE, SOME = 60_000, 30
 
 @contextmanager
 def running(*words: object, **options: object) -> Iterator[subprocess.Popen]:
-    """A command, which is ended."""
     with subprocess.Popen([LEO, *map(str, words)], text=True, **options) as process:
         try:
             yield process
@@ -70,43 +69,18 @@ class Commander(Node):
 @contextmanager
 def robot_of(folder: Path, name: str, hidden: Path) -> Iterator[subprocess.Popen]:
     """A robot in real time that hides what is in a file; the domain is the environment's."""
-    secret = ['-p', NOISE, '-p', f'hidden:={hidden}']
-    with (
-        (folder / 'robot.log').open('a') as log,
-        running(
-            'run',
-            'leo_sim',
-            'robot',
-            '--ros-args',
-            '-p',
-            f'robot:={name}',
-            *secret,
-            cwd=folder,
-            stdout=log,
-            stderr=log,
-        ) as robot,
-    ):
-        yield robot
+    told = ['--ros-args', '-p', f'robot:={name}', '-p', NOISE, '-p', f'hidden:={hidden}']
+    with (folder / 'robot.log').open('a') as log:
+        options = {'cwd': folder, 'stdout': log, 'stderr': log}
+        with running('run', 'leo_sim', 'robot', *told, **options) as robot:
+            yield robot
 
 
 @contextmanager
 def page_of(folder: Path, model: str) -> Iterator[browser.Page]:
-    """The live page beside the robot, in a browser."""
-    words = [
-        'watch',
-        '--live',
-        '--model',
-        model,
-        '--seconds',
-        SHORT,
-        '-o',
-        folder / 'out',
-        '--no-browser',
-        '--json',
-        '--patience',
-        browser.PATIENCE,
-    ]
-    with running(*words, stdout=subprocess.PIPE) as leo:
+    shown = '--live', '--model', model, '--seconds', SHORT, '--patience', browser.PATIENCE
+    words = *shown, '-o', folder / 'out', '--no-browser', '--json'
+    with running('watch', *words, stdout=subprocess.PIPE) as leo:
         url = json.loads(leo.stdout.readline())['url']
         with browser.chromium(folder / 'profile') as driver:
             yield browser.Page(driver, url)

@@ -3,7 +3,6 @@
 
 from collections.abc import Callable
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -23,7 +22,6 @@ from leo_diffmodel.bags.recording import assembled, read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.next_run.run_file import Run, write_run
 from leo_diffmodel.nodes.live_robot import live_robot
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.live.commands import RecordingSwitch, TOO_LATE
 from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.live.renewing import Renewing, Source
@@ -31,6 +29,7 @@ from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import News
 from leo_learner.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
@@ -46,16 +45,8 @@ APART = 5.0
 SOURCE = Source(Model('pendulum'), TopicMap())
 LONG = 4000
 """Control periods of a run that the e-stop ends."""
-ROBOT = [
-    'run',
-    'leo_sim',
-    'robot',
-    '--ros-args',
-    '-p',
-    'robot:=pendulum',
-    '-p',
-    'noise:=[0.001, 0.03]',
-]
+PARAMETERS = ['--ros-args', '-p', 'robot:=pendulum', '-p', 'noise:=[0.001, 0.03]']
+ROBOT = ['run', 'leo_sim', 'robot', *PARAMETERS]
 WATCH = ['watch', '--live', '--no-browser', '--json']
 
 
@@ -67,26 +58,24 @@ def robot(spawn):
 @pytest.fixture
 def live(robot, domain, tmp_path):
     """Two tabs with a robot process, without a server."""
-    with live_robot(10.0, []) as heard:
+    with live_robot(10.0, []) as listener:
         found: list = []
-        until(lambda: scene_of(heard, found), 'no scene')
+        until(lambda: scene_of(listener, found), 'no scene')
         state = State(found[0])
-        renewing = Renewing(SOURCE, state, heard.tape.contents, lambda: heard.weights)
-        running = Live(heard, RecordingSwitch(tmp_path / 'out'), renewing)
+        renewing = Renewing(SOURCE, state, listener.buffer.contents, lambda: listener.weights)
+        running = Live(listener, RecordingSwitch(tmp_path / 'out'), renewing)
         finder = SimpleNamespace(busy=False, news=News())
         documents, run = [Document(), Document()], run_of(tmp_path)
         page = Page(state, finder, ['leo', 'add'], run)
         tabs = [LiveTab(document, page, running) for document in documents]
-        yield SimpleNamespace(
-            robot=robot, live=running, state=state, tabs=tabs, documents=documents
-        )
+        found = {'robot': robot, 'live': running, 'state': state}
+        yield SimpleNamespace(**found, tabs=tabs, documents=documents)
         running.sending.wait()
         renewing.end()
         running.recording.wait()
 
 
 def run_of(folder) -> SimpleNamespace:
-    """What to record next, as it was proposed."""
     robot = Model('pendulum').robot
     run = Run('steps', 'slow steps', np.full((LONG, 1), 0.5), np.ones(LONG, bool))
     plan = Plan((), robot, run)
@@ -94,9 +83,9 @@ def run_of(folder) -> SimpleNamespace:
     return no_run(plan=plan, words=words, recorded=words)
 
 
-def scene_of(heard, found) -> bool:
+def scene_of(listener, found) -> bool:
     try:
-        found.append(SOURCE.scene(heard.tape.contents()))
+        found.append(SOURCE.scene(listener.buffer.contents()))
     except UserError:
         time.sleep(0.5)
     return bool(found)
@@ -126,7 +115,6 @@ def samples(live) -> int:
 
 
 def says(live, text) -> bool:
-    """Whether both tabs say it."""
     live.live.look()
     for tab in live.tabs:
         tab._live.refresh()
@@ -153,7 +141,7 @@ def test_windows_arrive_and_stop_and_recording_reach_the_robot_and_every_tab(liv
 
 def applied(live) -> float:
     """The newest input that the robot says it applied [V]."""
-    contents = live.live.robot.tape.contents()
+    contents = live.live.robot.buffer.contents()
     recording = assembled(contents, SOURCE.model.robot, SOURCE.mapping)
     return float(recording.episodes[-1].inputs[-1, 0])
 
@@ -199,28 +187,24 @@ def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, doma
     assert leo.wait(PATIENCE) == 0 and robot.poll() is None
 
 
+def refused(*words) -> str:
+    """What a command says that bad input ends."""
+    command = [sys.executable, '-c', LEO, *WATCH, '--model', *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 2
+    return done.stderr
+
+
 @pytest.mark.parametrize(
     ('model', 'words'), [('pendulum', 'no robot is publishing joint_states'), ('nobody', 'nobody')]
 )
 def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
-    done = subprocess.run(
-        [sys.executable, '-c', LEO, *WATCH, '--model', model, '--patience', '1'],
-        capture_output=True,
-        text=True,
-        env=os.environ,
-        timeout=PATIENCE,
-    )
-    assert done.returncode == 2 and words in done.stderr and done.stderr.count('\n') == 1
+    error = refused(model, '--patience', '1')
+    assert words in error and error.count('\n') == 1
 
 
 def test_another_robot_than_the_models_is_refused_with_both_names(robot, domain):
-    done = subprocess.run(
-        [sys.executable, '-c', LEO, *WATCH, '--model', 'torque_pendulum'],
-        capture_output=True,
-        text=True,
-        env=os.environ,
-        timeout=PATIENCE,
-    )
-    error = done.stderr.splitlines()[-1]  # on a busy machine progress comes before
+    error = refused('torque_pendulum')
     said = "the running robot is 'pendulum', this is for 'torque_pendulum'"
-    assert done.returncode == 2 and said in error and done.stderr.count('leo: error') == 1
+    # on a busy machine progress comes before
+    assert said in error.splitlines()[-1] and error.count('leo: error') == 1

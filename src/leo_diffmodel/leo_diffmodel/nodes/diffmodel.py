@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Protocol
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from std_msgs.msg import Header
 
@@ -24,16 +23,6 @@ from leo_msgs_py.node import every, fixed_parameter, graph, private_parameter, s
 from leo_sim.effects.consent import trust_parameter
 
 DIAGNOSTICS_PERIOD = 1.0
-
-
-class Part(Protocol):
-    """What the node does: recording, or the difference model."""
-
-    def status(self) -> DiagnosticStatus:
-        """Return how it is."""
-
-    def close(self) -> None:
-        """Finish what is open."""
 
 
 class DiffModelNode(Node):
@@ -55,12 +44,13 @@ class DiffModelNode(Node):
         record = fixed_parameter(self, 'record', True)
         robot = fixed_parameter(self, 'robot', '')
         difference = self._difference()  # may refuse its model, and then nothing is recorded
-        self._parts: list[Part] = [self._record(robot), difference] if record else [difference]
+        self._parts: list[GraphRecorder | DifferenceService] = [difference]
+        if record:
+            self._parts.insert(0, self._record(robot))
         self._diagnostics = self.create_publisher(*topics.DIAGNOSTICS)
         every(self, DIAGNOSTICS_PERIOD, self._report)
 
     def close(self) -> None:
-        """Finish what is open."""
         for part in self._parts:
             part.close()
 
@@ -90,7 +80,6 @@ class DiffModelNode(Node):
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run the node until SIGINT or SIGTERM."""
     with graph(argv):
         node = DiffModelNode()
         try:

@@ -23,7 +23,7 @@ from leo_msgs_py.node import every
 from leo_msgs_py.serialized import taken
 
 if TYPE_CHECKING:
-    from leo_diffmodel.watch.live.tape import Tape
+    from leo_diffmodel.watch.live.buffer import MessageBuffer
 
 TAKE_PERIOD = 0.02
 FLUSH_PERIOD = 0.1
@@ -52,19 +52,16 @@ class GraphRecorder:
 
     Its subscriptions keep all messages, belong to a node that no executor serves, and are emptied
     by a timer of `node`: in Python that takes a tenth of the time of a callback for each message,
-    and gives the time at which each was published.
+    and gives the time at which each was published. The node's name and remappings are used.
 
-    Args:
-        node: joined to the graph; its name, remappings and timers are used.
-        recorder: takes the bytes.
-        robot: model for the `leo` record where the robot node does not answer.
-        kept: what to subscribe with, from what is offered; by default nothing is ever lost.
+    `robot` is the model for the `leo` record where the robot node does not answer; `kept` says
+    what to subscribe with, from what is offered, by default so that nothing is ever lost.
     """
 
     def __init__(
         self,
         node: Node,
-        recorder: Recorder | Tape,
+        recorder: Recorder | MessageBuffer,
         robot: str = '',
         kept: Callable[[QoSProfile], QoSProfile] | None = None,
     ) -> None:
@@ -93,7 +90,6 @@ class GraphRecorder:
         self._timers = [every(node, period, action) for period, action in periods.items()]
 
     def add_graph(self) -> None:
-        """Record the graph's topics."""
         for topic in GRAPH_TOPICS:
             self.add(topic)
         if find_spec('control_msgs'):
@@ -101,31 +97,24 @@ class GraphRecorder:
             self.add_named(name, type_text, topics.JOINT_STATES.qos)
 
     def add(self, topic: topics.Topic) -> None:
-        """Record a topic of the graph's table."""
         package, kind, *_ = topic.type.__module__.split('.')
         self.add_named(topic.name, f'{package}/{kind}/{topic.type.__name__}', topic.qos)
 
     def add_named(self, name: str, type_text: str, qos: QoSProfile) -> None:
         """Record a topic, remapped as the node's are, of a type as `sensor_msgs/msg/JointState`.
 
-        Raises:
-            UserError: the type is not installed, or its definition not known.
+        UserError: the type is not installed, or its definition not known.
         """
         name = self._node.resolve_topic_name(name)
         definition(type_text)  # says now, not at the first message, that it cannot be written
-        offered = to_yaml(
-            qos.history.name.lower(),
-            qos.depth,
-            qos.reliability.name.lower(),
-            qos.durability.name.lower(),
-        )
+        policies = (p.name.lower() for p in (qos.reliability, qos.durability))
+        offered = to_yaml(qos.history.name.lower(), qos.depth, *policies)
         subscription = self._ears.create_subscription(
             load(type_text), name, lambda _: None, self._kept(qos), raw=True
         )
         self._subscriptions.append((Topic(name, type_text, offered), subscription))
 
     def status(self) -> DiagnosticStatus:
-        """Return the DiagnosticStatus of the bag being written."""
         recorder = self._recorder
         level, message = self._health()
         values = {

@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.node import Node
 
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder, keeping_newest
-from leo_diffmodel.watch.live.tape import Condition, Tape
+from leo_diffmodel.watch.live.buffer import Condition, MessageBuffer
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, listen, served_apart
 
@@ -26,18 +26,16 @@ class LiveRobot:
     """Listens to a robot, in a thread of its own.
 
     Attributes:
-        tape: the last seconds of its messages.
-        condition: how it is.
         weights: of the difference model, as latched last; b'' where there are none.
         asked: why the last e-stop or release did not reach the robot; '' where it did, and
             where the robot has said since whether it is stopped.
     """
 
-    def __init__(self, node: Node, tape: Tape) -> None:
-        self.tape, self.condition = tape, Condition()
+    def __init__(self, node: Node, buffer: MessageBuffer) -> None:
+        self.buffer, self.condition = buffer, Condition()
         self.weights, self.asked = b'', ''
         self._name = f'{node.get_namespace().rstrip("/")}/{ROBOT}'
-        self._recording = GraphRecorder(node, tape, kept=keeping_newest)
+        self._recording = GraphRecorder(node, buffer, kept=keeping_newest)
         self._recording.add_graph()
         self._stop = node.create_client(*topics.E_STOP)
         self._release = node.create_client(*topics.E_STOP_RESET)
@@ -50,11 +48,9 @@ class LiveRobot:
         self._ask(self._stop)
 
     def release(self) -> None:
-        """Take the e-stop back."""
         self._ask(self._release)
 
     def close(self) -> None:
-        """Listen no more."""
         self._recording.close()
 
     def _ask(self, client: Any) -> None:
@@ -84,6 +80,6 @@ def live_robot(seconds: float, ros_args: list[str]) -> Iterator[LiveRobot]:
     """Listen to the robot of the graph as long as this lasts; its last `seconds` [s] are kept."""
     with graph([*(ros_args or ['--ros-args']), '--log-level', 'warn']):
         node = Node(f'leo_watch_{os.getpid()}', start_parameter_services=False)
-        robot = LiveRobot(node, Tape(seconds))
+        robot = LiveRobot(node, MessageBuffer(seconds))
         with closing(robot), served_apart(node, LOOK, lambda: None):
             yield robot

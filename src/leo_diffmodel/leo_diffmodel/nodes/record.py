@@ -41,15 +41,13 @@ def record(names: Sequence[str], folder: Path | None, ros_args: list[str]) -> Re
         node = Node('recorder')
         recorder = Recorder(base)
         recording = GraphRecorder(node, recorder)
-        wanted = _Wanted(node, recording, names) if names else None
-        if wanted is None:
-            recording.add_graph()
+        wanted = _Wanted(node, recording, names)
         try:
             spin(node)
         finally:
             recording.close()
     if recorder.folder is None:
-        missing = f'; never seen: {", ".join(wanted.missing)}' if wanted and wanted.missing else ''
+        missing = f'; never seen: {", ".join(wanted.missing)}' if wanted.missing else ''
         raise UserError(f'nothing was published, so there is no bag{missing}')
     return Recorded(str(recorder.folder), recorder.messages, recorder.lost, recorder.foreign)
 
@@ -65,32 +63,27 @@ def told(recorded: Recorded) -> list[str]:
 
 
 class _Wanted:
-    """Named topics, subscribed to as soon as their type is known."""
+    """Named topics, subscribed to as soon as their type is known; the graph's where none is."""
 
     def __init__(self, node: Node, recording: GraphRecorder, names: Sequence[str]) -> None:
         self._node = node
         self._recording = recording
         self.missing = [node.resolve_topic_name(name) for name in names]
+        if not names:
+            recording.add_graph()
         for topic in GRAPH_TOPICS:
-            if self._found(node.resolve_topic_name(topic.name)):
+            if (name := node.resolve_topic_name(topic.name)) in self.missing:
+                self.missing.remove(name)
                 recording.add(topic)
         if self.missing:
             node.get_logger().info(f'waiting for {", ".join(self.missing)}')
             every(node, LOOK_PERIOD, self._look)
 
-    def _found(self, name: str) -> bool:
-        if name in self.missing:
-            self.missing.remove(name)
-            return True
-        return False
-
     def _look(self) -> None:
         for name in list(self.missing):
-            publishers = self._node.get_publishers_info_by_topic(name)
-            if publishers:
+            if offers := self._node.get_publishers_info_by_topic(name):
                 self.missing.remove(name)
-                offered = publishers[0]
                 try:
-                    self._recording.add_named(name, offered.topic_type, offered.qos_profile)
+                    self._recording.add_named(name, offers[0].topic_type, offers[0].qos_profile)
                 except UserError as error:
                     self._node.get_logger().error(f'{name} is not recorded: {error}')

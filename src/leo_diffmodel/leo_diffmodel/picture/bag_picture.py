@@ -37,19 +37,12 @@ def show(
     seconds: float | None = None,
     poses: int = 8,
 ) -> Path:
-    """Write a picture of a bag and return its path.
+    """Write a picture of a bag as .png, .gif or .mp4, named after it by default; its path.
 
-    Args:
-        bag: a rosbag2 folder or .mcap file.
-        output: .png, .gif or .mp4; None names a .png after the bag.
-        model: file, robot or folder; '' takes the robot the bag names.
-        at: begins there [s since the first state]; None shows the longest episode.
-        seconds: how much; None to the end of the episode, in a .png with `at` one pose.
-        poses: in a .png.
+    `at` [s since the first state] and `seconds` choose a part, by default the longest episode; in
+    a .png `at` alone is one pose. The model is by default the robot that the bag names.
 
-    Raises:
-        UserError: the bag or the robot cannot be read, nothing was recorded then, or the
-            picture cannot be written.
+    UserError: something cannot be read or written, or nothing was recorded then.
     """
     output = output or Path(f'{bag.resolve().name}.png')
     _check(output, seconds, poses)
@@ -116,7 +109,6 @@ def _strip(shown: Take, poses: int) -> Image.Image:
 
 
 def _draw_cell(canvas: Canvas, view: View, shown: Take, time: float, step: float) -> None:
-    """One pose on its ground, the poses that led to it behind."""
     for ghost in range(GHOSTS, 0, -1):
         earlier = time - ghost * step / (GHOSTS + 1)
         if step and earlier >= shown.start:

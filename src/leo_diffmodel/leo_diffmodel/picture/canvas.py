@@ -17,10 +17,7 @@ TICK = 0.1
 
 
 class Canvas:
-    """Lines, areas, discs and text, in pixels of the finished picture.
-
-    It is drawn `fine` times larger, and shrunk at the end.
-    """
+    """Shapes and text, in pixels of the picture; drawn `fine` times larger, and shrunk."""
 
     def __init__(self, width: int, height: int, fine: int = 3):
         self.width, self.height, self._fine = width, height, fine
@@ -35,13 +32,11 @@ class Canvas:
             self.disc(point, width / 2, colour)
 
     def area(self, corners: np.ndarray, colour: str, edge: str = '') -> None:
-        """A filled polygon (N, 2)."""
         self._draw.polygon(self._large(corners), fill=colour)
         if edge:
             self.line(np.concatenate([corners, corners[:1]]), edge, 1)
 
     def box(self, left: float, top: float, right: float, bottom: float, colour: str) -> None:
-        """A filled rectangle."""
         corners = [[left, top], [right, top], [right, bottom], [left, bottom]]
         self.area(np.array(corners), colour)
 
@@ -62,7 +57,6 @@ class Canvas:
         self._draw.text((x, y), text, fill=colour, font=font, anchor=anchor)
 
     def finished(self) -> Image.Image:
-        """The picture."""
         return self._image.resize((self.width, self.height), Image.Resampling.LANCZOS)
 
     def _large(self, points: np.ndarray) -> list[tuple[float, float]]:
@@ -95,12 +89,10 @@ class View:
         return np.asarray(self.middle + (points - self.centre) * (self.scale, -self.scale))
 
     def metres(self, x: float) -> float:
-        """The place along the first axis of a column of pixels."""
         return float(self.centre[0] + (x - self.middle[0]) / self.scale)
 
 
 def draw_surroundings(canvas: Canvas, view: View, stick: Stick) -> None:
-    """The ground under a walker, the mount of a fixed robot."""
     if stick.ground is not None:
         _draw_ground(canvas, view, stick.ground)
     elif stick.root is not None:
@@ -124,13 +116,11 @@ def _draw_ground(canvas: Canvas, view: View, slope: float) -> None:
 
 
 def draw_mount(canvas: Canvas, view: View, root: np.ndarray) -> None:
-    """Where a fixed base is bolted on."""
     x, y = view.pixels(root)
     canvas.box(x - 22, y - 4, x + 22, y + 4, GRID)
 
 
 def draw_pose(canvas: Canvas, view: View, pose: Pose) -> None:
-    """A pose in full colour."""
     for corners, colour in pose.outlines:
         canvas.area(view.pixels(corners), mixed(colour, PAPER, 0.72), mixed(colour, PAPER, 0.45))
     for line, colour in pose.sticks:
@@ -142,6 +132,5 @@ def draw_pose(canvas: Canvas, view: View, pose: Pose) -> None:
 
 
 def draw_ghost(canvas: Canvas, view: View, pose: Pose, faint: float) -> None:
-    """The sticks of an earlier pose."""
     for line, colour in pose.sticks:
         canvas.line(view.pixels(line), mixed(colour, PAPER, faint), 1.5)

@@ -25,7 +25,6 @@ COLOURS = 96
 
 
 def times_of(shown: Take) -> np.ndarray:
-    """When the frames are [s]."""
     return np.arange(shown.start, shown.end + 0.5 / RATE, 1 / RATE)
 
 
@@ -37,17 +36,12 @@ def frames(shown: Take, done: Callable[[str], None]) -> Iterator[Image.Image]:
 
 
 def write_gif(path: Path, pictures: Iterable[Image.Image]) -> None:
-    """Write an endless GIF."""
     first, *rest = _reduced(pictures)
     first.save(path, save_all=True, append_images=rest, duration=1000 // RATE, loop=0)
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image]) -> None:
-    """Write an H.264 film.
-
-    Raises:
-        UserError: there is no ffmpeg, or it failed.
-    """
+    """Write an H.264 film; UserError: there is no ffmpeg, or it failed."""
     program = shutil.which('ffmpeg')
     if program is None:
         raise UserError('a .mp4 needs the program ffmpeg; install it or write a .gif')

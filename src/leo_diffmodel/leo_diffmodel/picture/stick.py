@@ -33,11 +33,9 @@ class Pose:
     """A robot at one time, in the plane of view [m].
 
     Attributes:
-        outlines: filled shapes: corners (N, 2) and colour.
-        sticks: lines (N, 2) and colour.
+        outlines, sticks: filled shapes and lines: corners (N, 2) and colour.
         hinges: (H, 2).
-        touching: which contacts of the robot touch the ground, (C,).
-        touched: where they do, (N, 2).
+        touching, touched: which contacts touch the ground, (C,), and where they do, (N, 2).
     """
 
     outlines: list[tuple[np.ndarray, str]]
@@ -56,7 +54,6 @@ class Stick:
     """Draws a robot's poses.
 
     Attributes:
-        robot: whose figure it is.
         root: where the first joint is bolted to the world, (2,); None for a floating robot.
         ground: its slope [rad]; None where nothing can touch it.
     """
@@ -151,13 +148,7 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Shape:
-    """A convex body drawn by the outline of its points.
-
-    Attributes:
-        link: it moves with.
-        points: in link axes [m], shape (N, 3).
-        colour: as `#rrggbb`.
-    """
+    """A convex body of a link, drawn by the outline of its points (N, 3) m, in #rrggbb."""
 
     link: str
     points: np.ndarray

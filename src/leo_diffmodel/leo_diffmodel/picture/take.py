@@ -25,13 +25,7 @@ BAR = 20
 
 @dataclass(frozen=True)
 class Take:
-    """From `start` to `end` [s since the first state of the recording] of one episode.
-
-    Attributes:
-        title: of the picture.
-        stick: draws the robot.
-        episode: what is shown.
-    """
+    """From `start` to `end` [s since the first state of the recording] of one episode."""
 
     title: str
     stick: Stick
@@ -40,13 +34,9 @@ class Take:
     end: float
 
     def pose(self, time: float) -> Pose:
-        """The robot at a time."""
-        return self.stick.pose(self.angles(time))
-
-    def angles(self, time: float) -> np.ndarray:
-        """Joint angles at a time, between samples on a straight line, (J,)."""
+        """The robot at a time, between samples on a straight line."""
         t, q = self.episode.t, self.episode.q
-        return np.array([np.interp(time, t, column) for column in q.T])
+        return self.stick.pose(np.array([np.interp(time, t, column) for column in q.T]))
 
     def followed(self, time: float) -> np.ndarray:
         """The place the view follows, (2,) m: the base of a walker, else where it is bolted."""
@@ -80,12 +70,9 @@ class Take:
 def take(
     recording: Recording, robot: Robot, at: float | None = None, seconds: float | None = None
 ) -> Take:
-    """What to show: `seconds` from `at` [s since the first state] on.
+    """What to show: `seconds` from `at` [s since the first state] on; UserError: there is nothing.
 
     Without `at` the longest episode is shown, without `seconds` the rest of the episode.
-
-    Raises:
-        UserError: nothing was recorded then.
     """
     episodes = recording.episodes
     longest = max(episodes, key=lambda episode: float(np.ptp(episode.t)))

@@ -69,12 +69,7 @@ def that_matters(missing: MissingTorque, robot: Robot, joint: int) -> int:
 
 @dataclass(frozen=True)
 class Bins:
-    """Samples sorted into bins of equal width by one variable.
-
-    Attributes:
-        centre: mean of the variable in each bin, shape (B,).
-        members: which samples lie in each bin, shape (B, W).
-    """
+    """Bins of equal width of one variable: their means (B,), which samples each has (B, W)."""
 
     centre: Array
     members: Array
@@ -94,10 +89,7 @@ class Bins:
 
 
 def sort(variable: Array) -> Bins:
-    """Bins over all but the outermost samples (W,), about one for ten of them.
-
-    Bins with fewer than six samples are left out.
-    """
+    """Bins of some ten samples, at least six, over all but the outermost samples (W,)."""
     count = int(np.clip(len(variable) // PER_BIN, LEAST_BINS, MOST_BINS))
     low, high = np.quantile(variable, (TAIL, 1 - TAIL))
     edges = np.linspace(low, high, count + 1)
@@ -117,7 +109,6 @@ class Binned:
         dots: columns x and y of the estimates.
         means: columns of the bins: x, y (the mean), low and high (a standard error away), and
             curve0, curve1, … of the candidates.
-        unit: of the torque, with its prefix.
     """
 
     dots: dict[str, Array]

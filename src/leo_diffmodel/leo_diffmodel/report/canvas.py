@@ -55,7 +55,6 @@ def points(plot: Any, source: ColumnDataSource) -> Any:
 
 
 def hover(plot: Any, glyphs: Any, tips: list[tuple[str, str]]) -> None:
-    """Show values under the pointer."""
     plot.add_tools(HoverTool(renderers=[glyphs], tooltips=tips))
 
 

@@ -17,10 +17,7 @@ from leo_sim.model import Model
 def comparison_page(
     comparison: Comparison, recordings: Sequence[Recording], model: Model, watch: str = ''
 ) -> str:
-    """The report of `leo compare`.
-
-    `watch` is the command that opens the live page on the same data; '' names none.
-    """
+    """The report of `leo compare`; `watch` opens the live page on the same data, '' names none."""
     data, robot = comparison.data, model.robot
     worst = stretches([comparison.prediction])
     sections = [

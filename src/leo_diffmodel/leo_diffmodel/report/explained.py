@@ -20,11 +20,9 @@ from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.sections import (
     budget,
     decided,
-    edited,
     health,
     horizon,
     hypotheses,
-    left_out,
     missing,
     moving,
     origin,
@@ -44,10 +42,9 @@ Array = np.ndarray
 def explanation_page(
     explanation: Explanation, recordings: Sequence[Recording], watch: str = ''
 ) -> str:
-    """The report of `leo explain`.
+    """The report of `leo explain`; without a search (untestable, moved) it has no figures.
 
-    Without a search (untestable, or moved from outside) the page has no figures. The recordings
-    include held-out bags; `watch` opens the live page on the same data, '' names none.
+    The recordings include held-out bags; `watch` opens the live page on the same data.
     """
     sections = [verdict.answer(explanation)]
     if explanation.search is not None:
@@ -55,11 +52,11 @@ def explanation_page(
     if explanation.unknown is not None:
         sections.insert(1, unknown.section(explanation.unknown))
     if explanation.edit_test is not None:
-        sections.insert(1, edited.section(explanation.edit_test))
+        sections.insert(1, decided.edit_test(explanation.edit_test))
     if explanation.left_out:
-        sections.append(left_out.stretches(recordings, explanation.left_out))
+        sections.append(decided.left_out(recordings, explanation.left_out))
     if explanation.search is not None or not explanation.left_out:
-        sections.append(left_out.effects(explanation.not_testable))
+        sections.append(decided.untested(explanation.not_testable))
     if explanation.settings:
         sections.append(decided.gates(explanation.settings, explanation.search))
     sections.append(origin.section(explanation.provenance, recordings, explanation.seconds))
@@ -68,7 +65,6 @@ def explanation_page(
 
 
 def _evidence(explanation: Explanation) -> list[Section]:
-    """The sections that a finished search fills."""
     found, errors, recordings = explanation.search, explanation.errors, list(explanation.used)
     assert found is not None
     model, measured, curves = trace(recordings, found)
@@ -128,9 +124,8 @@ def trace(
     A hypothesis' curve is the same estimator applied to the same windows, with the measured
     states replaced by the ones that the model with its effects predicts.
 
-    Returns:
-        the model as given, constants refitted; the estimate from the data; the torque [N m],
-        shape (W, J), by the effects of each hypothesis, the supported one first.
+    Returns the model as given, constants refitted; the estimate from the data; and by hypothesis,
+    the supported one first, the torque by its effects [N m], shape (W, J).
     """
     base, sigma, final = found.problem.base, found.problem.sigma, found.final
     own = final.hypothesis.model(base, final.theta).by_recording  # no other fit has the held-out

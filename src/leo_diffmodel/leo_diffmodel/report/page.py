@@ -12,21 +12,27 @@ from bokeh.document import Document
 from bokeh.embed import components
 from bokeh.resources import Resources
 import jinja2
+from markupsafe import Markup
 
 from leo_diffmodel.picture import palette
+from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report import text
+from leo_diffmodel.report.canvas import FONT
 
 
 @dataclass(frozen=True)
 class Section:
-    """One part of a report: a file in templates/, its values, and bokeh figures.
-
-    The template gets the figures as HTML in `plots`.
-    """
+    """A part of a report: a file in templates/ with its values, and bokeh figures, its `plots`."""
 
     template: str
     values: Mapping[str, Any] = field(default_factory=dict)
     figures: tuple[Any, ...] = ()
+
+
+def models(*strokes: Stroke) -> list[tuple[str, Stroke]]:
+    """The legend of the only model there is, or of that as given and that as repaired."""
+    names = ('as given', 'repaired') if len(strokes) > 1 else ('the model',)
+    return list(zip(names, strokes, strict=True))
 
 
 def render(title: str, source: str, sections: Sequence[Section], watch: str = '') -> str:
@@ -41,11 +47,9 @@ def render(title: str, source: str, sections: Sequence[Section], watch: str = ''
     blocks = []
     for section in sections:
         plots = [next(remaining) for _ in section.figures]
-        block = _templates().get_template(section.template)
-        blocks.append(block.render(section.values, plots=plots))
+        blocks.append(template(section.template).render(section.values, plots=plots))
     library = Resources(mode='inline', components=['bokeh']).render_js() if figures else ''
-    page = _templates().get_template('page.html')
-    return page.render(
+    return template('page.html').render(
         title=title, source=source, sections=blocks, library=library, script=script, watch=watch
     )
 
@@ -56,6 +60,11 @@ def _together(figures: Sequence[Any]) -> None:
     with document.models.freeze():
         for figure in figures:
             document.add_root(figure)
+
+
+def template(name: str) -> jinja2.Template:
+    """A file of templates/, which knows the palette and how figures are printed."""
+    return _templates().get_template(name)
 
 
 @cache
@@ -69,5 +78,5 @@ def _templates() -> jinja2.Environment:
     )
     for name in ('number', 'percent', 'prose', 'quantity'):
         environment.filters[name] = getattr(text, name)
-    environment.globals['palette'] = palette
+    environment.globals |= {'palette': palette, 'font': Markup(FONT)}
     return environment

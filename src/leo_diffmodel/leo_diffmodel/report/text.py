@@ -81,7 +81,6 @@ def nats(value: float | None) -> str:
 
 
 def change(before: float, after: float) -> str:
-    """Relative change with its sign."""
     ratio = after / before - 1
     return ('+' if ratio >= TENTH_OF_A_PERCENT else '') + percent(ratio)
 
@@ -100,13 +99,13 @@ def estimate(parameter: Mapping[str, Any]) -> str:
     """Value, 95 % interval and unit of one fitted parameter; the interval's ends if lopsided."""
     value, (low, high) = parameter['value'], parameter['ci95']
     half, of = 0.5 * (high - low), unit(parameter['unit'])
+    alone = f'{number(value)} {of}'.rstrip()
     if not half > 0 or half > UNDETERMINED * max(abs(value), 1.0):
-        return f'{number(value)} {of}'.rstrip() + ' (not determined)'
+        return f'{alone} (not determined)'
     if value in (low, high):
-        other = high if value == low else low
-        return f'{number(value)} {of}'.rstrip() + f' (at its bound, or up to {number(other)})'
+        return f'{alone} (at its bound, or up to {number(high if value == low else low)})'
     if abs(0.5 * (low + high) - value) > 0.1 * half:
-        return f'{number(value)} {of}'.rstrip() + f' ({number(low)} … {number(high)})'
+        return f'{alone} ({number(low)} … {number(high)})'
     return f'{_plus_minus(value, half)} {of}'.rstrip()
 
 

@@ -27,12 +27,10 @@ class Stretch:
 
     Attributes:
         bag, joint: index of its recording, and of the joint that is off most there.
-        time: bag time of the samples [s], shape (K+1,).
-        measured: angle of that joint, shape (K+1,).
-        predicted: the same by each model, shape (M, K+1).
+        time, measured: bag time [s] and angle of that joint, shape (K+1,).
+        predicted: the angle by each model, shape (M, K+1).
         band: standard deviation from noise alone about the last model, shape (K+1,).
-        motion: angles of all joints as measured, then as each model predicts them, shape
-            (1 + M, K+1, J).
+        motion: all angles as measured, then as each model predicts, shape (1 + M, K+1, J).
     """
 
     bag: int
@@ -45,10 +43,7 @@ class Stretch:
 
 
 def stretches(predictions: Sequence[Prediction]) -> list[Stretch]:
-    """The four worst windows of the first model, none overlapping another.
-
-    The predictions are of the same windows, by each model.
-    """
+    """The four worst windows of the first model, of windows that all predict; none overlap."""
     first = predictions[0]
     joints = first.windows.q.shape[-1]
     count = _samples(first)

@@ -17,11 +17,11 @@ from leo_sim.effects.consent import words
 
 if TYPE_CHECKING:
     from leo_diffmodel.nodes.live_robot import LiveRobot
-    from leo_diffmodel.watch.errand import Finder
     from leo_diffmodel.watch.live.renewing import Source
     from leo_diffmodel.watch.page.server import OpenTab, WatchServer
     from leo_diffmodel.watch.scene import Scene
     from leo_diffmodel.watch.state import State
+    from leo_diffmodel.watch.worker import Finder
 
 LIVE_ABOUT = 'leo watch --live: the page of a running robot; it takes no BAG.'
 LIVE_EXAMPLES = (
@@ -39,10 +39,10 @@ HINT = 'start one, as in: leo run leo_sim robot --ros-args -p robot:=pendulum'
 
 def main(argv: list[str]) -> int:
     """Run `leo watch` until it is interrupted."""
-    from leo_diffmodel.watch.errand import Finder
     from leo_diffmodel.watch.page.document import Tab
     from leo_diffmodel.watch.scene import Scene
     from leo_diffmodel.watch.state import State
+    from leo_diffmodel.watch.worker import Finder
 
     if '--live' in argv:
         return _live(argv)
@@ -104,12 +104,12 @@ def _serve(arguments: argparse.Namespace, robot: LiveRobot, source: Source, scen
 
     folder = common.fresh_folder(arguments.output)
     state = State(scene, folder)
-    renewing = Renewing(source, state, robot.tape.contents, lambda: robot.weights)
+    renewing = Renewing(source, state, robot.buffer.contents, lambda: robot.weights)
     recording = RecordingSwitch(folder, arguments.ros_args)
     live = Live(robot, recording, renewing, Sending(arguments.ros_args))
     step = ['--step', str(arguments.step)] if arguments.step else []
     typed = [*common.model_words(arguments), *step]
-    finder = LiveFinder(robot.tape, watch_common.asked, typed, folder)
+    finder = LiveFinder(robot.buffer, watch_common.asked, typed, folder)
     server = _server(arguments, state, finder, partial(LiveTab, live=live))
     server.every(LOOK_MS, partial(_look, live, server))
     try:
@@ -130,7 +130,7 @@ def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
     """The first scene; None where it was interrupted, UserError where no robot makes one."""
     from leo_sim.description.robot import OtherRobot
 
-    if not _until(lambda: robot.tape.heard is not None, patience):
+    if not _until(lambda: robot.buffer.last_state is not None, patience):
         if _ended():
             return None
         raise UserError(f'no robot is publishing joint_states {where()}; {HINT}')
@@ -139,7 +139,7 @@ def _first(robot: LiveRobot, source: Source, patience: float) -> Scene | None:
     with progress('listening to the robot'):
         while _until(lambda: time.monotonic() > enough, ENOUGH) and not _until(_ended, 0.5):
             try:
-                return source.scene(robot.tape.contents())
+                return source.scene(robot.buffer.contents())
             except OtherRobot:
                 raise
             except UserError:

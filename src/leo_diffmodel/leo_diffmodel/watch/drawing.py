@@ -18,8 +18,8 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import write_gif, write_mp4
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.watch.errand import Heard
-from leo_diffmodel.watch.view import heights, View
+from leo_diffmodel.watch.view import GHOSTS, heights, MODELS, View
+from leo_diffmodel.watch.worker import Report
 from leo_msgs_py.whole_file import whole
 
 PICTURES = ('.png', '.svg')
@@ -35,26 +35,21 @@ PLAIN = FuncFormatter(lambda value, _: f'{value:g}')
 DASHED = (0, (4, 2.5))
 STYLE: dict[str, Any] = {'color': palette.INK, 'fontsize': 11, 'parse_math': False}
 MUTED = {**STYLE, 'color': palette.MUTED}
-MODELS = ('given', palette.GIVEN, 'as given'), ('now', palette.REPAIRED, 'with the switches')
 
 
-def draw(view: View, path: Path, heard: Heard) -> str:
-    """Write a view as .png, .svg, .gif or .mp4, as the path ends, and report on it; its name.
-
-    Raises:
-        UserError: a film cannot be encoded.
-    """
-    heard(path.name)
+def draw(view: View, path: Path, report: Report) -> str:
+    """Write .png, .svg, .gif or .mp4, as the path ends, or raise UserError; its name."""
+    report(path.name)
     with whole(path) as part:
         if path.suffix in PICTURES:
             Drawn(view, FINE).figure.savefig(part)
         else:
             write = write_gif if path.suffix == '.gif' else write_mp4
-            write(part, _frames(view, lambda text: heard(f'{path.name}, {text}')))
+            write(part, _frames(view, lambda text: report(f'{path.name}, {text}')))
     return path.name
 
 
-def _frames(view: View, heard: Heard) -> Iterator[Image.Image]:
+def _frames(view: View, report: Report) -> Iterator[Image.Image]:
     """The pictures of a film: what stands still is drawn once."""
     drawn = Drawn(view, FILM, animated=True)
     canvas = FigureCanvasAgg(drawn.figure)
@@ -66,7 +61,7 @@ def _frames(view: View, heard: Heard) -> Iterator[Image.Image]:
         for artist in drawn.moving:
             drawn.figure.draw_artist(artist)
         if k % SAID == 0:
-            heard(f'picture {k + 1} of {len(view.times)}')
+            report(f'picture {k + 1} of {len(view.times)}')
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB')
 
 
@@ -80,7 +75,8 @@ class Drawn:
     def __init__(self, view: View, dpi: int, animated: bool = False) -> None:
         self._view = view
         height = HEIGHT + LINE * len(view.switched)
-        self.figure = Figure((WIDTH, _even(height, dpi)), dpi, facecolor=palette.PAPER)
+        even = 2 * round(height * dpi / 2) / dpi  # dots, as films need
+        self.figure = Figure((WIDTH, even), dpi, facecolor=palette.PAPER)
         head = 1.0 - (0.9 + LINE * len(view.switched)) / height
         edges = {'left': 0.065, 'right': 0.985, 'bottom': 0.6 / height, 'top': head}
         ratios = {'height_ratios': (2.2, 1), 'width_ratios': (1, 1.15)}
@@ -96,7 +92,6 @@ class Drawn:
         self.show(0)
 
     def show(self, k: int) -> None:
-        """Draw the robots of one of the times."""
         view = self._view
         for lines, q in zip(self._ghosts, view.poses[k], strict=True):
             lines.set_segments(view.stage.lines(q))
@@ -123,8 +118,7 @@ class Drawn:
         if stick.root is not None:
             axes.plot(*stick.root[:, None], 's', color=palette.NOISE, markersize=8)
         (self._ground,) = axes.plot([], [], '|-', color=palette.MUTED, lw=1.2, markersize=6)
-        models = [self._ghost(stroke, 4.0, 0.75) for stroke in (palette.GIVEN, palette.REPAIRED)]
-        self._ghosts = [*models, self._ghost(palette.MEASURED, 3.0, 1.0)]
+        self._ghosts = [self._ghost(stroke, *size) for _, stroke, *size in GHOSTS]
         self._feet = axes.scatter([], [], s=55, color=palette.TOUCH, zorder=3)
         self._clock = axes.text(0.0, 0.0, '', transform=axes.transAxes, **MUTED)
         note = f'predicted {self._view.seconds:.2g} s ahead, again and again'
@@ -173,13 +167,7 @@ class Drawn:
 
 
 def _look(stroke: Stroke) -> dict[str, Any]:
-    """A stroke as matplotlib names it."""
     return {'color': stroke.colour, 'ls': DASHED if stroke.dash == 'dashed' else '-'}
-
-
-def _even(inches: float, dpi: int) -> float:
-    """A height of an even number of dots, as films need [inch]."""
-    return 2 * round(inches * dpi / 2) / dpi
 
 
 def _ground(slope: float | None, left: float, right: float) -> tuple[Any, Any]:
@@ -191,7 +179,6 @@ def _ground(slope: float | None, left: float, right: float) -> tuple[Any, Any]:
 
 
 def _style(axes: Any) -> None:
-    """The report's style: a light grid, no frame."""
     axes.grid(color=palette.GRID)
     axes.set_axisbelow(True)
     axes.tick_params(colors=palette.MUTED)

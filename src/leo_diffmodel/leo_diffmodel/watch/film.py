@@ -35,10 +35,9 @@ class Film:
     """Windows back to back.
 
     Attributes:
-        windows: the data.
         time: of each sample on the timeline [s], shape (W, K+1).
-        given: states as the model as given predicts them, shape (W, K+1, 2J).
-        repaired: as the model with the effects that are switched on does.
+        given, repaired: states as the model as given predicts them, and with the effects that are
+            switched on, shape (W, K+1, 2J).
         held: which windows lie wholly in held-out data, shape (W,).
     """
 
@@ -50,11 +49,7 @@ class Film:
 
     @classmethod
     def of(cls, scene: Scene, seconds: float, repaired: Model) -> Film:
-        """Predict from each measured state on, over so many seconds.
-
-        Raises:
-            ValueError: no episode is that long.
-        """
+        """Predict over so many seconds, again and again; ValueError: no episode is so long."""
         windows = cut(scene.recordings, seconds, stride=seconds, history=HISTORY)
         elapsed = np.cumsum(windows.dt, axis=1)
         begin = scene.timeline.at(windows.source, windows.start)
@@ -63,7 +58,6 @@ class Film:
         return cls(windows, time, given, _predicted(repaired, windows), held)
 
     def repaired_by(self, model: Model) -> Film:
-        """The same windows with another repaired model."""
         return replace(self, repaired=_predicted(model, self.windows))
 
     def frame(self, seconds: float) -> Frame:
@@ -84,7 +78,6 @@ class Film:
         return np.asarray(0.5 * (self.time[:, 0] + self.time[:, -1]))
 
     def worst(self, index: int) -> Array:
-        """The windows in which the repaired model is furthest off in one state, worst first."""
         return np.argsort(-self.error(self.repaired, index))[:WORST]
 
 
@@ -96,10 +89,7 @@ def _predicted(model: Model, windows: Windows) -> Array:
 
 @dataclass
 class Player:
-    """A clock that runs from 0 to the length of what is played [s], and begins again.
-
-    It runs `speed` times as fast as `clock`.
-    """
+    """A clock from 0 to `length` [s] and again, `speed` times as fast as `clock`."""
 
     length: float
     clock: Callable[[], float] = time.monotonic
@@ -109,7 +99,6 @@ class Player:
 
     @property
     def playing(self) -> bool:
-        """Whether time goes on."""
         return self._since is not None
 
     @property
@@ -120,16 +109,13 @@ class Player:
         return (self._from + self.speed * (self.clock() - self._since)) % self.length
 
     def go(self, seconds: float) -> None:
-        """Go there, playing or not."""
         self._from = min(max(seconds, 0.0), self.length)
         self._since = self.clock() if self.playing else None
 
     def play(self, on: bool = True) -> None:
-        """Go on from here, or stand still."""
         self._from = self.now
         self._since = self.clock() if on else None
 
     def at_speed(self, speed: float) -> None:
-        """Another speed from here on."""
         self.go(self.now)
         self.speed = speed

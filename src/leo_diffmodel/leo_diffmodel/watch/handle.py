@@ -48,12 +48,10 @@ class Handle:
 
     @property
     def anchor(self) -> float:
-        """The value at position 0."""
         return min(max(self.parameter.neutral, self.low), self.high)
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The lowest and the highest position."""
         return (-1.0 if self.low < self.anchor else 0.0, 1.0 if self.high > self.anchor else 0.0)
 
     def value(self, position: float) -> float:
@@ -63,7 +61,6 @@ class Handle:
         return self.inside(self.anchor + (size if position > 0 else -size))
 
     def position(self, value: float) -> float:
-        """Where a value lies."""
         off = min(max(value, self.low), self.high) - self.anchor
         span = self.high - self.anchor if off > 0 else self.anchor - self.low
         size = (abs(off) / span) ** (1 / POWER) if span else 0.0
@@ -82,11 +79,10 @@ class Handle:
 def guess(scene: Scene, base: Model, candidate: Candidate) -> dict[str, float]:
     """The values at which an effect on top of a model predicts the training windows best.
 
-    Each parameter in turn is scanned over its slider, then ever more finely about the best: one
-    batch of rollouts each.
+    Each parameter in turn is scanned over its slider, then ever more finely about the best.
     """
     handles = [Handle.of(p) for p in candidate.parameters]
-    values = np.array([_begin(h) for h in handles])
+    values = np.array([_first(h) for h in handles])
     for width, points in ON_GROUND if scene.model.robot.contacts else SCANS:
         for i, handle in enumerate(handles):
             tried = _tried(handle, values[i], width, points)
@@ -96,7 +92,7 @@ def guess(scene: Scene, base: Model, candidate: Candidate) -> dict[str, float]:
     return {h.parameter.name: h.inside(v) for h, v in zip(handles, values, strict=True)}
 
 
-def _begin(handle: Handle) -> float:
+def _first(handle: Handle) -> float:
     scales = handle.parameter.scales or handle.parameter.turns
     return handle.anchor if scales else handle.value(MIDDLE * handle.ends[1])
 

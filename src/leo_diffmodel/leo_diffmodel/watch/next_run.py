@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-import itertools
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,13 @@ from leo_diffmodel.bags.recorder import free_folder
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.next_run.menu import MotionRun
 from leo_diffmodel.next_run.run_file import Run, write_run
-from leo_diffmodel.watch.errand import Errand, Finder, Heard
-from leo_diffmodel.watch.setting import Answer
+from leo_diffmodel.watch.setting import Answer, fresh
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import Finder, Report, Worker
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 
-NAME = 'next_run'
+NAME = 'next_run.csv'
 FIRST = "'Find it for me' comes first: the run parts what that leaves open"
 NOWHERE = 'start leo watch with -o DIR to write the run there'
 GONE = f'the data that were searched are not kept; {NOWHERE}'
@@ -42,22 +41,16 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """How long the run is [s]."""
         if isinstance(self.run, Run):
             return self.run.count * self.robot.control_period
         return self.run.seconds if self.run else 0.0
 
     def write(self, folder: Path) -> Path | None:
-        """Write the run file as a new one into a folder; None where the run is no file.
-
-        Raises:
-            OSError: it cannot be written.
-        """
+        """Write the run as a new file; None where it is none. OSError: it cannot be written."""
         if not isinstance(self.run, Run):
             return None
         folder.mkdir(parents=True, exist_ok=True)
-        names = (f'{NAME}_{n}.csv' if n > 1 else f'{NAME}.csv' for n in itertools.count(1))
-        file = next(folder / name for name in names if not (folder / name).exists())
+        (file,) = fresh(folder, NAME)
         return write_run(file, self.run, self.robot)
 
     def command(self, file: Path | None) -> list[str]:
@@ -67,11 +60,11 @@ class Plan:
         return ['play', str(file), *self.predict] if file else []
 
 
-Asked = Callable[[list[str], dict[str, Any], Heard], Plan]
+Asked = Callable[[list[str], dict[str, Any], Report], Plan]
 """Proposes a run for the bags of a command line and the contents of their explain.json."""
 
 
-class NextRun(Errand):
+class NextRun(Worker):
     """The run to record next; written to `file` as soon as it is known, if there is a folder."""
 
     def __init__(self, state: State, finder: Finder, asked: Asked) -> None:
@@ -83,7 +76,6 @@ class NextRun(Errand):
 
     @property
     def plan(self) -> Plan | None:
-        """The proposal for what was found last."""
         return self.news.answer if self._about is self._state.answer else None
 
     @property
@@ -112,7 +104,6 @@ class NextRun(Errand):
         return self._unwritten if self.plan else ''
 
     def start(self) -> None:
-        """Ask for the run, unless that is under way or cannot be."""
         answer = self._state.answer
         if answer is None or self.hindrance or self.busy:
             return
@@ -120,8 +111,7 @@ class NextRun(Errand):
         self.begin(partial(self._asked, self._finder.words, answer.data))
 
     def look(self) -> None:
-        """Take in what is new; write the run."""
-        if not self.hear():
+        if not self.poll():
             return
         if self.news.answer is not None:
             self._write(self.news.answer)

@@ -34,13 +34,10 @@ class Scene:
     """What does not change while one looks.
 
     Attributes:
-        given: the model as the user named it.
-        model: the same with what the recordings know of themselves; it predicts.
+        given, model: the model as named, and with what the recordings know of themselves.
         recordings: at a common rate.
         sigma: noise of each recording and channel, shape (R, 2J).
-        blocks: time blocks, some held out.
-        held: windows of held-out data: errors are given on them.
-        train: some windows of the other data: first values are read from them.
+        held, train: windows that errors are given on, and that first values are read from.
         step: one control period [s].
         candidates: the effects that can be switched on, by `effect:where`.
         timeline: the recordings one after the other.
@@ -152,12 +149,7 @@ def _train(recordings: Sequence[Recording], model: Model, blocks: Blocks) -> Win
 
 @dataclass(frozen=True)
 class Timeline:
-    """Where each recording lies on an axis of a length [s].
-
-    Attributes:
-        first: first stamp of each in its bag [s], shape (R,).
-        begin: where each begins on the axis [s], shape (R,).
-    """
+    """Where recordings `begin` on an axis, and their `first` stamps in their bags, (R,) [s]."""
 
     names: tuple[str, ...]
     first: Array
@@ -166,7 +158,6 @@ class Timeline:
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Timeline:
-        """Recordings one after the other."""
         first = np.array([float(r.episodes[0].t[0]) for r in recordings])
         lengths = [float(r.episodes[-1].t[-1]) for r in recordings] - first
         begin = np.concatenate([[0.0], np.cumsum(lengths)])

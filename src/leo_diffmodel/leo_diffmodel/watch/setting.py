@@ -39,7 +39,6 @@ class Setting:
     refitted: bool = False
 
     def having(self, label: str, values: Values) -> Setting:
-        """With an effect switched on, at these values."""
         return replace(self, on={**self.on, label: dict(values)})
 
     def without(self, label: str) -> Setting:
@@ -48,18 +47,10 @@ class Setting:
         return Setting(rest, self.refitted and bool(rest))
 
     def moved(self, label: str, name: str, value: float) -> Setting:
-        """With one parameter at another value."""
         return self.having(label, {**self.on[label], name: value})
 
 
-def repaired(scene: Scene, base: Model, setting: Setting) -> Model:
-    """A model with these effects on top of it."""
-    hypothesis, theta = _hypothesis(scene, setting)
-    return hypothesis.model(base, theta)
-
-
 def words(scene: Scene, setting: Setting) -> list[str]:
-    """EFFECT:WHERE PARAM=VALUE … as typed after `leo add MODEL`."""
     hypothesis, theta = _hypothesis(scene, setting)
     on, found = hypothesis.placed(scene.model, theta), []
     for c, placed in zip(hypothesis.candidates, on, strict=True):
@@ -92,23 +83,22 @@ class Answer(NamedTuple):
         return cls(data, Setting(on, refitted=bool(on)))
 
 
-def base_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:
-    """The model under the switches: as given, or with the constants that explain refitted."""
-    if not setting.refitted or answer is None:
-        return scene.model
-    whole = from_data(scene.model, answer.data, FOUND)[0]
-    return whole.changed(effects=scene.model.effects)
+def model_of(scene: Scene, setting: Setting, answer: Answer | None) -> Model:
+    """The model with the switches, on its constants as given or as explain refitted them."""
+    base, (hypothesis, theta) = scene.model, _hypothesis(scene, setting)
+    if setting.refitted and answer is not None:
+        base = from_data(base, answer.data, FOUND)[0].changed(effects=base.effects)
+    return hypothesis.model(base, theta)
 
 
 def write_model(folder: Path, scene: Scene, setting: Setting, answer: Answer | None) -> Path:
     """Write what is switched on as `leo add` does, with the explain.json it comes from.
 
-    Raises:
-        UserError: nothing is switched on, or values were moved after constants were refitted.
+    UserError: nothing is switched on, or values were moved after constants were refitted.
     """
     if not setting.on:
         raise UserError('nothing is switched on: there is nothing to add')
-    target, explained = _fresh(folder)
+    target, explained = fresh(folder, 'model.yaml', 'explain.json')
     written: dict[Path, str] = {}
     if answer and setting == answer.setting:
         model, entries = from_data(scene.given, answer.data, FOUND)
@@ -122,8 +112,11 @@ def write_model(folder: Path, scene: Scene, setting: Setting, answer: Answer | N
     return target
 
 
-def _fresh(folder: Path) -> tuple[Path, Path]:
-    """Names of a model file and an explain.json that are not there yet."""
-    ends = ('' if number == 1 else f'_{number}' for number in itertools.count(1))
-    pairs = ((folder / f'model{end}.yaml', folder / f'explain{end}.json') for end in ends)
-    return next(pair for pair in pairs if not any(path.exists() for path in pair))
+def fresh(folder: Path, *names: str) -> list[Path]:
+    """Files of these names, with the first number, if any, with which none is there yet."""
+    files = [folder / name for name in names]
+    for number in itertools.count(2):
+        if not any(file.exists() for file in files):
+            break
+        files = [folder / name.replace('.', f'_{number}.') for name in names]
+    return files

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.errors import state_names
-from leo_diffmodel.watch.errand import Errand
 from leo_diffmodel.watch.film import Film, Player
 from leo_diffmodel.watch.handle import guess
-from leo_diffmodel.watch.lack import Lacks
+from leo_diffmodel.watch.missing import MissingOfBoth
 from leo_diffmodel.watch.scene import in_floors, Scene, Score
-from leo_diffmodel.watch.setting import Answer, base_of, repaired, Setting, words, write_model
+from leo_diffmodel.watch.setting import Answer, model_of, Setting, words, write_model
+from leo_diffmodel.watch.worker import Worker
 from leo_msgs_py.errors import UserError
+from leo_sim.effects import Parameter
 from leo_sim.model import Model
 
 HORIZON = 0.5
@@ -37,13 +38,11 @@ class State:
         horizon: over which the film predicts [s].
         shown: index of the state whose error the figures show.
         given, now: errors of the model as given, and with what is switched on.
-        without: of each effect that is on, the error if it alone were off [noise floors];
-            follows.
-        lacks: the torque that both lack, and where; follows.
+        without: of each effect that is on, the error if it alone were off [noise floors].
+        missing: the torque that both lack, and where.
         chosen: the joint whose missing torque is shown, and the number of the variable against
             which; None before there is one.
-        seconds: what the last change took to compute.
-        drawing: draws pictures and films of the view.
+        seconds: what the last change took to compute [s].
     """
 
     def __init__(self, scene: Scene, folder: Path | None = None) -> None:
@@ -57,18 +56,23 @@ class State:
         self.horizon, self.shown, self.seconds = HORIZON, 0, 0.0
         self.states = state_names(scene.model)
         self.listeners: list[Callable[[], None]] = []
-        self.drawing = Errand()
+        self.drawing = Worker()
         self.given = self.now = scene.score(scene.model)
         self.without: Mapping[str, float] = {}
         self.film = Film.of(scene, self.horizon, scene.model)
-        self.lacks = Lacks(scene)
+        self.missing = MissingOfBoth(scene)
         self.chosen: tuple[int, int] | None = None
         self._rest = self._follow(scene.model)
 
     @property
     def model(self) -> Model:
-        """The model with what is switched on."""
-        return self._with(self.setting)
+        return model_of(self.scene, self.setting, self.answer)
+
+    @property
+    def switched(self) -> dict[str, list[tuple[Parameter, float]]]:
+        """The parameters of the effects that are on, with their values."""
+        on, candidates = self.setting.on, self.scene.candidates
+        return {c: [(p, on[c][p.name]) for p in candidates[c].parameters] for c in on}
 
     @property
     def floor(self) -> Score:
@@ -83,55 +87,40 @@ class State:
 
     @property
     def words(self) -> list[str]:
-        """What is switched on, as typed after `leo add MODEL`."""
         return words(self.scene, self.setting)
 
     @property
     def can_undo(self) -> bool:
-        """Whether there is something to undo."""
         return bool(self._past)
 
     def switch(self, label: str, on: bool) -> None:
         """Switch an effect on, first at the value that suits the training data best, or off."""
-        if on == (label in self.setting.on):
-            return
-        self._moving, now = None, self.setting
-        self._set(now.having(label, self._first(label)) if on else now.without(label))
+        now = self.setting
+        if on != (label in now.on):
+            self._set(now.having(label, self._first(label)) if on else now.without(label))
 
     def move(self, label: str, name: str, value: float) -> None:
         """Give a parameter of an effect that is on another value; one drag is undone at once."""
-        if self.setting.on[label][name] == value:
-            return
-        again, self._moving = self._moving == (label, name), (label, name)
-        self._set(self.setting.moved(label, name, value), remember=not again)
+        if self.setting.on[label][name] != value:
+            again = self._moving == (label, name)
+            self._set(self.setting.moved(label, name, value), not again, (label, name))
 
     def undo(self) -> None:
-        """Back to what was switched on before."""
         if self._past:
-            self._moving = None
             self._set(self._past.pop(), remember=False)
 
     def clear(self) -> None:
-        """Switch everything off."""
-        self._moving = None
         self._set(Setting())
 
     def found(self, explanation: Mapping[str, Any]) -> None:
-        """Switch on what explain named, with its values; nothing where it named nothing.
-
-        `explanation` is the contents of explain.json.
-        """
+        """Switch on what explain.json names, with its values; nothing where it names nothing."""
         self.answer, self._moving = Answer.of(explanation, self.scene), None
         if self.answer.setting.on:
             self._set(self.answer.setting)
         self.notify()
 
     def add(self) -> Path:
-        """Write the model with what is switched on as `leo add` does; where it is.
-
-        Raises:
-            UserError: there is no folder, nothing is switched on, or words cannot say it.
-        """
+        """Write the model with what is switched on, as `leo add` does; UserError: it cannot."""
         if self.folder is None:
             raise UserError('start leo watch with -o DIR to write the model there')
         return write_model(self.folder, self.scene, self.setting, self.answer)
@@ -151,7 +140,7 @@ class State:
             return
         self.scene, self.given, self.now = other.scene, other.given, other.now
         self.film, self.without, self.seconds = other.film, other.without, other.seconds
-        self.lacks, self._rest = other.lacks, other._rest
+        self.missing, self._rest = other.missing, other._rest
         self.player.length = other.player.length
         self.notify()
 
@@ -164,30 +153,24 @@ class State:
         self.notify()
 
     def show(self, index: int) -> None:
-        """Show the error of another state."""
         if index != self.shown:
             self.shown = index
             self.notify()
 
     def choose(self, joint: int, variable: int) -> None:
-        """Show what another joint lacks, or against another variable."""
         if (joint, variable) != self.chosen:
             self.chosen = joint, variable
             self.notify()
 
     def go(self, seconds: float) -> None:
-        """Go to a time on the timeline."""
         self.player.go(seconds)
         self.notify()
 
-    def play(self, on: bool) -> None:
-        """Play, or pause."""
-        if on != self.player.playing:
-            self.player.play(on)
-            self.notify()
+    def play_or_pause(self) -> None:
+        self.player.play(not self.player.playing)
+        self.notify()
 
     def at_speed(self, speed: float) -> None:
-        """Play at another speed."""
         if speed != self.player.speed:
             self.player.at_speed(speed)
             self.notify()
@@ -201,7 +184,6 @@ class State:
         return False
 
     def finish(self) -> None:
-        """Compute all that follows the last change."""
         while self.go_on():
             pass
 
@@ -212,7 +194,11 @@ class State:
             self._guessed[label] = guess(self.scene, self.model, candidate)
         return self._guessed[label]
 
-    def _set(self, setting: Setting, remember: bool = True) -> None:
+    def _set(
+        self, setting: Setting, remember: bool = True, moving: tuple[str, str] | None = None
+    ) -> None:
+        """Take other switches; `moving` is the parameter that is being dragged."""
+        self._moving = moving
         if setting == self.setting:
             return
         if remember:
@@ -227,7 +213,7 @@ class State:
         self.now = self.scene.score(model)
         self.film = self.film.repaired_by(model)
         self.without = {k: v for k, v in self.without.items() if k in self.setting.on}
-        self.lacks.behind, self._rest = True, self._follow(model)
+        self.missing.behind, self._rest = True, self._follow(model)
         self.seconds = time.perf_counter() - began
 
     def _follow(self, model: Model) -> Iterator[bool]:
@@ -235,18 +221,13 @@ class State:
         for label in self.setting.on:
             self.without = {**self.without, label: self._size_without(label)}
             yield True
-        yield from self.lacks.follow(model, bool(self.setting.on))
+        yield from self.missing.follow(model, bool(self.setting.on))
 
     def _size_without(self, label: str) -> float:
         rest = {name: v for name, v in self.setting.on.items() if name != label}
-        model = self._with(Setting(rest, self.setting.refitted))
+        model = model_of(self.scene, Setting(rest, self.setting.refitted), self.answer)
         return self.scene.size(model, self.floor.floor)
 
-    def _with(self, setting: Setting) -> Model:
-        base = base_of(self.scene, setting, self.answer)
-        return repaired(self.scene, base, setting)
-
     def notify(self) -> None:
-        """Let all tabs know that something changed."""
         for listener in [*self.listeners]:
             listener()

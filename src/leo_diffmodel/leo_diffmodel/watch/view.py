@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.film import RATE
 from leo_diffmodel.picture.stick import Stick
 from leo_diffmodel.report.text import source
@@ -22,7 +23,15 @@ Array = np.ndarray
 Columns = dict[str, Array]
 DEEPEST = 0.1
 """Of the floor: errors below, as on data without noise, leave the picture."""
-WIDE = 1.35
+GHOSTS = (
+    ('given', palette.GIVEN, 4, 0.75),
+    ('repaired', palette.REPAIRED, 4, 0.75),
+    ('measured', palette.MEASURED, 3, 1.0),
+)
+"""The robots as drawn, with the width [px] and the opacity of their lines."""
+MODELS = ('given', palette.GIVEN, 'as given'), ('now', palette.REPAIRED, 'with the switches')
+"""Columns of errors, with their strokes and names."""
+ASPECT = 1.35
 """Width of what is looked at over its height."""
 ROOM = 1.15
 """Half its height over the reach of the robot."""
@@ -31,20 +40,17 @@ POSES = 100
 FAR = 20.0
 """Times the reach; what lies beyond is drawn there."""
 FILM_SECONDS = 4.0
-"""How long a film is."""
 
 
 class Stage:
-    """Where poses are drawn [m].
-
-    `reach` is how far the robot gets from its mount, or from its middle where it walks.
-    """
+    """Where poses are drawn [m], from the mount, or from the middle of a robot that walks."""
 
     def __init__(self, robot: Robot, recordings: Sequence[Recording]) -> None:
         self.stick = Stick(robot)
         q = np.concatenate([e.q for r in recordings for e in r.episodes])
         some = q[np.linspace(0, len(q) - 1, POSES).astype(int)]
-        self.reach = max(self._reached(angles) for angles in some)
+        from_middle = (self._points(angles) - self._middle(angles) for angles in some)
+        self.reach = max(float(np.linalg.norm(ways, axis=1).max()) for ways in from_middle)
 
     def lines(self, q: Array) -> list[Array]:
         """The lines of a pose (J,), each (N, 2)."""
@@ -57,18 +63,14 @@ class Stage:
 
     def part(self, q: Array) -> tuple[Array, Array]:
         """The lower left and the upper right corner of what to look at; a walker is followed."""
-        size, root = ROOM * self.reach, self.stick.root
-        middle = self._points(q).mean(axis=0) if root is None else root
-        half = np.array([WIDE * size, size])
+        middle, half = self._middle(q), ROOM * self.reach * np.array([ASPECT, 1.0])
         return middle - half, middle + half
 
     def _points(self, q: Array) -> Array:
         return np.concatenate([points for points, _ in self.stick.sticks(q)])
 
-    def _reached(self, q: Array) -> float:
-        points, root = self._points(q), self.stick.root
-        ways = points - (points.mean(axis=0) if root is None else root)
-        return float(np.linalg.norm(ways, axis=1).max())
+    def _middle(self, q: Array) -> Array:
+        return self._points(q).mean(axis=0) if self.stick.root is None else self.stick.root
 
 
 @dataclass(frozen=True)
@@ -78,8 +80,7 @@ class View:
     Attributes:
         unit: the state whose error is shown, with its unit.
         seconds: how far ahead the ghosts are predicted [s].
-        times: of the pictures on the timeline [s], shape (F,).
-        places: the same as bag and bag time.
+        times, places: of the pictures: on the timeline [s], shape (F,), and as bag and bag time.
         poses: joint angles as given, with the switches, as measured, shape (F, 3, J).
         horizon, time, worst, held: as of `against_horizon`, `over_time`, `worst` and `held`.
     """
@@ -120,7 +121,6 @@ def view_of(state: State, times: Array) -> View:
 
 
 def now(state: State) -> Array:
-    """The one time of a picture [s], shape (1,)."""
     return np.array([state.player.now])
 
 
@@ -134,9 +134,8 @@ def from_now(state: State) -> Array:
 
 def _switched(state: State) -> tuple[str, ...]:
     lines = []
-    for label, values in state.setting.on.items():
-        parameters = state.scene.candidates[label].parameters
-        shown = [f'{p.name} = {values[p.name]:.4g} {p.unit}'.rstrip() for p in parameters]
+    for label, values in state.switched.items():
+        shown = [f'{p.name} = {value:.4g} {p.unit}'.rstrip() for p, value in values]
         lines.append(f'{label.replace(":", " at ")}: {", ".join(shown)}')
     if state.setting.refitted and state.answer and (moved := state.answer.data['constants']):
         lines.append(f'refitted by the explanation: {", ".join(moved)}')
@@ -189,6 +188,5 @@ def held(state: State) -> Array:
 
 
 def unit(state: State) -> str:
-    """The state whose error is shown, with its unit."""
     shown = state.states[state.shown]
     return f'{shown["name"]} [{shown["unit"]}]'

@@ -70,10 +70,9 @@ def test_percent(share, shown):
     assert text.percent(share) == shown
 
 
-def test_change_has_its_sign():
-    assert text.change(0.4, 0.1) == '−75 %'
-    assert text.change(0.4, 0.5) == '+25 %'
-    assert text.change(0.4, 0.4) == '0 %'
+@pytest.mark.parametrize(('after', 'shown'), [(0.1, '−75 %'), (0.5, '+25 %'), (0.4, '0 %')])
+def test_change_has_its_sign(after, shown):
+    assert text.change(0.4, after) == shown
 
 
 @pytest.mark.parametrize(
@@ -90,8 +89,6 @@ def test_prose_escapes_and_sets_effects_apart():
 
 
 def test_a_unit_in_a_sentence_is_raised_whole():
-    from leo_diffmodel.report.text import prose
-
-    assert prose('d = 7 N m s2/rad2 at m2, 9.8 m/s2, 1 kg m2, 2 N m s/rad') == (
+    assert text.prose('d = 7 N m s2/rad2 at m2, 9.8 m/s2, 1 kg m2, 2 N m s/rad') == (
         'd = 7 N m s²/rad² at m2, 9.8 m/s², 1 kg m², 2 N m s/rad'
     )

@@ -118,7 +118,7 @@ def test_the_page_of_two_joints(tmp_path, capsys):
     rubs = [place(DOUBLE, 'viscous_friction', j, b=0.05) for j in ('shoulder', 'elbow')]
     path = bag(tmp_path / 'two', record(DOUBLE, *rubs, seconds=10, inputs=inputs))
     assert main([str(path), '--model', 'double_pendulum', '-o', str(tmp_path)]) == 0
-    links, text = read(tmp_path / 'report.html')
+    links, text = read((tmp_path / 'report.html').read_text())
     assert links.urls == [] and f'leo watch {path} --model double_pendulum' in text
     for title in (
         'How much of the motion the model explains',

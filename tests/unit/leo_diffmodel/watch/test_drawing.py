@@ -9,28 +9,24 @@ from xml.etree import ElementTree
 import numpy as np
 from PIL import Image
 import pytest
-from tests.simulate import record, TORQUE
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.canvas import TICK
 from leo_diffmodel.picture.film import RATE
 from leo_diffmodel.watch import view as shown
 from leo_diffmodel.watch.drawing import draw, Drawn, FILM, FINE
-from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import Stage
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-from leo_sim.effects import place
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'
 
 
 @pytest.fixture(scope='module')
-def state():
-    effect = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
-    state = State(Scene.of([record(TORQUE, effect, seconds=16)], Model('torque_pendulum')))
+def state(scene):
+    state = State(scene)
     state.switch(LABEL, True)
     state.go(7.5)
     return state
@@ -38,7 +34,6 @@ def state():
 
 @pytest.fixture
 def few(state):
-    """A film of five pictures."""
     return shown.view_of(state, shown.from_now(state)[::25])
 
 

@@ -20,22 +20,11 @@ from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.setting import Setting
 from leo_diffmodel.watch.state import State
 from leo_msgs_py.errors import UserError
-from leo_sim.effects import place
 from leo_sim.model import Model
 
 TRUTH, LABEL = 0.2, 'coulomb_friction:pivot'
 NEAR, FAR = 1.15, 3.0
 """Noise floors: what is as good as a perfect model, and what is not."""
-
-
-@pytest.fixture(scope='module')
-def data():
-    return record(TORQUE, place(TORQUE, 'coulomb_friction', 'pivot', c=TRUTH), seconds=16)
-
-
-@pytest.fixture(scope='module')
-def scene(data):
-    return Scene.of([data], Model('torque_pendulum'))
 
 
 @pytest.fixture(scope='module')
@@ -100,17 +89,10 @@ def test_whoever_listens_hears_of_each_change(state):
     assert len(heard) == 3
 
 
-@pytest.mark.parametrize(
-    'effect',
-    [
-        'command_delay',
-        'link_com',
-        'torque_ripple',
-        'stribeck_friction',
-        'velocity_lag',
-        'voltage_limit',
-    ],
-)
+OTHERS = 'link_com', 'torque_ripple', 'stribeck_friction', 'velocity_lag', 'voltage_limit'
+
+
+@pytest.mark.parametrize('effect', ['command_delay', *OTHERS])
 def test_every_kind_of_effect_can_be_switched_on(state, effect):
     (label,) = (c for c in state.scene.candidates if c.startswith(f'{effect}:'))
     state.switch(label, True)

@@ -81,10 +81,8 @@ def measured(budget: Mapping[str, float]) -> Section:
 
 
 def _remainder(unexplained: float, noise: float) -> list[dict[str, Any]]:
-    return [
-        _part('unexplained', unexplained, palette.UNEXPLAINED),
-        _part('noise', noise, palette.NOISE),
-    ]
+    rest = _part('unexplained', unexplained, palette.UNEXPLAINED)
+    return [rest, _part('noise', noise, palette.NOISE)]
 
 
 def _part(name: str, share: float, colour: str) -> dict[str, Any]:

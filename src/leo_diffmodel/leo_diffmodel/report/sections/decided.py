@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What decided, and how surely: gates, ranges of parameters, choices on parts of the data."""
+"""What decided, how surely, and on what: gates, stability, the edit test, what was left out."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 import math
 from typing import Any
 
+from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Gates, texts
+from leo_diffmodel.outside.outside import share_outside, Stretch
 from leo_diffmodel.report.page import Section
-from leo_diffmodel.report.text import label, number, percent, quantity, unit
+from leo_diffmodel.report.text import label, number, numbered, percent, quantity, unit
 
 MOST_SETS = 6
 
@@ -45,18 +47,14 @@ def stability(
     effects: Sequence[Mapping[str, Any]],
     settings: Mapping[str, float],
 ) -> Section:
-    """A bar for each chosen set, the answer first, and a line for each of its effects.
-
-    Rows are `stability` and `effects` of explain.json, settings the gates by name.
-    """
+    """A bar for each chosen set, the answer first, and a line for each of its effects."""
     others = rows[MOST_SETS:]
     sets = [
         _bar(' + '.join(r['effects']) or 'nothing is missing', r['share'], mine=n == 0)
         for n, r in enumerate(rows[:MOST_SETS])
     ]
     if others:
-        rest = sum(r['share'] for r in others)
-        sets.append(_bar(f'{len(others)} other sets', rest, mine=False))
+        sets.append(_bar(f'{len(others)} other sets', sum(r['share'] for r in others), mine=False))
     values = {
         'sets': sets,
         'effects': [_bar(label(e), e['inclusion_probability'], mine=True) for e in effects],
@@ -70,3 +68,39 @@ def stability(
 
 def _bar(name: str, share: float, mine: bool) -> dict[str, Any]:
     return {'name': name, 'share': percent(share), 'width': 100 * share, 'mine': mine}
+
+
+def edit_test(data: Mapping[str, Any]) -> Section:
+    """A row for each model of `edit_test`, a column for each state, and the noise floor below."""
+    models = data['models']
+    named = [(row['model'], row['rmse']) for row in models]
+    named.append(('noise alone', models[0]['noise_floor']))
+    units = [state['unit'] for state in data['states']]
+    rows = [
+        {'name': n, 'cells': [quantity(x, u, 2) for x, u in zip(sizes, units, strict=True)]}
+        for n, sizes in named
+    ]
+    seconds, best = quantity(data['seconds'], 's', 2), models[0]['model']
+    return Section('edited.html', {**data, 'seconds': seconds, 'rows': rows, 'best': best})
+
+
+def left_out(recordings: Sequence[Recording], found: Sequence[Stretch]) -> Section:
+    numbers = numbered(recordings)
+    rows = []
+    for s in found:
+        time = f'{max(0.0, s.begin):.1f} … {s.end:.1f}\u00a0s'
+        rows.append({'bag': numbers[s.source], 'time': time, 'kind': s.kind, 'why': s.why})
+    share, several = percent(share_outside(recordings, found)), len(recordings) > 1
+    return Section('outside.html', {'share': share, 'rows': rows, 'several': several})
+
+
+def untested(not_testable: Sequence[Mapping[str, Any]]) -> Section:
+    """Rows {name, where, why} of explain.json, one for each reason with its effects and places."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for row in not_testable:
+        found.setdefault(row['why'], {}).setdefault(row['name'], []).append(row['where'])
+    rows = [
+        {'why': why, 'effects': [{'name': n, 'where': w} for n, w in places.items()]}
+        for why, places in found.items()
+    ]
+    return Section('untested.html', {'rows': rows})

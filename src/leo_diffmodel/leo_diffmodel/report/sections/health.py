@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, LOW, plain_numbers, ticks
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import models, Section
 from leo_diffmodel.report.text import number, percent
 
 Array = np.ndarray
@@ -29,14 +29,12 @@ SEED = 0
 PUSH_TIMES = 5.0
 BAND = (0.025, 0.975)
 LASTING = 2.0
+MODELS = Stroke(palette.BEFORE, 'points'), Stroke(palette.AFTER, 'points')
 SHOWN = ('speed', 'direction', 'load', 'motor')
 
 
 def section(found: Search, errors: Mapping[str, Any]) -> Section:
-    """Chi-squared of every window against time, autocorrelation, and chi-squared by condition.
-
-    Of `errors` of explain.json, `chi2_ratio` and `unexplained_share` are shown.
-    """
+    """Chi-squared of every window against time, autocorrelation, and chi-squared by condition."""
     problem = found.problem
     most, repaired = problem.gates.unexplained, bool(found.final.hypothesis.candidates)
     time, borders = _in_a_row(problem.windows)
@@ -51,28 +49,18 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
         'white': errors['chi2_ratio'] <= most,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,
-        'legend': _legend(repaired),
+        'legend': [*models(*MODELS[: 1 + repaired]), ('only noise', palette.FLOOR)],
         'correlated': not white.white,
         'strength': number(white.strength, 2),
         'joints': list(zip(names, palette.CANDIDATES, strict=False)) if len(names) > 1 else [],
-        'conditions': [
-            {**row, 'range': _range(row), 'bad': row['after'] > most}
-            for row in by_condition(problem, found.null, found.final)
-        ],
+        'conditions': by_condition(problem, found.null, found.final),
+        'most': most,
         'many': len(names) > 1,
     }
     kinds = ('angle', slice(len(names))), ('rate', slice(len(names), None))
     shown = [kind for kind in kinds if np.isfinite(white.value[0, kind[1]]).any()]
     correlograms = [_correlogram(white, names, *kind) for kind in shown]
     return Section('health.html', values, (plot, *correlograms))
-
-
-def _legend(repaired: bool) -> list[tuple[str, Stroke]]:
-    before, after = Stroke(palette.BEFORE, 'points'), Stroke(palette.AFTER, 'points')
-    noise = ('only noise', palette.FLOOR)
-    if repaired:
-        return [('as given', before), ('repaired', after), noise]
-    return [('the model', before), noise]
 
 
 def _in_a_row(windows: Windows) -> tuple[Array, list[float]]:
@@ -93,7 +81,7 @@ def _in_a_row(windows: Windows) -> tuple[Array, list[float]]:
 def _ratios(time: Array, before: Array | None, after: Array, borders: list[float]) -> Any:
     """Squared whitened residual over its expected value in each window, against its middle [s].
 
-    One series where nothing was repaired; lines at the borders, where a further bag begins [s].
+    One series where nothing was repaired; lines at the borders between bags [s].
     """
     label = 'time, one bag after the other [s]' if borders else 'time in the bag [s]'
     plot = canvas(label, 'squared residual / expected [1]', y_axis_type='log')
@@ -134,12 +122,6 @@ def _correlogram(white: Correlation, names: Sequence[str], kind: str, columns: s
     return plot
 
 
-def _range(row: Mapping[str, Any]) -> str:
-    if isinstance(row['bin'], str):
-        return row['bin']
-    return ' … '.join(number(end, 2) for end in row['bin']) + f' {row["unit"]}'
-
-
 @dataclass(frozen=True)
 class Correlation:
     """Autocorrelation of the residual, and that of white noise treated alike.
@@ -149,11 +131,9 @@ class Correlation:
 
     Attributes:
         seconds: of each lag, shape (L,).
-        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where nothing was
-            measured.
+        value: of each lag and channel (angles, then rates), shape (L, 2J); NaN where unmeasured.
         low, high: 95 % band of white noise, shape (L, 2J).
-        strength: mean square of the autocorrelations, each in standard deviations of what white
-            noise gives: 1 for white noise.
+        strength: mean square of the autocorrelations in standard deviations of white noise.
         white: the strength is at most 2, or one that white noise reached.
     """
 
@@ -197,15 +177,15 @@ def chi_squared(fitted: Fit) -> Array:
 
 
 def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:
-    """Rows {joint, variable, bin, unit, windows, before, after}: median ratios by condition."""
+    """Rows {joint, variable, bin, range, windows, before, after}: median ratios by condition."""
     names = problem.base.robot.joint_names
     early, late = chi_squared(before), chi_squared(after)
     return [
         {
             'joint': names[c.joint],
             'variable': c.variable,
-            'bin': c.bin if isinstance(c.bin, str) else list(c.bin),
-            'unit': c.unit,
+            'bin': c.bin,
+            'range': c.bin if isinstance(c.bin, str) else _range(c.bin, c.unit),
             'windows': int(c.inside.sum()),
             'before': float(np.median(early[c.inside])),
             'after': float(np.median(late[c.inside])),
@@ -213,6 +193,10 @@ def by_condition(problem: Problem, before: Fit, after: Fit) -> list[dict]:
         for c in conditions(problem.windows, problem.base, most=3)
         if c.variable in SHOWN
     ]
+
+
+def _range(ends: Iterable[float], unit: str) -> str:
+    return ' … '.join(number(end, 2) for end in ends) + f' {unit}'
 
 
 def _autocorrelation(residual: Array, channels: int, lags: Array) -> Array:

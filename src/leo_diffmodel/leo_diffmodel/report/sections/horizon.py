@@ -12,7 +12,7 @@ import numpy as np
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, plain_numbers, ticks
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import models, Section
 
 NOTE = (
     'Rms error of predictions that start from the measured state{} The shaded floor is what a '
@@ -27,7 +27,7 @@ THIN, WIDE = 1.5, 2.5
 LOWEST = 1e-12
 """From where on the floor is shaded."""
 Row = Mapping[str, Any]
-Series = Mapping[str, tuple[list[list[float]], Stroke]]
+Series = dict[str, tuple[list[list[float]], Stroke]]
 """By name the errors of each state at each horizon, and how they are drawn."""
 BEFORE, AFTER = Stroke(palette.BEFORE), palette.REPAIRED
 DOTTED = 'dotted'
@@ -39,12 +39,11 @@ def held_out(errors: Mapping[str, Any], repaired: bool, training: Sequence[Row] 
 
     `errors` are those of explain.json, `training` rows of errors on the data that the fits saw.
     """
-    keys = {'before': ('as given', BEFORE), 'after': ('repaired', AFTER)}
-    if not repaired:
-        keys = {'before': ('the model', BEFORE)}
+    strokes = (BEFORE, AFTER)[: 1 + repaired]
+    keys = dict(zip(('before', 'after'), models(*strokes), strict=False))
     rows = errors['horizon']
     suffix = ', held out' if training else ''
-    series: dict[str, tuple[list[list[float]], Stroke]] = {
+    series: Series = {
         f'{n}{suffix}': ([r[k] for r in rows], stroke) for k, (n, stroke) in keys.items()
     }
     if training:
@@ -65,7 +64,6 @@ def _training(rows: Sequence[Row], seen: Sequence[Row], names: Mapping[str, str]
 
 
 def plain(data: Mapping[str, Any]) -> Section:
-    """The errors of compare.json."""
     floor = [r['rmse'] for r in data['noise_floor']['horizon']]
     series = {'the model': ([r['rmse'] for r in data['horizon']], BEFORE)}
     return _section(data['states'], data['horizon'], series, floor, PLAIN)
@@ -74,8 +72,7 @@ def plain(data: Mapping[str, Any]) -> Section:
 def _floor_too_high(series: Series, floor: list[list[float]]) -> bool:
     """Whether a model scores clearly better than a perfect one should be able to."""
     comparable = [errors for errors, stroke in series.values() if stroke.dash != DOTTED]
-    best = np.min(comparable, axis=0)
-    return bool((best < BELOW_FLOOR * np.array(floor)).any())
+    return bool((np.min(comparable, axis=0) < BELOW_FLOOR * np.array(floor)).any())
 
 
 def _section(

@@ -55,8 +55,8 @@ def section(
 
 def _refitted(path: str, row: Row) -> list[str]:
     """A constant with its interval, a line for each recording that has a value of its own."""
-    own = {f'{path} of {name}': each for name, each in row.get('recordings', {}).items()}
-    return estimates(own or {path: row})
+    alone = {f'{path} of {name}': each for name, each in row.get('recordings', {}).items()}
+    return estimates(alone or {path: row})
 
 
 def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
@@ -80,8 +80,8 @@ def _row(row: Row, top: float, kind: str, status: str) -> dict[str, Any]:
 
 
 def _supported(effect: Row, gates: Gates) -> str:
-    others = [c['separable_nats'] for c in effect['confusable_with'] if not _why(c)]
-    if any(nats_apart < gates.margin_nats for nats_apart in others):
+    rivals = (c for c in effect['confusable_with'] if not _why(c))
+    if any(rival['separable_nats'] < gates.margin_nats for rival in rivals):
         return 'supported, but not told apart from its rivals'
     if effect['inclusion_probability'] < gates.stable:
         return 'supported, but not in enough of the held-out turns'
@@ -124,7 +124,7 @@ def _nearest(rivals: Sequence[Row]) -> list[str]:
     """The nearest rivals, those that are the same thing first, and how many more there are."""
     ordered = sorted(rivals, key=lambda r: (not _why(r), abs(r['separable_nats'])))
     more = [f'and {len(rivals) - NEAREST} more'] if len(rivals) > NEAREST else []
-    return [*(_rival(r) for r in ordered[:NEAREST]), *more]
+    return [*map(_rival, ordered[:NEAREST]), *more]
 
 
 def _rival(row: Row) -> str:

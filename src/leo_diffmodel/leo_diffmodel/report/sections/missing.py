@@ -51,7 +51,6 @@ def section(
 def _figures(
     missing: MissingTorque, robot: Robot, joint: int, curves: Mapping[str, Array]
 ) -> list[Any]:
-    """Against each variable: estimates, their binned mean and the candidates."""
     seen, unit = missing.seen[:, joint], torque_unit(robot, robot.joint_names[joint])
     strokes, figures = palette.CANDIDATES[: len(curves)], []
     lines = [curve[seen, joint] for curve in curves.values()]

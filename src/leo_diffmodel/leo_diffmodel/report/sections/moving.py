@@ -9,16 +9,12 @@ import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.stick import Stick
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import models, Section
 from leo_diffmodel.report.worst import Stretch
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray
-FIGURES = (
-    ('measured', palette.MEASURED),
-    ('as given', palette.GIVEN),
-    ('repaired', palette.Stroke(palette.AFTER, 'dotdash')),
-)
+MODELS = palette.GIVEN, palette.Stroke(palette.AFTER, 'dotdash')
 SLOWER = 4
 """Times slower than the robot was: a window is a second long."""
 MOST_FRAMES = 100
@@ -35,7 +31,7 @@ def section(stretch: Stretch, robot: Robot, title: str) -> Section:
     chosen = np.unique(np.linspace(0, len(stretch.time) - 1, MOST_FRAMES).astype(int))
     sticks = [[stick.lines(q) for q in motion[chosen]] for motion in stretch.motion]
     low, high = _frame(sticks[0])
-    legend = FIGURES[:1] + ((('the model', FIGURES[1][1]),) if len(sticks) == 2 else FIGURES[1:])
+    legend = [('measured', palette.MEASURED), *models(*MODELS[: len(sticks) - 1])]
     films = [[_path(lines, low, high) for lines in frames] for frames in sticks]
     seconds = stretch.time[chosen] - stretch.time[0]
     width = float(0.008 * max(high - low))
@@ -66,15 +62,10 @@ def _frame(measured: list[list[Array]]) -> tuple[Array, Array]:
 def _path(lines: list[Array], low: Array, high: Array) -> str:
     """An SVG path in m, y downwards."""
     size = FARTHEST * (high - low)
-    parts = []
-    for points in lines:
-        near = np.clip(points, low - size, high + size)
-        corners = [f'{x:.4g} {-y:.4g}' for x, y in near]
-        parts.append('M' + 'L'.join(corners))
-    return ''.join(parts)
+    near = [np.clip(points, low - size, high + size) for points in lines]
+    return ''.join('M' + 'L'.join(f'{x:.4g} {-y:.4g}' for x, y in points) for points in near)
 
 
 def _ground(slope: float, low: Array, high: Array) -> str:
-    """The floor as an SVG path."""
     ends = [f'{x:.4g} {-np.tan(slope) * x:.4g}' for x in (low[0], high[0])]
     return 'M' + 'L'.join(ends)

@@ -29,7 +29,8 @@ MOST_STATES = 3
 def answer(explanation: Any) -> Section:
     """Verdict, sentence, the effects in plain words and the next run of an Explanation."""
     advice = explanation.next_run
-    said = explanation.verdict == 'untestable'
+    if not advice or explanation.verdict == 'untestable':  # the sentence says it then
+        advice = None
     values = {
         'badge': explanation.verdict,
         'kind': explanation.verdict,
@@ -37,7 +38,7 @@ def answer(explanation: Any) -> Section:
         'sentence': explanation.sentence,
         'effects': [_effect(e, explanation.model) for e in explanation.effects],
         'figures': _figures(explanation.errors) if explanation.effects else [],
-        'next_run': None if said or not advice else advice.replace('.; ', '; '),
+        'next_run': advice and advice.replace('.; ', '; '),
         'command': explanation.next_command,
     }
     return Section('verdict.html', values)
@@ -55,10 +56,9 @@ def score(data: Mapping[str, Any]) -> Section:
         f'{far["seconds"]:.3g} s ahead by {_states(data["states"], far["rmse"])}, '
         f'{_times(late)}.'
     )
-    kind = 'fine' if worst < NOISE_ALONE else 'measured'
     values = {
         'badge': f'{number(worst, 2)} × noise',
-        'kind': kind,
+        'kind': 'fine' if worst < NOISE_ALONE else 'measured',
         'meaning': 'rms error over the error that noise alone would cause, at the worse horizon',
         'sentence': sentence,
     }

@@ -15,7 +15,7 @@ from leo_diffmodel.compare.where import against_motion, bin_in_words, Where, wor
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas, hover, LOW
-from leo_diffmodel.report.page import Section
+from leo_diffmodel.report.page import models, Section
 from leo_diffmodel.report.text import numbered, percent, quantity, span, torque, unit
 from leo_diffmodel.report.worst import Stretch
 from leo_sim.model import Model
@@ -26,7 +26,8 @@ WINDOWS = 3
 MOST_EVENTS = 4
 MOTION = ('phase', 'speed', 'direction', 'load', 'angle', 'position', 'turned')
 ORDER = (*MOTION, 'input', 'motor', 'time')
-MODELS = ('as given', Stroke(palette.BEFORE)), ('repaired', palette.REPAIRED)
+MEASURED = 'measured', Stroke(palette.INK, 'points')
+MODELS = Stroke(palette.BEFORE), palette.REPAIRED
 BAND_SIGMAS = 2.0
 MOST_DOTS = 100
 Row = Mapping[str, Any]
@@ -35,10 +36,7 @@ Row = Mapping[str, Any]
 def section(
     places: Where, model: Model, recordings: Sequence[Recording], worst: Sequence[Stretch] = ()
 ) -> Section:
-    """The heat map, the worst conditions with their bag times, and the worst windows.
-
-    `model` is the one that the torque of `places` is missing from.
-    """
+    """The heat map, the worst conditions with their bag times, and the worst windows."""
     names = numbered(recordings)
     joints = sorted(places.joints, key=lambda r: -r['share'])
     shown = [j for j in joints[:MOST_JOINTS] if j['share'] >= LEAST_SHARE] or joints[:1]
@@ -51,7 +49,7 @@ def section(
         'against': [against(*found) for found in against_motion(places.rows)],
         'events': [_event(e, names) for e in places.events[:MOST_EVENTS]],
         'stretches': [title(s, model, recordings) for s in worst],
-        'legend': _legend(worst),
+        'legend': [MEASURED, *models(*MODELS[: len(worst[0].predicted)])] if worst else [],
     }
     return Section('where.html', values, tuple(_figure(s, model) for s in worst))
 
@@ -111,12 +109,11 @@ def _bag(row: Row, bags: list[str]) -> str:
 
 
 def _tip(row: Row, bags: list[str]) -> str:
-    where = f' of {bag}' if (bag := _bag(row, bags)) else ''
-    noise = torque(row['noise_nm'], 2, row['torque_unit'])
+    where, words = f' of {bag}' if (bag := _bag(row, bags)) else '', in_print(row, bags)
     return (
         f'{row["joint"]}, {row["variable"]} {bin_in_words(dict(row))}{where}: {_sizes(row)} '
-        f'(noise {noise}), {percent(row["share"])} of the error in '
-        f'{percent(row["data_share"])} of the time; worst at {_times(row, bags)}'
+        f'(noise {words["noise"]}), {words["share"]} of the error in '
+        f'{words["time"]} of the time; worst at {words["windows"]}'
     )
 
 
@@ -131,7 +128,7 @@ def in_print(row: Row, bags: list[str]) -> dict[str, Any]:
         'torque': torque(row['torque_nm'], of=row['torque_unit']),
         'noise': torque(row['noise_nm'], 2, row['torque_unit']),
         'volts': '–' if row['volts'] is None else quantity(row['volts'], 'V'),
-        'stall': _of_stall(row['stall_percent']),
+        'stall': '–' if row['stall_percent'] is None else percent(row['stall_percent'] / 100),
         'windows': _times(row, bags),
     }
 
@@ -148,12 +145,8 @@ def _sizes(row: Row) -> str:
     if row['volts'] is not None:
         parts.append(quantity(row['volts'], 'V'))
     if row['stall_percent'] is not None:
-        parts.append(f'{_of_stall(row["stall_percent"])} of stall')
+        parts.append(f'{percent(row["stall_percent"] / 100)} of stall')
     return ' = '.join(parts)
-
-
-def _of_stall(value: float | None) -> str:
-    return '–' if value is None else percent(value / 100)
 
 
 def against(joint: str, forward: float, backward: float, of: str) -> str:
@@ -186,16 +179,9 @@ def _figure(stretch: Stretch, model: Model) -> Any:
     look: dict[str, Any] = {'size': 4, 'color': palette.INK, 'line_color': None}
     dots = plot.scatter(time[few], stretch.measured[few], **look)
     hover(plot, dots, [('bag time', '@x{0.000} s'), ('measured', '@y{0.0000}')])
-    for (_, stroke), line in zip(MODELS, stretch.predicted, strict=False):
+    for stroke, line in zip(MODELS, stretch.predicted, strict=False):
         plot.line(time, line, line_width=2.5, color=stroke.colour, line_dash=stroke.dash)
     ends = np.concatenate([stretch.measured, *stretch.predicted])
     margin = 0.08 * max(float(np.ptp(ends)), 1e-9)
     plot.y_range = Range1d(float(ends.min() - margin), float(ends.max() + margin))
     return plot
-
-
-def _legend(worst: Sequence[Stretch]) -> list[tuple[str, Stroke]]:
-    if not worst:
-        return []
-    models = [('the model', MODELS[0][1])] if len(worst[0].predicted) == 1 else [*MODELS]
-    return [('measured', Stroke(palette.INK, 'points')), *models]

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-import signal
 import subprocess
 import sys
 from tempfile import TemporaryFile
@@ -39,7 +38,6 @@ class Command:
 
     @property
     def on(self) -> bool:
-        """Whether it runs."""
         return self._process is not None and self._process.poll() is None
 
     @property
@@ -48,22 +46,17 @@ class Command:
         return self._process.poll() if self._process else None
 
     def stop(self) -> None:
-        """Have it end."""
-        if self.on and self._process is not None:
-            self._process.send_signal(signal.SIGTERM)
+        if self._process is not None:
+            self._process.terminate()
 
     def wait(self) -> None:
-        """Have it end, and wait for that."""
         self.stop()
         if self._process is not None:
             with suppress(subprocess.TimeoutExpired):  # it goes on, and ends by itself
                 self._process.wait(GRACE)
 
     def _run(self, words: Sequence[str], output: IO | None = None) -> None:
-        """Start it with these words after `leo`.
-
-        `output` takes what it prints; without, stdout is left out, stderr that of this process.
-        """
+        """Start it; `output` takes what it prints, without stderr goes to that of this process."""
         self._process = subprocess.Popen(
             [sys.executable, '-c', LEO, *words, *self._ros_args],
             stdin=subprocess.DEVNULL,
@@ -73,10 +66,7 @@ class Command:
 
 
 class RecordingSwitch(Command):
-    """`leo bag record` into a folder that is given; goes on whatever this process computes.
-
-    `bag` is the folder of the last recording; None before the first.
-    """
+    """`leo bag record` into a folder; `bag` is the last one, None before the first."""
 
     def __init__(self, folder: Path | None, ros_args: Sequence[str] = ()) -> None:
         super().__init__(ros_args)
@@ -85,7 +75,6 @@ class RecordingSwitch(Command):
 
     @property
     def possible(self) -> bool:
-        """Whether there is a folder to record into."""
         return self._folder is not None
 
     @property
@@ -109,11 +98,7 @@ class RecordingSwitch(Command):
         return f'recorded {self.bag}'
 
     def start(self) -> None:
-        """Begin a bag of its own, unless one is being recorded.
-
-        Raises:
-            UserError: there is no folder.
-        """
+        """Begin a bag of its own, unless one is being recorded; UserError: there is no folder."""
         if self._folder is None:
             raise UserError(NOWHERE)
         if self.on:
@@ -167,20 +152,14 @@ class Sending(Command):
         return f'"{sent.name}" was not played to its end: {self._last()}'
 
     def ask(self, run: Sent) -> None:
-        """Ask whether it is meant."""
         if not self.on:
             self._question, self._expires = run, self._now() + OPEN
 
     def no(self) -> None:
-        """It was not meant."""
         self._question = None
 
     def yes(self) -> None:
-        """Send it.
-
-        Raises:
-            UserError: nobody asked, or too long ago.
-        """
+        """Send it; UserError: nobody asked, or too long ago."""
         run, self._question = self.question, None
         if self.on:
             return

@@ -13,10 +13,10 @@ from typing import Protocol
 
 from leo_diffmodel.bags.cut import write_contents
 from leo_diffmodel.bags.recorder import free_folder
-from leo_diffmodel.watch.errand import Asked, Finder, News
+from leo_diffmodel.watch.live.buffer import Condition, is_silent, MessageBuffer
 from leo_diffmodel.watch.live.commands import RecordingSwitch, Sending
 from leo_diffmodel.watch.live.renewing import Renewing
-from leo_diffmodel.watch.live.tape import Condition, is_silent, Tape
+from leo_diffmodel.watch.worker import Asked, Finder, News
 from leo_msgs_py.errors import UserError
 
 STOPPED = 'The e-stop is latched: release it before a run is sent.'
@@ -26,17 +26,13 @@ SEARCHED = 'searched'
 
 
 class Robot(Protocol):
-    """The running robot, as far as the page has to do with it."""
-
-    tape: Tape
+    buffer: MessageBuffer
     condition: Condition
     asked: str
 
-    def e_stop(self) -> None:
-        """Stop it."""
+    def e_stop(self) -> None: ...
 
-    def release(self) -> None:
-        """Take the e-stop back."""
+    def release(self) -> None: ...
 
 
 @dataclass
@@ -51,13 +47,12 @@ class Live:
 
     def look(self) -> None:
         """Take in what is new; an e-stop, whoever asked for it, ends a run that is sent."""
-        self.renewing.look(self.robot.tape.messages)
+        self.renewing.look(self.robot.buffer.messages)
         self.robot.condition.trouble = self.renewing.news.trouble
         if self.robot.condition.e_stopped:
             self.sending.stop()
 
     def switch_recording(self) -> None:
-        """Recording on or off."""
         with self._saying():
             if self.recording.on:
                 self.recording.stop()
@@ -69,7 +64,7 @@ class Live:
         with self._saying():
             if self.robot.condition.e_stopped:
                 raise UserError(STOPPED)
-            if is_silent(self.robot.tape):
+            if is_silent(self.robot.buffer):
                 raise UserError(SILENT)
             self.sending.yes()
 
@@ -83,7 +78,7 @@ class Live:
 
     def lines(self) -> tuple[bool, list[str]]:
         """Whether all is well, and what to say now: how the robot is, and more."""
-        well, robot = self.robot.condition.line(self.robot.tape)
+        well, robot = self.robot.condition.line(self.robot.buffer)
         news = self.renewing.news
         held = 'the data are held as they were' if self.renewing.frozen else news.words
         more = (
@@ -101,12 +96,14 @@ class LiveFinder(Finder):
     """A search over the last seconds before it was asked for.
 
     Bags that were searched stay in the folder, as models name them; without one they are there
-    only for the search. The words are the command line of the search, less the bag.
+    only for the search.
     """
 
-    def __init__(self, tape: Tape, asked: Asked, words: list[str], folder: Path | None) -> None:
+    def __init__(
+        self, buffer: MessageBuffer, asked: Asked, words: list[str], folder: Path | None
+    ) -> None:
         super().__init__(asked, words)
-        self._tape, self._model, self._folder = tape, words, folder
+        self._buffer, self._model, self._folder = buffer, words, folder
         self._passing: Path | None = None
 
     def start(self) -> None:
@@ -115,7 +112,7 @@ class LiveFinder(Finder):
             return
         try:
             bag = self._free()
-            write_contents(self._tape.contents(), bag)
+            write_contents(self._buffer.contents(), bag)
         except (UserError, OSError) as error:
             self.news = News(error=str(error))
             return

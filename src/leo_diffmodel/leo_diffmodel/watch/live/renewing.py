@@ -41,10 +41,7 @@ NICE = 10
 
 @dataclass(frozen=True)
 class Share:
-    """One-step errors without and with a difference model.
-
-    They are rms over the states, in units of the spread of each state's change.
-    """
+    """One-step errors without and with a difference model: rms, in spreads of the change."""
 
     version: int
     trained_on: int
@@ -53,7 +50,6 @@ class Share:
 
     @property
     def words(self) -> str:
-        """The share in words."""
         taken = 1.0 - self.corrected / self.without if self.without else 0.0
         does = f'takes {taken:.0%} of' if taken >= 0 else f'adds {-taken:.0%} to'
         figures = f'{self.without:.3g} → {self.corrected:.3g} of the change'
@@ -70,11 +66,7 @@ class Sharer:
         self._base = model
 
     def share(self, weights: bytes, recording: Recording) -> Share | None:
-        """The share on a recording; None before there are weights.
-
-        Raises:
-            UserError: the weights are none, or no step of the recording was driven.
-        """
+        """The share on a recording; None without weights. UserError: they are no weights."""
         if not weights:
             return None
         if weights != self._bytes:
@@ -115,12 +107,7 @@ class Source:
     step: float | None = None
 
     def scene(self, contents: BagContents) -> Scene:
-        """What the page shows of the messages.
-
-        Raises:
-            OtherRobot: they are not of this one.
-            UserError: they are too few.
-        """
+        """What the page shows of the messages; OtherRobot, or UserError where they are too few."""
         refuse_other(contents.metadata.get('leo', {}).get('robot', ''), self.model.robot)
         recording = assembled(contents, self.model.robot, self.mapping)
         return Scene.of([recording], self.model, (), self.extra, self.step)
@@ -146,10 +133,7 @@ class News:
 class Renewing:
     """Computes in one thread that stands back; takes in what is ready when it is asked to.
 
-    Args:
-        state: what all tabs show; changed only by `look`.
-        contents: the messages of now.
-        weights: of the difference model, as latched last.
+    `contents` and `weights` give the messages of now, and the difference model as latched last.
     """
 
     def __init__(
@@ -168,15 +152,12 @@ class Renewing:
         self.frozen = False
         self.news = News()
 
-    def freeze(self, on: bool) -> None:
+    def toggle(self) -> None:
         """Keep the data as they are, or go on."""
-        self.frozen = on
+        self.frozen = not self.frozen
 
     def look(self, count: int) -> bool:
-        """Take in what is ready, and begin again where more has been measured; whether it did.
-
-        `count` is the number of messages that have come so far.
-        """
+        """Take in what is ready, compute again where `count` of messages grew; whether it did."""
         if taken := self._future is not None and self._future.done():
             self._take()
         idle = self._future is None and not self.frozen
@@ -186,7 +167,6 @@ class Renewing:
         return taken
 
     def end(self) -> None:
-        """Compute no more."""
         self._thread.shutdown(wait=True, cancel_futures=True)
 
     def _take(self) -> None:

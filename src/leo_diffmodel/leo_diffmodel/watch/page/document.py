@@ -9,19 +9,19 @@ from typing import Any
 from bokeh.document import Document
 from bokeh.events import DocumentReady
 from bokeh.layouts import column
-import jinja2
 from markupsafe import Markup
 
+from leo_diffmodel.report.page import template
 from leo_diffmodel.report.text import source
-from leo_diffmodel.watch.errand import Finder
 from leo_diffmodel.watch.next_run import NextRun
 from leo_diffmodel.watch.page.errors import HorizonView, OverTimeView
-from leo_diffmodel.watch.page.lacking import MissingView, WhereView
-from leo_diffmodel.watch.page.look import MAIN, PAGE, Part, PLOT, said, SIDE, WIDE, wrapped
+from leo_diffmodel.watch.page.look import MAIN, Part, PLOT, said, SIDE, WIDE, wrapped
+from leo_diffmodel.watch.page.missing import MissingView, WhereView
 from leo_diffmodel.watch.page.next_run import NextRunView
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.page.switches import ActionsView, CatalogueView
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import Finder
 
 FRAME_MS = 50
 DRAWN_MS = 60
@@ -30,12 +30,7 @@ DRAWN_MS = 60
 
 @dataclass(frozen=True)
 class Page:
-    """What all tabs show and do.
-
-    Attributes:
-        finder: the search behind 'find it for me'.
-        command: `leo add MODEL` as it would be typed.
-    """
+    """What all tabs show and do; `command` is `leo add MODEL` as it would be typed."""
 
     state: State
     finder: Finder
@@ -44,8 +39,6 @@ class Page:
 
 
 class Tab:
-    """Puts the parts on a document and keeps them up to date."""
-
     def __init__(self, document: Document, page: Page) -> None:
         self._document, self._state = document, page.state
         state = page.state
@@ -67,7 +60,7 @@ class Tab:
         both = wrapped((self._main, MAIN), (side, SIDE), spacing=12)
         document.add_root(column(said(_headline(state)), both, margin=14, **WIDE))
         document.title = f'{state.scene.model.robot.name}: leo watch'
-        document.template = jinja2.Template(PAGE, autoescape=True)
+        document.template = template('live.html')
         state.listeners.append(self._changed)
         document.add_periodic_callback(self._tick, FRAME_MS)
         document.on_session_destroyed(lambda _: state.listeners.remove(self._changed))

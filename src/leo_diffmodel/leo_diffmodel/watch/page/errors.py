@@ -6,7 +6,6 @@ from __future__ import annotations
 from typing import Any
 
 from bokeh.events import Tap
-from bokeh.layouts import column
 from bokeh.models import BoxAnnotation, ColumnDataSource, Select, Span
 from markupsafe import Markup
 import numpy as np
@@ -15,23 +14,14 @@ from leo_diffmodel.picture import palette
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.report.sections.horizon import frame, horizon_canvas
 from leo_diffmodel.watch import view
-from leo_diffmodel.watch.page.look import (
-    CARD,
-    legend,
-    renew,
-    ROBOTS,
-    said,
-    small,
-    WIDE,
-    WORDS,
-    wrapped,
-)
+from leo_diffmodel.watch.page import look
+from leo_diffmodel.watch.page.look import legend, renew, ROBOTS, said, small, WIDE
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.view import MODELS
 
 FLOOR = ('noise floor', palette.FLOOR)
 HEIGHT, LOW = 340, 210
 """Of the plots against horizon and over time [px]."""
-MODELS = ('given', palette.GIVEN), ('now', palette.REPAIRED)
 NEAR = 0.015
 """A tap this near to a worst window, as a share of all time, is meant for it."""
 NOTE = (
@@ -48,34 +38,28 @@ class ErrorWords:
         self.root = said(words(state), **WIDE, name='error')
 
     def refresh(self) -> None:
-        """Say the figures of now."""
         self.root.text = words(self._state)
 
 
 class HorizonView:
-    """The curve of one state, which is chosen here for the other figures as well.
-
-    The words above the curve are a part of their own.
-    """
+    """The curve of one state, chosen here for all figures, below words of their own."""
 
     def __init__(self, state: State) -> None:
         self._state = state
         curves = view.against_horizon(state)
         self._source = ColumnDataSource(curves, name='error against horizon')
-        look = {'height': HEIGHT, 'name': 'horizon plot'}
-        self.plot = horizon_canvas(self._source, dict(MODELS), **look)
+        size = {'height': HEIGHT, 'name': 'horizon plot'}
+        self.plot = horizon_canvas(self._source, {n: s for n, s, _ in MODELS}, **size)
         names = [f'{s["name"]} [{s["unit"]}]' for s in state.states]
         options = [(str(i), name) for i, name in enumerate(names)]
-        self._shown = Select(options=options, value='0', title='error of', width=160, name='shown')
-        self._shown.on_change('value', lambda _, __, v: state.show(int(v)))
+        shown = Select(options=options, value='0', title='error of', width=160, name='shown')
+        self._shown = look.following(shown, lambda v: state.show(int(v)))
         self.words = ErrorWords(state)
-        head = wrapped((self._shown, 160), (self.words.root, WORDS))
-        parts = head, self.plot, said(legend(*ROBOTS[1:], FLOOR))
-        self.root = column(*parts, stylesheets=[CARD], **WIDE)
+        head = look.wrapped((shown, 160), (self.words.root, look.WORDS))
+        self.root = look.card(head, self.plot, said(legend(*ROBOTS[1:], FLOOR)))
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw the curves of now."""
         renew(self._source, view.against_horizon(self._state))
         frame(self.plot, view.unit(self._state), *view.heights(self._source.data))
         self._shown.value = str(self._state.shown)
@@ -97,8 +81,6 @@ def words(state: State) -> Markup:
 
 
 class OverTimeView:
-    """The error of both models in each window of the film."""
-
     def __init__(self, state: State) -> None:
         self._state = state
         self._curve = ColumnDataSource(view.over_time(state), name='error over time')
@@ -106,12 +88,10 @@ class OverTimeView:
         self._cursor = Span(location=0.0, dimension='height', line_color=palette.INK)
         self._film = state.film
         self.plot = self._plot()
-        note = said(small(NOTE), **WIDE)
-        self.root = column(self.plot, note, stylesheets=[CARD], **WIDE)
+        self.root = look.card(self.plot, look.note(NOTE))
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw the errors of now."""
         renew(self._curve, view.over_time(self._state))
         renew(self._marks, view.worst(self._state))
         self.plot.yaxis.axis_label = view.unit(self._state)
@@ -126,26 +106,25 @@ class OverTimeView:
         self.plot.on_event(Tap, lambda event: self._state.go(self._meant(event.x)))
 
     def tick(self) -> None:
-        """Move the cursor to where one is."""
         self._cursor.location = self._state.player.now
 
     def _plot(self) -> Any:
         plot = canvas('time, one bag after the other [s]', '', height=LOW, name='time plot')
         self._shade(plot)
         steps = {'source': self._curve, 'mode': 'center', 'line_width': 2}
-        for name, stroke in MODELS:
+        for name, stroke, _ in MODELS:
             plot.step('time', name, line_color=stroke.colour, **steps)
-        look = {'size': 12, 'color': palette.UNEXPLAINED, 'line_color': palette.INK}
-        plot.scatter('time', 'error', source=self._marks, marker='inverted_triangle', **look)
+        marks = {'size': 12, 'color': palette.UNEXPLAINED, 'line_color': palette.INK}
+        plot.scatter('time', 'error', source=self._marks, marker='inverted_triangle', **marks)
         plot.add_layout(self._cursor)
         plot.y_range.start = 0.0
         return plot
 
     def _shade(self, plot: Any) -> None:
         """A band over every held-out window of the film."""
-        look = {'fill_color': palette.NOISE_FILL, 'level': 'underlay', 'line_color': None}
+        band = {'fill_color': palette.NOISE_FILL, 'level': 'underlay', 'line_color': None}
         for begin, end in view.held(self._state):
-            plot.add_layout(BoxAnnotation(left=begin, right=end, **look))
+            plot.add_layout(BoxAnnotation(left=begin, right=end, **band))
 
     def _meant(self, seconds: float) -> float:
         """The begin of the worst window that was tapped, or the time itself."""

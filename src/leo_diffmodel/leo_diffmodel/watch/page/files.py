@@ -9,7 +9,9 @@ from contextlib import suppress
 import csv
 from functools import partial
 import io
+import mimetypes
 from pathlib import Path
+import re
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -20,15 +22,15 @@ from tornado.web import RequestHandler
 from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.text import source
 from leo_diffmodel.watch import view
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.page.errors import FLOOR, HorizonView, OverTimeView, words
 from leo_diffmodel.watch.page.look import ROBOTS
 from leo_diffmodel.watch.page.robot import RobotView
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.worker import News
 
 Times = Callable[[State], ndarray]
 Route = tuple[str, type[RequestHandler], dict[str, Any]]
-HEAR = 0.2
+POLL = 0.2
 """Between two looks at how far a drawing is [s]."""
 CHUNK = 1 << 16
 """Bytes that are sent at once."""
@@ -37,74 +39,67 @@ HEAD = ('what', 'of', 'at', 'at_unit', 'as_given', 'now', 'noise_floor', 'unit')
 
 
 def routes(state: State) -> list[Route]:
-    """Where each file is."""
-    one_by_one = asyncio.Lock()
-    texts = (
-        ('numbers.csv', 'text/csv', lambda: numbers(state)),
-        ('copy.html', 'text/html', lambda: copy(state)),
-    )
-    drawn = (
-        ('view.png', 'image/png', view.now),
-        ('view.svg', 'image/svg+xml', view.now),
-        ('comparison.gif', 'image/gif', view.from_now),
-        ('comparison.mp4', 'video/mp4', view.from_now),
-    )
-    found: list[Route] = []
-    for name, kind, content in texts:
-        found.append((f'/{name}', _Text, {'kind': f'{kind}; charset=utf-8', 'content': content}))
-    for name, kind, times in drawn:
-        options = {'name': name, 'kind': kind, 'times': times, 'state': state, 'turn': one_by_one}
-        found.append((f'/{name}', _Drawing, options))
+    texts = {'numbers.csv': numbers, 'copy.html': copy}
+    found: list[Route] = [
+        (re.escape(f'/{name}'), _Text, {'state': state, 'content': content})
+        for name, content in texts.items()
+    ]
+    drawn = {'view': (view.now, '.png', '.svg'), 'comparison': (view.from_now, '.gif', '.mp4')}
+    drawing = {'state': state, 'one_by_one': asyncio.Lock()}
+    for name, (times, *kinds) in drawn.items():
+        options = {'times': times, **drawing}
+        found += [(re.escape(f'/{name}{kind}'), _Drawing, options) for kind in kinds]
     return found
 
 
 class _File(RequestHandler):
     """Something of now, which no cache keeps."""
 
-    def head_of(self, kind: str) -> None:
-        self.set_header('Content-Type', kind)
+    @property
+    def name(self) -> str:
+        return self.request.path.rpartition('/')[2]
+
+    def say_kind(self, kind: str | None = None) -> None:
+        kind = kind or mimetypes.guess_type(self.name)[0] or ''
+        charset = '; charset=utf-8' if kind.startswith('text/') else ''
+        self.set_header('Content-Type', f'{kind}{charset}')
         self.set_header('Cache-Control', 'no-store')
 
 
 class _Text(_File):
-    """A file that is made at once."""
-
-    def initialize(self, kind: str, content: Callable[[], str]) -> None:
-        self._kind, self._content = kind, content
+    def initialize(self, state: State, content: Callable[[State], str]) -> None:
+        self._state, self._content = state, content
 
     def get(self) -> None:
-        self.head_of(self._kind)
-        self.finish(self._content())
+        self.say_kind()
+        self.finish(self._content(self._state))
 
 
 class _Drawing(_File):
     """A picture or a film, drawn by another process; one after the other, named on the page."""
 
-    def initialize(
-        self, name: str, kind: str, times: Times, state: State, turn: asyncio.Lock
-    ) -> None:
-        self._name, self._kind, self._times = name, kind, times
-        self._state, self._turn, self._gone = state, turn, False
+    def initialize(self, times: Times, state: State, one_by_one: asyncio.Lock) -> None:
+        self._times, self._state = times, state
+        self._one_by_one, self._gone = one_by_one, False
 
     async def get(self) -> None:
         with TemporaryDirectory(prefix='leo_watch_') as folder:
-            path = Path(folder, self._name)
-            async with self._turn:
+            path = Path(folder, self.name)
+            async with self._one_by_one:
                 news = await self._drawn(path)
             await self._send(path, news)
 
     def on_connection_close(self) -> None:
-        """Nobody waits for it any more."""
         self._gone = True
 
     async def _send(self, path: Path, news: News) -> None:
         """Send what was drawn, or why it was not; nothing where nobody waits for it."""
         if news.error:
             self.set_status(500)
-            self.head_of('text/plain; charset=utf-8')
+            self.say_kind('text/plain')
             self.finish(f'{news.error}\n')
         elif news.answer:
-            self.head_of(self._kind)
+            self.say_kind()
             self.set_header('Content-Length', str(path.stat().st_size))
             with path.open('rb') as file, suppress(StreamClosedError):
                 while chunk := file.read(CHUNK):
@@ -121,8 +116,8 @@ class _Drawing(_File):
         drawing.begin(partial(draw, view.view_of(state, self._times(state)), path))
         state.notify()
         while drawing.busy and not self._gone:
-            await asyncio.sleep(HEAR)
-            if drawing.hear():
+            await asyncio.sleep(POLL)
+            if drawing.poll():
                 state.notify()
         drawing.stop()
         state.notify()
@@ -139,9 +134,9 @@ def numbers(state: State) -> str:
 
 
 def _values(state: State) -> Iterator[tuple]:
-    for label, values in state.setting.on.items():
-        for p in state.scene.candidates[label].parameters:
-            yield 'value', f'{label} {p.name}', '', '', p.neutral, values[p.name], '', p.unit
+    for label, values in state.switched.items():
+        for p, value in values:
+            yield 'value', f'{label} {p.name}', '', '', p.neutral, value, '', p.unit
 
 
 def _horizon(state: State) -> Iterator[tuple]:
@@ -169,20 +164,11 @@ def copy(state: State) -> str:
         'words': words(state),
         'at': state.scene.timeline.words(state.player.now),
         'ahead': state.horizon,
-        'rows': _rows(state),
+        'rows': state.switched,
+        'without': state.without,
+        'size': state.sizes[1],
         'legend': [*ROBOTS, FLOOR],
     }
     section = Section('watch.html', values, tuple(part.plot for part in parts))
     title = f'{state.scene.given.robot.name}: the model beside the robot'
     return render(title, source(state.scene.recordings), [section])
-
-
-def _rows(state: State) -> list[dict]:
-    """What is switched on."""
-    rows = []
-    for label, values in state.setting.on.items():
-        parameters = state.scene.candidates[label].parameters
-        shown = [(p.name, values[p.name], p.unit) for p in parameters]
-        errors = {'without': state.without[label], 'with': state.sizes[1]}
-        rows.append({'label': label, 'parameters': shown, **errors})
-    return rows

@@ -7,7 +7,7 @@ from typing import Any
 
 from bokeh.document import Document
 from bokeh.layouts import column, row
-from bokeh.models import Button, ColumnDataSource
+from bokeh.models import ColumnDataSource
 from bokeh.plotting import figure
 from markupsafe import Markup
 import numpy as np
@@ -18,21 +18,19 @@ from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.live.commands import Sent
 from leo_diffmodel.watch.live.live import Live, STOPPED
 from leo_diffmodel.watch.next_run import NextRun
+from leo_diffmodel.watch.page import look
 from leo_diffmodel.watch.page.document import Page, Tab
-from leo_diffmodel.watch.page.look import (
-    CARD,
-    legend,
-    ROBOTS,
-    said,
-    small,
-    WIDE,
-    WORDS,
-    WRAP,
-    wrapped,
-    wrong,
+from leo_diffmodel.watch.page.look import button, legend, ROBOTS, said, small, WIDE, WORDS, wrong
+from leo_diffmodel.watch.page.next_run import (
+    HEIGHT,
+    joined,
+    joints_legend,
+    lines_canvas,
+    NO_LINES,
+    stepped,
 )
-from leo_diffmodel.watch.page.next_run import HEIGHT, joined, joints_legend, NO_LINES, stepped
 from leo_diffmodel.watch.state import State
+from leo_diffmodel.watch.view import MODELS, unit
 
 ROOM = 106
 """For five lines, so that what is below stays where it is [px]."""
@@ -44,41 +42,29 @@ Array = np.ndarray
 
 
 class LiveView:
-    """What the robot says of itself, and buttons that reach it."""
-
     def __init__(self, state: State, live: Live) -> None:
         self._live, self._strips = live, StripsView(state)
-        self._stop = Button(label='E-STOP', button_type='danger', width=120, name='e-stop')
-        self._release = Button(label='Release e-stop', width=120, name='release')
-        self._record = Button(label='', width=120, name='record')
-        self._freeze = Button(label='', width=120, name='freeze')
+        stop = button('E-STOP', 'e-stop', live.robot.e_stop, button_type='danger', width=120)
+        self._release = button('Release e-stop', 'release', live.robot.release, width=120)
+        self._record = button('', 'record', live.switch_recording, self.tick, width=120)
+        self._freeze = button('', 'freeze', live.renewing.toggle, width=120)
         self._words = said(name='robot says', **WIDE, min_height=ROOM)
-        self._stop.on_click(live.robot.e_stop)
-        self._release.on_click(live.robot.release)
-        self._record.on_click(self._recorded)
-        self._freeze.on_click(lambda: live.renewing.freeze(not live.renewing.frozen))
-        buttons = row(self._stop, self._release, self._record, self._freeze, stylesheets=[WRAP])
-        parts = wrapped((buttons, WORDS), (self._words, WORDS)), self._strips.root
-        self.root = column(*parts, stylesheets=[CARD], margin=(0, 0, 12, 0), **WIDE)
+        buttons = row(stop, self._release, self._record, self._freeze, stylesheets=[look.WRAP])
+        head = look.wrapped((buttons, WORDS), (self._words, WORDS))
+        self.root = look.card(head, self._strips.root, margin=(0, 0, 12, 0))
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw the newest data, and say how the robot is."""
         self._strips.refresh()
         self.tick()
 
     def tick(self) -> None:
-        """Say how the robot is, and what the buttons would do."""
         live = self._live
         self._release.disabled = not live.robot.condition.e_stopped
         self._record.disabled = not live.recording.possible
         self._record.label = 'Stop recording' if live.recording.on else 'Record'
         self._freeze.label = 'Go on' if live.renewing.frozen else 'Hold the data'
         self._words.text = self._said()
-
-    def _recorded(self) -> None:
-        self._live.switch_recording()
-        self.tick()
 
     def _said(self) -> Markup:
         well, (robot, *more) = self._live.lines()
@@ -91,21 +77,17 @@ class SendView:
 
     def __init__(self, next_run: NextRun, live: Live) -> None:
         self._next, self._live = next_run, live
-        self._send = Button(label='', button_type='warning', width=200, name='send')
-        look = {'button_type': 'danger', 'width': 200, 'name': 'yes, move'}
-        self._yes = Button(label='Yes, move the robot', **look)
-        self._no = Button(label='No', width=80, name='no, do not move')
+        orange, red = ({'button_type': kind, 'width': 200} for kind in ('warning', 'danger'))
+        self._send = button('', 'send', self._pressed, self.refresh, **orange)
+        yes = button('Yes, move the robot', 'yes, move', live.send, self.refresh, **red)
+        no = button('No', 'no, do not move', live.sending.no, self.refresh, width=80)
         self._words = said(**WIDE, name='sending')
-        self._answers = row(self._yes, self._no, stylesheets=[WRAP])
-        self._send.on_click(self._pressed)
-        self._yes.on_click(self._confirmed)
-        self._no.on_click(self._refused)
-        asked = row(self._send, self._answers, stylesheets=[WRAP])
-        self.root = column(asked, self._words, stylesheets=[CARD], **WIDE)
+        self._answers = row(yes, no, stylesheets=[look.WRAP])
+        asked = row(self._send, self._answers, stylesheets=[look.WRAP])
+        self.root = look.card(asked, self._words)
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what can be done now."""
         sending = self._live.sending
         self._send.label = 'Stop the run' if sending.on else 'Send to the robot'
         self._send.visible = sending.on or bool(self._next.words)
@@ -124,15 +106,6 @@ class SendView:
             sending.stop()
         elif plan is not None and plan.run is not None and self._next.words:
             sending.ask(Sent(tuple(self._next.words), plan.run.name, plan.seconds))
-        self.refresh()
-
-    def _confirmed(self) -> None:
-        self._live.send()
-        self.refresh()
-
-    def _refused(self) -> None:
-        self._live.sending.no()
-        self.refresh()
 
     def _asked(self) -> str:
         """The question; what the player is doing where there is none."""
@@ -144,21 +117,20 @@ class SendView:
 
 
 class StripsView:
-    """Measured and predicted state above what was applied."""
-
     def __init__(self, state: State) -> None:
         self._state = state
         self._measured = ColumnDataSource({'t': [], 'x': []}, name='live measured')
         self._ahead = ColumnDataSource({'t': [], 'given': [], 'now': []}, name='live predicted')
         self._inputs = ColumnDataSource(NO_LINES, name='live inputs')
         self._upper = self._states()
-        self._lower = self._applied()
-        words = said(legend(*ROBOTS))
-        joints = said(joints_legend(state.scene.recordings[-1].actuators))
-        self.root = column(words, self._upper, self._lower, joints, **WIDE)
+        labels = f'applied [{input_units(state.scene.model.robot)}]', 'live applied'
+        lower = lines_canvas(
+            'before the newest sample [s]', *labels, self._inputs, x_range=self._upper.x_range
+        )
+        joints = joints_legend(state.scene.recordings[-1].actuators)
+        self.root = column(said(legend(*ROBOTS)), self._upper, lower, said(joints), **WIDE)
 
     def refresh(self) -> None:
-        """Draw the data of now."""
         state, i = self._state, self._state.shown
         recording, film = state.scene.recordings[-1], state.film
         t, x, inputs = joined(recording)
@@ -171,34 +143,23 @@ class StripsView:
             'now': _with_gaps(film.repaired[..., i]),
         }
         self._inputs.data = stepped(t - end, inputs, recording.actuators)
-        shown = state.states[i]
-        self._upper.yaxis.axis_label = f'{shown["name"]} [{shown["unit"]}]'
+        self._upper.yaxis.axis_label = unit(state)
 
     def _states(self) -> figure:
         plot = canvas('', '', height=HEIGHT, name='live states')
-        for name, stroke in (('given', palette.GIVEN), ('now', palette.REPAIRED)):
-            look = {'line_color': stroke.colour, 'line_width': 2, 'line_dash': stroke.dash}
-            plot.line('t', name, source=self._ahead, **look)
+        for name, stroke, _ in MODELS:
+            line = {'line_color': stroke.colour, 'line_width': 2, 'line_dash': stroke.dash}
+            plot.line('t', name, source=self._ahead, **line)
         plot.line('t', 'x', source=self._measured, line_color=palette.INK, line_width=1.5)
-        return plot
-
-    def _applied(self) -> figure:
-        unit = input_units(self._state.scene.model.robot)
-        options = {'height': HEIGHT, 'x_range': self._upper.x_range, 'name': 'live applied'}
-        plot = canvas('before the newest sample [s]', f'applied [{unit}]', **options)
-        plot.multi_line('ts', 'us', source=self._inputs, line_color='colour', line_width=1.5)
         return plot
 
 
 def _with_gaps(windows: Array) -> Array:
     """Windows (W, K+1) one after the other, NaN after each."""
-    gap = np.full((len(windows), 1), np.nan)
-    return np.concatenate([windows, gap], axis=1).ravel()
+    return np.pad(windows, ((0, 0), (0, 1)), constant_values=np.nan).ravel()
 
 
 class LiveTab(Tab):
-    """The page with the robot on top of it."""
-
     def __init__(self, document: Document, page: Page, live: Live) -> None:
         super().__init__(document, page)
         self._live, send = LiveView(page.state, live), SendView(page.next_run, live)

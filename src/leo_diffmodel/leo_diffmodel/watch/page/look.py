@@ -3,69 +3,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from bokeh.layouts import row
-from bokeh.models import ColumnDataSource, Div
+from bokeh.layouts import column, row
+from bokeh.models import Button, ColumnDataSource, Div
 from markupsafe import escape, Markup
 import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.picture.palette import Stroke
-from leo_diffmodel.report.canvas import FONT
+from leo_diffmodel.report.page import template
+from leo_diffmodel.watch.view import MODELS
 
-ROBOTS = (
-    ('measured', palette.MEASURED),
-    ('as given', palette.GIVEN),
-    ('with the switches', palette.REPAIRED),
-)
+ROBOTS = ('measured', palette.MEASURED), *((name, stroke) for _, stroke, name in MODELS)
 WIDE: dict[str, Any] = {'sizing_mode': 'stretch_width'}
 MAIN, SIDE = 400, 400
 """Least width of what is drawn beside the catalogue, and width of that [px]."""
 PLOT, WORDS = 320, 240
 """Least widths of a plot, and of sentences, beside another part [px]."""
 
-PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<link rel="icon" href="data:,">
-<title>{{ title }}</title>
-<style>
-html, body { margin: 0; height: 100%; background: #f4f6f8; }
-</style>
-{{ bokeh_js | safe }}
-{{ bokeh_css | safe }}
-</head>
-<body>
-{{ plot_div | safe }}
-{{ plot_script | safe }}
-</body>
-</html>
-"""
-
-TEXT = f"""
-:host {{ font: 14px/1.4 {FONT}; color: {palette.INK}; }}
-b.big {{ font-size: 22px; font-weight: 650; }}
-small, .muted {{ color: {palette.MUTED}; }}
-.error {{ color: #8f3d00; }}
-code {{ font: 12.5px ui-monospace, Menlo, Consolas, "DejaVu Sans Mono", monospace;
-  overflow-wrap: anywhere; }}
-i.stroke {{ display: inline-block; width: 26px; height: 0; border-top: 3px solid;
-  vertical-align: middle; margin: 0 6px 0 14px; }}
-i.stroke:first-child {{ margin-left: 0; }}
-a {{ color: {palette.AFTER}; margin-right: 14px; }}
-"""
-
+TEXT = template('live.css').render()
 CARD = f"""
 :host {{ background: #fff; border: 1px solid {palette.GRID}; border-radius: 10px;
   padding: 12px 14px; box-sizing: border-box; }}
 """
-
-
 WRAP = ':host { flex-wrap: wrap; }'
+
+
+def card(*parts: Any, **options: Any) -> Any:
+    """Parts below each other in a frame."""
+    return column(*parts, stylesheets=[CARD], **WIDE, **options)
 
 
 def wrapped(*parts: tuple[Any, int], **options: Any) -> Any:
@@ -80,33 +48,44 @@ def said(html: str = '', **options: Any) -> Div:
     return Div(text=escape(html), stylesheets=[TEXT], disable_math=True, **options)
 
 
+def note(words: str) -> Div:
+    """Small words on the page, as wide as what they are about."""
+    return said(small(words), **WIDE)
+
+
+def button(label: str, name: str, *actions: Callable[[], object], **options: Any) -> Button:
+    """A button that does these one after the other."""
+    made = Button(label=label, name=name, **options)
+    for action in actions:
+        made.on_click(action)
+    return made
+
+
+def following(widget: Any, take: Callable[[Any], object], what: str = 'value') -> Any:
+    """The widget, which hands each new value over."""
+    widget.on_change(what, lambda _, __, value: take(value))
+    return widget
+
+
 def small(words: str) -> Markup:
-    """Words that are a note, as HTML."""
     return Markup('<small>{}</small>').format(words)
 
 
 def wrong(what: object) -> Markup:
-    """What is wrong, as HTML."""
     return Markup('<span class="error">{}</span>').format(what)
 
 
 def legend(*entries: tuple[str, Stroke]) -> Markup:
-    """Names with their strokes, as HTML."""
     stroke = Markup('<i class="stroke" style="border-color:{};border-top-style:{}"></i>{}')
     return Markup().join(stroke.format(s.colour, s.dash, name) for name, s in entries)
 
 
 class Part(Protocol):
-    """Some widgets, which follow the state; moving them changes it.
-
-    Attributes:
-        root: the bokeh model to put on the page.
-    """
+    """Some widgets below `root`, which follow the state; moving them changes it."""
 
     root: Any
 
-    def refresh(self) -> None:
-        """Show the state as it is now."""
+    def refresh(self) -> None: ...
 
 
 def renew(source: ColumnDataSource, data: Mapping[str, Any]) -> None:
@@ -118,14 +97,10 @@ def renew(source: ColumnDataSource, data: Mapping[str, Any]) -> None:
 class Silence:
     """Keeps widgets from acting on the state while they are being set from it."""
 
-    def __init__(self) -> None:
-        self._deep = 0
+    on = False
 
     def __enter__(self) -> None:
-        self._deep += 1
+        self.on = True
 
     def __exit__(self, *_: object) -> None:
-        self._deep -= 1
-
-    def __bool__(self) -> bool:
-        return self._deep > 0
+        self.on = False

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from itertools import cycle, islice
 from typing import Any
 
 from bokeh.layouts import column, row
-from bokeh.models import Button, ColumnDataSource
+from bokeh.models import ColumnDataSource
 from markupsafe import Markup
 import numpy as np
 
@@ -17,8 +18,10 @@ from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.picture.palette import Stroke
 from leo_diffmodel.report.canvas import canvas
 from leo_diffmodel.watch.next_run import NextRun, Plan
-from leo_diffmodel.watch.page.look import CARD, legend, said, small, WIDE, wrong
+from leo_diffmodel.watch.page import look
+from leo_diffmodel.watch.page.look import legend, said, small, WIDE, wrong
 from leo_msgs_py.terminal import leo
+from leo_sim.description.robot import Robot
 
 Array = np.ndarray
 HEIGHT = 170
@@ -32,49 +35,40 @@ NOTE = (
 
 
 class NextRunView:
-    """A button, the proposal, and its curves while there are some."""
-
     def __init__(self, next_run: NextRun) -> None:
         self._next = next_run
-        self._ask = Button(label='What to record next', width=200, name='next run')
-        self._ask.on_click(self._asked)
+        words = 'What to record next', 'next run'
+        self._ask = look.button(*words, next_run.start, self.refresh, width=200)
         self._words = said(name='next run says', **WIDE)
         self._inputs = ColumnDataSource(NO_LINES, name='next run inputs')
         self._motion = ColumnDataSource(NO_LINES, name='next run motion')
         self._shown: Plan | None = None
-        self._plots = self._two()
+        self._upper = lines_canvas('', '', 'next run plot', self._inputs)
+        self._lower = lines_canvas('time [s]', '', None, self._motion, x_range=self._upper.x_range)
         self._legend = said()
-        note = said(small(NOTE))
-        self._curves = column(*self._plots, self._legend, note, **WIDE)
-        parts = row(self._ask), self._words, self._curves
-        self.root = column(*parts, stylesheets=[CARD], **WIDE)
+        plots = self._upper, self._lower
+        self._curves = column(*plots, self._legend, said(small(NOTE)), **WIDE)
+        self.root = look.card(row(self._ask), self._words, self._curves)
         self.refresh()
 
     def refresh(self) -> None:
-        """Show how far it is, or what is proposed."""
         plan = self._next.plan
         self._ask.disabled = self._next.busy or bool(self._next.hindrance)
         self._words.text = Markup().join(map(Markup('<div>{}</div>').format, self._lines()))
-        if plan is not self._shown:
-            self._shown = plan
-            self._draw(plan)
         self._curves.visible = plan is not None and plan.predicted is not None
-
-    def _asked(self) -> None:
-        self._next.start()
-        self.refresh()
+        if plan and plan.predicted and plan is not self._shown:
+            self._shown = plan
+            self._draw(plan.robot, plan.predicted)
 
     def _lines(self) -> list[str]:
-        """What is said, as HTML."""
         news, plan = self._next.news, self._next.plan
         if self._next.busy:
             return [f'choosing a run, {news.count}: {news.text} …']
-        if plan is None:
-            hindrance = self._next.hindrance
-            if news.error and not hindrance:
-                return [wrong(news.error)]
-            return [small(hindrance)] if hindrance else []
-        return [*plan.words, *self._files()]
+        if plan is not None:
+            return [*plan.words, *self._files()]
+        if hindrance := self._next.hindrance:
+            return [small(hindrance)]
+        return [wrong(news.error)] if news.error else []
 
     def _files(self) -> list[str]:
         """Where the run is, and how it is played."""
@@ -87,62 +81,49 @@ class NextRunView:
             lines.append(Markup('{}: <code>{}</code>').format(ON_ROBOT, command))
         return lines
 
-    def _two(self) -> tuple[Any, Any]:
-        """Inputs above the motion, on one axis of time."""
-        above = canvas('', '', height=HEIGHT, name='next run plot')
-        below = canvas('time [s]', '', height=HEIGHT, x_range=above.x_range)
-        for plot, source in ((above, self._inputs), (below, self._motion)):
-            plot.multi_line('ts', 'us', source=source, line_color='colour', line_width=1.5)
-        return above, below
-
-    def _draw(self, plan: Plan | None) -> None:
-        if plan is None or plan.predicted is None:
-            return
-        track = plan.predicted
+    def _draw(self, robot: Robot, track: Recording) -> None:
         driven = [track.joints.index(a) for a in track.actuators]
-        left_out = {*track.actuators, *plan.robot.base_joints}
+        left_out = {*track.actuators, *robot.base_joints}
         shown = driven + [k for k, name in enumerate(track.joints) if name not in left_out]
         names = tuple(track.joints[k] for k in shown)
         t, x, inputs = joined(track)
         self._inputs.data = stepped(t, inputs, track.actuators)
         self._motion.data = _lines([t] * len(names), [*x[:, shown].T], names)
-        self._plots[0].yaxis.axis_label = f'input [{input_units(plan.robot)}]'
-        lengths = dict.fromkeys(length_unit(plan.robot, name) for name in names)
-        self._plots[1].yaxis.axis_label = f'position [{" or ".join(lengths)}]'
+        self._upper.yaxis.axis_label = f'input [{input_units(robot)}]'
+        lengths = dict.fromkeys(length_unit(robot, name) for name in names)
+        self._lower.yaxis.axis_label = f'position [{" or ".join(lengths)}]'
         self._legend.text = joints_legend(names)
+
+
+def lines_canvas(
+    x_label: str, y_label: str, name: str | None, source: ColumnDataSource, **options: Any
+) -> Any:
+    """A low plot of the lines of a source."""
+    plot = canvas(x_label, y_label, height=HEIGHT, name=name, **options)
+    plot.multi_line('ts', 'us', source=source, line_color='colour', line_width=1.5)
+    return plot
 
 
 def joined(recording: Recording) -> tuple[Array, Array, Array]:
     """Times (T,), states (T, 2J) and inputs (T, A) of all episodes; NaN between two."""
-    parts: list[tuple[Array, ...]] = [
-        (e.t, np.hstack([e.q, e.dq]), np.where(e.enabled, e.inputs, np.nan))
-        for e in recording.episodes
-    ]
-    rows = [parts[0]]
-    for part in parts[1:]:
-        end, *values = rows[-1]
-        rows += [(end[-1:], *(np.full_like(v[:1], np.nan) for v in values)), part]
-    t, x, u = (np.concatenate(column) for column in zip(*rows, strict=True))
+    parts = []
+    for e in recording.episodes:
+        states, inputs = np.hstack([e.q, e.dq]), np.where(e.enabled, e.inputs, np.nan)
+        gapped = (np.pad(v, ((0, 1), (0, 0)), constant_values=np.nan) for v in (states, inputs))
+        parts.append((np.append(e.t, e.t[-1]), *gapped))
+    t, x, u = (np.concatenate(column)[:-1] for column in zip(*parts, strict=True))
     return t, x, u
 
 
 def joints_legend(joints: tuple[str, ...]) -> Markup:
-    """Which line is whose, as HTML."""
-    return legend(
-        *((name, Stroke(colour)) for name, colour in zip(joints, _colours(joints), strict=True))
-    )
+    return legend(*zip(joints, map(Stroke, cycle(COLOURS)), strict=False))
 
 
 def stepped(t: Array, inputs: Array, joints: tuple[str, ...]) -> dict[str, list]:
-    """A stepped line for each actuator."""
     times = np.repeat(t, 2)[1:]
     return _lines([times] * len(joints), [np.repeat(u, 2)[:-1] for u in inputs.T], joints)
 
 
 def _lines(t: list[Array], values: list[Array], joints: tuple[str, ...]) -> dict[str, list]:
-    return {'ts': t, 'us': values, 'colour': _colours(joints), 'joint': [*joints]}
-
-
-def _colours(joints: tuple[str, ...]) -> list[str]:
-    """Of the lines of some joints."""
-    return [COLOURS[k % len(COLOURS)] for k in range(len(joints))]
+    colours = islice(cycle(COLOURS), len(joints))
+    return {'ts': t, 'us': values, 'colour': [*colours], 'joint': [*joints]}

@@ -5,66 +5,51 @@ from __future__ import annotations
 
 from typing import Any
 
-from bokeh.layouts import column
-from bokeh.models import (
-    Button,
-    ColumnDataSource,
-    CustomJSTickFormatter,
-    Range1d,
-    Select,
-    Slider,
-    Span,
-)
+from bokeh.models import ColumnDataSource, CustomJSTickFormatter, Range1d, Select, Slider, Span
 from bokeh.plotting import figure
 from markupsafe import Markup
 import numpy as np
 
 from leo_diffmodel.picture import palette
 from leo_diffmodel.watch.film import SPEEDS
-from leo_diffmodel.watch.page.look import CARD, legend, ROBOTS, said, wrapped
-from leo_diffmodel.watch.page.look import WIDE as STRETCHED
+from leo_diffmodel.watch.page import look
+from leo_diffmodel.watch.page.look import following, legend, ROBOTS, said, WIDE
 from leo_diffmodel.watch.state import LONGEST, SHORTEST, State
-from leo_diffmodel.watch.view import Stage, WIDE
+from leo_diffmodel.watch.view import ASPECT, GHOSTS, Stage
 
 Array = np.ndarray
-GHOSTS = (
-    ('given', palette.GIVEN, 4, 0.75),
-    ('repaired', palette.REPAIRED, 4, 0.75),
-    ('measured', palette.MEASURED, 3, 1.0),
-)
-"""With the width [px] and the opacity of their lines."""
 
 
 class RobotView:
-    """The picture, and play, pause, speed, scrub, horizon."""
-
     def __init__(self, state: State) -> None:
         self._state = state
         self._stage = Stage(state.scene.model.robot, state.scene.recordings)
         self.plot = self._plot()
         self._sources = self._ghosts()
         self._clock = said(width=230, name='clock')
-        self._play = Button(label='Play', width=80, name='play')
+        self._play = look.button('Play', 'play', state.play_or_pause, width=80)
         speeds = [f'{s:g}' for s in SPEEDS]
-        self._speed = Select(options=speeds, value='1', width=80, title='speed', name='speed')
-        length, look = state.player.length, {'show_value': False, 'title': 'time', **STRETCHED}
-        ends = {'start': 0, 'end': length, 'step': length / 2000}
-        self._scrub = Slider(value=0, name='scrub', **ends, **look)
-        ends = {'start': np.log10(SHORTEST), 'end': np.log10(_longest(state)), 'step': 0.01}
+        speed = Select(options=speeds, value='1', width=80, title='speed', name='speed')
+        self._speed = following(speed, lambda v: state.at_speed(float(v)))
+        time = {'show_value': False, 'title': 'time', 'end': state.player.length}
+        scrub = Slider(
+            value=0, name='scrub', start=0, step=state.player.length / 2000, **time, **WIDE
+        )
+        self._scrub = following(scrub, self._scrubbed)
+        episodes = [e for r in state.scene.recordings for e in r.episodes]
+        longest = min(LONGEST, 0.5 * max(float(e.t[-1] - e.t[0]) for e in episodes))
+        ends = {'start': np.log10(SHORTEST), 'end': np.log10(longest), 'step': 0.01}
         digits = CustomJSTickFormatter(code='return (10**tick).toPrecision(2)')
-        look = {'title': 'predict ahead over [s]', 'format': digits, **STRETCHED}
-        self._horizon = Slider(value=np.log10(state.horizon), name='horizon', **ends, **look)
-        self._play.on_click(lambda: state.play(not state.player.playing))
-        self._speed.on_change('value', lambda _, __, v: state.at_speed(float(v)))
-        self._scrub.on_change('value', lambda _, __, v: self._scrubbed(v))
-        self._horizon.on_change('value', lambda _, __, v: state.look_ahead(round(10**v, 4)))
-        player = wrapped((self._play, 80), (self._speed, 80), (self._scrub, 140))
-        parts = said(legend(*ROBOTS)), self.plot, self._clock, player, self._horizon
-        self.root = column(*parts, stylesheets=[CARD], **STRETCHED)
+        ahead = {'title': 'predict ahead over [s]', 'format': digits, 'name': 'horizon'}
+        horizon = Slider(value=np.log10(state.horizon), **ends, **ahead, **WIDE)
+        self._horizon = following(horizon, lambda v: state.look_ahead(round(10**v, 4)))
+        controls = look.wrapped((self._play, 80), (speed, 80), (scrub, 140))
+        self.root = look.card(
+            said(legend(*ROBOTS)), self.plot, self._clock, controls, self._horizon
+        )
         self.refresh()
 
     def refresh(self) -> None:
-        """Show where one is, playing or not."""
         player = self._state.player
         self._play.label = 'Pause' if player.playing else 'Play'
         self._speed.value = f'{player.speed:g}'
@@ -72,7 +57,6 @@ class RobotView:
         self.tick()
 
     def tick(self) -> None:
-        """Draw the robots of now."""
         now = self._state.player.now
         self._scrub.value = now
         words = self._state.scene.timeline.words(now)
@@ -94,7 +78,7 @@ class RobotView:
         self._x, self._y = Range1d(), Range1d()
         self._look_at(self._state.film.frame(0.0).measured)
         bare = {'tools': '', 'toolbar_location': None, 'min_border': 0, 'outline_line_color': None}
-        size = {'aspect_ratio': WIDE, 'sizing_mode': 'scale_width'}
+        size = {'aspect_ratio': ASPECT, 'sizing_mode': 'scale_width'}
         plot = figure(x_range=self._x, y_range=self._y, name='robot', **size, **bare)
         plot.axis.visible, plot.grid.grid_line_color = False, None
         if stick.ground is not None:
@@ -107,12 +91,10 @@ class RobotView:
         """Sources of the two models, and of the measured robot above them."""
         sources = []
         for name, stroke, width, alpha in GHOSTS:
-            source = ColumnDataSource({'xs': [], 'ys': []}, name=f'robot {name}')
-            look = {'line_color': stroke.colour, 'line_dash': stroke.dash, 'line_cap': 'round'}
-            self.plot.multi_line(
-                'xs', 'ys', source=source, line_width=width, line_alpha=alpha, **look
-            )
-            sources.append(source)
+            sources.append(ColumnDataSource({'xs': [], 'ys': []}, name=f'robot {name}'))
+            line = {'line_color': stroke.colour, 'line_dash': stroke.dash, 'line_cap': 'round'}
+            size = {'line_width': width, 'line_alpha': alpha}
+            self.plot.multi_line('xs', 'ys', source=sources[-1], **line, **size)
         self._feet = ColumnDataSource({'x': [], 'y': []}, name='feet')
         self.plot.scatter('x', 'y', source=self._feet, size=9, color=palette.TOUCH)
         return sources
@@ -126,9 +108,3 @@ class RobotView:
         (left, bottom), (right, top) = self._stage.part(q)
         self._x.update(start=left, end=right)
         self._y.update(start=bottom, end=top)
-
-
-def _longest(state: State) -> float:
-    """The longest horizon that fits the data [s]."""
-    lengths = [float(e.t[-1] - e.t[0]) for r in state.scene.recordings for e in r.episodes]
-    return float(min(LONGEST, 0.5 * max(lengths)))

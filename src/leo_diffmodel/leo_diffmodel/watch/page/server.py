@@ -20,31 +20,22 @@ from leo_msgs_py.errors import UserError
 OpenTab = Callable[[Document, Page], object]
 HERE = '127.0.0.1'
 TOKEN_BYTES = 16
-HEAR_MS = 200
+POLL_MS = 200
 PAUSE, SHORT_PAUSE = 0.05, 0.01
 """After a change, and between the pieces of what follows: tabs are sent what is new [s]."""
 
 
 class WatchServer:
-    """Serves a page until it is stopped.
+    """Serves a page on a port (0: a free one); UserError: it is in use, or not for us.
 
     Whoever does not know the token, which is the first part of every path, gets 404 for whatever
     is asked.
-
-    Args:
-        page: what all tabs show and do.
-        port: to listen on; 0 takes a free one.
-        tab: puts the page on a document.
-
-    Raises:
-        UserError: the port is in use, or not for us.
     """
 
     def __init__(self, page: Page, port: int, tab: OpenTab) -> None:
-        self._state, self._finder, self._next_run = page.state, page.finder, page.next_run
-        self.token = secrets.token_urlsafe(TOKEN_BYTES)
-
-        where = {'address': HERE, 'port': port, 'prefix': self.token}
+        self._page, self._state, self._following = page, page.state, False
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        where = {'address': HERE, 'port': port, 'prefix': token}
         pauses = {'keep_alive_milliseconds': 10000, 'check_unused_sessions_milliseconds': 5000}
         files_too = {'extra_patterns': routes(page.state)}
         try:
@@ -54,27 +45,20 @@ class WatchServer:
                 f'port {port}: {error.strerror}; give --port another one, or leave it out'
             ) from error
         self.port: int = self._server.port
-        self.url = f'http://localhost:{self.port}/{self.token}/'
-        self._hear = PeriodicCallback(self._heard, HEAR_MS)
-        self._following = False
+        self.url = f'http://localhost:{self.port}/{token}/'
         page.state.listeners.append(self._follow)
 
     def every(self, milliseconds: float, action: Callable[[], None]) -> None:
-        """Do something again and again while the page is served."""
         PeriodicCallback(action, milliseconds).start()
 
     def end(self) -> None:
-        """Have `run` return."""
         self._server.io_loop.add_callback(self._server.io_loop.stop)
 
     def run_until_interrupted(self) -> NoReturn:
-        """Serve until SIGINT or SIGTERM.
+        """Serve until SIGINT or SIGTERM, then raise KeyboardInterrupt.
 
         The loop hears them. An exception raised wherever the program is can get lost, as in the
         callback of a weak reference.
-
-        Raises:
-            KeyboardInterrupt: always, at the end.
         """
         loop = self._server.io_loop
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -86,12 +70,12 @@ class WatchServer:
         """Serve until `end`; then what goes on in other processes is ended too."""
         logging.getLogger('bokeh.server.views.ws').setLevel(logging.ERROR)  # tabs close
         self._server.start()
-        self._hear.start()
+        self.every(POLL_MS, self._poll)
         try:
             self._server.io_loop.start()
         finally:
-            for errand in (self._finder, self._next_run, self._state.drawing):
-                errand.stop()
+            for worker in (self._page.finder, self._page.next_run, self._state.drawing):
+                worker.stop()
             self._server.stop()
 
     def _follow(self) -> None:
@@ -105,12 +89,13 @@ class WatchServer:
         if self._following:
             self._server.io_loop.call_later(SHORT_PAUSE, self._go_on)
 
-    def _heard(self) -> None:
+    def _poll(self) -> None:
         """Pass on what the search says to all tabs, and the run to record next."""
-        self._next_run.look()
-        if not self._finder.hear():
+        self._page.next_run.look()
+        finder = self._page.finder
+        if not finder.poll():
             return
-        if self._finder.news.answer is not None:
-            self._state.found(self._finder.news.answer)
+        if finder.news.answer is not None:
+            self._state.found(finder.news.answer)
         else:
             self._state.notify()

@@ -7,19 +7,20 @@ import shlex
 import shutil
 
 from bokeh.layouts import column, row
-from bokeh.models import Button, CustomJSTickFormatter, NumericInput, Select, Slider, Switch
+from bokeh.models import CustomJSTickFormatter, NumericInput, Select, Slider, Switch
 from markupsafe import Markup
 
 from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.watch.errand import Finder
+from leo_diffmodel.report.page import template
 from leo_diffmodel.watch.handle import Handle
-from leo_diffmodel.watch.page.look import CARD, said, Silence, small, WIDE, wrong
+from leo_diffmodel.watch.page import look
+from leo_diffmodel.watch.page.look import button, following, said, small, WIDE, wrong
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import FILM_SECONDS
+from leo_diffmodel.watch.worker import Finder
 from leo_msgs_py.errors import UserError
 from leo_sim.effects import Parameter
 
-WITHOUT_FFMPEG = 'for MP4 install the program ffmpeg, and start leo watch again'
 STEP = 0.001
 EVERYWHERE = 'every place'
 AT_ONCE = 40
@@ -31,30 +32,21 @@ NOTE = (
 
 
 class ActionsView:
-    """Buttons, and what came of them in words."""
-
     def __init__(self, state: State, finder: Finder, command: list[str]) -> None:
-        """Args: the state, the search, and `leo add MODEL` as it would be typed."""
         self._state, self._finder, self._command = state, finder, command
-        self._find = Button(label='Find it for me', button_type='primary', name='find')
-        self._undo = Button(label='Undo', name='undo')
-        self._clear = Button(label='All off', name='clear')
-        self._add = Button(label='Add to model', name='add')
+        find = 'Find it for me', 'find', self._start, self.refresh
+        self._find = button(*find, button_type='primary')
+        self._undo = button('Undo', 'undo', state.undo)
+        self._clear = button('All off', 'clear', state.clear)
+        self._add = button('Add to model', 'add', self._write, self.refresh)
         self._said: str = ''
         self._words = said(name='said', **WIDE)
-        self._find.on_click(self._started)
-        self._undo.on_click(state.undo)
-        self._clear.on_click(state.clear)
-        self._add.on_click(self._added)
-        files = said(_files(), **WIDE)
         self._drawn = said(name='drawing', **WIDE)
         buttons = row(self._find, self._add), row(self._undo, self._clear)
-        parts = *buttons, self._words, files, self._drawn
-        self.root = column(*parts, stylesheets=[CARD], **WIDE)
+        self.root = look.card(*buttons, self._words, said(_files(), **WIDE), self._drawn)
         self.refresh()
 
     def refresh(self) -> None:
-        """Show how far the search is, what it said, and what can be done."""
         self._undo.disabled = not self._state.can_undo
         self._clear.disabled = self._add.disabled = not self._state.setting.on
         self._find.disabled = self._finder.busy
@@ -64,20 +56,17 @@ class ActionsView:
         self._words.text = Markup().join(Markup('<div>{}</div>').format(x) for x in lines if x)
         self._drawn.text = self._drawing()
 
-    def _started(self) -> None:
+    def _start(self) -> None:
         self._said = ''
         self._finder.start()
-        self.refresh()
 
-    def _added(self) -> None:
+    def _write(self) -> None:
         try:
             self._said = Markup('wrote <code>{}</code>').format(self._state.add())
         except (UserError, OSError) as error:
             self._said = wrong(error)
-        self.refresh()
 
     def _search(self) -> str:
-        """What the search is at, or what it found."""
         news = self._finder.news
         if self._finder.busy:
             return f'explaining, {news.count}: {news.text} …'
@@ -85,8 +74,7 @@ class ActionsView:
             return wrong(news.error)
         if self._state.answer is None:
             return ''
-        data = self._state.answer.data
-        return Markup('<b>{verdict}</b>: {sentence}').format(**data)
+        return Markup('<b>{verdict}</b>: {sentence}').format(**self._state.answer.data)
 
     def _typed(self) -> str:
         """The command that writes the same model, while it was all done by hand."""
@@ -97,7 +85,6 @@ class ActionsView:
         return Markup('<code>{} -o NEW.yaml</code>').format(typed)
 
     def _drawing(self) -> str:
-        """What is being drawn, or why it is not."""
         drawing = self._state.drawing
         if drawing.news.error:
             return wrong(drawing.news.error)
@@ -105,22 +92,9 @@ class ActionsView:
 
 
 def _files() -> Markup:
-    """Links to what can be taken away, as HTML."""
-    film = f'the robots moving, {FILM_SECONDS:g} s from now'
-    mp4 = ['comparison.mp4'] if shutil.which('ffmpeg') else []
-    lines = [
-        _links('this view', 'view.png', 'view.svg', 'copy.html'),
-        _links(film, 'comparison.gif', *mp4),
-        _links('the numbers', 'numbers.csv'),
-        *([] if mp4 else [small(WITHOUT_FFMPEG)]),
-    ]
-    return Markup('<br>').join(lines)
-
-
-def _links(what: str, *names: str) -> Markup:
-    link = Markup('<a href="{}" download>{}</a>')
-    links = Markup().join(link.format(name, name.rpartition('.')[2].upper()) for name in names)
-    return Markup('{}: {}').format(what, links)
+    """Links to what can be taken away."""
+    ffmpeg = shutil.which('ffmpeg')
+    return Markup(template('files.html').render(seconds=FILM_SECONDS, ffmpeg=ffmpeg))
 
 
 class CatalogueView:
@@ -130,11 +104,10 @@ class CatalogueView:
         self._state, self._left = state, [*state.scene.candidates.values()]
         self._lines: list[_Line] = []
         places = list(dict.fromkeys(c.where for c in self._left))
-        look = {'name': 'place', 'title': 'effects at', **WIDE}
-        self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, **look)
-        self._place.on_change('value', lambda _, __, ___: self.refresh())
-        note = said(small(NOTE), **WIDE)
-        self.root = column(self._place, note, stylesheets=[CARD], **WIDE)
+        title = {'name': 'place', 'title': 'effects at', **WIDE}
+        self._place = Select(options=[EVERYWHERE, *places], value=EVERYWHERE, **title)
+        following(self._place, lambda _: self.refresh())
+        self.root = look.card(self._place, look.note(NOTE))
         self.lengthen()
 
     def lengthen(self) -> bool:
@@ -148,28 +121,23 @@ class CatalogueView:
         return bool(self._left)
 
     def refresh(self) -> None:
-        """Show what is on; of the others those of the place that is asked for."""
         for line in self._lines:
             line.refresh(self._place.value)
 
 
 class _Line:
-    """An effect at a place: its switch, what it does, and sliders while it is on."""
-
     def __init__(self, state: State, candidate: Candidate) -> None:
         self._state, self._candidate = state, candidate
-        self._label, self._silent = candidate.label, Silence()
-        self._switch = Switch(active=False, width=36, name=f'switch {self._label}')
-        self._switch.on_change('active', lambda _, __, on: self._switched(on))
+        self._label = label = candidate.label
+        self._switch = Switch(active=False, width=36, name=f'switch {label}')
+        following(self._switch, lambda on: state.switch(label, on), 'active')
         self._words = said(self._text(), name=f'effect {self._label}', **WIDE)
         self._sliders: list[_Slider] = []
         self.root = column(row(self._switch, self._words, **WIDE), **WIDE)
 
     def refresh(self, place: str) -> None:
-        """Show the state."""
         on = self._label in self._state.setting.on
-        with self._silent:
-            self._switch.active = on
+        self._switch.active = on
         self._words.text = self._text()
         self.root.visible = on or place in (EVERYWHERE, self._candidate.where)
         if on and not self._sliders:
@@ -179,10 +147,6 @@ class _Line:
             self.root.children = [*self.root.children, *(s.root for s in self._sliders)]
         for slider in self._sliders:
             slider.refresh(on)
-
-    def _switched(self, on: bool) -> None:
-        if not self._silent:
-            self._state.switch(self._label, on)
 
     def _text(self) -> Markup:
         name, _, where = self._label.partition(':')
@@ -201,23 +165,22 @@ class _Slider:
 
     def __init__(self, state: State, label: str, parameter: Parameter) -> None:
         self._state, self._label, self._name = state, label, parameter.name
-        self._handle, self._silent = Handle.of(parameter), Silence()
+        self._handle, self._silent = Handle.of(parameter), look.Silence()
         (low, high), name = self._handle.ends, f'{label} {parameter.name}'
-        look = {'show_value': False, 'tooltips': False, 'margin': (26, 8, 0, 8)}
+        bare = {'show_value': False, 'tooltips': False, 'margin': (26, 8, 0, 8)}
         ends = {'start': low, 'end': high, 'step': STEP, **WIDE}
-        self._slider = Slider(value=0, name=f'slider {name}', **ends, **look)
+        self._slider = Slider(value=0, name=f'slider {name}', **ends, **bare)
         digits = CustomJSTickFormatter(code='return `${Number(tick.toPrecision(4))}`')
         unit = f' [{parameter.unit}]' if parameter.unit else ''
-        look = {'title': f'{parameter.name}{unit}', 'width': 100, 'name': f'value {name}'}
+        title = {'title': f'{parameter.name}{unit}', 'width': 100, 'name': f'value {name}'}
         anchor = self._handle.anchor
-        self._number = NumericInput(mode='float', value=anchor, format=digits, **look)
+        self._number = NumericInput(mode='float', value=anchor, format=digits, **title)
         dragged = 'value_throttled' if state.scene.model.robot.contacts else 'value'
-        self._slider.on_change(dragged, lambda _, __, at: self._move(self._handle.value(at)))
-        self._number.on_change('value', lambda _, __, value: self._type(value))
+        following(self._slider, lambda at: self._move(self._handle.value(at)), dragged)
+        following(self._number, self._type)
         self.root = row(self._slider, self._number, margin=(0, 0, 8, 40), **WIDE)
 
     def refresh(self, on: bool) -> None:
-        """Show the value while the effect is on."""
         self.root.visible = on
         if not on:
             return
@@ -232,5 +195,5 @@ class _Slider:
             self._move(self._handle.exact(value))
 
     def _move(self, value: float) -> None:
-        if not self._silent and self._label in self._state.setting.on:
+        if not self._silent.on and self._label in self._state.setting.on:
             self._state.move(self._label, self._name, value)

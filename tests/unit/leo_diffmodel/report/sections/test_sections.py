@@ -4,7 +4,7 @@
 import pytest
 
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.report.sections import budget, decided, horizon, hypotheses, left_out, verdict
+from leo_diffmodel.report.sections import budget, decided, horizon, hypotheses, verdict
 
 STATES = [{'name': 'pivot', 'unit': 'rad'}, {'name': 'pivot rate', 'unit': 'rad/s'}]
 
@@ -57,13 +57,8 @@ def test_every_state_has_its_floor():
 def test_training_errors_are_lines_beside_the_held_out_ones():
     seen = [{'steps': 1, 'before': [0.1, 1.0], 'after': [0.002, 0.02]}]
     values = horizon.held_out(against_horizon(1, 10), True, seen).values
-    assert [name for name, _ in values['legend']] == [
-        'as given, held out',
-        'repaired, held out',
-        'as given, training',
-        'repaired, training',
-        'noise floor',
-    ]
+    models = [f'{n}, {of}' for of in ('held out', 'training') for n in ('as given', 'repaired')]
+    assert [name for name, _ in values['legend']] == [*models, 'noise floor']
     assert not values['floor_too_high']
 
 
@@ -72,12 +67,8 @@ def test_an_answer_is_a_bar_beside_the_other_sets():
     values = decided.stability(rows, [], SETTINGS.gates.to_json()).values
     assert [s['mine'] for s in values['sets']] == [True] + 6 * [False]
     assert values['sets'][0]['name'] == 'nothing is missing'
-    assert values['sets'][-1] == {
-        'name': '4 other sets',
-        'share': '40 %',
-        'mine': False,
-        'width': pytest.approx(40.0),
-    }
+    others = {'name': '4 other sets', 'share': '40 %', 'mine': False}
+    assert values['sets'][-1] == {**others, 'width': pytest.approx(40.0)}
 
 
 def hypothesis(name: str, train: float, held: float | None, near: tuple = ()) -> dict:
@@ -87,8 +78,6 @@ def hypothesis(name: str, train: float, held: float | None, near: tuple = ()) ->
         'parameters': {'c': {'value': 0.1, 'unit': 'N m', 'ci95': [0.09, 0.11]}},
         'gain_train': train,
         'gain_held_out': held,
-        'error_before': 0.4,
-        'error_after': 0.1,
         'inclusion_probability': 0.97,
         'confusable_with': list(near),
     }
@@ -98,18 +87,10 @@ def test_every_hypothesis_has_a_status_in_words():
     same = {'name': 'b', 'where': 'pivot', 'separable_nats': 0.1, 'same_thing': 'both brake'}
     close = {'name': 'c', 'where': 'pivot', 'separable_nats': 2.0, 'same_thing': None}
     named = hypothesis('a', 90.0, 30.0, (same, close))
-    others = [
-        hypothesis('b', 89.9, 30.0),
-        hypothesis('c', 88.0, 30.0),
-        hypothesis('d', 50.0, 10.0),
-        hypothesis('e', 40.0, -3.0),
-        hypothesis('f', 3.0, 1.0),
-        hypothesis('g', 11.0, None),
-        hypothesis('h', 99.0, None),
-    ]
-    section = hypotheses.section(
-        [named], [named, *others], {}, 12.0, 'rms, 0.5 s ahead', SETTINGS.gates
-    )
+    gains = {'b': (89.9, 30.0), 'c': (88.0, 30.0), 'd': (50.0, 10.0), 'e': (40.0, -3.0)}
+    gains |= {'f': (3.0, 1.0), 'g': (11.0, None), 'h': (99.0, None)}
+    tried = [named, *(hypothesis(name, *gain) for name, gain in gains.items())]
+    section = hypotheses.section([named], tried, {}, 12.0, 'rms, 0.5 s ahead', SETTINGS.gates)
     assert [r['name'] for r in section.values['more']] == ['f', 'g', 'h']
     rows = [*section.values['rows'], *section.values['more']]
     status = {r['name']: (r['kind'], r['status']) for r in rows}
@@ -126,18 +107,9 @@ def test_every_hypothesis_has_a_status_in_words():
 
 
 def test_what_could_not_be_tested_is_told_once_for_each_reason():
-    rows = [
-        {'name': n, 'where': w, 'why': y}
-        for n, w, y in (
-            ('a', 'x', 'no swing'),
-            ('b', 'x', 'no swing'),
-            ('a', 'y', 'no swing'),
-            ('c', 'x', 'too slow'),
-        )
-    ]
-    first, second = left_out.effects(rows).values['rows']
-    assert first == {
-        'why': 'no swing',
-        'effects': [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}],
-    }
+    why = {'ax': 'no swing', 'bx': 'no swing', 'ay': 'no swing', 'cx': 'too slow'}
+    rows = [{'name': n, 'where': w, 'why': y} for (n, w), y in why.items()]
+    first, second = decided.untested(rows).values['rows']
+    both = [{'name': 'a', 'where': ['x', 'y']}, {'name': 'b', 'where': ['x']}]
+    assert first == {'why': 'no swing', 'effects': both}
     assert second['effects'] == [{'name': 'c', 'where': ['x']}]

@@ -66,13 +66,13 @@ def test_it_is_stopped_while_it_starts(sending):
 def test_a_robot_that_is_stopped_or_silent_gets_no_run(sending):
     robot = SimpleNamespace(
         condition=SimpleNamespace(e_stopped=True, trouble=''),
-        tape=SimpleNamespace(heard=time.monotonic(), messages=0),
+        buffer=SimpleNamespace(last_state=time.monotonic(), messages=0),
     )
     renewing = SimpleNamespace(look=lambda _: None, news=SimpleNamespace(trouble=''))
     live = Live(robot, None, renewing, sending)
     live.send()
     assert live.said == STOPPED
-    robot.condition.e_stopped, robot.tape.heard = False, time.monotonic() - 60.0
+    robot.condition.e_stopped, robot.buffer.last_state = False, time.monotonic() - 60.0
     live.send()
     assert live.said == SILENT
     assert sending.question is not None and not sending.on

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 from tests.patience import until
-from tests.unit.leo_diffmodel.watch.live.test_tape import say
+from tests.unit.leo_diffmodel.watch.live.test_buffer import say
 
+from leo_diffmodel.watch.live.buffer import MessageBuffer
 from leo_diffmodel.watch.live.live import LiveFinder
-from leo_diffmodel.watch.live.tape import Tape
 
 
 def asked(words, heard):
@@ -16,32 +16,32 @@ def asked(words, heard):
 
 
 @pytest.fixture
-def tape():
-    tape = Tape(2.0)
+def buffer():
+    buffer = MessageBuffer(2.0)
     for k in range(50):
-        say(tape, k)
-    return tape
+        say(buffer, k)
+    return buffer
 
 
 def answer(finder):
     finder.start()
-    until(lambda: finder.hear() and finder.news.over)
+    until(lambda: finder.poll() and finder.news.over)
     return finder.news.answer
 
 
-def test_what_is_searched_stays_where_a_folder_is_given(tape, tmp_path):
-    found = answer(LiveFinder(tape, asked, ['--model', 'x'], tmp_path / 'out'))
+def test_what_is_searched_stays_where_a_folder_is_given(buffer, tmp_path):
+    found = answer(LiveFinder(buffer, asked, ['--model', 'x'], tmp_path / 'out'))
     assert found == {'words': [f'{tmp_path}/out/searched', '--model', 'x'], 'there': True}
     assert (tmp_path / 'out' / 'searched' / 'metadata.yaml').is_file()
 
 
-def test_without_a_folder_it_is_there_only_for_the_search(tape):
-    found = answer(LiveFinder(tape, asked, [], None))
+def test_without_a_folder_it_is_there_only_for_the_search(buffer):
+    found = answer(LiveFinder(buffer, asked, [], None))
     assert found['there'] and not Path(found['words'][0]).parent.exists()
 
 
-def test_a_bag_that_cannot_be_saved_is_said(tape, tmp_path):
+def test_a_bag_that_cannot_be_saved_is_said(buffer, tmp_path):
     (tmp_path / 'out').touch()
-    finder = LiveFinder(tape, asked, [], tmp_path / 'out')
+    finder = LiveFinder(buffer, asked, [], tmp_path / 'out')
     finder.start()
     assert 'out' in finder.news.error and not finder.busy

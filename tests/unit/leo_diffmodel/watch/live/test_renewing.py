@@ -29,21 +29,18 @@ DRAG = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
 @pytest.fixture(scope='module')
 def contents(tmp_path_factory):
     folder = tmp_path_factory.mktemp('live')
-    return [
-        load(bag(folder / f'{seed}', record(TORQUE, FRICTION, seconds=12, seed=seed)))
-        for seed in (1, 2)
-    ]
+    runs = (record(TORQUE, FRICTION, seconds=12, seed=seed) for seed in (1, 2))
+    return [load(bag(folder / run.path.name, run)) for run in runs]
 
 
 @pytest.fixture
 def source():
-    return Source(Model('torque_pendulum'), TopicMap())
+    return Source(MODEL, TopicMap())
 
 
 @pytest.fixture
 def renewing(source, contents):
-    state = State(source.scene(contents[0]))
-    renewing = Renewing(source, state, lambda: contents[1])
+    renewing = Renewing(source, State(source.scene(contents[0])), lambda: contents[1])
     yield renewing
     renewing.end()
 
@@ -60,9 +57,9 @@ def test_new_data_come_in_and_the_switches_stay(renewing):
 
 
 def test_nothing_is_computed_without_new_messages_or_while_data_are_held(renewing):
-    renewing.freeze(True)
+    renewing.toggle()
     assert not renewing.look(1) and renewing._future is None
-    renewing.freeze(False)
+    renewing.toggle()
     assert not renewing.look(0) and renewing._future is None
 
 

@@ -6,32 +6,25 @@ from unittest.mock import Mock
 
 from bokeh.document import Document
 from bokeh.events import ButtonClick, Tap
+from bokeh.models import Column
 import numpy as np
 import pytest
 from tests.page import no_run
-from tests.simulate import record, TORQUE
+from tests.simulate import TORQUE
 
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.simulate import simulate
-from leo_diffmodel.watch import lack
-from leo_diffmodel.watch.errand import News
+from leo_diffmodel.watch import missing
 from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.switches import _files
-from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
-from leo_sim.effects import place
+from leo_diffmodel.watch.worker import News
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'
 FAR = 4.5
 """Standard errors of a bin: further off is another curve."""
-
-
-@pytest.fixture(scope='module')
-def scene():
-    effect = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
-    return Scene.of([record(TORQUE, effect, seconds=16)], Model('torque_pendulum'))
 
 
 @pytest.fixture
@@ -43,15 +36,11 @@ def page(scene, tmp_path):
     run = no_run(hindrance='first <search>')
     run.start = lambda: vars(run).update(busy=True, news=News('running the menu', 3))
     tab = Tab(document, Page(state, finder, ['leo', 'add', 'torque_pendulum'], run))
-    return SimpleNamespace(
-        document=document,
-        state=state,
-        finder=finder,
-        run=run,
-        folder=tmp_path / 'out',
-        model=document.get_model_by_name,
-        show=lambda: (tab._draw(), tab._follow()),
-    )
+    page = SimpleNamespace(document=document, state=state, finder=finder, run=run)
+    page.folder, page.model = state.folder, document.get_model_by_name
+    page.show = lambda: (tab._draw(), tab._follow())
+    page.finish = lambda: (state.finish(), page.show())
+    return page
 
 
 def click(page, name):
@@ -68,10 +57,9 @@ def test_a_tap_near_a_worst_window_goes_to_its_begin_and_elsewhere_to_the_time(p
 
 
 def test_a_tap_on_a_place_where_it_fails_goes_to_its_worst_window(page):
-    page.state.finish()
-    page.show()
+    page.finish()
     places, plot = page.model('where given').data, page.model('where given plot')
-    begin = page.state.lacks.given.places.rows[0]['windows'][0][0]
+    begin = page.state.missing.given.places.rows[0]['windows'][0][0]
     assert begin in places['begin']
     number = places['begin'].index(begin)
     page.document.callbacks.trigger_event(Tap(plot, x=0.1, y=places['y'][number] + 0.3))
@@ -81,15 +69,13 @@ def test_a_tap_on_a_place_where_it_fails_goes_to_its_worst_window(page):
 
 
 def test_the_places_and_the_curve_follow_the_switches(page):
-    page.state.finish()
-    page.show()
+    page.finish()
     assert 'moving forward' in page.model('where given says').text
     assert np.isnan(page.model('binned torque').data['curve0']).all()
     page.state.switch(LABEL, True)
     page.show()
     assert 'computing' in page.model('where says').text
-    page.state.finish()
-    page.show()
+    page.finish()
     assert 'within its noise' in page.model('where now says').text
     assert 'computing' not in page.model('where says').text
     means = page.model('binned torque').data
@@ -97,14 +83,12 @@ def test_the_places_and_the_curve_follow_the_switches(page):
     assert np.abs((means['y'] - means['curve0']) / error).max() < FAR
     before = means['curve0']
     page.state.move(LABEL, 'c', 0.4)
-    page.state.finish()
-    page.show()
+    page.finish()
     assert np.abs(page.model('binned torque').data['curve0']).max() > 1.7 * np.abs(before).max()
 
 
 def test_another_joint_or_variable_is_shown_in_all_tabs(page):
-    page.state.finish()
-    page.show()
+    page.finish()
     assert page.model('against').value == '0'
     assert page.model('missing plot').xaxis.axis_label == 'pivot speed [rad/s]'
     page.model('against').value = '1'
@@ -114,9 +98,8 @@ def test_another_joint_or_variable_is_shown_in_all_tabs(page):
 
 
 def test_why_there_is_no_torque_is_one_line(page, monkeypatch):
-    monkeypatch.setattr(lack, 'torque_windows', Mock(side_effect=ValueError('too short')))
-    page.state.finish()
-    page.show()
+    monkeypatch.setattr(missing, 'torque_windows', Mock(side_effect=ValueError('too short')))
+    page.finish()
     for name in ('where says', 'missing says'):
         assert page.model(name).text.count('too short') == 1
 
@@ -141,9 +124,8 @@ def test_the_search_is_shown_while_it_goes_on_and_why_it_ended(page):
     vars(page.finder).update(busy=False, news=News(error='a <bag> is gone'))
     page.show()
     assert 'a &lt;bag&gt; is gone' in page.model('said').text
-    page.state.found(
-        {'verdict': 'fine', 'sentence': 'Nothing is missing.', 'effects': [], 'constants': {}}
-    )
+    answer = {'verdict': 'fine', 'sentence': 'Nothing is missing.'}
+    page.state.found({**answer, 'effects': [], 'constants': {}})
     vars(page.finder).update(news=News())
     page.show()
     assert 'Nothing is missing.' in page.model('said').text and page.state.setting.on == {}
@@ -196,18 +178,8 @@ def test_effects_at_another_place_are_hidden_unless_they_are_on(page):
     page.model(f'switch {LABEL}').active = True
     page.model('place').value = 'bob'
     page.show()
-    lines = {n: page.model(f'effect {n}') for n in (LABEL, 'viscous_friction:pivot')}
-    roots = page.document.roots[0].references()
-    parent = {
-        n: next(
-            r
-            for r in roots
-            if any(
-                c is line
-                for row in getattr(r, 'children', ())
-                for c in getattr(row, 'children', ())
-            )
-        )
-        for n, line in lines.items()
-    }
-    assert [parent[n].visible for n in lines] == [True, False]
+    columns = [m for m in page.document.models if isinstance(m, Column)]
+    for name, visible in ((LABEL, True), ('viscous_friction:pivot', False)):
+        words = page.model(f'effect {name}')
+        (line,) = (c for c in columns if words in getattr(c.children[0], 'children', ()))
+        assert line.visible == visible

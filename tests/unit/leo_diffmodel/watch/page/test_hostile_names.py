@@ -15,13 +15,13 @@ from tests.page import no_run
 from tests.simulate import record
 
 from leo_diffmodel.watch.drawing import draw
-from leo_diffmodel.watch.errand import News
 from leo_diffmodel.watch.page.document import Page, Tab
 from leo_diffmodel.watch.page.files import copy
 from leo_diffmodel.watch.page.next_run import joints_legend
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.view import now, view_of
+from leo_diffmodel.watch.worker import News
 from leo_sim.effects import place
 from leo_sim.model import Model
 
@@ -61,9 +61,9 @@ def test_no_name_is_html_on_the_page(state, news):
 
 def test_what_is_lacking_and_the_legend_say_names(state):
     check_html(joints_legend((HTML, HTML)))
-    state.lacks.trouble, before = HTML, state.lacks.trouble
+    state.missing.trouble, before = HTML, state.missing.trouble
     words_of(state, SimpleNamespace(busy=False, news=News()))
-    state.lacks.trouble = before
+    state.missing.trouble = before
 
 
 def test_the_page_itself_and_its_copy_are_what_they_are_with_any_name(state):

@@ -31,9 +31,9 @@ def page():
     live.send = lambda: sent.append(live.sending.question)
     document, view = Document(), SendView(run, live)
     document.add_root(view.root)
-    return SimpleNamespace(
-        document=document, view=view, live=live, run=run, clock=clock, sent=sent
-    )
+    page = SimpleNamespace(document=document, view=view, live=live, run=run)
+    page.clock, page.sent = clock, sent
+    return page
 
 
 def widget(page, name):

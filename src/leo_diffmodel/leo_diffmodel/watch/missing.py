@@ -29,19 +29,18 @@ AT_ONCE, ON_GROUND_AT_ONCE = 1000, 200
 
 
 @dataclass(frozen=True)
-class Lack:
+class Missing:
     """The torque that one model lacks, window by window, and by joint and condition."""
 
-    missing: MissingTorque
+    torque: MissingTorque
     places: Where
 
 
-class Lacks:
+class MissingOfBoth:
     """What the model as given lacks, and with the switches; takes long, and follows them.
 
     Attributes:
-        given: of the model as given; None before it is known.
-        now: of the model with the switches; None before it is known.
+        given, now: of the model as given and with the switches; None before they are known.
         curve: what the model as given would lack if that with the switches were the robot
             [N m], shape (W, J), in the windows of `given`; None where nothing is on.
         behind: they are still of switches as they were before.
@@ -50,8 +49,8 @@ class Lacks:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self.given: Lack | None = None
-        self.now: Lack | None = None
+        self.given: Missing | None = None
+        self.now: Missing | None = None
         self.curve: Array | None = None
         self.behind, self.trouble = True, ''
 
@@ -68,22 +67,22 @@ class Lacks:
     def _follow(self, model: Model, switched: bool) -> Iterator[bool]:
         given, sigma = self._scene.model, self._scene.sigma
         if self.given is None:
-            self.given = yield from self._lack_of(given)
+            self.given = yield from self._missing_of(given)
             yield True
         if not switched:
             self.now, self.curve = self.given, None
             return
         work = partial(supposed, given, model, sigma=sigma)
-        self.curve = (yield from self._in_parts(work, self.given.missing.windows)).torque
+        self.curve = (yield from self._in_parts(work, self.given.torque.windows)).torque
         yield True
-        self.now = yield from self._lack_of(model)
+        self.now = yield from self._missing_of(model)
 
-    def _lack_of(self, model: Model) -> Generator[bool, None, Lack]:
+    def _missing_of(self, model: Model) -> Generator[bool, None, Missing]:
         windows = torque_windows(self._scene.recordings, model, HISTORY)
         work = partial(estimate, model, sigma=self._scene.sigma)
         missing = trusted((yield from self._in_parts(work, windows)), model)
         yield False
-        return Lack(missing, where(missing, model))
+        return Missing(missing, where(missing, model))
 
     def _in_parts(
         self, work: Callable[[Windows], MissingTorque], windows: Windows

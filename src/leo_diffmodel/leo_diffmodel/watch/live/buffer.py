@@ -13,15 +13,13 @@ import time
 
 from leo_diffmodel.bags.arrival import Origin, Sources
 from leo_diffmodel.bags.contents import BagContents, Logged, TopicLog
-from leo_diffmodel.bags.recorder import TWO
+from leo_diffmodel.bags.recorder import RECENT, TWO
 from leo_diffmodel.bags.types import JOINT_STATE, STATES, Topic
 from leo_msgs_py.cdr import joints_text
 
 NAME = 'the running robot'
 MOST = 60_000
 """Messages of a topic that are kept at most, however fast they come."""
-RECENT = 5.0
-"""A second robot counts for so long after its last message [s]."""
 HEADER = 12
 """Bytes up to the end of a stamp."""
 SILENT = 1.5
@@ -32,15 +30,14 @@ GONE = (
 )
 
 
-class Tape:
-    """Takes what `GraphRecorder` hands to a recorder, and forgets what is old.
+class MessageBuffer:
+    """Takes what `GraphRecorder` hands to a recorder, and keeps its last `seconds` [s].
 
     Where the robot falls silent nothing is forgotten: time is that of the newest message. Of two
     robots that publish the same joints one is kept.
 
     Attributes:
-        seconds: how much is kept [s].
-        heard: monotonic time of the last joint state [s]; None before the first.
+        last_state: monotonic time of the last joint state [s]; None before the first.
         publishers: what the graph knows of a topic's publishers, their GIDs.
     """
 
@@ -52,7 +49,7 @@ class Tape:
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
-        self.heard: float | None = None
+        self.last_state: float | None = None
         self.lost = self.foreign = self.messages = self.size = 0
         self.full = ''
         self._two = float('-inf')
@@ -64,7 +61,6 @@ class Tape:
 
     @property
     def two(self) -> bool:
-        """Whether a second robot publishes the same joints."""
         return time.monotonic() - self._two < RECENT
 
     def record(
@@ -83,13 +79,14 @@ class Tape:
                 return
             _, kept = self._topics.setdefault(topic.name, (topic, deque(maxlen=MOST)))
             kept.append(Logged(logged_ns, data, published_ns or logged_ns))
-            self._forget(kept, logged_ns)
+            oldest = logged_ns - round(self.seconds * 1e9)
+            while len(kept) > 1 and kept[0].log_ns < oldest:  # the last may be latched
+                kept.popleft()
             self.messages += 1
         if topic.name.endswith(STATES.name):
-            self.heard = time.monotonic()
+            self.last_state = time.monotonic()
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Set what the robot node says of itself: its name, start pose, noise."""
         self._facts = dict(metadata)
 
     def flush(self) -> None:
@@ -106,12 +103,6 @@ class Tape:
                 for name, (topic, kept) in self._topics.items()
             }
         return BagContents(Path(NAME), (), topics, {'leo': self._facts}, True, 0)
-
-    def _forget(self, kept: deque[Logged], now_ns: int) -> None:
-        """Drop what is too old; the last message of a topic stays, as it may be latched."""
-        oldest = now_ns - round(self.seconds * 1e9)
-        while len(kept) > 1 and kept[0].log_ns < oldest:
-            kept.popleft()
 
     def _is_ours(self, topic: Topic, data: bytes, publisher: bytes, logged_ns: int) -> bool:
         """Whether a message is not of a second robot; begin anew where the first comes back."""
@@ -133,8 +124,7 @@ class Condition:
 
     Attributes:
         e_stopped: as latched; None where it says nothing.
-        message: its own line on /diagnostics: running, timed out, e-stop.
-        level: of that line, 0 where all is well.
+        message, level: its own line on /diagnostics, and 0 where all is well.
         trouble: why the newest data are not shown; '' where they are.
     """
 
@@ -143,11 +133,10 @@ class Condition:
     level: int = 0
     trouble: str = ''
 
-    def line(self, tape: Tape) -> tuple[bool, str]:
-        """Whether all is well, and what to say."""
-        if is_silent(tape):
-            return False, GONE.format(_silence(tape))
-        if tape.two:
+    def line(self, buffer: MessageBuffer) -> tuple[bool, str]:
+        if is_silent(buffer):
+            return False, GONE.format(_silence(buffer))
+        if buffer.two:
             return False, TWO.replace('recorded', 'shown')
         if self.trouble:
             return False, self.trouble
@@ -156,11 +145,10 @@ class Condition:
         return not self.level, self.message or 'running'
 
 
-def is_silent(tape: Tape) -> bool:
-    """Whether no state comes from the robot."""
-    return _silence(tape) > SILENT
+def is_silent(buffer: MessageBuffer) -> bool:
+    return _silence(buffer) > SILENT
 
 
-def _silence(tape: Tape) -> float:
+def _silence(buffer: MessageBuffer) -> float:
     """Since the last state [s]."""
-    return time.monotonic() - tape.heard if tape.heard else 0.0
+    return time.monotonic() - buffer.last_state if buffer.last_state else 0.0

@@ -7,13 +7,13 @@ import time
 
 from tests.patience import until
 
-from leo_diffmodel.watch.errand import Errand
+from leo_diffmodel.watch.worker import Worker
 from leo_msgs_py.errors import UserError
 
 
-def ask(how, heard):
-    heard('first')
-    heard('second')
+def ask(how, report):
+    report('first')
+    report('second')
     if how == 'refuse':
         raise UserError('no such bag')
     if how == 'die':
@@ -24,11 +24,11 @@ def ask(how, heard):
 
 
 def heard_of(how):
-    errand = Errand()
-    errand.begin(partial(ask, how))
-    until(lambda: errand.hear() and errand.news.over)
-    assert not errand.busy
-    return errand.news
+    worker = Worker()
+    worker.begin(partial(ask, how))
+    until(lambda: worker.poll() and worker.news.over)
+    assert not worker.busy
+    return worker.news
 
 
 def test_its_answer_arrives():
@@ -41,9 +41,9 @@ def test_what_it_refuses_and_that_it_died_are_said():
 
 
 def test_it_is_stopped_whatever_it_does():
-    errand = Errand()
-    errand.begin(partial(ask, 'hang'))
-    until(lambda: errand.hear() and errand.news.text == 'second')
-    assert errand.news.count == 2 and errand.busy
-    errand.stop()
-    assert not errand.busy
+    worker = Worker()
+    worker.begin(partial(ask, 'hang'))
+    until(lambda: worker.poll() and worker.news.text == 'second')
+    assert worker.news.count == 2 and worker.busy
+    worker.stop()
+    assert not worker.busy

@@ -21,19 +21,9 @@ from leo_diffmodel.report import binned
 from leo_diffmodel.report.canvas import canvas, FONT, hover
 from leo_diffmodel.report.sections.where import against, in_print
 from leo_diffmodel.report.text import numbered, percent
-from leo_diffmodel.watch.lack import Lack
-from leo_diffmodel.watch.page.look import (
-    CARD,
-    legend,
-    PLOT,
-    ROBOTS,
-    said,
-    Silence,
-    small,
-    WIDE,
-    WORDS,
-    wrapped,
-)
+from leo_diffmodel.watch.missing import Missing
+from leo_diffmodel.watch.page import look
+from leo_diffmodel.watch.page.look import following, legend, ROBOTS, said, small, WIDE
 from leo_diffmodel.watch.state import State
 
 Array = np.ndarray
@@ -48,6 +38,9 @@ NOTE = (
     'The torque that a model lacks, by joint and condition: the share that a place has of its '
     'mean square beyond noise, and its rms there. Pale: no more than chance makes of its time. '
     'A tap goes to the worst window.'
+)
+TIP = (
+    '{}: {share} of the error in {time} of the time, {torque} (noise {noise}); worst at {windows}'
 )
 NOISE_ONLY = 'nowhere: the torque it lacks stays within its noise'
 Rows = dict[str, list]
@@ -64,57 +57,49 @@ NO_MEANS: dict[str, Any] = {name: [] for name in ('x', 'y', 'low', 'high', 'curv
 
 
 class WhereView:
-    """The model as given and that with the switches, side by side."""
-
     def __init__(self, state: State) -> None:
         self._state = state
         models = zip(('given', 'now'), ROBOTS[1:], strict=True)
         self._rankings = [_Ranking(state, *model) for model in models]
         self._words = said(name='where says', **WIDE)
-        both = wrapped(*((r.root, PLOT) for r in self._rankings))
-        self.root = column(self._words, both, stylesheets=[CARD], **WIDE)
+        both = look.wrapped(*((r.root, look.PLOT) for r in self._rankings))
+        self.root = look.card(self._words, both)
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the places of now."""
-        lacks = self._state.lacks
-        note = lacks.trouble or ('computing …' if lacks.behind else NOTE)
+        both = self._state.missing
+        note = both.trouble or ('computing …' if both.behind else NOTE)
         self._words.text = Markup('<b>Where it fails</b> {}').format(small(note))
-        for ranking, lack in zip(self._rankings, (lacks.given, lacks.now), strict=True):
-            ranking.show(lack)
+        for ranking, missing in zip(self._rankings, (both.given, both.now), strict=True):
+            ranking.show(missing)
 
     def follow_taps(self) -> None:
-        """Go to the worst window of a place where one taps."""
         for ranking in self._rankings:
             ranking.follow_taps()
 
 
 class _Ranking:
-    """The places of one model, worst first."""
-
     def __init__(self, state: State, which: str, model: tuple[str, Stroke]) -> None:
         self._state, self._head = state, legend(model)
-        self._shown: Lack | None = None
+        self._shown: Missing | None = None
         self._source = ColumnDataSource(NO_ROWS, name=f'where {which}')
         self._words = said(self._head, name=f'where {which} says', **WIDE)
         self.plot = self._plot(model[1], which)
         self.root = column(self._words, self.plot, **WIDE)
 
-    def show(self, lack: Lack | None) -> None:
-        """Draw what is new."""
-        if lack is None or lack is self._shown:
+    def show(self, missing: Missing | None) -> None:
+        if missing is None or missing is self._shown:
             return
-        self._shown = lack
-        rows = _rows(self._state, lack.places)
+        self._shown = missing
+        rows = _rows(self._state, missing.places)
         self._source.data, self.plot.visible = rows, bool(rows['y'])
-        self._words.text = self._head + Markup('<br>') + small(_said(lack.places))
+        self._words.text = self._head + Markup('<br>') + small(_said(missing.places))
 
     def follow_taps(self) -> None:
-        """Go to the worst window of the place that is tapped."""
-        self.plot.on_event(Tap, lambda event: self._go(event.y))
+        self.plot.on_event(Tap, self._go)
 
-    def _go(self, y: float) -> None:
-        begin, number = self._source.data['begin'], round(-y)
+    def _go(self, tap: Tap) -> None:
+        begin, number = self._source.data['begin'], round(-tap.y)
         if 0 <= number < len(begin):
             self._state.go(begin[number])
 
@@ -124,12 +109,12 @@ class _Ranking:
         plot = canvas('share of the error', '', height=HEIGHT, name=name, **ranges)
         plot.yaxis.visible, plot.ygrid.grid_line_color = False, None
         plot.xaxis.formatter = NumeralTickFormatter(format='0 %')
-        look: dict[str, Any] = {'source': self._source, 'alpha': 'alpha', 'color': stroke.colour}
-        bars = plot.hbar(y='y', right='share', height=BAR, **look)
-        look = {'text_font': value(FONT), 'text_font_size': '12.5px', 'text_color': palette.INK}
-        look |= {'source': self._source, 'y': 'above', 'text_baseline': 'middle'}
-        plot.text(x=0.0, text='place', **look)
-        plot.text(x=1.0, text='size', text_align='right', **look)
+        colour = {'alpha': 'alpha', 'color': stroke.colour}
+        bars = plot.hbar(y='y', right='share', height=BAR, source=self._source, **colour)
+        font = {'text_font': value(FONT), 'text_font_size': '12.5px', 'text_color': palette.INK}
+        words = {'source': self._source, 'y': 'above', 'text_baseline': 'middle', **font}
+        plot.text(x=0.0, text='place', **words)
+        plot.text(x=1.0, text='size', text_align='right', **words)
         hover(plot, bars, [('', '@tip')])
         return plot
 
@@ -147,10 +132,7 @@ def _said(places: Where) -> str:
 
 
 def _rows(state: State, places: Where) -> Rows:
-    """A bar for each place."""
-    if places.noise_only:
-        return NO_ROWS
-    shown = ranked(places.rows)[:ROWS]
+    shown = [] if places.noise_only else ranked(places.rows)[:ROWS]
     bags = numbered(state.scene.recordings)
     words = [in_print(r, bags) for r in shown]
     y = -np.arange(len(shown), dtype=float)
@@ -162,7 +144,7 @@ def _rows(state: State, places: Where) -> Rows:
         'share': [float(r['share']) for r in shown],
         'place': [_place(w) for w in words],
         'size': [f'{w["share"]}, {w["torque"]}' for w in words],
-        'tip': [_tip(w) for w in words],
+        'tip': [TIP.format(_place(w), **w) for w in words],
         'begin': state.scene.timeline.at(sources, times).tolist(),
         'alpha': [1.0 if stands_out(r) else FAINT for r in shown],
     }
@@ -172,44 +154,35 @@ def _place(words: dict[str, Any]) -> str:
     return f'{words["joint"]}, {words["variable"]} {words["range"]}'.strip()
 
 
-def _tip(words: dict[str, Any]) -> str:
-    part = f'{words["share"]} of the error in {words["time"]} of the time'
-    size = f'{words["torque"]} (noise {words["noise"]})'
-    return f'{_place(words)}: {part}, {size}; worst at {words["windows"]}'
-
-
 class MissingView:
-    """The plot, and which joint and variable it shows."""
-
     def __init__(self, state: State) -> None:
-        self._state, self._silent = state, Silence()
+        self._state, self._silent = state, look.Silence()
         self._shown: tuple[object, ...] = ()
         self._dots = ColumnDataSource({'x': [], 'y': []}, name='missing torque')
         self._means = ColumnDataSource(NO_MEANS, name='binned torque')
-        self._joint = Select(title='joint', width=160, name='joint')
-        self._variable = Select(title='against', width=260, name='against')
-        self._joint.on_change('value', lambda _, __, v: self._ask(int(v)))
-        self._variable.on_change('value', lambda _, __, v: self._ask(None, int(v)))
+        joint = Select(title='joint', width=160, name='joint')
+        variable = Select(title='against', width=260, name='against')
+        self._joint = following(joint, lambda v: self._show_joint(int(v)))
+        self._variable = following(variable, lambda v: self._show_variable(int(v)))
         sources = self._dots, self._means
         self.plot, means = binned.torque_canvas(*sources, [palette.REPAIRED], name='missing plot')
         hover(self.plot, means, [('mean', '@y{0.000}'), ('at', '@x{0.000}')])
         self._words = said(**WIDE, name='missing says')
-        head = wrapped((self._joint, 160), (self._variable, 260), (self._words, WORDS))
-        self.root = column(head, self.plot, stylesheets=[CARD], **WIDE)
+        head = look.wrapped((joint, 160), (variable, 260), (self._words, look.WORDS))
+        self.root = look.card(head, self.plot)
         self.refresh()
 
     def refresh(self) -> None:
-        """Draw what is new."""
-        lacks = self._state.lacks
-        self._words.text = HEAD + small(lacks.trouble or MISSING_NOTE)
-        if lacks.given is None:
+        both = self._state.missing
+        self._words.text = HEAD + small(both.trouble or MISSING_NOTE)
+        if both.given is None:
             return
-        missing = lacks.given.missing
+        missing = both.given.torque
         self._choose(missing)
-        shown = missing, lacks.curve, self._state.chosen
+        shown = missing, both.curve, self._state.chosen
         if [*map(id, shown)] != [*map(id, self._shown)]:
             self._shown = shown
-            self._draw(missing, lacks.curve)
+            self._draw(missing, both.curve)
 
     def _choose(self, missing: MissingTorque) -> None:
         """A first joint, and another where nothing shows of the one that was chosen."""
@@ -218,7 +191,6 @@ class MissingView:
             self._state.chosen = self._matters(missing, binned.lacking(missing)[0])
 
     def _matters(self, missing: MissingTorque, joint: int) -> tuple[int, int]:
-        """A joint with the variable that says most of what it lacks."""
         return joint, binned.that_matters(missing, self._state.scene.model.robot, joint)
 
     def _draw(self, missing: MissingTorque, curve: Array | None) -> None:
@@ -237,14 +209,13 @@ class MissingView:
         self._dots.data, self._means.data = dict(drawn.dots), dict(drawn.means)
         drawn.label(self.plot, label)
 
-    def _ask(self, joint: int | None, number: int | None = None) -> None:
-        """Have another joint shown, against what matters there, or another variable."""
-        given, chosen = self._state.lacks.given, self._state.chosen
-        if self._silent or given is None or chosen is None:
-            return
-        if joint is not None:
-            self._state.choose(*self._matters(given.missing, joint))
-        elif number is not None:
+    def _show_joint(self, joint: int) -> None:
+        """Have another joint shown, against what matters there."""
+        if not self._silent.on and (given := self._state.missing.given):
+            self._state.choose(*self._matters(given.torque, joint))
+
+    def _show_variable(self, number: int) -> None:
+        if not self._silent.on and (chosen := self._state.chosen):
             self._state.choose(chosen[0], number)
 
 

@@ -1,27 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque that both models lack, computed in pieces."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from tests.ground import LEO, recorded
-from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.noise import HISTORY
 from leo_diffmodel.compare.torque import estimate, in_parts, torque_windows
 from leo_diffmodel.compare.where import ranked, stands_out, worst_places
-from leo_diffmodel.watch import lack
+from leo_diffmodel.watch import missing
 from leo_diffmodel.watch.scene import Scene
 from leo_diffmodel.watch.state import State
 from leo_sim.effects import place
 from leo_sim.model import Model
 
 LABEL = 'coulomb_friction:pivot'
-
-
-@pytest.fixture(scope='module')
-def scene():
-    friction = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
-    return Scene.of([record(TORQUE, friction, seconds=12)], Model('torque_pendulum'))
 
 
 def whole(pieces):
@@ -50,12 +45,12 @@ def test_the_curve_of_what_is_missing_is_what_is_missing(scene):
     state.switch(LABEL, True)
     state.move(LABEL, 'c', 0.2)
     state.finish()
-    lacks = state.lacks
-    missing = lacks.given.missing
-    noise, off = np.sqrt((missing.spread**2).mean()), missing.torque - lacks.curve
+    both = state.missing
+    missing = both.given.torque
+    noise, off = np.sqrt((missing.spread**2).mean()), missing.torque - both.curve
     assert np.std(off) == pytest.approx(noise, rel=0.15)
     assert np.std(missing.torque) > 1.4 * noise
-    assert not lacks.given.places.noise_only and lacks.now.places.noise_only
+    assert not both.given.places.noise_only and both.now.places.noise_only
 
 
 def test_a_change_drops_what_was_not_computed_of_the_one_before(scene):
@@ -64,18 +59,16 @@ def test_a_change_drops_what_was_not_computed_of_the_one_before(scene):
     assert state.go_on()
     state.switch(LABEL, False)
     state.finish()
-    assert state.lacks.now is state.lacks.given and state.lacks.curve is None
-    assert not state.go_on() and not state.lacks.behind
+    assert state.missing.now is state.missing.given and state.missing.curve is None
+    assert not state.go_on() and not state.missing.behind
 
 
 def test_what_cannot_be_told_is_said_in_one_line(scene, monkeypatch):
-    def singular(*_):
-        raise np.linalg.LinAlgError('Singular matrix')
-
-    monkeypatch.setattr(lack, 'torque_windows', singular)
+    singular = Mock(side_effect=np.linalg.LinAlgError('Singular matrix'))
+    monkeypatch.setattr(missing, 'torque_windows', singular)
     state = State(scene)
     state.finish()
-    assert 'Singular matrix' in state.lacks.trouble and state.lacks.given is None
+    assert 'Singular matrix' in state.missing.trouble and state.missing.given is None
     state.switch(LABEL, True)
     assert state.sizes[1] < state.sizes[0]
 
@@ -83,7 +76,7 @@ def test_what_cannot_be_told_is_said_in_one_line(scene, monkeypatch):
 def test_places_that_stand_out_come_first(scene):
     state = State(scene)
     state.finish()
-    rows = state.lacks.given.places.rows
+    rows = state.missing.given.places.rows
     found = ranked(rows)
     assert len({(r['joint'], r['variable']) for r in found}) == len(found)
     out = [stands_out(r) for r in found]
@@ -97,5 +90,5 @@ def test_a_robot_on_the_ground_takes_several_pieces():
     while state.go_on():
         pieces += 1
     assert pieces > 4
-    most = max(state.lacks.given.places.joints, key=lambda r: r['share'])
+    most = max(state.missing.given.places.joints, key=lambda r: r['share'])
     assert most['joint'] == 'left_knee'

@@ -14,8 +14,8 @@ from typing import Any
 
 from leo_msgs_py.errors import UserError
 
-Heard = Callable[[str], None]
-Ask = Callable[[Heard], Any]
+Report = Callable[[str], None]
+Ask = Callable[[Report], Any]
 """Does it, reporting how far it is; its answer. Both are sent between the processes."""
 
 
@@ -30,12 +30,11 @@ class News:
 
     @property
     def over(self) -> bool:
-        """Whether there will be no more."""
         return self.answer is not None or bool(self.error)
 
 
-class Errand:
-    """Sends a process to do something, and hears of it: `news`, of the last."""
+class Worker:
+    """Has a process do something; `news` are those of the last."""
 
     def __init__(self) -> None:
         self._process: BaseProcess | None = None
@@ -44,7 +43,6 @@ class Errand:
 
     @property
     def busy(self) -> bool:
-        """Whether it is under way."""
         return self._process is not None
 
     def begin(self, ask: Ask) -> None:
@@ -58,12 +56,13 @@ class Errand:
         self._process.start()
         there.close()
 
-    def hear(self) -> bool:
+    def poll(self) -> bool:
         """Take in what has come meanwhile; whether something did."""
         before = self.news
         try:
             while self._pipe and not self.news.over and self._pipe.poll():
-                self._take(*self._pipe.recv())
+                count, (kind, what) = self.news.count + 1, self._pipe.recv()
+                self.news = News(what, count) if kind == 'text' else News(**{kind: what})
         except EOFError:
             self.news = News(error='it ended before it had an answer')
         if self.news.over:
@@ -71,14 +70,10 @@ class Errand:
         return self.news != before
 
     def stop(self) -> None:
-        """End the process, whatever it does."""
         if self._process is not None:
             self._process.terminate()
             self._process.join()
         self._process = self._pipe = None
-
-    def _take(self, kind: str, what: Any) -> None:
-        self.news = News(what, self.news.count + 1) if kind == 'text' else News(**{kind: what})
 
 
 def _work(ask: Ask, pipe: Connection) -> None:
@@ -91,15 +86,14 @@ def _work(ask: Ask, pipe: Connection) -> None:
         pipe.send(('error', str(error)))
 
 
-Asked = Callable[[list[str], Heard], dict]
+Asked = Callable[[list[str], Report], dict]
 """Explains the bags of a command line; the contents of explain.json."""
 
 
-class Finder(Errand):
+class Finder(Worker):
     """The search behind 'find it for me'.
 
-    `words` are the command line that it explains: bags, model and options; none where the bags
-    are kept no longer.
+    `words` are the command line that it explains; none where the bags are kept no longer.
     """
 
     def __init__(self, asked: Asked, words: list[str]) -> None:
@@ -107,5 +101,4 @@ class Finder(Errand):
         self._asked, self.words = asked, words
 
     def start(self) -> None:
-        """Begin, unless it is going on."""
         self.begin(partial(self._asked, self.words))
