@@ -32,9 +32,9 @@ NEED_ROS = (
     'leo_diffmodel.difference.service',
     'leo_diffmodel.nodes',
     'leo_learner.nodes',
-    'leo_learner.robot_env',
-    'leo_learner.robot_states',
-    'leo_learner.running_robot',
+    'leo_learner.robot.env',
+    'leo_learner.robot.states',
+    'leo_learner.robot.running',
 )
 """What cannot be imported without ROS; everything else can."""
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from leo_learner.main_job import closing, MainJob, Plan
-from leo_learner.processes import Processes
+from leo_learner.demo.main_job import closing, MainJob, Plan
+from leo_learner.demo.processes import Processes
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.truth.drawing import draw

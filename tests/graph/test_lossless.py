@@ -16,7 +16,7 @@ from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import header_stamp
-from leo_learner.robot_env import RobotEnv
+from leo_learner.robot.env import RobotEnv
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_until
 from leo_sim.description.robot import load_robot

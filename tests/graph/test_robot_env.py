@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from tests.patience import PATIENCE
 
-from leo_learner.env import ModelEnv
-from leo_learner.robot_env import RobotEnv
+from leo_learner.environment.env import ModelEnv
+from leo_learner.robot.env import RobotEnv
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 

@@ -15,7 +15,7 @@ from tests.graph.robot_process import CONTROL_PERIOD_NS, LEO, PATIENCE, PENDULUM
 from tests.places import ROOT
 
 from leo_diffmodel.bags.writer import BagWriter
-from leo_learner.processes import Processes
+from leo_learner.demo.processes import Processes
 from leo_msgs_py import topics
 from leo_msgs_py.cli import main
 from leo_msgs_py.node import call, spin_once

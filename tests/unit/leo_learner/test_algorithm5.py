@@ -13,18 +13,18 @@ from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.job import NOT_BETTER
 from leo_diffmodel.difference.network import RECOMMENDED as NETWORK
 from leo_lab.thesis.table7 import effects
-from leo_learner import algorithm5, sarsa
+from leo_learner import algorithm5
 from leo_learner.algorithm5 import Algorithm5, Settings
-from leo_learner.checkpoint import save_checkpoint
-from leo_learner.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
-from leo_learner.ddpg import Training
-from leo_learner.env import ModelEnv, training_env
-from leo_learner.learning import POLICY
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
+from leo_learner.environment.env import ModelEnv, training_env
+from leo_learner.environment.rollouts import Rollouts
 from leo_learner.nodes.learner import checked, DifferenceClient
-from leo_learner.policy import save_policy
-from leo_learner.rollouts import Rollouts
-from leo_learner.sym import driven
-from leo_learner.training_loop import play
+from leo_learner.runs.checkpoint import save_checkpoint
+from leo_learner.runs.learning import POLICY
+from leo_learner.runs.policy import driven, save_policy
+from leo_learner.thesis import sarsa
+from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

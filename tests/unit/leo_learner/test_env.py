@@ -16,19 +16,19 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 
 from leo_diffmodel.difference.data import layout_of
-from leo_diffmodel.difference.files import load_difference
-from leo_diffmodel.difference.model import DifferenceModel, Trust
+from leo_diffmodel.difference.model import DifferenceModel, load_difference
 from leo_diffmodel.difference.network import Config, Network
-from leo_learner.checkpoint import load_checkpoint, save_checkpoint
-from leo_learner.collect import collect
-from leo_learner.configs import RECOMMENDED
-from leo_learner.ddpg import Training
-from leo_learner.env import model_env, ModelEnv, training_env
-from leo_learner.learning import learn
-from leo_learner.policy import observation_names, Policy, save_policy
-from leo_learner.robot_env import Stopped
-from leo_learner.rollouts import WatchedEnv
-from leo_learner.training_loop import play
+from leo_diffmodel.difference.trust import Trust
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import RECOMMENDED
+from leo_learner.environment.env import model_env, ModelEnv, training_env
+from leo_learner.environment.rollouts import Recorded
+from leo_learner.robot.env import Stopped
+from leo_learner.runs.checkpoint import load_checkpoint, save_checkpoint
+from leo_learner.runs.collect import collect
+from leo_learner.runs.learning import learn
+from leo_learner.runs.policy import observation_names, Policy, save_policy
+from leo_learner.training.loop import play
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
@@ -342,12 +342,12 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
     path = tmp_path / 'difference.safetensors'
     path.write_bytes(unsure(model).to_bytes())
     argv = [str(policy), '--model', 'pendulum', '--difference', str(path)]
-    env = WatchedEnv(ModelEnv(model, unsure(model)), unsure(model))
+    env = Recorded(ModelEnv(model, unsure(model)), unsure(model))
     play(env, lambda seen: np.array([3.0]), 1)
     left = env.left()[0]
     assert left.channel == 'pivot torque' and 0 < left.seconds < 2 and 0 < left.share < 1
     assert 'left the data of the difference model after' in str(left)
-    elsewhere = WatchedEnv(ModelEnv(model), unsure(model))
+    elsewhere = Recorded(ModelEnv(model), unsure(model))
     play(elsewhere, lambda seen: np.array([3.0]), 1)
     assert elsewhere.left()[0].channel == 'pivot torque'
     assert play_verb.main([*argv, '--json']) == 0

@@ -37,28 +37,20 @@ PROGRESS_PERIOD = 0.5
 class Progress:
     """What the last update is doing or came to.
 
-    Attributes:
-        state: `idle`, `fitting`, `fitted` or `failed`.
-        numbers: `epoch`, `epochs`, `loss` while fitting; then mean squared one-step errors.
-        error: why it failed, one line.
+    The numbers are `epoch`, `epochs` and `loss` while it fits, then what `fit.Report` has.
     """
 
-    state: str = 'idle'
+    state: str = 'idle'  # or `fitting`, `fitted`, `failed`
     numbers: dict[str, float] = field(default_factory=dict)
-    error: str = ''
+    error: str = ''  # why it failed, one line
 
 
 class Updates:
     """Runs fits in a child process and keeps `difference-NNN.safetensors` in a folder.
 
-    NNN counts the updates. A fit begins from the newest weights that can be read.
-
-    Args:
-        folder: of the weights; made when the first fit begins.
-        model: model file or robot the difference is taken from.
-        config: one of `CONFIG_NAMES`.
-        repair: name effects first, and learn the difference from the model that has them.
-        own: options that let the child run the effect files of the model.
+    NNN counts the updates. A fit begins from the newest weights that can be read. With `repair`
+    effects are named first, and the difference is learned from the model that has them; `own` are
+    options that let the child run the effect files of the model.
     """
 
     def __init__(
@@ -74,7 +66,6 @@ class Updates:
 
     @property
     def busy(self) -> bool:
-        """Whether a fit is under way."""
         return self._child is not None
 
     def kept(self) -> dict[int, Path]:
@@ -125,7 +116,6 @@ class Updates:
         return True
 
     def stop(self) -> None:
-        """End a fit that is under way."""
         if self._child is not None:
             self._child.terminate()
             self._child.wait()
@@ -169,8 +159,8 @@ def main(argv: list[str]) -> int:
 
 def _fit(options: argparse.Namespace) -> dict[str, float]:
     from leo_diffmodel.difference.data import predicted, transitions
-    from leo_diffmodel.difference.files import first_whole
     from leo_diffmodel.difference.fit import fit, held_out, one_step_mse
+    from leo_diffmodel.difference.model import first_whole
     from leo_diffmodel.difference.network import CONFIGS
     from leo_sim.model.model_file import load_model
 

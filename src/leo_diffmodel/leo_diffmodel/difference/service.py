@@ -35,21 +35,13 @@ JUST_NOW = 4.0
 
 @dataclass(frozen=True)
 class Settings:
-    """What the difference model of a node is made of.
+    """What the difference model of a node is made of."""
 
-    Attributes:
-        model: model file or robot name the difference is taken from.
-        bags: gives the folders of everything recorded so far, the open one too.
-        folder: where the weights are kept; found again after a restart.
-        config: `recommended`, `torque`, `full` or `thesis`.
-        repair: name effects in the model before the network is fitted.
-    """
-
-    model: str
-    bags: Callable[[], Sequence[Path]]
-    folder: Path
-    config: str = 'recommended'
-    repair: bool = False
+    model: str  # model file or robot name the difference is taken from
+    bags: Callable[[], Sequence[Path]]  # folders of what was recorded so far, the open one too
+    folder: Path  # where the weights are kept; found again after a restart
+    config: str = 'recommended'  # of `CONFIG_NAMES`
+    repair: bool = False  # name effects in the model before the network is fitted
 
 
 class DifferenceService:
@@ -74,7 +66,6 @@ class DifferenceService:
         self._publish_newest()
 
     def status(self) -> DiagnosticStatus:
-        """The DiagnosticStatus of the last update."""
         progress, difference = self._updates.progress, self._difference
         values = {
             'version': difference.version if difference else 0,
@@ -124,7 +115,7 @@ class DifferenceService:
         kept = self._updates.kept()
         if not kept:
             return
-        from leo_diffmodel.difference.files import first_whole
+        from leo_diffmodel.difference.model import first_whole
 
         found = first_whole(kept.values(), self._fail)
         if found is None:

@@ -114,22 +114,17 @@ class _Best:
 class Targets:
     """N transitions as a network sees them, float32.
 
-    Attributes:
-        x: network inputs (N, states + A).
-        y: what its output has to add to the state vector, (N, states).
-        effect: how the state vector moves per N m of output, (N, states, A); None where the
-            output is the move. Weighted like `y`.
+    `effect` is how the state vector moves per N m of output, weighted like `y`; None where the
+    output is the move.
     """
 
-    x: Tensor
-    y: Tensor
-    effect: Tensor | None = None
+    x: Tensor  # network inputs (N, states + A)
+    y: Tensor  # what its output has to add to the state vector, (N, states)
+    effect: Tensor | None = None  # (N, states, A)
 
     def part(self, rows: slice | Tensor) -> Targets:
-        """Some of the transitions."""
-        return Targets(
-            self.x[rows], self.y[rows], None if self.effect is None else self.effect[rows]
-        )
+        effect = None if self.effect is None else self.effect[rows]
+        return Targets(self.x[rows], self.y[rows], effect)
 
     def moved(self, output: Tensor) -> Tensor:
         """How the state vector moves, (..., N, states), for outputs (..., N, outputs)."""

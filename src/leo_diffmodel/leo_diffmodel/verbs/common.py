@@ -117,7 +117,7 @@ def named_model(ref: str) -> Model:
     model = load_model(ref)
     if model.difference_model is None:
         return model
-    from leo_diffmodel.difference.files import load_difference
+    from leo_diffmodel.difference.model import load_difference
 
     load_difference(model.difference_model, model)
     print(

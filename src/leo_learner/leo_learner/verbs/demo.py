@@ -52,7 +52,7 @@ def main(argv: list[str]) -> int:
     if options.quick:
         return quick(folder, options.json)
 
-    from leo_learner.main_job import closing, MainJob, Plan
+    from leo_learner.demo.main_job import closing, MainJob, Plan
     from leo_msgs_py.console import Terminal
 
     console = Terminal(stderr=options.json)
@@ -69,7 +69,7 @@ def main(argv: list[str]) -> int:
 def _watch(folder: Path) -> None:
     """Open the live page until Ctrl-C, where somebody sits in front of a screen and a terminal."""
     from leo_diffmodel.verbs import watch, watch_common
-    from leo_learner.main_job import watching
+    from leo_learner.demo.main_job import watching
 
     if watch_common.screen() and sys.stdout.isatty():
         with suppress(KeyboardInterrupt):

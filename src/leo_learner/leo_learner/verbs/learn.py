@@ -20,7 +20,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument, words
 
 if TYPE_CHECKING:
-    from leo_learner.training_loop import TrainingLoop
+    from leo_learner.training.loop import TrainingLoop
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
@@ -135,7 +135,7 @@ def _checked(run: Run) -> Run:
 
 
 def _steps(agent: str, config: str, model: str) -> int:
-    from leo_learner.configs import default_steps, SARSA_STEPS
+    from leo_learner.ddpg.configs import default_steps, SARSA_STEPS
     from leo_sim.model.model_file import load_model
 
     return SARSA_STEPS if agent == 'sarsa' else default_steps(config, load_model(model).robot)
@@ -171,8 +171,8 @@ def _typed(run: Run) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
-    from leo_learner.learning import learn
-    from leo_learner.sym import driven
+    from leo_learner.runs.learning import learn
+    from leo_learner.runs.policy import driven
     from leo_sim.model.model_file import load_model
 
     model = load_model(run.model)
@@ -195,12 +195,12 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
 def _stage(
     run: Run, model: Model, ros_args: list[str]
 ) -> Iterator[tuple[Any, Callable[[], bool]]]:
-    from leo_learner.env import training_env
+    from leo_learner.environment.env import training_env
 
     if not run.on_robot:
         yield training_env(model), lambda: True
         return
-    from leo_learner.running_robot import running_robot
+    from leo_learner.robot.running import running_robot
     from leo_msgs_py.node import running
 
     with running_robot(ros_args, 'learn') as robot:
@@ -208,13 +208,15 @@ def _stage(
 
 
 def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
-    from leo_learner import ddpg, sarsa
-    from leo_learner.checkpoint import PREFIX, start_from
-    from leo_learner.configs import configuration
+    from leo_learner.ddpg.agent import Training
+    from leo_learner.ddpg.configs import configuration
+    from leo_learner.runs.checkpoint import PREFIX, start_from
 
     if run.agent == 'sarsa':
+        from leo_learner.thesis import sarsa
+
         return sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
-    training = ddpg.Training(env, configuration(run.config, robot), run.seed)
+    training = Training(env, configuration(run.config, robot), run.seed)
     if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
         start_from(Path(run.start), training)
     return training

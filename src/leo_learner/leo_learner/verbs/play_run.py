@@ -3,19 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 import sys
 from typing import Any
 
+from rich.progress import Progress
+
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.dry_run import dry_run, DryRun
 from leo_diffmodel.next_run.run_file import read_run, Run
 from leo_diffmodel.next_run.simulate import start_of
 from leo_learner.verbs.play_question import agree, away, moved, see_that_somebody_answers, unturned
-from leo_learner.verbs.playing import playing
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
@@ -90,7 +92,7 @@ def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, A
 
 
 def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.running_robot import RobotPlayer, running_robot
+    from leo_learner.robot.running import RobotPlayer, running_robot
 
     with running_robot(ros_args) as running:
         if run.start or options.bag:
@@ -145,3 +147,12 @@ def _how_it_is_left(robot: Any) -> Iterator[None]:
 def _check_pose(robot: Any, run: Run, file: Path) -> None:
     if run.start and run.start not in robot.start_poses:
         raise UserError(f'{file} begins in {run.start!r}; the robot {robot.name} has no such pose')
+
+
+@contextmanager
+def playing(steps: int) -> Iterator[Callable[[], None]]:
+    """A bar with the time left, on stderr; what it yields is called after each of the steps."""
+    console = Terminal(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task('playing', total=steps)
+        yield lambda: bar.advance(task)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from leo_learner.verbs.playing import playing
+from leo_learner.verbs.play_run import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.terminal import leo
@@ -54,9 +54,9 @@ def motion_text(result: dict[str, Any]) -> str:
 
 
 def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
-    from leo_learner.collect import perform
-    from leo_learner.env import model_env
-    from leo_learner.rollouts import Rollouts
+    from leo_learner.environment.env import model_env
+    from leo_learner.environment.rollouts import Rollouts
+    from leo_learner.runs.collect import perform
     from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)
@@ -70,8 +70,8 @@ def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
 
 
 def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.collect import perform
-    from leo_learner.running_robot import running_robot
+    from leo_learner.robot.running import running_robot
+    from leo_learner.runs.collect import perform
 
     with running_robot(ros_args) as running:
         robot = running.ask()

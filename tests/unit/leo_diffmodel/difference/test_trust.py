@@ -11,10 +11,11 @@ import torch
 
 from leo_diffmodel.difference.data import channel_names, layout_of, predicted, Transitions
 from leo_diffmodel.difference.fit import calibration, fit, TRAIN
-from leo_diffmodel.difference.model import calibrated, DifferenceModel, from_bytes
+from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_diffmodel.difference.network import Config, CONFIGS, Network, RECOMMENDED, THESIS
 from leo_diffmodel.difference.service import correction
 from leo_diffmodel.difference.training import targets
+from leo_diffmodel.difference.trust import calibrated
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place

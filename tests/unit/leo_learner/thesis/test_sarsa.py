@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: Apache-2.0
+"""SARSA(lambda): the data sheet's numbers, its update by hand, learning, runs that go on."""
+
+from dataclasses import replace
+import json
+
+import gymnasium
+import numpy as np
+import pytest
+from safetensors.torch import load_file, save_file
+
+from leo_learner.environment.env import ModelEnv
+from leo_learner.runs.checkpoint import load_checkpoint, save_checkpoint
+from leo_learner.runs.learning import learn
+from leo_learner.runs.policy import Policy, save_policy
+from leo_learner.thesis.sarsa import Agent, Config, Training
+from leo_learner.thesis.sym import Sym
+from leo_learner.training.loop import play
+from leo_learner.training.replay import Transition
+from leo_learner.verbs import learn as learn_verb
+from leo_learner.verbs import play as play_verb
+from leo_msgs_py.errors import UserError
+from leo_sim.description.robot import load_robot
+from leo_sim.model import Model
+
+SMALL = Config(
+    levels=3, tilings=8, widths=(0.2, 1.5), memory=2**12, gamma=0.98, trace=0.8, test_interval=5
+)
+
+
+class Corridor(gymnasium.Env):
+    """Steps of 0.1 at most to the exit at 1; every step costs 1, 50 steps are too many."""
+
+    def __init__(self) -> None:
+        self.observation_space = gymnasium.spaces.Box(-1, 1, (1,), np.float64)
+        self.action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,), np.float64)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        nominal = (options or {}).get('pose') == 'nominal'
+        self._steps, self._at = 0, 0.0 if nominal else self.np_random.uniform(-0.5, 0.5)
+        return np.array([self._at]), {}
+
+    def step(self, action):
+        self._steps += 1
+        self._at = max(-1.0, self._at + 0.05 * float(action[0]))
+        return np.array([self._at]), -1.0, self._at > 0.99, self._steps == 50, {}
+
+
+def weights(training):
+    return training.agent.tiles.claimed()
+
+
+def same(one, other):
+    return all(np.array_equal(one[name], other[name]) for name in one)
+
+
+def test_numbers_of_the_data_sheet():
+    agent = Agent(10, np.full(3, 8.6), replace(Config(), memory=2**10), seed=0)
+    assert agent.actions.shape == (343, 3)
+    assert np.diff(agent.actions[:7, 2] * 8.6) == pytest.approx(2 * 8.6 / 6)
+    assert Config().widths == (0.28, 0.28, 0.28, 0.28, 0.14, 10, 10, 10, 10, 5, 5.33, 5.33, 5.33)
+    config = Config()
+    assert (
+        config.alpha,
+        config.gamma,
+        config.trace,
+        config.epsilon,
+        config.tilings,
+        config.memory,
+        config.initial,
+        config.test_interval,
+    ) == (0.2, 0.9962, 0.8582, 0.05, 16, 33_554_432, 0.01, 10)
+
+
+def test_update_by_hand():
+    """Accumulating traces over a dense vector of weights, as in Sutton and Barto."""
+    config = replace(SMALL, epsilon=1.0)
+    training, trace = Training(Corridor(), config, seed=3), np.zeros(SMALL.memory)
+    tiles, rng = training.agent.tiles, np.random.default_rng(0)
+    training._begin(np.random.default_rng(0))
+    at = rng.uniform(-0.1, 0.1, (7, 1))
+    training._explore(at[0])
+    dense = {}
+    for k in range(6):
+        action, terminated = training._choice, k == 5
+        own = tiles.claim(at[k], action)
+        for slot in own:
+            dense.setdefault(slot, float(tiles.weights[slot]))
+        value, values = np.mean([dense[slot] for slot in own]), tiles.values(at[k + 1])
+        training._learn(Transition(at[k], np.zeros(1), -float(k), at[k + 1], terminated))
+        ahead = 0.0 if terminated else config.gamma * values[training._choice]
+        trace *= config.gamma * config.trace
+        trace[own] += 1
+        for slot in dense:
+            dense[slot] += config.alpha * (-k + ahead - value) * trace[slot]
+    np.testing.assert_allclose(
+        [tiles.weights[slot] for slot in dense], list(dense.values()), rtol=1e-4, atol=1e-5
+    )
+    assert trace.max() > 1
+
+
+def test_explores_as_often_as_it_should():
+    training = Training(Corridor(), replace(SMALL, epsilon=0.3), seed=0)
+    training._begin(np.random.default_rng(0))
+    chosen = [training._chosen(np.array([0.0, 1.0, 1.0])) for _ in range(3000)]
+    assert np.mean(np.array(chosen) == 1) == pytest.approx(0.7 + 0.3 / 3, abs=0.03)
+    assert {0, 1, 2} == set(chosen)
+
+
+def test_finds_the_exit():
+    chance = Training(Corridor(), replace(SMALL, epsilon=1.0), seed=0)
+    chance._begin(np.random.default_rng(0))
+    draw = lambda seen: 2 * chance.agent.actions[chance._chosen(np.zeros(3))]  # noqa: E731
+    returns = play(Corridor(), draw, 20)
+    training = Training(Corridor(), SMALL, seed=0)
+    training.run(3000)
+    assert returns.mean() < -40
+    assert training.test(5).mean() > -14
+    assert training.best_return >= -11
+
+
+def test_a_lost_step_is_not_learned():
+    class Losing(Corridor):
+        def step(self, action):
+            result = super().step(action)
+            return (*result[:4], {'lost': True}) if self._steps == 5 else result
+
+    training = Training(Losing(), replace(SMALL, test_interval=1000), seed=0)
+    training._train_episode(lambda name, value, step: None)
+    assert training.steps == training._traced == 4
+
+
+def test_same_seed_same_weights():
+    runs = [Training(Corridor(), SMALL, seed) for seed in (1, 1, 2)]
+    for run in runs:
+        run.run(300)
+    assert same(weights(runs[0]), weights(runs[1]))
+    assert not np.array_equal(*(weights(run)['weight'][:50] for run in runs[1:]))
+
+
+def test_resumes_exactly(tmp_path):
+    whole, first, second = (Training(Corridor(), SMALL, seed=3) for _ in range(3))
+    whole.run(600)
+    first.run(250)
+    save_checkpoint(tmp_path, first)
+    load_checkpoint(tmp_path, second)
+    second.run(600)
+    assert same(weights(whole), weights(second)) and same(whole.best, second.best)
+    assert (second.steps, second.best_return) == (whole.steps, whole.best_return)
+    with pytest.raises(UserError, match='another config'):
+        load_checkpoint(tmp_path, Training(Corridor(), replace(SMALL, alpha=0.1), seed=3))
+
+
+def test_spoilt_checkpoint_is_one_line(tmp_path):
+    folder = save_checkpoint(tmp_path, Training(Corridor(), SMALL, seed=3))
+    file = folder / 'agent.safetensors'
+    file.write_bytes(file.read_bytes()[:-1])
+    with pytest.raises(UserError, match='cannot be read'):
+        load_checkpoint(tmp_path, Training(Corridor(), SMALL, seed=3))
+
+
+def test_policy_file_acts_as_the_best_did(tmp_path):
+    robot, env = load_robot('leo_ode'), Sym(ModelEnv(Model('leo_ode', scheme='training')))
+    training = Training(env, Config(memory=2**16, test_interval=1, initial=5.0), seed=7)
+    outcome = learn(training, robot, 60, tmp_path, quiet=True)
+    policy = Policy.load(outcome.policy)
+    policy.check(robot)
+    assert policy.actions == 'sym' and policy.metadata['agent'] == 'sarsa'
+    assert float(play(policy.on(env.unwrapped), policy, 1)[0]) == outcome.test_return
+    seen = np.random.default_rng(0).normal(size=(5, 10))
+    assert policy(seen).shape == (5, 3)
+    assert np.array_equal(policy(seen)[2], policy(seen[2]))
+
+
+def test_sarsa_on_other_numbers_is_one_line():
+    with pytest.raises(UserError, match='tiles over 13 numbers, here are 1 observed') as error:
+        Training(Corridor(), Config(), seed=0)
+    assert '\n' not in str(error.value)
+
+
+def test_policy_of_a_larger_memory_is_refused(tmp_path):
+    env = Sym(ModelEnv(Model('leo_ode')))
+    training = Training(env, Config(memory=2**16), seed=7)
+    for x in np.linspace(-1, 1, 50):
+        training.agent.tiles.claim(np.full(10, x), 3)
+    training.keep()
+    path = tmp_path / 'policy.safetensors'
+    save_policy(path, training, load_robot('leo_ode'))
+    metadata = dict(Policy.load(path).metadata)
+    metadata['config'] = json.dumps(json.loads(metadata['config']) | {'memory': 16})
+    save_file(load_file(path), path, metadata)
+    with pytest.raises(UserError, match=r'not a policy file .*memory of 16'):
+        Policy.load(path)
+
+
+def test_learn_and_play(tmp_path, capsys):
+    folder = str(tmp_path / 'run')
+    argv = ['--agent', 'sarsa', '--seed', '1', '--steps', '30', '-o', folder, '--json']
+    assert learn_verb.main(argv) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (told['model'], told['agent'], told['actions'], told['config']) == (
+        'leo_ode',
+        'sarsa',
+        'sym',
+        'thesis',
+    )
+    assert play_verb.main([told['policy'], '--model', 'leo_ode', '--json']) == 0
+    played = json.loads(capsys.readouterr().out.splitlines()[-1])
+    # It was tested on the coarser scheme that it was trained on.
+    assert played['returns'] == [pytest.approx(told['test_return'], rel=0.01)]
+    assert played['walks'][0]['fell'] and played['walks'][0]['energy'] > 0
+    assert play_verb.main([told['policy'], '--model', 'leo_ode']) == 0
+    assert 'footsteps' in capsys.readouterr().out
