@@ -54,27 +54,24 @@ _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
 
 
 class McapFile:
-    """The records of one file, finished or not.
-
-    Attributes:
-        finished: whether the file ends as a whole one does (known once `records` is exhausted).
-        cut: whether the record at hand is not whole, as the last one of a killed recorder.
-        damaged: records that do not read, and chunks that are not what was written; left out.
-    """
+    """The records of one file, finished or not."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.finished = self.cut = False
-        self.damaged = 0
+        self.finished = False  # whether it ends as a whole one; known once `records` is exhausted
+        self.cut = (
+            False  # whether the record at hand is not whole, as a killed recorder's last one
+        )
+        self.damaged = (
+            0  # records that do not read, chunks that are not what was written; left out
+        )
 
     def records(self) -> Iterator[McapRecord]:
         """Yield schemas, channels, messages and metadata in file order.
 
         What is damaged is counted and left out, what is around it still counts: a damaged record
         costs itself, a chunk whose checksum fails all its messages, a cut what comes behind it.
-
-        Raises:
-            UserError: not an MCAP file, or one of too many topics.
+        UserError: not an MCAP file, or one of too many topics.
         """
         topics: set[str] = set()
         for record in self._all():
@@ -134,7 +131,6 @@ class McapFile:
 
 
 def refuse_many(path: Path, topics: Collection[object]) -> None:
-    """Raise UserError where a file has more topics than robots have."""
     if len(topics) > MOST_TOPICS:
         raise UserError(
             f'{path} has more than {MOST_TOPICS} topics, as no robot has; make a bag '
@@ -194,14 +190,9 @@ def _pieces(chunk: Chunk) -> Iterator[bytes]:
 
 
 def find_files(path: Path) -> tuple[Path, ...]:
-    """Return the MCAP files of a bag in recording order.
+    """The MCAP files of a rosbag2 folder or one .mcap, in recording order.
 
-    Args:
-        path: a rosbag2 folder or one .mcap file.
-
-    Raises:
-        UserError: nothing there, no .mcap in it, one that cannot be read, or another storage or
-            compression.
+    UserError: nothing there, no .mcap in it, one that cannot be read, or another storage.
     """
     if not path.exists():
         raise UserError(f'no bag at {path}; record one with: {leo("bag", "record", "-o", path)}')
@@ -226,7 +217,6 @@ def _readable(file: Path) -> Path:
 
 
 def sha256(files: tuple[Path, ...]) -> str:
-    """Return the SHA-256 of the bytes of all files of a bag, in order."""
     digest = hashlib.sha256()
     for file in files:
         digest.update(file.read_bytes())

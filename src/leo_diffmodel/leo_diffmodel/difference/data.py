@@ -46,9 +46,8 @@ def transitions(
 ) -> Transitions:
     """The control steps of some recordings, the first `limit` of them, with the model's answer.
 
-    Raises:
-        UserError: not one step in which the motors were on and the input was held, or recordings
-            of several control periods.
+    UserError: not one step in which the motors were on and the input was held, or recordings of
+    several control periods.
     """
     recordings = list(recordings)
     steps = [(r, [s for e in r.episodes for s in _steps(e, r.command_period)]) for r in recordings]
@@ -78,7 +77,6 @@ def _period(recordings: Sequence[Recording]) -> float:
 
 
 def predicted(steps: Transitions, model: Model) -> Transitions:
-    """Steps as they were, with the predictions of `model`."""
     from leo_sim.model.batch import rollout
 
     q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None, :], steps.period)

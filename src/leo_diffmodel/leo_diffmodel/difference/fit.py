@@ -55,10 +55,8 @@ def fit(
 
     The last of the training part chooses the epoch and, of an ensemble, calibrates its spread.
     `start` is the previous difference model, `base` the text of the file of a repaired model;
-    `seed` is of the first weights, the batches and the dropout.
-
-    Raises:
-        UserError: too few transitions, or steps of another length than the robot's.
+    `seed` is of the first weights, the batches and the dropout. UserError: too few transitions, or
+    steps of another length than the robot's.
     """
     if len(steps) < LEAST:
         raise UserError(

@@ -75,11 +75,7 @@ class Updates:
         return dict(sorted(found.items(), reverse=True))
 
     def begin(self, bags: Sequence[Path]) -> None:
-        """Start a fit to everything recorded so far; it must not be busy.
-
-        Raises:
-            UserError: there is no bag, or nothing can be written.
-        """
+        """Start a fit to everything recorded so far; UserError where there is nothing."""
         if not bags:
             raise UserError('nothing is recorded yet; let the robot run first')
         kept = self.kept()
@@ -136,7 +132,6 @@ class Updates:
 
 
 def main(argv: list[str]) -> int:
-    """Fit the difference model to bags and write its weights."""
     parser = argparse.ArgumentParser(prog='python -m leo_diffmodel.difference.job')
     parser.add_argument('bags', nargs='+', type=Path)
     parser.add_argument('--model', required=True, help='model file or robot')

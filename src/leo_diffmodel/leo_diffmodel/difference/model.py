@@ -125,9 +125,8 @@ class DifferenceModel:
     def model_beside(self, path: Path, given: Model) -> Model:
         """The model it goes on top of: `given`, or the repaired one, which is written to `path`.
 
-        Raises:
-            UserError: it is of another robot or was fitted over another model; the repaired model
-                is none for this program, or cannot be written.
+        UserError: it is of another robot or was fitted over another model; the repaired model is
+        none for this program, or cannot be written.
         """
         self.check(given.robot)
         beneath = self._written(path) if self.base else given
@@ -228,11 +227,7 @@ def _trust(tensors: dict[str, Tensor], outputs: int) -> Trust:
 
 
 def read_difference(path: Path, robot: Robot) -> DifferenceModel:
-    """Read a difference model of a robot from a file.
-
-    Raises:
-        UserError: it is not there, no difference model, or one of another robot.
-    """
+    """Read the difference model of a robot; UserError where it is none, or of another robot."""
     if not path.is_file():
         raise UserError(f'no difference model {path}; model.yaml or --difference names it')
     difference = from_bytes(path.read_bytes(), str(path))
@@ -257,11 +252,7 @@ def first_whole(
 
 
 def load_difference(path: Path, model: Model) -> DifferenceModel:
-    """Read the difference model of a model from a file.
-
-    Raises:
-        UserError: as `read_difference`, or it goes on top of another model.
-    """
+    """As `read_difference`; UserError also where it goes on top of another model."""
     difference = read_difference(path, model.robot)
     if said := differing(of_model(difference.beneath(model)), of_model(model)):
         raise UserError(

@@ -35,8 +35,6 @@ JUST_NOW = 4.0
 
 @dataclass(frozen=True)
 class Settings:
-    """What the difference model of a node is made of."""
-
     model: str  # model file or robot name the difference is taken from
     bags: Callable[[], Sequence[Path]]  # folders of what was recorded so far, the open one too
     folder: Path  # where the weights are kept; found again after a restart
@@ -80,7 +78,6 @@ class DifferenceService:
         )
 
     def close(self) -> None:
-        """End a fit that is under way; the weights so far stay."""
         self._updates.stop()
 
     def _on_update(self, _request: Any, response: Any) -> Any:
@@ -175,9 +172,7 @@ def correction(
 
     `corrected` is the model that `difference` goes on top of: the same, or a repaired one. State
     (J,) and held inputs [V, N m or rad], (A,). Where they lead to no finite state it is 0.
-
-    Raises:
-        UserError: a state that no step begins from.
+    UserError: a state that no step begins from.
     """
     with np.errstate(all='ignore'):
         following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
@@ -188,11 +183,7 @@ def correction(
 
 
 def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angles and rates (J,) and inputs (A,) of a query.
-
-    Raises:
-        UserError: a joint, its position or velocity, or the inputs are missing.
-    """
+    """Angles and rates (J,) and inputs (A,) of a query; UserError where one is missing."""
     robot = model.robot
     asked = JointStates.from_message(message).of(robot.joint_names)
     driven = [robot.joint_names.index(actuator.joint) for actuator in robot.actuators]

@@ -82,8 +82,6 @@ def _stepper(
 
 
 class _Best:
-    """The weights of every member's best epoch."""
-
     def __init__(self, network: Network) -> None:
         self._parameters = list(network.parameters())
         self._kept = [p.detach().clone() for p in self._parameters]

@@ -24,7 +24,6 @@ EXAMPLES = (
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo add`; exit status 0."""
     arguments = _parser().parse_intermixed_args(argv)
     given = model = load_model(_model(arguments))
     if bool(arguments.source) == bool(arguments.words):

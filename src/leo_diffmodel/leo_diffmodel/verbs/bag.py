@@ -46,7 +46,6 @@ a new bag; the old one stays as it is.
 
 
 def main(argv: list[str]) -> int:
-    """Run the chosen subcommand and return its exit status."""
     verbs = (_record, _play, _info, _show, _cut, _fix)
     about = 'Record, play, look into, draw, cut and mend bags (rosbag2, MCAP).'
     run = dict(zip(EXAMPLES, verbs, strict=True))
@@ -190,7 +189,6 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
 
 
 def _fix(argv: list[str]) -> int:
-    """Run `leo bag fix`; exit status 1 where something that is sure could not be mended."""
     parser = _of_a_bag('fix', _FIX_ABOUT)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
     parser.add_argument('--model', default='', help="the bag's robot by default")

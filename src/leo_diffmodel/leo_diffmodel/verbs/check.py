@@ -49,7 +49,7 @@ TOGETHER = {
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo check`; exit status 0 for a good bag, 1 where something limits it."""
+    """Exit status 0 for a good bag, 1 where something limits it."""
     from leo_diffmodel.check.check import check
     from leo_diffmodel.explain.problem.candidates import candidates
 
@@ -91,7 +91,6 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
 
 
 def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:
-    """The part that the command line asks for; None where nothing is there."""
     with suppress(UserError):
         return recording and common.span(arguments, [recording])[0]
     return None
@@ -113,7 +112,6 @@ def _point_on(
 
 
 def show(result: Check, console: Console) -> None:
-    """Print findings, what each joint was put through, and what each effect would need."""
     _findings(result, console)
     for unit in dict.fromkeys(row.angle_unit for row in result.excitation):
         rows = [row for row in result.excitation if row.angle_unit == unit]

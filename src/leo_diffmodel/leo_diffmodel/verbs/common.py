@@ -65,7 +65,6 @@ def add_bag_arguments(
 
 
 def add_search_arguments(arguments: Parser) -> None:
-    """How long to search, and whether to use what was moved from outside."""
     arguments.add_argument(
         '--within',
         type=until,
@@ -109,11 +108,7 @@ def left(arguments: argparse.Namespace) -> float:
 
 
 def named_model(ref: str) -> Model:
-    """The model of a command line without its difference model, and says so: none is used.
-
-    Raises:
-        UserError: as `load_model`, or its difference model is not there or is none of this model.
-    """
+    """The model of a command line without its difference model, which is said: none is used."""
     model = load_model(ref)
     if model.difference_model is None:
         return model
@@ -142,7 +137,6 @@ def _read(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Rec
 
 
 def print_warnings(recordings: Sequence[Recording]) -> None:
-    """Print what reading them warned of to stderr."""
     for recording in recordings:
         for warning in recording.warnings:
             print(f'warning: {warning}', file=sys.stderr)
@@ -151,11 +145,7 @@ def print_warnings(recordings: Sequence[Recording]) -> None:
 def read_all(
     arguments: argparse.Namespace, model: Model, whole: bool = False
 ) -> tuple[list[Recording], list[Recording]]:
-    """The bags to learn from and those held out, by their rates unless each is wanted `whole`.
-
-    Raises:
-        UserError: as `read_bag`, or the same bag is there twice.
-    """
+    """The bags to learn from and those held out, by their rates unless each is wanted `whole`."""
     recordings = _read(arguments.bags, model, arguments.topic_map)
     held = _read(arguments.hold_out, model, arguments.topic_map)
     recordings, held = span(arguments, recordings), span(arguments, held)
@@ -164,13 +154,12 @@ def read_all(
 
 
 def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list[Recording]:
-    """The part of each recording that the command line asks for; all of it by default."""
     begin, end = arguments.begin, arguments.end
     return [r if begin is end is None else between(r, begin, end) for r in recordings]
 
 
 def is_driven(model: Model) -> bool:
-    """Whether a run can be sent to the robot: it has motors."""
+    """Whether a run can be sent to the robot."""
     return any(actuator.strongest > 0 for actuator in model.robot.actuators)
 
 
@@ -180,11 +169,7 @@ def own_effects(arguments: argparse.Namespace) -> list[Effect]:
 
 
 def fresh_folder(path: str | None) -> Path | None:
-    """A folder to write to; it may exist, but not as a file.
-
-    Raises:
-        UserError: a file is in the way, or it cannot be written to.
-    """
+    """A folder to write to, made or not; UserError where that cannot be."""
     if path is None:
         return None
     folder = Path(path)
@@ -217,7 +202,6 @@ def watch(arguments: argparse.Namespace) -> str:
 
 
 def point_on_watch(arguments: argparse.Namespace) -> None:
-    """Print how to open the live page on what a command line names."""
     print(f'or see it on a live page: {watch(arguments)}')
 
 

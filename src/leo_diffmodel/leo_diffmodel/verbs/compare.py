@@ -37,7 +37,6 @@ AHEAD = 'rms error ahead of the measured start / noise floor'
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo compare`; exit status 0."""
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
     if len(arguments.model) > 1:
@@ -79,7 +78,6 @@ def _write(
 
 
 def show(data: dict) -> None:
-    """Print the errors ahead, and where the model fails."""
     console = Terminal(highlight=False)
     console.print(_horizons(data) if len(data['states']) <= MOST_COLUMNS else _states(data))
     if data['untrusted']:
@@ -118,7 +116,6 @@ def _horizons(data: dict) -> Table:
 
 
 def _states(data: dict) -> Table:
-    """Errors ahead of many states: a line each, and some of the horizons."""
     rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
     rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
     table = Table('state', *figures(*(f'{row["seconds"]:.3g} s' for row, _ in rows)), title=AHEAD)
@@ -190,11 +187,6 @@ def _or_dash(value: float | None, unit: str = '') -> str:
 
 
 def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
-    """Rank the models of a command line, print or write it; exit status 0.
-
-    Raises:
-        UserError: a model is there twice, or as `rank`.
-    """
     names = arguments.model
     if twice := [name for name in names if names.count(name) > 1]:
         raise UserError(f'--model {twice[0]} is there twice')

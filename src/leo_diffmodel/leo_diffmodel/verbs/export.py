@@ -42,7 +42,6 @@ COLUMNS = {
 
 
 def main(argv: list[str]) -> int:
-    """Write a model in another simulator's format and say what is not in it; exit status 0."""
     options = _parser().parse_args(argv)
     format_, output = _chosen(options)
     model = load_model(options.model)
@@ -119,7 +118,6 @@ def _chosen(options: argparse.Namespace) -> tuple[Format, Path]:
 def _checked(
     options: argparse.Namespace, model: Model, made: Export, format_: Format
 ) -> dict[str, Any]:
-    """What it costs on the bags; nothing is written before."""
     from leo_diffmodel.exported.check import check, needs_mujoco, STAGES
 
     text = next(iter(made.texts.values())) if format_.name == 'MJCF' else None

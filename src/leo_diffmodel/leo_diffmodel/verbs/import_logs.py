@@ -49,7 +49,6 @@ a column map:
 
 
 def main(argv: list[str]) -> int:
-    """Import logs, or guess their column map; 0 when it is written."""
     options = _parser().parse_args(argv)
     if options.guess:
         return _guess(options)

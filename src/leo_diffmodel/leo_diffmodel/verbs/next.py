@@ -37,7 +37,7 @@ ABOUT = {'separate': 'nothing here tells these apart', 'show': 'these could not 
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
+    """Exit status 0, or 1 where no run of the menu helps."""
     from leo_diffmodel.next_run.menu import MotionRun
     from leo_diffmodel.next_run.proposal import propose
     from leo_diffmodel.next_run.run_file import Run, write_run
@@ -74,11 +74,6 @@ def predict_words(ref: str, model: Model) -> list[str]:
 
 
 def check_driven(model: Model) -> None:
-    """See that a run can be sent to the robot.
-
-    Raises:
-        UserError: it has no motors.
-    """
     if not common.is_driven(model):
         why = 'has no motors, so there is no run to send; swing it by hand from other angles'
         raise UserError(f'{model.robot.name} {why}')
@@ -184,7 +179,6 @@ def _nothing(answer: dict[str, Any]) -> str:
 
 
 def _best(found: Proposal, seconds: float) -> str:
-    """What the best run says, and whether it is long enough."""
     from leo_diffmodel.check.amplitudes import needed
     from leo_diffmodel.explain.settings import SETTINGS
 
@@ -203,7 +197,6 @@ def _best(found: Proposal, seconds: float) -> str:
 
 
 def _number(nats: float) -> str:
-    """Evidence, as much as one can read of it."""
     return 'over 1000' if nats > 1000 else f'{nats:.1f}'
 
 

@@ -33,7 +33,7 @@ EXAMPLES = (
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo repair`; exit status as `leo explain`."""
+    """Exit status as `leo explain`."""
     from leo_diffmodel.report.explained import explanation_page
 
     arguments = _parser().parse_args(argv)

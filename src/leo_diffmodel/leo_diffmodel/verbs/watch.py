@@ -38,7 +38,6 @@ HINT = 'start one, as in: leo run leo_sim robot --ros-args -p robot:=pendulum'
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo watch` until it is interrupted."""
     from leo_diffmodel.watch.errand import Finder
     from leo_diffmodel.watch.page.document import Tab
     from leo_diffmodel.watch.scene import Scene
@@ -61,7 +60,6 @@ def main(argv: list[str]) -> int:
 def _server(
     arguments: argparse.Namespace, state: State, finder: Finder, tab: OpenTab
 ) -> WatchServer:
-    """The page of a state, and say where it is."""
     from leo_diffmodel.watch.next_run import NextRun
     from leo_diffmodel.watch.page.document import Page
     from leo_diffmodel.watch.page.server import WatchServer
@@ -74,7 +72,6 @@ def _server(
 
 
 def _live(argv: list[str]) -> int:
-    """Run `leo watch --live` until it is interrupted."""
     from leo_diffmodel.bags.topic_map import read_topic_map
     from leo_diffmodel.nodes.live_robot import live_robot
     from leo_diffmodel.watch.live.renewing import Source

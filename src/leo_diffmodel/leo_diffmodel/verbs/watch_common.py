@@ -32,7 +32,6 @@ EXAMPLES = (
 
 
 def say(arguments: argparse.Namespace, url: str, port: int) -> None:
-    """Where the page is; open it where there is a screen."""
     if arguments.json:
         print(json.dumps({'url': url, 'port': port}), flush=True)
     else:
@@ -49,7 +48,6 @@ def screen() -> bool:
 
 
 def parser() -> Parser:
-    """What is typed after `leo watch`."""
     arguments = common.parser('watch', ABOUT, EXAMPLES)
     common.add_bag_arguments(arguments)
     add_page_arguments(arguments)
@@ -57,7 +55,6 @@ def parser() -> Parser:
 
 
 def add_page_arguments(arguments: Parser) -> None:
-    """Where it writes, and how the page is served."""
     arguments.add_argument(
         '-o', dest='output', metavar='DIR', help="where 'add to model' writes; without, nowhere"
     )
@@ -85,11 +82,7 @@ def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
 
 
 def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], None]) -> Plan:
-    """What `leo next` says to the same words as `asked`, and to the explain.json that this gave.
-
-    Raises:
-        UserError: the robot has no motors, or the bags are too short to plan from.
-    """
+    """What `leo next` says to the same words as `asked`, and to its explain.json."""
     from leo_diffmodel.next_run.proposal import propose
     from leo_diffmodel.verbs.next import check_driven, in_words, predict_words, SECONDS
     from leo_diffmodel.watch.next_run import Plan

@@ -46,7 +46,7 @@ def hidden_layers(sizes: list[int], extra_at_last: int, layer_norm: bool) -> nn.
 
 
 def output_layer(n_in: int, n_out: int) -> nn.Linear:
-    """Linear layer, weights U(+-0.003), bias zero."""
+    """Linear, weights U(+-0.003), bias zero."""
     layer = nn.Linear(n_in, n_out)
     nn.init.uniform_(layer.weight, -3e-3, 3e-3)
     nn.init.zeros_(layer.bias)

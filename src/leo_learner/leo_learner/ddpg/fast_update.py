@@ -81,7 +81,6 @@ class FastUpdate:
 
 
 def product(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
-    """The matrix product of a (B, n) and b (n, m), in `out` where it is given."""
     if a.size * b.shape[1] < LARGE:
         return cast(np.ndarray, np.dot(a, b, out))
     into = None if out is None else torch.from_numpy(out)
@@ -140,7 +139,6 @@ class Layers:
         self._output = _Linear(network.output)
 
     def forward(self, x: np.ndarray, action: np.ndarray | None = None) -> np.ndarray:
-        """The linear output (B, n) for inputs (B, n_in)."""
         for layer in self._hidden:
             if action is not None and layer is self._hidden[-1]:
                 x = np.concatenate([x, action], axis=1)

@@ -33,39 +33,24 @@ class Plan:
     """Sizes of the main job, chosen to end within six minutes on two cores."""
 
     hidden_seed: int = 1
-    noise: tuple[float, float] = (0.001, 0.02)
-    """Of the robot's sensors: angle [rad], rate [rad/s]."""
-    seed: int = 1
-    """Of every training, and of the robot's noise and starts."""
-    steps: int = 8000
-    """Training on the ideal model."""
-    more_steps: int = 5000
-    """Retraining, on the repaired model and on the robot, from the ideal policy."""
-    transitions: int = 1000
-    """Recorded for the repair."""
-    episodes: int = 5
-    """Played on the robot with each policy, from the same starts."""
+    noise: tuple[float, float] = (0.001, 0.02)  # of the sensors: angle [rad], rate [rad/s]
+    seed: int = 1  # of every training, and of the robot's noise and starts
+    steps: int = 8000  # training on the ideal model
+    more_steps: int = 5000  # retraining, on the repaired model and on the robot, from that policy
+    transitions: int = 1000  # recorded for the repair
+    episodes: int = 5  # played on the robot with each policy, from the same starts
 
 
 @dataclass
 class Found:
-    """What came out; `demo.json`.
+    """What came out; `demo.json`."""
 
-    Attributes:
-        repair: what `leo repair --json` said.
-        truth: what `leo reveal --json` said.
-        returns: mean on the robot by policy: ideal, repaired, real.
-        measured: `explain.json` of the real pendulum, None without its recordings.
-        difference: whether a difference model was learned on top of the named effects.
-        seconds: wall time.
-    """
-
-    repair: dict[str, Any] = field(default_factory=dict)
-    truth: dict[str, Any] = field(default_factory=dict)
-    returns: dict[str, float] = field(default_factory=dict)
-    measured: dict[str, Any] | None = None
-    difference: bool = False
-    seconds: float = 0.0
+    repair: dict[str, Any] = field(default_factory=dict)  # said by `leo repair --json`
+    truth: dict[str, Any] = field(default_factory=dict)  # said by `leo reveal --json`
+    returns: dict[str, float] = field(default_factory=dict)  # mean on the robot by policy
+    measured: dict[str, Any] | None = None  # `explain.json` of the real pendulum, if it is there
+    difference: bool = False  # whether one was learned on top of the named effects
+    seconds: float = 0.0  # wall time
 
 
 class MainJob:
@@ -76,7 +61,6 @@ class MainJob:
         self.found = Found()
 
     def run(self) -> Found:
-        """Everything; processes are ended whatever happens."""
         began = time.monotonic()
         with Processes(self._folder / 'logs') as processes:
             self._processes = processes
@@ -207,7 +191,6 @@ class MainJob:
 
 
 def closing(found: Found, folder: Path, console: Console) -> None:
-    """Print what was found and the truth, errors, returns and where the reports are."""
     table = Table(title=f'the main job, {found.seconds:.0f} s', show_header=False)
     table.add_column(style='bold')
     table.add_column(overflow='fold')
@@ -247,7 +230,6 @@ def named(answer: Mapping[str, Any]) -> str:
 
 
 def described(effects: Sequence[Mapping[str, Any]]) -> str:
-    """Effects with place, values and units, one per line."""
     return '\n'.join(
         f'{effect["name"]} at {_place(effect["where"])}: '
         + ', '.join(_value(name, entry) for name, entry in effect['parameters'].items())
@@ -272,10 +254,7 @@ def _confusable(effect: Mapping[str, Any]) -> str:
 
 
 def _add_error(table: Table, answer: Mapping[str, Any], kind: str) -> None:
-    """Held-out errors as given, repaired and of noise alone.
-
-    `kind` is rmse, or median where somebody may have pushed the robot.
-    """
+    """Held-out errors; `kind` is rmse, or median where somebody may have pushed the robot."""
     ladder = answer['errors'].get('ladder')
     if not ladder:
         return

@@ -33,11 +33,7 @@ POLL = 0.1
 
 @contextmanager
 def free_domain() -> Iterator[int]:
-    """A ROS_DOMAIN_ID nobody uses on this machine, kept from others by a lock file while inside.
-
-    Raises:
-        UserError: none is left.
-    """
+    """A ROS_DOMAIN_ID that nobody uses here, kept from others by a lock file while inside."""
     domains = list(range(1, 100))
     random.shuffle(domains)
     for domain in domains:
@@ -55,11 +51,7 @@ def free_domain() -> Iterator[int]:
 
 
 class Processes(AbstractContextManager['Processes']):
-    """Starts `leo` commands in a folder's log files and ends them all on leaving.
-
-    Args:
-        logs: folder of the log files.
-    """
+    """Starts `leo` commands, with log files in a folder, and ends them all on leaving."""
 
     def __init__(self, logs: Path) -> None:
         self._logs = logs
@@ -73,10 +65,7 @@ class Processes(AbstractContextManager['Processes']):
         self._running: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str, *words: str, files: Sequence[int] = ()) -> None:
-        """Start `leo WORDS` in the background; its output goes to `name`.log.
-
-        `files` are descriptors that it inherits.
-        """
+        """Start `leo WORDS` behind, with output in `name`.log and descriptors `files`."""
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(
                 _command(words),
@@ -111,26 +100,17 @@ class Processes(AbstractContextManager['Processes']):
             process.wait()
 
     def wait_for(self, path: Path, name: str) -> None:
-        """Wait until a background process has made a file or a folder.
-
-        Raises:
-            UserError: it has ended without.
-        """
+        """Wait until a process has made a file or a folder; UserError where it ends without."""
         while not path.exists():
             if self._running[name].poll() is not None and not path.exists():
                 raise UserError(f'{name} ended without {path}; see {self._logs / name}.log')
             time.sleep(POLL)
 
     def wait(self, name: str) -> int:
-        """Exit status of a background process, once it has ended."""
         return self._running.pop(name).wait()
 
     def ask(self, *words: str) -> dict[str, Any]:
-        """Run `leo WORDS --json` and return what it printed; progress stays visible.
-
-        Raises:
-            UserError: it failed with status 2 or worse (its own line has been shown).
-        """
+        """What `leo WORDS --json` printed; UserError where it failed with status 2 or worse."""
         done = subprocess.run(
             _command((*words, '--json')), env=self._environment, stdout=subprocess.PIPE
         )

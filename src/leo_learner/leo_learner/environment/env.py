@@ -23,14 +23,10 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
     """What every environment of a robot shares: spaces, length of an episode, reward.
 
     Observations are those of robot.yaml; actions are inputs [V, N m or rad] in actuator order.
-
-    Attributes:
-        sensed: the latest state as the sensors read it; set by `reset` and `step`.
-        applied: the inputs of the latest step after the limits [V, N m or rad], (A,).
     """
 
-    sensed: State
-    applied: np.ndarray
+    sensed: State  # the latest one as the sensors read it; set by `reset` and `step`
+    applied: np.ndarray  # inputs of the latest step after the limits [V, N m or rad], (A,)
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -52,7 +48,6 @@ class RobotSpaces(gymnasium.Env[np.ndarray, np.ndarray]):
     def _outcome(
         self, before: State, inputs: np.ndarray, after: State, info: dict[str, Any] | None = None
     ) -> Step:
-        """Observation, reward and end of the step from one sensed state to the next."""
         self._steps += 1
         self.sensed, self.applied = after, inputs
         ended = self._task.terminated(after)
@@ -81,7 +76,6 @@ class ModelEnv(RobotSpaces):
 
     @property
     def made_of(self) -> Physics:
-        """The model, and what the difference model says."""
         added = self.difference.digest if self.difference else 'none'
         return of_model(self.model) | {'difference model (hash)': added}
 
@@ -117,11 +111,7 @@ class ModelEnv(RobotSpaces):
 
 
 def model_env(model: Model) -> ModelEnv:
-    """The environment of a model with the difference model that goes with it, if any.
-
-    Raises:
-        UserError: that difference model is not there, or is none of this model.
-    """
+    """The environment of a model with its difference model, if any (`load_difference`)."""
     if model.difference_model is None:
         return ModelEnv(model)
     difference = load_difference(model.difference_model, model)

@@ -75,7 +75,6 @@ class Rollouts(gymnasium.Wrapper):
         self.episodes = []
 
     def _whole(self) -> tuple[Episode, ...]:
-        """The episodes of two steps or more."""
         period = self.model_env.robot.control_period
         return tuple(_episode(rows, period) for rows in self.episodes if len(rows) > 2)
 
@@ -99,8 +98,6 @@ def _run(episode: Episode, robot: Robot) -> Run:
 
 @dataclass(frozen=True)
 class Left:
-    """How one episode left the data."""
-
     seconds: float | None  # from its start to the first step outside [s]; None where none is
     channel: str | None  # what was furthest from the data then, as `left_knee rate`
     share: float  # of its steps that are outside
@@ -149,7 +146,6 @@ class Recorded(gymnasium.Wrapper):
         return answer
 
     def walk(self) -> Walk:
-        """Figures of the episode so far."""
         q, dq = np.array([(state.q, state.dq) for state in self._states]).swapaxes(0, 1)
         return walked(self._base.robot, q, dq, np.array(self._inputs))
 

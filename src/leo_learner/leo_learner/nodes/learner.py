@@ -56,7 +56,6 @@ ASK_AGAIN = 5.0
 
 
 def read_settings(node: Node) -> Settings:
-    """Declare the numbers of `Settings` as parameters on `node`, and read them."""
     defaults = {name: v for name, v in asdict(Settings()).items() if not isinstance(v, bool)}
     given = {name: fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
@@ -69,8 +68,7 @@ def read_settings(node: Node) -> Settings:
 def checked(start: str, robot: Robot, config: Config) -> Path | None:
     """The folder of the run that takes the place of the first training.
 
-    Raises:
-        UserError: it has no checkpoint, or one that a training of `config` cannot go on with.
+    UserError: it has no checkpoint, or one that a training of `config` cannot go on with.
     """
     if not start:
         return None
@@ -92,7 +90,6 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run the learner node until its last update is tested."""
     with graph(argv):
         node = Node('learner')
         status = Status(node)
@@ -113,7 +110,6 @@ def main(argv: list[str]) -> int:
 
 
 def _algorithm(node: Node, status: Status) -> Algorithm5:
-    """What the node's parameters ask for, on the robot and the difference model of the graph."""
     settings = read_settings(node)
     trust_parameter(private_parameter(node, 'effect', ['']))
     model = load_model(fixed_parameter(node, 'model', 'pendulum'))
@@ -152,7 +148,6 @@ class Status:
         every(node, PERIOD, self._report)
 
     def say(self, text: str) -> None:
-        """Log one line; it is the message of the reports until the next."""
         self._said = text
         self._node.get_logger().info(text)
 
@@ -227,7 +222,6 @@ class DifferenceClient:
         self._accepted = self._accepted or answer.success
 
     def _log(self, text: str) -> None:
-        """Say it once, however often it is the answer."""
         if text != self._said:
             self._node.get_logger().info(text)
         self._said = text

@@ -68,7 +68,6 @@ class RobotEnv(RobotSpaces):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Ask the robot to its start pose and wait for its first state there."""
         super().reset(seed=seed)
         self._state = self._at_start()
         return self._begin(_state(self._state)), {}
@@ -90,7 +89,6 @@ class RobotEnv(RobotSpaces):
         return _state(self._latest)
 
     def _found(self) -> None:
-        """Wait for the robot; UserError where it says that it is another one."""
         self._wait(self._reset.service_is_ready, ROBOT)
         refuse_other(self._said(), self.robot)
         self._wait(self._robot_there, ROBOT)

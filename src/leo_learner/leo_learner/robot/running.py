@@ -26,7 +26,6 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import call, graph, join, listen, running, spin_once, spin_until
 from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot, Robot
-from leo_sim.model import State
 
 FOUND_SECONDS = 10.0
 """How long a robot is looked for."""
@@ -39,39 +38,26 @@ SAID_SECONDS = 0.5
 
 @contextmanager
 def running_robot(ros_args: list[str], name: str = 'play') -> Iterator[RunningRobot]:
-    """A node of ours on the graph of the robot, named `name`."""
     with graph(ros_args):
         yield RunningRobot(join(Node(name)))
 
 
 class RunningRobot:
-    """The node `robot`, through a node of ours that has joined the graph.
-
-    Attributes:
-        facts: what it says about itself, as bags say it; set by `ask`.
-    """
+    """The node `robot`, through a node of ours that has joined the graph."""
 
     def __init__(self, node: Node) -> None:
         self.node = node
-        self.facts: dict[str, str] = {}
+        self.facts: dict[str, str] = {}  # what it says about itself, as bags say it; set by `ask`
 
     def ask(self) -> Robot:
-        """Which robot it is.
-
-        Raises:
-            UserError: there is none, or it does not say.
-        """
+        """Which robot it is; UserError where there is none, or it does not say."""
         self.facts = self._facts(FACTS) or self._facts(FACTS[:1])
         if 'robot' not in self.facts:
             raise UserError('the node /robot does not say which robot it is (parameter robot)')
         return load_robot(self.facts['robot'])
 
     def put(self, pose: str) -> None:
-        """Have it start in a pose from now on, unless it does.
-
-        Raises:
-            UserError: it starts elsewhere, and does not go there by itself.
-        """
+        """Have it start in a pose from now on; UserError where it does not go there by itself."""
         if self.facts.get('start') == pose:
             return
         value = Parameter('start', value=pose).to_parameter_msg()
@@ -87,17 +73,12 @@ class RunningRobot:
         self.facts |= held_in(self.facts)
 
     def wait(self) -> None:
-        """Serve the graph for a moment.
-
-        Raises:
-            Stopped: the process was asked to end.
-        """
+        """Serve the graph for a moment; Stopped where the process was asked to end."""
         if not running():
             raise Stopped
         spin_once()
 
     def env(self, robot: Robot) -> RobotEnv:
-        """The robot as an environment."""
         return RobotEnv(self.node, robot)
 
     @contextmanager
@@ -144,7 +125,7 @@ class RobotPlayer:
     """Plays runs on a robot node, in lockstep or in real time; its safety stays in force."""
 
     def __init__(self, node: Node, env: RobotEnv) -> None:
-        self._env = env
+        self.env = env
         self._torque = node.create_client(*topics.TORQUE)
         self._held = np.full(len(env.robot.actuators), np.nan)
         self._told = env.robot.input != 'position'
@@ -155,10 +136,8 @@ class RobotPlayer:
         """Send the run; motors are on at 0 in the end, come what may.
 
         It begins with a reset. Servos are taken to the first goal instead, from where they are.
-        False where the robot was restarted meanwhile.
-
-        Raises:
-            UserError: the robot does not switch its motors off or on.
+        False where the robot was restarted meanwhile. UserError: the robot does not switch its
+        motors off or on.
         """
         if not self._begun(run):
             return False
@@ -168,7 +147,7 @@ class RobotPlayer:
                 if bool(wanted) != on:
                     on = bool(wanted)
                     self._switch(on)
-                if 'lost' in self._env.step(inputs)[4]:
+                if 'lost' in self.env.step(inputs)[4]:
                     return False
                 on_step()
             return True
@@ -176,32 +155,28 @@ class RobotPlayer:
             if not on and running():
                 self._switch(True)
 
-    def measured(self) -> State:
-        """The state of the robot now."""
-        return self._env.heard()
-
     def goals(self) -> np.ndarray:
         """Where the servos are held [rad], (A,); those that are free, where they are."""
         spin_until(lambda: self._told, SAID_SECONDS)
-        angles = self._env.heard().q[list(self._env.robot.actuated)]
+        angles = self.env.heard().q[list(self.env.robot.actuated)]
         return np.where(np.isnan(self._held), angles, self._held)
 
     def _on_applied(self, message: Any) -> None:
         applied = Applied.from_message(message, 'position')
-        actuators = [a.joint for a in self._env.robot.actuators]
+        actuators = [a.joint for a in self.env.robot.actuators]
         if set(applied.names) == set(actuators):
             order = [applied.names.index(joint) for joint in actuators]
             self._held, self._told = applied.nan_where_free[order], True
 
     def _begun(self, run: Run) -> bool:
         """Bring the robot to where the run begins; False where it was restarted meanwhile."""
-        if self._env.robot.input != 'position':
-            self._env.reset()
+        if self.env.robot.input != 'position':
+            self.env.reset()
             return True
-        self._env.begin_here()
-        whole = from_here(run, self.goals(), self._env.robot)
+        self.env.begin_here()
+        whole = from_here(run, self.goals(), self.env.robot)
         lead = whole.inputs[: whole.count - run.count]
-        return not any('lost' in self._env.step(goals)[4] for goals in lead)
+        return not any('lost' in self.env.step(goals)[4] for goals in lead)
 
     def _switch(self, on: bool) -> None:
         request = topics.TORQUE.type.Request(data=on)

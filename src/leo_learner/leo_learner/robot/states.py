@@ -27,22 +27,16 @@ class RobotStates:
 
     Messages of other joints (a gripper's) are none of the robot's; those of its joints that have
     another length, or values that are not finite, are left out, counted and said.
-
-    Attributes:
-        latest: the newest state, its joints in the robot's order; None before the first.
-        repeated: whether a state came twice; whoever sets it to False asks again.
-        unusable: why the newest message is no state of the robot, None where it is one.
-        left_out: how many states of its joints were of no use.
     """
 
     def __init__(self, node: Node, joints: tuple[str, ...]) -> None:
         self._node, self._joints = node, joints
         self._turns = Turns()
         self._topic = listen_with_info(node, topics.JOINT_STATES, self._hear).topic_name
-        self.latest: JointStates | None = None
-        self.repeated = False
-        self.unusable: UserError | None = None
-        self.left_out = 0
+        self.latest: JointStates | None = None  # the newest state, in the robot's order
+        self.repeated = False  # whether a state came twice; whoever sets it to False asks again
+        self.unusable: UserError | None = None  # why the newest message is no state of the robot
+        self.left_out = 0  # how many states of its joints were of no use
         self._two = False
 
     def check(self) -> None:

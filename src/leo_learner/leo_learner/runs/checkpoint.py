@@ -27,8 +27,7 @@ PREFIX = 'checkpoint-'
 def save_checkpoint(folder: Path, training: TrainingLoop) -> Path:
     """Write `checkpoint-STEPS` into `folder`, whole or not at all, and drop older ones.
 
-    Raises:
-        UserError: it cannot be written; the one before stays.
+    UserError: it cannot be written; the one before stays.
     """
     final = folder / f'{PREFIX}{training.steps:09d}'
     temporary = folder / f'.{final.name}.tmp'
@@ -60,11 +59,7 @@ def _unwritten(folder: Path, error: OSError) -> UserError:
 
 
 def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
-    """Put a training run of the same robot, configuration and seed where it was.
-
-    Raises:
-        UserError: no checkpoint in `folder`, or one of another run.
-    """
+    """Put a training run where it was; UserError for the checkpoint of another run, or none."""
     path = newest(folder)
     try:
         counters = json.loads((path / 'run.json').read_text())
@@ -83,11 +78,7 @@ def load_checkpoint(folder: Path, training: TrainingLoop) -> None:
 
 
 def start_from(folder: Path, training: Training) -> None:
-    """Let `training` begin with the best policy's networks of a finished run in `folder`.
-
-    Raises:
-        UserError: no checkpoint in `folder`, or one of other networks.
-    """
+    """Begin with the best policy's networks of a run; UserError where it has none like these."""
     path = newest(folder)
     try:
         tensors = load_file(path / TENSORS)

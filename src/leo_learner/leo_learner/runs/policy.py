@@ -45,11 +45,7 @@ class Policy:
 
     @classmethod
     def load(cls, path: str | Path) -> Policy:
-        """Read a policy file, or one of the shipped ones by its name.
-
-        Raises:
-            UserError: no such file, or no policy.
-        """
+        """Read a policy file, or a shipped one by its name; UserError where it is none."""
         path = shipped().get(str(path), Path(path))
         if not path.is_file():
             raise UserError(
@@ -79,7 +75,6 @@ class Policy:
         return self.act(observation) * self.limit
 
     def on(self, env: gymnasium.Env) -> gymnasium.Env:
-        """The environment of its robot as this policy sees and drives it."""
         return driven(env, self.actions)
 
     def check(self, robot: Robot) -> None:

@@ -27,15 +27,10 @@ GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
 class TileCoding:
-    """Values of N given actions for any observation: the mean of one weight per tiling.
+    """Values of N given actions (N, A) for any observation: the mean of one weight per tiling.
 
-    Args:
-        widths: of a tile, per observation and then per action, in their units.
-        actions: (N, A), in the units of `widths`.
-        tilings: T.
-        memory: number of cells, a power of two; `weights` are theirs, (memory,) float32.
-        initial: weights start as U(0, initial).
-        seed: of the weights at the start.
+    The widths of a tile are those per observation and then per action, in their units. There are
+    `memory` cells, a power of two, whose weights (memory,) float32 start as U(0, initial).
     """
 
     def __init__(
@@ -79,11 +74,7 @@ class TileCoding:
         return {'slot': slots.astype(np.int32), 'mark': marks, 'weight': self.weights[slots]}
 
     def restore(self, claimed: Mapping[str, np.ndarray]) -> None:
-        """Put the memory where `claimed` found it.
-
-        Raises:
-            ValueError: it is of another, larger memory.
-        """
+        """Put the memory where `claimed` found it. ValueError: it is of another, larger memory."""
         slots = claimed['slot']
         if len(slots) and not 0 <= slots.min() <= slots.max() < len(self._cells):
             raise ValueError(f'its tiles do not fit into a memory of {len(self._cells)}')
@@ -110,13 +101,9 @@ def mixed(key: np.uint64) -> np.uint64:
 
 @compiled
 def tile_keys(inputs: np.ndarray, steps: np.ndarray, first: int, tilings: int) -> np.ndarray:
-    """Hash (T,) of the tile that holds some inputs in each tiling.
+    """Hash (T,) of the tile that holds inputs (n,), from dimension `first` on, in each tiling.
 
-    Args:
-        inputs: (n,).
-        steps: per unit of each input, tilings / width, (n,).
-        first: dimension of the first input.
-        tilings: T.
+    `steps` are those per unit of each input, tilings / width, (n,).
     """
     keys = np.empty(tilings, np.uint64)
     for j in range(tilings):
@@ -161,18 +148,11 @@ def values(
     salt: np.uint64,
     initial: np.float32,
 ) -> np.ndarray:
-    """Values (N,) of all actions.
+    """Values (N,) of all actions, from the cells (memory, 2) uint32 of marks and weights.
 
-    Args:
-        cells: marks and weights, (memory, 2) uint32.
-        weights: the latter as float32, (memory,).
-        observed: hash of the observation per tiling, (T,).
-        keys: the different hashes of the actions per tiling, (T, at most N); many actions are
-            in one tile, which is looked up once.
-        counts: how many of them, (T,).
-        groups: which of them each action has, (T, N).
-        salt: of the weights at the start.
-        initial: their largest.
+    `weights` are the latter as float32, `observed` the observation's hash per tiling, (T,). `keys`
+    are the `counts` (T,) different hashes of the actions per tiling, (T, at most N): many actions
+    are in one tile, which is looked up once. `groups` says which of them each action has, (T, N).
     """
     tilings, actions = groups.shape
     total, own = np.zeros(actions), np.empty(keys.shape[1])
@@ -210,14 +190,9 @@ def claim(
 
 @compiled
 def add(weights: np.ndarray, traces: np.ndarray, steps: int, change: float, decay: float) -> None:
-    """Add `change` to the newest cells, `change` decay^k to those of k steps before.
+    """Add `change` to the weights of the newest cells, `change` decay^k to those k steps before.
 
-    Args:
-        weights: (memory,).
-        traces: ring of the cells of the latest steps, (K, T); step n is in row n mod K.
-        steps: how many steps there were; K of them count.
-        change: per weight.
-        decay: of the trace per step.
+    `traces` is a ring of the cells of the latest steps, (K, T); of `steps`, n is in row n mod K.
     """
     for back in range(min(steps, len(traces))):
         for slot in traces[(steps - 1 - back) % len(traces)]:

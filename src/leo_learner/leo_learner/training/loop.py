@@ -28,8 +28,6 @@ OnScalar = Callable[[str, float, int], None]
 
 @dataclass(frozen=True)
 class LoopConfig:
-    """What the loop reads of an agent's configuration."""
-
     episode_steps: int | None = None  # training episodes are cut there; a cut bootstraps
     test_interval: int = 10  # training episodes between two tests
     test_steps: int | None = None

@@ -13,8 +13,6 @@ from leo_msgs_py.errors import one_line, UserError
 
 
 class Transition(NamedTuple):
-    """One control step."""
-
     observation: np.ndarray
     action: np.ndarray  # in [-1, 1]
     reward: float
@@ -54,7 +52,6 @@ class Replay:
         self.added += 1
 
     def sample(self, size: int, rng: np.random.Generator) -> Batch:
-        """`size` transitions drawn by `rng`."""
         rows = rng.integers(len(self), size=size)
         return Batch(*(column[rows] for column in self._rows))
 
@@ -62,14 +59,12 @@ class Replay:
         return Batch(*(column[: len(self)] for column in self._rows))
 
     def save(self, path: Path) -> None:
-        """Write everything held as `.npz`."""
         np.savez(path, added=np.int64(self.added), **self.all()._asdict())
 
     def load(self, path: Path, limit: int | None = None) -> None:
         """Replace what is held by the first `limit` (all) transitions of a file of `save`.
 
-        Raises:
-            UserError: the file is damaged, or of other sizes than this buffer.
+        UserError: the file is damaged, or of other sizes than this buffer.
         """
         try:
             with path.open('rb') as stream, np.load(stream) as stored:

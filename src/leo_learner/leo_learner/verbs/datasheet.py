@@ -33,7 +33,7 @@ EXAMPLES = """\
 
 
 def main(argv: list[str]) -> int:
-    """Print a data sheet; exit status 0, or 1 where not every figure is known."""
+    """Exit status 1 where not every figure is known."""
     words, ros_args = ros_args_apart(argv)
     options = _parser().parse_args(words)
     if options.inputs and all(Path(name).suffix == '.json' for name in options.inputs):
@@ -124,7 +124,6 @@ def _played(
 
 
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
-    """Measure, and write what was asked for."""
     from leo_diffmodel.datasheet.conditions import conditions
     from leo_diffmodel.datasheet.measure import measure
     from leo_diffmodel.datasheet.sheet import sheet

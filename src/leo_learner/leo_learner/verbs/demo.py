@@ -28,7 +28,6 @@ ROBOT = 'torque_pendulum'
 
 
 def main(argv: list[str]) -> int:
-    """Run the main job, print the closing table, and open the live page if there is a screen."""
     parser = Parser('leo demo', 'Find, repair and retrain, on a robot with a secret.', EXAMPLES)
     parser.add_argument('--hidden-seed', type=int, default=1, metavar='S', help='draws the secret')
     parser.add_argument('--data', type=Path, default=DATA, help='folder of recorded robots')

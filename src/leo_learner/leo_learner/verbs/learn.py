@@ -58,7 +58,7 @@ class Run:
 
 
 def main(argv: list[str]) -> int:
-    """Train, save, print the policy's test return; 1 if the robot left, 130 at Ctrl-C."""
+    """Exit status 1 if the robot left, 130 at Ctrl-C."""
     given, ros_args = ros_args_apart(argv)
     options = command_line().parse_args(given)
     run, folder = _run(options)
@@ -73,7 +73,6 @@ def main(argv: list[str]) -> int:
 
 
 def command_line() -> Parser:
-    """What it accepts."""
     parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
     parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
     parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
@@ -102,7 +101,6 @@ def command_line() -> Parser:
 
 
 def _run(options: argparse.Namespace) -> tuple[Run, Path]:
-    """The run asked for and its folder, checked and written down."""
     if options.resume:
         return _resumed(options), options.resume
     if options.output is None:
@@ -232,7 +230,6 @@ def _numbers(outcome: Any) -> dict[str, Any]:
 
 
 def _text(run: Run, folder: Path, outcome: Any, own: list[str]) -> str:
-    """How it ended and what to type next; `own` lets the model's effect files run."""
     if not outcome.finished:
         again = leo('learn', '--resume', folder, *own)
         return f'stopped after {outcome.steps} steps; next: {again}'

@@ -40,7 +40,6 @@ LONGEST = 3600.0
 
 
 def main(argv: list[str]) -> int:
-    """Play episodes and print returns and how far it walked; or a run file, or a motion."""
     parser = Parser(
         'leo play', 'Run a policy, a run file or a motion, on the robot or a model.', EXAMPLES
     )

@@ -23,11 +23,7 @@ from leo_sim.model import Model
 
 
 def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    """Send a run file `--episodes` times, to the robot or to `--model`.
-
-    Raises:
-        UserError: a wrong file, one made for another robot, or nobody there to say yes.
-    """
+    """Send a run file `--episodes` times, to the robot or to `--model`."""
     file = read_run(options.policy)
     model = _model(options, file.robot)
     try:
@@ -47,7 +43,6 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
 
 
 def _model(options: Any, robot: str) -> Model:
-    """The model to play on, or to predict by: that of the robot that the file names."""
     from leo_sim.model.model_file import load_model
 
     if given := options.model or options.predict:
@@ -61,7 +56,6 @@ def _model(options: Any, robot: str) -> Model:
 
 
 def run_text(result: dict[str, Any]) -> str:
-    """What was played, in words."""
     if not result.get('sent', True):
         return 'nothing was sent'
     if not result['complete']:
@@ -115,7 +109,7 @@ def _dry_run(
     run: Run, model: Model, player: Any, options: Any, running: Any
 ) -> tuple[DryRun, bool]:
     """What the model predicts from where the robot is, and whether to send it."""
-    measured = player.measured()
+    measured = player.env.heard()
     if not running.facts:
         with suppress(UserError):  # another node than ours need not say what it is
             running.ask()
@@ -127,14 +121,13 @@ def _dry_run(
     begun = replace(run, start=pose)
     found = dry_run(begun, model, None if from_pose else measured, player.goals())
     sent = agree(found, model.robot, notes, options, running.wait)
-    if sent and moved(model.robot, measured, player.measured()):
+    if sent and moved(model.robot, measured, player.env.heard()):
         raise UserError('the robot has moved since the dry run: nothing was sent; play it again')
     return found, sent
 
 
 @contextmanager
 def _how_it_is_left(robot: Any) -> Iterator[None]:
-    """Say so where the run is stopped on its way."""
     try:
         yield
     except KeyboardInterrupt:

@@ -18,17 +18,12 @@ SECONDS = 10.0
 
 
 def unknown(name: str, policies: Iterable[str]) -> UserError:
-    """The error for a name that is neither a motion nor a policy."""
     hint = nearest(name, [*MOTIONS, *policies])
     return UserError(f'{name}: no such file, shipped policy or motion{hint}')
 
 
 def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    """Perform a motion on `--model`, or on the running robot, and record it to `--bag`.
-
-    Raises:
-        UserError: a robot that cannot do it, or none that runs.
-    """
+    """Perform a motion on `--model`, or on the running robot, and record it to `--bag`."""
     if options.collect or options.difference or options.episodes != 1:
         raise UserError(f'leo play: a motion takes --seconds and --seed ({options.policy})')
     player = _motion_on_model if options.model else _motion_on_robot
@@ -37,7 +32,6 @@ def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
 
 
 def motion_text(result: dict[str, Any]) -> str:
-    """What was performed, in words."""
     falls = {0: 'no fall', 1: '1 fall'}.get(result['falls'], f'{result["falls"]} falls')
     lines = [
         f'{result["motion"]} on {result["on"]}: {result["seconds"]:.1f} s from the pose '

@@ -44,11 +44,9 @@ class Parser(argparse.ArgumentParser):
         self.register('type', float, _number)
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of printing the usage."""
         raise UserError(f"{self.prog}: {message}; see '{self.prog} --help'")
 
     def add_json(self) -> None:
-        """Accept `--json`."""
         self.add_argument('--json', action='store_true', help='print the result as JSON')
 
 
@@ -73,7 +71,6 @@ def dispatch(
     argv: list[str],
     examples: str,
 ) -> int:
-    """Run one of a verb's sub-verbs."""
     parser = Parser(prog, description, examples)
     parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))
     rest = parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
@@ -159,11 +156,7 @@ def list_typed(
 
 
 def one_type(name: str, found: Pairs, what: str) -> str:
-    """Type of a topic or service.
-
-    Raises:
-        UserError: it does not exist (listing those there are) or has several types.
-    """
+    """Type of a topic or service; UserError where it has none, listing those there are, or several."""
     kinds = dict(found).get(name)
     if kinds is None:
         there = ', '.join(known for known, _ in found if not _of_the_probe(known))
@@ -179,7 +172,6 @@ def _of_the_probe(name: str) -> bool:
 
 
 def show(options: argparse.Namespace, data: Any, lines: Sequence[str]) -> None:
-    """Print data as JSON where asked for, else the lines."""
     print(json.dumps(data) if options.json else '\n'.join(lines), flush=True)
 
 

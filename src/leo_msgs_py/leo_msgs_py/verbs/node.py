@@ -19,7 +19,6 @@ _SECTIONS = {
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo node list|info`."""
     verbs = {'list': _list, 'info': _info}
     examples = _LIST_EXAMPLES + _INFO_EXAMPLES
     return common.dispatch('leo node', 'Who is in the graph.', verbs, argv, examples)

@@ -17,7 +17,6 @@ _TIMEOUT_S = 5.0
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo param list|get|set`."""
     verbs = {'list': _list, 'get': _get, 'set': _set}
     examples = _LIST_EXAMPLES + _GET_EXAMPLES + _SET_EXAMPLES
     description = 'List, get and set the parameters of nodes.'

@@ -18,7 +18,6 @@ _EXAMPLES = """\
 
 
 def main(argv: list[str]) -> int:
-    """Run an executable; its own exit status."""
     there = ''.join(f'  {name}\n' for name in _names())
     parser = Parser(
         'leo run',

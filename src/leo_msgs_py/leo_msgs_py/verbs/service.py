@@ -17,7 +17,6 @@ _CALL_EXAMPLES = (
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo service list|call`."""
     verbs = {'list': _list, 'call': _call}
     examples = _LIST_EXAMPLES + _CALL_EXAMPLES
     return common.dispatch('leo service', 'List and call services.', verbs, argv, examples)

@@ -40,7 +40,6 @@ _LINGER_S = 0.3
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo topic list|info|echo|hz|pub`."""
     verbs = {'list': _list, 'info': _info, 'echo': _echo, 'hz': _hz, 'pub': _pub}
     description = 'List, look at and publish topics.'
     return common.dispatch('leo topic', description, verbs, argv, _EXAMPLES)
