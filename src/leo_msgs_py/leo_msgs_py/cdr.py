@@ -44,7 +44,7 @@ def encode(message: Any) -> bytes:
 
 
 def decode(data: bytes, type_name: str) -> Any:
-    """Message of the type 'pkg/msg/Name' from CDR bytes, read only; SerdeError where it is none."""
+    """Message of the type 'pkg/msg/Name' from CDR bytes, read only. SerdeError: it is none."""
     for end in range(len(data), max(len(data) - SPARE, 0) - 1, -4):
         with suppress(SerdeError):
             return typestore().deserialize_cdr(data[:end], type_name)
@@ -52,7 +52,7 @@ def decode(data: bytes, type_name: str) -> Any:
 
 
 def joints_text(data: bytes) -> bytes:
-    """The bytes in which a (Dynamic)JointState says its frame and names; b'' where they do not read."""
+    """The bytes of frame and names of a (Dynamic)JointState; b'' where they do not read."""
     number = '<I' if data[1] else '>I'
     at = _HEADER_STRINGS
     try:

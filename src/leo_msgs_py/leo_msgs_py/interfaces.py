@@ -22,7 +22,7 @@ _SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
 
 
 def load(name: str, kind: str = 'msg') -> Any:
-    """Class of a message 'pkg/msg/Name' or service; 'pkg/Name' is one of `kind`. UserError: it is none."""
+    """Class of 'pkg/msg/Name' or of 'pkg/Name', which is of `kind`; UserError where it is none."""
     found = _NAME.fullmatch(name)
     package, folder, leaf = found.groups() if found else ('', '', '')
     try:

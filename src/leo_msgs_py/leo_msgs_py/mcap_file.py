@@ -59,12 +59,8 @@ class McapFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.finished = False  # whether it ends as a whole one; known once `records` is exhausted
-        self.cut = (
-            False  # whether the record at hand is not whole, as a killed recorder's last one
-        )
-        self.damaged = (
-            0  # records that do not read, chunks that are not what was written; left out
-        )
+        self.cut = False  # whether the record at hand is not whole, as of a killed recorder
+        self.damaged = 0  # records and chunks that are not what was written; left out
 
     def records(self) -> Iterator[McapRecord]:
         """Yield schemas, channels, messages and metadata in file order.

@@ -102,7 +102,7 @@ def end() -> None:
 
 
 def join(node: Node) -> Node:
-    """Have the process's executor serve a node, which has read its parameters (`refuse_unknown`)."""
+    """Have the executor serve a node, which has read its parameters (`refuse_unknown`)."""
     assert _executor is not None, 'nodes live within graph()'
     refuse_unknown(node)
     harden(node)

@@ -66,7 +66,7 @@ _rcl.rcl_take_serialized_message.argtypes = [c.c_void_p] * 4
 
 
 def taken(subscription: Subscription) -> Iterator[Taken]:
-    """The messages that wait, in the order in which they came; RCLError where one cannot be taken."""
+    """The messages that wait, as they came; RCLError where one cannot be taken."""
     with subscription.handle, _buffer() as data:
         info = _Info()
         while _take(subscription, data, info):

@@ -64,7 +64,7 @@ def field_of(interface: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Applied:
-    """What the driver really sent to the actuators, after clip, slew limit, time-out and e-stop."""
+    """What the driver really sent to the motors, after clip, slew limit, time-out and e-stop."""
 
     stamp_ns: int  # start of the period the input holds for [ns]
     names: tuple[str, ...]  # actuated joints, length A
@@ -101,7 +101,7 @@ class Applied:
 
     @classmethod
     def from_dynamic(cls, message: Any, interface: str) -> Applied:
-        """From control_msgs/DynamicJointState, joints that have the interface; UserError where none has."""
+        """Of joints that have the interface in a DynamicJointState; UserError where none has."""
         tables = [
             dict(zip(v.interface_names, v.values, strict=False)) for v in message.interface_values
         ]

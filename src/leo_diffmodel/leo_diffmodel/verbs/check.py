@@ -73,7 +73,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     arguments = common.parser('check', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add_argument('-o', dest='output', metavar='DIR', help='write check.json here')
+    arguments.add('-o', 'write check.json here', dest='output', metavar='DIR')
     return arguments
 
 

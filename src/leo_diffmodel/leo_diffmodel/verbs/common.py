@@ -37,13 +37,13 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
 
 def add_model_arguments(arguments: Parser, several: bool = False) -> None:
     """Model, topic map, own effects, JSON; with `several` models, `arguments.model` is a list."""
-    arguments.add_argument(
+    arguments.add(
         '--model',
+        'a model file, a robot name or a robot folder' + several * '; again for each model',
         required=True,
         action='append' if several else 'store',
-        help='a model file, a robot name or a robot folder' + several * '; again for each model',
     )
-    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    arguments.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
     add_effect_argument(arguments)
     arguments.add_json()
 
@@ -52,34 +52,30 @@ def add_bag_arguments(
     arguments: Parser, hold_out: bool = True, step: bool = True, several: bool = False
 ) -> None:
     """Bags or parts of them, the model; held-out bags and a length of steps where they count."""
-    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
+    arguments.add('bags', 'a rosbag2 folder or .mcap file', nargs='+', metavar='BAG')
     add_model_arguments(arguments, several)
     for option, name in (('--from', 'begin'), ('--to', 'end')):
         about = f'{name} there, in seconds from the first state of each bag'
         arguments.add_argument(option, dest=name, type=float, metavar='S', help=about)
     if step:
-        arguments.add_argument('--step', type=float, help='length of one step [s]')
+        arguments.add('--step', 'length of one step [s]', type=float)
     arguments.set_defaults(hold_out=[])
     if hold_out:
-        arguments.add_argument('--hold-out', nargs='+', metavar='BAG', help='bags no fit may see')
+        arguments.add('--hold-out', 'bags no fit may see', nargs='+', metavar='BAG')
 
 
 def add_search_arguments(arguments: Parser) -> None:
-    arguments.add_argument(
+    arguments.add(
         '--within',
+        'answer within this time (s or min; what starting takes is not counted), with the '
+        'best that has come to its end',
         type=until,
         dest='until',
         default=math.inf,
         metavar='60s',
-        help='answer within this time (s or min; what starting takes is not counted), with the '
-        'best that has come to its end',
     )
-    arguments.add_argument(
-        '--keep', action='store_true', help='use what looks moved from outside or badly logged'
-    )
-    arguments.add_argument(
-        '--mend', action='store_true', help='undo what is surely wrong with the log, and go on'
-    )
+    arguments.flag('--keep', 'use what looks moved from outside or badly logged')
+    arguments.flag('--mend', 'undo what is surely wrong with the log, and go on')
 
 
 def seconds(text: str) -> float:

@@ -63,7 +63,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     arguments = common.parser('compare', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, several=True)
-    arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
+    arguments.add('-o', 'write JSON and report here', dest='output', metavar='DIR')
     return arguments
 
 

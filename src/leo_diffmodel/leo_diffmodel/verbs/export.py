@@ -70,28 +70,24 @@ def main(argv: list[str]) -> int:
 
 def _parser() -> Parser:
     parser = common.parser('export', __doc__ or '', EXAMPLES)
-    parser.add_argument(
-        'model', metavar='MODEL', help='a model file, a robot name or a robot folder'
-    )
-    parser.add_argument(
-        '--to', choices=FORMATS, help='the format; where -o is given, its ending says it'
-    )
+    parser.add('model', 'a model file, a robot name or a robot folder', metavar='MODEL')
+    parser.add('--to', 'the format; where -o is given, its ending says it', choices=FORMATS)
     endings = ', '.join(f'FILE{f.ending} is {f.name}' for f in FORMATS.values())
-    parser.add_argument(
+    parser.add(
         '-o',
+        f'a new file: {endings}; by default the name of MODEL, here',
         dest='output',
         type=Path,
         metavar='FILE',
-        help=f'a new file: {endings}; by default the name of MODEL, here',
     )
-    parser.add_argument(
+    parser.add(
         '--check',
+        'print the errors on these recordings: the model as it is, less what the format '
+        'does not hold, and (MJCF) MuJoCo with the exported file',
         nargs='+',
         metavar='BAG',
-        help='print the errors on these recordings: the model as it is, less what the format '
-        'does not hold, and (MJCF) MuJoCo with the exported file',
     )
-    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other names in the bags')
+    parser.add('--topic-map', 'other names in the bags', metavar='MAP.yaml')
     add_effect_argument(parser)
     parser.add_json()
     return parser

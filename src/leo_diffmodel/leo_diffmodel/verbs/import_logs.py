@@ -101,27 +101,22 @@ def _parser() -> Parser:
         'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
         f'{EXAMPLES}\nshipped maps: {", ".join(convert.shipped_maps())}',
     )
-    parser.add_argument(
+    parser.add(
         'logs',
+        'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set',
         nargs='+',
         metavar='LOG',
-        help='a CSV, JSON or MATLAB file, or the folder of a LeRobot data set',
     )
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')
     which.add_argument(
         '--guess', action='store_true', help='write a column map with what was guessed and why'
     )
-    parser.add_argument(
-        '--model',
-        metavar='ROBOT',
-        help='with --guess: take joints, units and the input from a robot',
+    parser.add(
+        '--model', 'with --guess: take joints, units and the input from a robot', metavar='ROBOT'
     )
-    parser.add_argument(
-        '-o',
-        '--output',
-        metavar='BAG',
-        help='folder to make; with --guess the file (LOG_map.yaml)',
+    parser.add(
+        '-o --output', 'folder to make; with --guess the file (LOG_map.yaml)', metavar='BAG'
     )
     several = parser.add_mutually_exclusive_group()
     several.add_argument(

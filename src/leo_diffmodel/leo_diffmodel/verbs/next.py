@@ -82,12 +82,12 @@ def check_driven(model: Model) -> None:
 def _parser() -> Parser:
     arguments = common.parser('next', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add_argument(
-        '--explain', metavar='DIR', help='folder of leo explain -o for the same bags and model'
+    arguments.add(
+        '--explain', 'folder of leo explain -o for the same bags and model', metavar='DIR'
     )
-    arguments.add_argument('--seconds', type=float, default=SECONDS, help='length of the run')
-    arguments.add_argument(
-        '-o', dest='output', default='next_run.csv', metavar='FILE.csv', help='the run to write'
+    arguments.add('--seconds', 'length of the run', type=float, default=SECONDS)
+    arguments.add(
+        '-o', 'the run to write', dest='output', default='next_run.csv', metavar='FILE.csv'
     )
     return arguments
 

@@ -55,13 +55,11 @@ def parser() -> Parser:
 
 
 def add_page_arguments(arguments: Parser) -> None:
-    arguments.add_argument(
-        '-o', dest='output', metavar='DIR', help="where 'add to model' writes; without, nowhere"
+    arguments.add(
+        '-o', "where 'add to model' writes; without, nowhere", dest='output', metavar='DIR'
     )
-    arguments.add_argument(
-        '--port', type=_port, default=0, help='to listen on (by default a free one)'
-    )
-    arguments.add_argument('--no-browser', action='store_true', help='only print the address')
+    arguments.add('--port', 'to listen on (by default a free one)', type=_port, default=0)
+    arguments.flag('--no-browser', 'only print the address')
 
 
 def _port(text: str) -> int:

@@ -29,18 +29,12 @@ ROBOT = 'torque_pendulum'
 
 def main(argv: list[str]) -> int:
     parser = Parser('leo demo', 'Find, repair and retrain, on a robot with a secret.', EXAMPLES)
-    parser.add_argument('--hidden-seed', type=int, default=1, metavar='S', help='draws the secret')
-    parser.add_argument('--data', type=Path, default=DATA, help='folder of recorded robots')
-    parser.add_argument('--no-data', action='store_true', help='only the simulated robot')
-    parser.add_argument(
-        '--quick', action='store_true', help='explain a shipped recording instead: under a minute'
-    )
-    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
-    parser.add_argument(
-        '--no-browser',
-        action='store_true',
-        help='end without opening the live page on the recording',
-    )
+    parser.add('--hidden-seed', 'draws the secret', type=int, default=1, metavar='S')
+    parser.add('--data', 'folder of recorded robots', type=Path, default=DATA)
+    parser.flag('--no-data', 'only the simulated robot')
+    parser.flag('--quick', 'explain a shipped recording instead: under a minute')
+    parser.add('-o --output', 'folder of the run', type=Path, metavar='DIR')
+    parser.flag('--no-browser', 'end without opening the live page on the recording')
     parser.add_json()
     options = parser.parse_args(argv)
     if options.hidden_seed < 0:

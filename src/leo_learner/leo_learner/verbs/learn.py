@@ -74,27 +74,25 @@ def main(argv: list[str]) -> int:
 
 def command_line() -> Parser:
     parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
-    parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
-    parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
-    parser.add_argument(
+    parser.add('--robot', 'robot whose ideal model is trained on', metavar='R')
+    parser.add('--model', 'model file, robot or robot folder', metavar='MODEL')
+    parser.add(
         '--agent',
+        'ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
         choices=list(AGENTS),
-        help='ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
     )
-    parser.add_argument(
+    parser.add(
         '--actions',
+        'full: every actuator; sym: three of a LEO robot, named by the leg that carries',
         choices=ACTIONS['ddpg'],
-        help='full: every actuator; sym: three of a LEO robot, named by the leg that carries',
     )
-    parser.add_argument(
-        '--config', choices=AGENTS['ddpg'], help='recommended, or thesis: the reference'
-    )
-    parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather, all in all')
-    parser.add_argument('--seed', type=int, metavar='S', help='of everything drawn (0)')
-    parser.add_argument('--on-robot', action='store_true', help='train on the running robot')
-    parser.add_argument('--start', metavar='DIR', help='begin with the networks of that run')
-    parser.add_argument('--resume', type=Path, metavar='DIR', help='go on with a run')
-    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
+    parser.add('--config', 'recommended, or thesis: the reference', choices=AGENTS['ddpg'])
+    parser.add('--steps', 'transitions to gather, all in all', type=int, metavar='N')
+    parser.add('--seed', 'of everything drawn (0)', type=int, metavar='S')
+    parser.flag('--on-robot', 'train on the running robot')
+    parser.add('--start', 'begin with the networks of that run', metavar='DIR')
+    parser.add('--resume', 'go on with a run', type=Path, metavar='DIR')
+    parser.add('-o --output', 'folder of the run', type=Path, metavar='DIR')
     add_effect_argument(parser)
     parser.add_json()
     return parser

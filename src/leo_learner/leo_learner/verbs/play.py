@@ -43,46 +43,44 @@ def main(argv: list[str]) -> int:
     parser = Parser(
         'leo play', 'Run a policy, a run file or a motion, on the robot or a model.', EXAMPLES
     )
-    parser.add_argument(
+    parser.add(
         'policy',
-        type=Path,
-        metavar='POLICY',
-        help='policy.safetensors of leo learn, the name of a shipped one, a run '
+        'policy.safetensors of leo learn, the name of a shipped one, a run '
         'file (.csv) of leo next, or a motion of a walker: swinging '
         '(hanging), standing, stepping (with its falls)',
+        type=Path,
+        metavar='POLICY',
     )
-    parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
-    parser.add_argument(
+    parser.add('--model', 'model file or robot; without it the robot', metavar='M')
+    parser.add(
         '--difference',
+        'say where a policy leaves the data of this difference model, on M '
+        'corrected by it, or on the robot',
         type=Path,
         metavar='FILE',
-        help='say where a policy leaves the data of this difference model, on M '
-        'corrected by it, or on the robot',
     )
-    parser.add_argument(
+    parser.add(
         '--bag',
+        'write what it did to a bag: what M did, and without --model what '
+        'the ideal robot did under a policy, or the running one otherwise',
         type=Path,
         metavar='DIR',
-        help='write what it did to a bag: what M did, and without --model what '
-        'the ideal robot did under a policy, or the running one otherwise',
     )
-    parser.add_argument(
-        '--yes', action='store_true', help='send a run file without asking, unless it hits a stop'
-    )
-    parser.add_argument(
+    parser.flag('--yes', 'send a run file without asking, unless it hits a stop')
+    parser.add(
         '--predict',
+        'model file for the dry run of a run file before it is sent (the robot it names)',
         metavar='M',
-        help='model file for the dry run of a run file before it is sent (the robot it names)',
     )
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
-    parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
-    parser.add_argument('--seconds', type=float, metavar='T', help='length of a motion (10)')
-    parser.add_argument(
+    parser.add('--collect', 'drive STEPS with noise', type=int, metavar='STEPS')
+    parser.add('--seconds', 'length of a motion (10)', type=float, metavar='T')
+    parser.add(
         '--seed',
+        'of random starts, and of the figures of a motion',
         type=int,
         default=0,
         metavar='S',
-        help='of random starts, and of the figures of a motion',
     )
     add_effect_argument(parser)
     parser.add_json()

@@ -46,8 +46,15 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{self.prog}: {message}; see '{self.prog} --help'")
 
+    def add(self, names: str, about: str, **options: Any) -> None:
+        """Accept an argument by its names; `options` are those of `add_argument`."""
+        self.add_argument(*names.split(), help=about, **options)
+
+    def flag(self, names: str, about: str) -> None:
+        self.add(names, about, action='store_true')
+
     def add_json(self) -> None:
-        self.add_argument('--json', action='store_true', help='print the result as JSON')
+        self.flag('--json', 'print the result as JSON')
 
 
 def _number(text: str) -> float:
@@ -145,7 +152,7 @@ def list_typed(
 ) -> int:
     """Run `leo topic list` or `leo service list`, of what `found` gives for a node."""
     parser = Parser(f'leo {what} list', about, examples)
-    parser.add_argument('-t', '--show-types', action='store_true', help='with their types')
+    parser.flag('-t --show-types', 'with their types')
     parser.add_json()
     options = parser.parse_args(argv)
     with probe() as node:
@@ -156,7 +163,7 @@ def list_typed(
 
 
 def one_type(name: str, found: Pairs, what: str) -> str:
-    """Type of a topic or service; UserError where it has none, listing those there are, or several."""
+    """Type of a topic or service; UserError where it is not there, or has several."""
     kinds = dict(found).get(name)
     if kinds is None:
         there = ', '.join(known for known, _ in found if not _of_the_probe(known))

@@ -24,10 +24,10 @@ def main(argv: list[str]) -> int:
         'Start an executable of a package, as `ros2 run` does.',
         f'{_EXAMPLES}\nexecutables:\n{there}',
     )
-    parser.add_argument('package', help='for example leo_sim')
-    parser.add_argument('executable', help='for example robot')
+    parser.add('package', 'for example leo_sim')
+    parser.add('executable', 'for example robot')
     words = '--ros-args -p name:=value ...'
-    parser.add_argument('args', nargs=argparse.REMAINDER, help=words).required = False
+    parser.add('args', words, nargs=argparse.REMAINDER).required = False
     options = parser.parse_args(argv)
     entry = _find(options.package, options.executable)
     sys.argv = [f'{options.package}/{options.executable}', *options.args]

@@ -36,9 +36,9 @@ def _call(argv: list[str]) -> int:
     """Exit status 1 for an answer whose `success` is false."""
     parser = common.Parser('leo service call', 'Call a service.', _CALL_EXAMPLES)
     parser.add_argument('service')
-    parser.add_argument('type', nargs='?', help='type; found out where left away')
-    parser.add_argument('values', nargs='?', default='', help='fields of the request as YAML')
-    parser.add_argument('--timeout', type=float, default=10.0, help='wait so long [s]')
+    parser.add('type', 'type; found out where left away', nargs='?')
+    parser.add('values', 'fields of the request as YAML', nargs='?', default='')
+    parser.add('--timeout', 'wait so long [s]', type=float, default=10.0)
     parser.add_json()
     options = parser.parse_args(argv)
     if options.type and '/' not in options.type:

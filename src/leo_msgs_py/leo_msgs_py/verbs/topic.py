@@ -55,7 +55,7 @@ def _list(argv: list[str]) -> int:
 def _info(argv: list[str]) -> int:
     parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _INFO_EXAMPLES)
     parser.add_argument('topic')
-    parser.add_argument('-v', '--verbose', action='store_true', help='each endpoint and its QoS')
+    parser.flag('-v --verbose', 'each endpoint and its QoS')
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
@@ -130,8 +130,8 @@ def _hz(argv: list[str]) -> int:
 def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argparse.Namespace:
     parser = common.Parser(verb, about, _STREAM_EXAMPLES[verb])
     parser.add_argument('topic')
-    parser.add_argument('type', nargs='?', help='type, where nobody publishes yet')
-    parser.add_argument('--once', action='store_true', help=f'stop after the first {what}')
+    parser.add('type', 'type, where nobody publishes yet', nargs='?')
+    parser.flag('--once', f'stop after the first {what}')
     parser.add_json()
     return parser.parse_args(argv)
 
@@ -139,8 +139,8 @@ def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argpar
 def _pub(argv: list[str]) -> int:
     parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES)
     parser.add_argument('topic')
-    parser.add_argument('type', help='for example std_msgs/msg/String')
-    parser.add_argument('values', nargs='?', default='', help='fields as YAML')
+    parser.add('type', 'for example std_msgs/msg/String')
+    parser.add('values', 'fields as YAML', nargs='?', default='')
     group = parser.add_mutually_exclusive_group()
     group.add_argument('-r', '--rate', type=float, default=1.0, help='messages per second')
     group.add_argument('-1', '--once', action='store_true', help='wait for a reader, send one')
