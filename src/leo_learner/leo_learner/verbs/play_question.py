@@ -37,7 +37,7 @@ def agree(
     """Show a dry run and ask whether to send it; True at once with --yes.
 
     --yes is no answer to a run that ends at a stop: that is asked, whatever was typed before.
-    `wait` lets time pass. UserError where it would hit something or is none, and nobody can be asked.
+    `wait` lets time pass. UserError: it would hit something or is none, and nobody can be asked.
     """
     console = Terminal(stderr=options.json)
     console.print(table(found, robot))
