@@ -33,10 +33,8 @@ from leo_sim.model import Model
 from leo_sim.model.model_file import write_effects
 from leo_sim.model.physics import differing, of_model
 
-DONE = 'algorithm5.json'
-"""What of a run has been done, in its folder."""
-UPDATE_SIGMA = 0.12
-"""Exploration once there is a difference model (docs/reference/leo.md 10)."""
+DONE = 'algorithm5.json'  # what of a run has been done, in its folder
+UPDATE_SIGMA = 0.12  # exploration once there is a difference model (docs/reference/leo.md 10)
 KEPT_REPLAY = 100_000
 """Transitions of the first training every later one starts from (docs/reference/leo.md 11.5)."""
 

@@ -23,10 +23,8 @@ _CONTROL_MSGS = {
     ),
 }
 """What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
-_HEADER_STRINGS = 12
-"""Where the header's frame_id is: behind 4 bytes of encapsulation and the stamp."""
-SPARE = 16
-"""rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)."""
+_HEADER_STRINGS = 12  # where frame_id is: behind 4 bytes of encapsulation and the stamp
+SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)
 
 
 @cache

@@ -30,10 +30,8 @@ from rich.text import Text
 
 from leo_msgs_py.terminal import visible
 
-EVERY = 10.0
-"""Between lines where nobody watches a terminal, s."""
-FEWEST = 3
-"""Steps after which the time left is guessed."""
+EVERY = 10.0  # between lines where nobody watches a terminal, s
+FEWEST = 3  # steps after which the time left is guessed
 
 
 class Terminal(Console):

@@ -38,10 +38,8 @@ DAMAGE = (
 """What readers of MCAP raise where bytes are not what was written."""
 LARGEST_CHUNK = 1 << 28
 """A chunk that unpacks to more [bytes] is taken for damaged; writers make them of some MB."""
-MOST_TOPICS = 4096
-"""A bag with more is none of a robot's; each takes milliseconds wherever it is listed."""
-PIECE = 1 << 20
-"""So much is unpacked at a time [bytes]."""
+MOST_TOPICS = 4096  # no robot has more, and each takes milliseconds wherever it is listed
+PIECE = 1 << 20  # so much is unpacked at a time [bytes]
 _FRAME = struct.Struct('<BQ')
 _MESSAGE_HEAD = 22
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
@@ -87,7 +85,9 @@ class McapFile:
             last: McapRecord | None = None
             for last in self._framed(stream):
                 yield from self._opened(last) if isinstance(last, Chunk) else [last]
-            self.finished = isinstance(last, Footer) and _ends_in_magic(stream)
+            if isinstance(last, Footer):
+                stream.seek(-len(MCAP0_MAGIC), os.SEEK_END)
+                self.finished = stream.read() == MCAP0_MAGIC
 
     def _framed(self, stream: IO[bytes]) -> Iterator[McapRecord]:
         """Yield the records that need no other to be read, the first part of a cut chunk too."""
@@ -143,11 +143,6 @@ def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:
         return
     if summary is not None:
         yield from (*summary.schemas.values(), *summary.channels.values())
-
-
-def _ends_in_magic(stream: IO[bytes]) -> bool:
-    stream.seek(-len(MCAP0_MAGIC), os.SEEK_END)
-    return stream.read() == MCAP0_MAGIC
 
 
 def _is_as_written(chunk: Chunk, data: bytes) -> bool:

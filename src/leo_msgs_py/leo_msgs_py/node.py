@@ -45,14 +45,9 @@ try:
 except ImportError:
     EventsExecutor = SingleThreadedExecutor
 
-SLICE = 0.1
-"""Longest wait without a look at signals [s]: Python handles them between two waits."""
-
-AGAIN = 1.0
-"""A SIGINT so long after the first [s] interrupts; ros2 launch may pass on one Ctrl-C twice."""
-
-MISSPELT = 0.75
-"""How alike two names are (`difflib`) where one is the other, misspelt."""
+SLICE = 0.1  # longest wait without a look at signals [s]: Python handles them between two waits
+AGAIN = 1.0  # a SIGINT so long after the first [s] interrupts; ros2 launch may pass on one twice
+MISSPELT = 0.75  # how alike two names are (`difflib`) where one is the other, misspelt
 
 _stop = Event()
 _executor: Executor | None = None

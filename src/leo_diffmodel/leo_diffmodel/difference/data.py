@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
-LATE = 0.1
-"""A step whose length differs from the control period by more than this share is left out."""
+LATE = 0.1  # a step whose length differs from the control period by a larger share is left out
 
 
 @dataclass(frozen=True)

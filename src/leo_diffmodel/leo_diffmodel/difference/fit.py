@@ -18,10 +18,8 @@ from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 from leo_sim.model.physics import of_model
 
-TRAIN = 0.75
-"""Share of the transitions, the first in time, that is fitted; the rest is held out."""
-LEAST = 40
-"""Fewer transitions than this are none to learn from or to calibrate with."""
+TRAIN = 0.75  # share of the transitions, the first in time, that is fitted; others are held out
+LEAST = 40  # fewer transitions are none to learn from or to calibrate with
 
 
 @dataclass(frozen=True)

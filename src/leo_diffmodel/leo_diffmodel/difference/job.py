@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 
 CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
 NUMBERED = re.compile(r'difference-(\d+)\.safetensors')
-NOT_BETTER = 'does not predict held-out steps better than the model'
-"""Why a fit is not kept that has come to its end."""
-PROGRESS_PERIOD = 0.5
-"""Wall time between two lines of progress [s]."""
+NOT_BETTER = 'does not predict held-out steps better than the model'  # so it is not kept
+PROGRESS_PERIOD = 0.5  # between two lines of progress [s]
 
 
 @dataclass

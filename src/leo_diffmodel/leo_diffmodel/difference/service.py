@@ -27,8 +27,7 @@ from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
-POLL_PERIOD = 0.2
-"""How often the fit's progress is read [s]."""
+POLL_PERIOD = 0.2  # how often the fit's progress is read [s]
 JUST_NOW = 4.0
 """Less than a client waits before it asks again [s]: its weights may still be on their way."""
 

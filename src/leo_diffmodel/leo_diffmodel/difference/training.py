@@ -18,13 +18,11 @@ from leo_sim.model.batch import rollout
 
 OnEpoch = Callable[[int, int, float], None]
 """Receives (epochs done, epochs in all, loss of the last)."""
-TORQUE_STEP = 0.03
-"""Of the stall torque, to differentiate the next state by."""
+TORQUE_STEP = 0.03  # of the stall torque, to differentiate the next state by
 STEEP = 1.5
 """A step whose next state depends on the torque this many times as much as usual holds an impact
 or a slip that the torque moves in time; its weight falls so that it counts no more than that."""
-RIDGE = 1e-2
-"""Keeps a torque that hardly moves anything (at a stop, say) from explaining everything."""
+RIDGE = 1e-2  # keeps a torque that hardly moves anything (at a stop) from explaining everything
 
 
 def train(

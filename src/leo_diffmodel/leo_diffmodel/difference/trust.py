@@ -7,8 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-WITHIN = 0.99
-"""Share of the held-out data that counts as within the data; the rest is their edge."""
+WITHIN = 0.99  # share of the held-out data that counts as within the data, not as their edge
 SMALL = 0.1
 """Expected errors below this share of the usual correction do no harm, wherever they are."""
 TINY = 1e-12

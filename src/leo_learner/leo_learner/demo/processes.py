@@ -25,10 +25,8 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 
 LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
-GRACE = 10.0
-"""How long a process may take to end after SIGINT [s]."""
-POLL = 0.1
-"""How often a file is looked for [s]."""
+GRACE = 10.0  # how long a process may take to end after SIGINT [s]
+POLL = 0.1  # how often a file is looked for [s]
 
 
 @contextmanager

@@ -49,10 +49,8 @@ from leo_sim.model.model_file import load_model
 
 LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
 """Of the settings that may not be 0."""
-PERIOD = 1.0
-"""Time between two reports [s]; while a policy trains, the episode under way ends first."""
-ASK_AGAIN = 5.0
-"""An update is asked for again after this time [s]: the node may have been restarted."""
+PERIOD = 1.0  # between two reports [s]; while a policy trains, the episode under way ends first
+ASK_AGAIN = 5.0  # until an update is asked for again [s]: the node may have been restarted
 
 
 def read_settings(node: Node) -> Settings:

@@ -21,18 +21,13 @@ from leo_sim.description.robot import refuse_other, Robot
 from leo_sim.drivers.base import INTERFACES
 from leo_sim.model import State
 
-SAME_START = 0.5
-"""After this time [s] a state equal to the one before the reset is taken for the start pose."""
-RESEND = 0.3
-"""A robot that repeats its state this long after a command [s] gets it again."""
-SET_BACK = 1.0
-"""States older than the one before for so long [s]: the robot's clock was set back."""
-REMIND = 10.0
-"""Wall time between two lines that say what is waited for [s]."""
-FIRST_REMINDER = 2.0
-"""The first of them comes this soon [s]."""
-AGAIN = 0.5
-"""A reset that the robot refuses is asked for again after this time [s]."""
+# Times in s.
+SAME_START = 0.5  # after it a state equal to the one before the reset is taken for the start pose
+RESEND = 0.3  # a robot that repeats its state this long after a command gets it again
+SET_BACK = 1.0  # states older than the one before for so long: the robot's clock was set back
+REMIND = 10.0  # between two lines that say what is waited for
+FIRST_REMINDER = 2.0  # until the first of them
+AGAIN = 0.5  # until a reset that the robot refuses is asked for again
 ROBOT = 'the robot (leo run leo_sim robot)'
 
 
@@ -69,16 +64,18 @@ class RobotEnv(RobotSpaces):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         super().reset(seed=seed)
-        self._state = self._at_start()
+        self._state = None
+        while self._state is None:
+            self._found()
+            self._state = self._after_reset()
         return self._begin(_state(self._state)), {}
 
     def begin_here(self) -> State:
         """Go on from where the robot is, without a reset: position servos hold it there."""
-        self.heard()
+        begun = self.heard()
         self._state = self._latest
-        assert self._state is not None
-        self._begin(_state(self._state))
-        return self.sensed
+        self._begin(begun)
+        return begun
 
     def heard(self) -> State:
         """The state of the robot now: waits for the next one."""
@@ -91,7 +88,8 @@ class RobotEnv(RobotSpaces):
     def _found(self) -> None:
         self._wait(self._reset.service_is_ready, ROBOT)
         refuse_other(self._said(), self.robot)
-        self._wait(self._robot_there, ROBOT)
+        self._wait(lambda: self._latest is not None and self._episode >= 0, ROBOT)
+        self._wait(self._reset.service_is_ready, ROBOT)
 
     def _said(self) -> str:
         """What the node /robot says that it is; '' where it says nothing, as others need not."""
@@ -112,12 +110,6 @@ class RobotEnv(RobotSpaces):
         self._state = after
         return self._outcome(_state(before), inputs, _state(after))
 
-    def _at_start(self) -> JointStates:
-        while True:
-            self._found()
-            if (state := self._after_reset()) is not None:
-                return state
-
     def _after_reset(self) -> JointStates | None:
         previous, episode, asked = self._latest, self._episode, time.monotonic()
         answer = self._call(self._reset, topics.RESET.type.Request(), 'the reset')
@@ -134,10 +126,6 @@ class RobotEnv(RobotSpaces):
 
         self._wait(arrived, 'the first state of an episode', limit=5.0)
         return self._latest if arrived() else None
-
-    def _robot_there(self) -> bool:
-        heard = self._latest is not None and self._episode >= 0
-        return heard and self._reset.service_is_ready()
 
     def _call(self, client: Any, request: Any, what: str) -> Any:
         """What a service of the robot answers; None where it does not."""

@@ -27,13 +27,10 @@ from leo_msgs_py.node import call, graph, join, listen, running, spin_once, spin
 from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot, Robot
 
-FOUND_SECONDS = 10.0
-"""How long a robot is looked for."""
-ANSWER_SECONDS = 60.0
-"""How long one that is there may take to answer: it may be starting up."""
+FOUND_SECONDS = 10.0  # how long a robot is looked for
+ANSWER_SECONDS = 60.0  # how long one that is there may take to answer: it may be starting up
 PATIENCE = 5.0
-SAID_SECONDS = 0.5
-"""Within this time a robot in real time says where its servos are held [s]."""
+SAID_SECONDS = 0.5  # within it a robot in real time says where its servos are held
 
 
 @contextmanager

@@ -15,10 +15,8 @@ from leo_msgs_py.node import listen_with_info, spin_until
 from leo_msgs_py.values import JointStates
 from leo_sim.nodes.commander import names_of, Turns
 
-SAY = 10.0
-"""Wall time between two lines that say what is left out [s]."""
-NAMED = 2.0
-"""How long the graph is given to name publishers it has just met [s]."""
+SAY = 10.0  # between two lines that say what is left out [s]
+NAMED = 2.0  # how long the graph is given to name publishers it has just met [s]
 NAMELESS = '_NODE_NAME_UNKNOWN_'
 
 

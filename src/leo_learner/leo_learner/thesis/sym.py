@@ -17,12 +17,9 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import Robot
 from leo_sim.kinematics.gait import Gait
 
-GAIN = 5.0 * 0.8 * 14 / 3.3
-"""Of the P controllers: 5 N m/rad times 3.394 V/(N m) [V/rad]."""
-KNEE, ANKLE = 0.0, 0.064926
-"""Where they pull the stance knee and both ankles [rad]."""
-CONTROLLER_LIMIT = 10.7745
-"""Of the P controllers [V]; the robot's own limit comes after."""
+GAIN = 5.0 * 0.8 * 14 / 3.3  # of the P controllers: 5 N m/rad times 3.394 V/(N m) [V/rad]
+KNEE, ANKLE = 0.0, 0.064926  # where they pull the stance knee and both ankles [rad]
+CONTROLLER_LIMIT = 10.7745  # of the P controllers [V]; the robot's own limit comes after
 JOINTS = ('hip_stance', 'hip_swing', 'knee_stance', 'knee_swing', 'torso')
 OBSERVED = tuple(f'{kind}({joint})' for kind in ('angle', 'rate') for joint in JOINTS)
 LEGS = tuple(

@@ -45,8 +45,10 @@ class Replay:
     def add(self, transition: Transition) -> None:
         """Append one transition; the oldest one goes when the ring is full."""
         row = self.added % self.capacity
-        if row >= len(self._rows.rewards):
-            self._grow()
+        held = len(self._rows.rewards)
+        if row >= held:
+            rows = min(self.capacity, max(1024, 2 * held))
+            self._rows = Batch(*(np.resize(c, (rows, *c.shape[1:])) for c in self._rows))
         for column, value in zip(self._rows, transition, strict=True):
             column[row] = value
         self.added += 1
@@ -86,8 +88,3 @@ class Replay:
                 'resume with the configuration the run was started with'
             )
         self._rows, self.added = columns, added
-
-    def _grow(self) -> None:
-        held = len(self._rows.rewards)
-        rows = min(self.capacity, max(1024, 2 * held))
-        self._rows = Batch(*(np.resize(c, (rows, *c.shape[1:])) for c in self._rows))

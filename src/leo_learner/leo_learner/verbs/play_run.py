@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from pathlib import Path
 import sys
 from typing import Any
 
@@ -89,8 +88,10 @@ def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict
     from leo_learner.robot.running import RobotPlayer, running_robot
 
     with running_robot(ros_args) as running:
-        if run.start or options.bag:
-            _check_pose(running.ask(), run, options.policy)
+        robot = running.ask() if run.start or options.bag else model.robot
+        if run.start and run.start not in robot.start_poses:
+            begins = f'{options.policy} begins in {run.start!r}'
+            raise UserError(f'{begins}; the robot {robot.name} has no such pose')
         env = running.env(model.robot)
         player = RobotPlayer(running.node, env)
         found, sent = _dry_run(run, model, player, options, running)
@@ -135,11 +136,6 @@ def _how_it_is_left(robot: Any) -> Iterator[None]:
         left = 'its servos hold the last goal' if servos else 'it goes to 0 by its own time-out'
         print(f'stopped on the way: {left}', file=sys.stderr)
         raise
-
-
-def _check_pose(robot: Any, run: Run, file: Path) -> None:
-    if run.start and run.start not in robot.start_poses:
-        raise UserError(f'{file} begins in {run.start!r}; the robot {robot.name} has no such pose')
 
 
 @contextmanager

@@ -166,16 +166,12 @@ def one_type(name: str, found: Pairs, what: str) -> str:
     """Type of a topic or service; UserError where it is not there, or has several."""
     kinds = dict(found).get(name)
     if kinds is None:
-        there = ', '.join(known for known, _ in found if not _of_the_probe(known))
+        ours = re.compile(r'.*/_|/(rosout|parameter_events)$')
+        there = ', '.join(known for known, _ in found if not ours.match(known))
         raise UserError(f'no {what} {name}; there are: {there or "none, " + where()}')
     if len(kinds) > 1:
         raise UserError(f'{what} {name} has several types, name one: {", ".join(kinds)}')
     return kinds[0]
-
-
-def _of_the_probe(name: str) -> bool:
-    hidden = any(token.startswith('_') for token in name.split('/'))
-    return hidden or name in ('/rosout', '/parameter_events')
 
 
 def show(options: argparse.Namespace, data: Any, lines: Sequence[str]) -> None:

@@ -47,7 +47,11 @@ def _call(argv: list[str]) -> int:
 
     with common.probe(settled=False) as node:
         service = common.absolute(options.service)
-        srv_type = load(options.type or _found_type(node, service), 'srv')
+        if not options.type:
+            common.settle(node)
+            found = node.get_service_names_and_types()
+            options.type = common.one_type(service, found, 'service')
+        srv_type = load(options.type, 'srv')
         request = fill(srv_type.Request(), common.from_yaml(options.values))
         client = node.create_client(srv_type, service)
         try:
@@ -57,8 +61,3 @@ def _call(argv: list[str]) -> int:
     data = to_plain(response)
     common.show(options, data, [common.as_yaml(data).rstrip()])
     return 1 if data.get('success') is False else 0
-
-
-def _found_type(node: Any, service: str) -> str:
-    common.settle(node)
-    return common.one_type(service, node.get_service_names_and_types(), 'service')
