@@ -4,18 +4,16 @@
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
+from tests.difference import untrained
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference.data import layout_of
-from leo_diffmodel.difference.model import DifferenceModel, from_bytes
-from leo_diffmodel.difference.network import Config, Network
+from leo_diffmodel.difference.model import from_bytes
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
 from leo_msgs_py.values import JointStates
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
-from leo_sim.model.physics import of_model
 
 pytestmark = pytest.mark.graph
 NODE = """
@@ -138,9 +136,3 @@ def test_damaged_weights_are_said_and_those_before_are_published(asker, spawn, t
     name = 'diffmodel: difference model'
     asker.until(lambda: asker.told.get(name, ('', b''))[0].endswith('; passed over'))
     assert 'difference-002.safetensors: not the weights' in asker.told[name][0]
-
-
-def untrained(model: Model) -> DifferenceModel:
-    config, layout = Config(hidden=(4,)), layout_of(model.robot)
-    made = Network(layout, config), layout, config, model.robot.name, 1, 0
-    return DifferenceModel(*made, over=of_model(model))

@@ -3,17 +3,14 @@
 
 import numpy as np
 import pytest
+from tests.difference import untrained
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference.data import layout_of
-from leo_diffmodel.difference.model import DifferenceModel
-from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.verbs import common
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import load_model, Model
-from leo_sim.model.physics import of_model
 
 ARM = Model(load_robot('so101'))
 
@@ -21,12 +18,7 @@ ARM = Model(load_robot('so101'))
 @pytest.fixture
 def file(tmp_path):
     """A model file with a difference model that was fitted over it."""
-    model, config = Model('pendulum'), Config(hidden=(4,))
-    layout = layout_of(model.robot)
-    made = Network(layout, config), layout, config, 'pendulum', 1, 0
-    (tmp_path / 'd.safetensors').write_bytes(
-        DifferenceModel(*made, over=of_model(model)).to_bytes()
-    )
+    (tmp_path / 'd.safetensors').write_bytes(untrained(Model('pendulum')).to_bytes())
     (tmp_path / 'm.yaml').write_text('robot: pendulum\ndifference_model: d.safetensors\n')
     return tmp_path / 'm.yaml'
 
