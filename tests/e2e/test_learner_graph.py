@@ -7,6 +7,7 @@ import subprocess
 import time
 
 import pytest
+from tests.commands import start_node
 
 from leo_diffmodel.bags.finish import recorded
 from leo_diffmodel.bags.recording import read_bag
@@ -15,7 +16,6 @@ from leo_sim.model.model_file import load_model
 
 pytestmark = pytest.mark.graph
 
-RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(["run", *sys.argv[1:]]))'
 HIDDEN = """\
 effects:
   - {name: link_mass, where: bob, parameters: {m: {value: 0.035, unit: kg}}}
@@ -28,31 +28,12 @@ class Graph:
     def __init__(self, spawn, folder: Path, **changes: list[str]) -> None:
         (folder / 'hidden.yaml').write_text(HIDDEN)
         self._spawn, self._folder = spawn, folder
+        robot = f'robot:=pendulum realtime_factor:=0 start:=random hidden:={folder}/hidden.yaml'
+        learner = f'folder:={folder}/run first_steps:=100 update_steps:=100 transitions:=500'
         self._arguments = {
-            'robot': [
-                'leo_sim',
-                'robot',
-                'robot:=pendulum',
-                'realtime_factor:=0',
-                'start:=random',
-                f'hidden:={folder / "hidden.yaml"}',
-            ],
-            'diffmodel': [
-                'leo_diffmodel',
-                'diffmodel',
-                'model:=pendulum',
-                f'bag:={folder / "rollout"}',
-            ],
-            'learner': [
-                'leo_learner',
-                'learner',
-                'model:=pendulum',
-                f'folder:={folder / "run"}',
-                'first_steps:=100',
-                'update_steps:=100',
-                'transitions:=500',
-                'tests:=1',
-            ],
+            'robot': ['leo_sim', *robot.split()],
+            'diffmodel': ['leo_diffmodel', 'model:=pendulum', f'bag:={folder}/rollout'],
+            'learner': ['leo_learner', 'model:=pendulum', *learner.split(), 'tests:=1'],
         }
         for name, more in changes.items():
             self._arguments[name] += more
@@ -61,12 +42,10 @@ class Graph:
             self.start(name)
 
     def start(self, name: str) -> None:
-        package, executable, *parameters = self._arguments[name]
-        given = [word for parameter in parameters for word in ('-p', parameter)]
+        package, *given = self._arguments[name]
         with (self._folder / f'{name}.log').open('a') as log:
-            self._processes[name] = self._spawn(
-                '-c', RUN, package, executable, '--ros-args', *given, stdout=log, stderr=log
-            )
+            started = start_node(self._spawn, package, name, *given, stdout=log, stderr=log)
+        self._processes[name] = started
 
     def kill_and_restart(self, name: str) -> None:
         self._processes[name].kill()

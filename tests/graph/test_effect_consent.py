@@ -3,16 +3,15 @@
 
 from pathlib import Path
 import subprocess
-import sys
 
 import pytest
+from tests.commands import LEO
 from tests.unit.leo_sim.effects.test_consent import LAW, WIND
 import yaml
 
 from leo_msgs_py.node import call, spin_until
 
 pytestmark = pytest.mark.graph
-LEO = str(Path(sys.executable).with_name('leo'))
 NODES = {
     'robot': ['leo_sim', 'robot', '-p', 'robot:=pendulum', '-p', 'hidden:=model.yaml'],
     'diffmodel': ['leo_diffmodel', 'diffmodel', '-p', 'record:=false', '-p', 'model:=model.yaml'],

@@ -16,6 +16,7 @@ from bokeh.events import ButtonClick
 import numpy as np
 import pytest
 from rclpy.node import Node
+from tests.commands import CODE
 from tests.page import no_run
 from tests.patience import PATIENCE, until
 
@@ -31,7 +32,6 @@ from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
-from leo_learner.demo.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import command_message
@@ -61,7 +61,7 @@ WATCH = ['watch', '--live', '--no-browser', '--json']
 
 @pytest.fixture
 def robot(spawn):
-    return spawn('-c', LEO, *ROBOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return spawn('-c', CODE, *ROBOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 @pytest.fixture
@@ -191,7 +191,7 @@ def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
 
 
 def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, domain):
-    leo = spawn('-c', LEO, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
+    leo = spawn('-c', CODE, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
     url = json.loads(leo.stdout.readline())['url']
     document = pull_session(url=url).document
     assert len(document.get_model_by_name('live measured').data['t']) > 100
@@ -204,7 +204,7 @@ def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, doma
 )
 def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
     done = subprocess.run(
-        [sys.executable, '-c', LEO, *WATCH, '--model', model, '--patience', '1'],
+        [sys.executable, '-c', CODE, *WATCH, '--model', model, '--patience', '1'],
         capture_output=True,
         text=True,
         env=os.environ,
@@ -215,7 +215,7 @@ def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
 
 def test_another_robot_than_the_models_is_refused_with_both_names(robot, domain):
     done = subprocess.run(
-        [sys.executable, '-c', LEO, *WATCH, '--model', 'torque_pendulum'],
+        [sys.executable, '-c', CODE, *WATCH, '--model', 'torque_pendulum'],
         capture_output=True,
         text=True,
         env=os.environ,

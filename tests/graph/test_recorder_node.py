@@ -15,6 +15,7 @@ import pytest
 from rclpy.node import Node
 from std_msgs.msg import UInt32
 from tests import live_bag
+from tests.commands import start, start_node
 from tests.patience import PATIENCE, until
 
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -30,8 +31,6 @@ from leo_sim.description.robot import load_robot
 pytestmark = pytest.mark.graph
 
 PENDULUM = load_robot('pendulum')
-NODE = 'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
-LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 APPLIED = topics.APPLIED['voltage']
 PERIOD = 0.01
 
@@ -95,7 +94,7 @@ def on_disk(bag: Path) -> tuple[int, int]:
 
 
 def start_recorder(spawn, bag: Path, **options) -> subprocess.Popen:
-    return spawn('-c', NODE, '--ros-args', '-p', f'bag:={bag}', **options)
+    return start_node(spawn, 'leo_diffmodel', 'diffmodel', f'bag:={bag}', **options)
 
 
 def stop(process: subprocess.Popen) -> None:
@@ -159,23 +158,13 @@ def test_a_played_bag_is_recorded_as_it_was(tmp_path, node, spawn):
     inputs = {'pivot': {'voltage': np.sin(9 * t), 'enabled': np.ones(len(t))}}
     run = Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=inputs)
     source = write_runs(tmp_path / 'source', [run], {'robot': 'pendulum'})
-    recorder = spawn(
-        '-c',
-        LEO,
-        'bag',
-        'record',
-        '-o',
-        str(tmp_path / 'copy'),
-        '/joint_states',
-        '/robot/applied_voltage',
-        'robot/episode',
-        '--json',
-        stdout=subprocess.PIPE,
-    )
+    recorded = '/joint_states', '/robot/applied_voltage', 'robot/episode'
+    words = 'bag', 'record', '-o', str(tmp_path / 'copy'), *recorded, '--json'
+    recorder = start(spawn, *words, stdout=subprocess.PIPE)
     assert spin_until(lambda: node.count_subscribers('/robot/applied_voltage') > 0, PATIENCE)
     began = time.monotonic()
     words = 'bag', 'play', str(source), '--wait', str(PATIENCE), '--json'
-    player = spawn('-c', LEO, *words, stdout=subprocess.PIPE)
+    player = start(spawn, *words, stdout=subprocess.PIPE)
     out, _ = player.communicate(timeout=2 * PATIENCE)
     assert player.returncode == 0 and time.monotonic() - began > 1.49
     original = load(source)

@@ -12,6 +12,7 @@ import tomllib
 from xml.etree import ElementTree
 
 import pytest
+from tests.commands import CODE
 from tests.places import ROOT
 import yaml
 
@@ -76,9 +77,8 @@ def test_a_full_disk_is_one_line(verbs, capfd):
     assert cli.main(['full']) == 2
     (line,) = capfd.readouterr().err.splitlines()
     assert line == 'leo: error: No space left on device: out/report.html; make room'
-    code = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
     with open('/dev/full', 'w') as full:
-        words = [sys.executable, '-c', code, '--help']
+        words = [sys.executable, '-c', CODE, '--help']
         done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
 

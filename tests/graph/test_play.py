@@ -1,25 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run file goes to a robot node and comes back as what was applied."""
+"""A run file goes to a robot node and comes back as what was applied; a motion is recorded."""
 
 import os
 import time
 
 import numpy as np
 import pytest
+from rclpy.node import Node
+from tests.commands import start, start_node
 from tests.patience import PATIENCE
 
+from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.next_run.menu import menu
 from leo_diffmodel.next_run.reach import Reach
 from leo_diffmodel.next_run.run_file import read_run, Run, write_run
 from leo_msgs_py import topics
-from leo_msgs_py.node import spin_once, spin_until
+from leo_msgs_py.cli import main
+from leo_msgs_py.node import graph, join, spin_once, spin_until
 from leo_msgs_py.values import Applied
 from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
-ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
-PLAY = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
-PENDULUM = load_robot('pendulum')
+PENDULUM, LEO = load_robot('pendulum'), load_robot('leo')
+LOCKSTEP = 'realtime_factor:=0'
 
 
 def periods(heard: list[Applied]) -> np.ndarray:
@@ -43,9 +46,9 @@ def test_what_the_file_says_is_what_the_robot_applies(node, spawn, tmp_path):
     found: list[int] = []  # the robot has found what was subscribed to before
     kind, name, qos = topics.EPISODE
     node.create_subscription(kind, name, lambda m: found.append(m.data), qos)
-    spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=pendulum', '-p', 'realtime_factor:=0')
+    start_node(spawn, 'leo_sim', 'robot', 'robot:=pendulum', LOCKSTEP)
     assert spin_until(lambda: bool(found), PATIENCE)
-    player = spawn('-c', PLAY, 'play', str(path), '--yes')
+    player = start(spawn, 'play', str(path), '--yes')
     end = time.monotonic() + PATIENCE
     while player.poll() is None or not periods(heard).size >= run.count:
         assert time.monotonic() < end, len(heard)
@@ -76,12 +79,12 @@ def test_servos_go_gently_to_where_a_run_begins_once_somebody_agreed(node, spawn
     node.create_subscription(
         kind, name, lambda m: heard.append(Applied.from_message(m, 'position')), topics.LOSSLESS
     )
-    spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=xl330_pendulum', '-p', 'realtime_factor:=0')
+    start_node(spawn, 'leo_sim', 'robot', 'robot:=xl330_pendulum', LOCKSTEP)
     ours, theirs = os.openpty()
     for typed, status in ((b'n\n', 1), (b'y\n', 0)):
         assert not heard, 'sent, though nobody agreed'
         os.write(ours, typed)
-        player = spawn('-c', PLAY, 'play', str(path), stdin=theirs)
+        player = start(spawn, 'play', str(path), stdin=theirs)
         assert spin_until(lambda p=player: p.poll() is not None, PATIENCE)
         assert player.returncode == status
     assert spin_until(lambda: heard[-1].values[0] == pytest.approx(0.7), PATIENCE)
@@ -89,3 +92,32 @@ def test_servos_go_gently_to_where_a_run_begins_once_somebody_agreed(node, spawn
     assert abs(goals[0]) < 0.01, 'from where the servo was'
     steps = np.abs(np.diff(goals)) / servo.control_period
     assert steps[: -len(run.inputs)].max() < 0.51 and 0.6 in goals.round(5)
+
+
+@pytest.fixture
+def robot(domain, spawn):
+    """LEO in lockstep, up and running."""
+    start_node(spawn, 'leo_sim', 'robot', 'robot:=leo', LOCKSTEP, 'engine:=rigid')
+    heard: list[object] = []
+    with graph():
+        node = join(Node('watch'))
+        node.create_subscription(*topics.JOINT_STATES[:2], heard.append, topics.JOINT_STATES.qos)
+        assert spin_until(lambda: bool(heard), PATIENCE)
+
+
+@pytest.mark.usefixtures('robot')
+def test_hanging_then_standing_each_in_a_bag_of_its_own(tmp_path, capfd):
+    for motion, pose in (('swinging', 'hanging'), ('standing', 'standing')):
+        bag = tmp_path / motion
+        words = motion, '--seconds', '0.9', '--seed', '2', '--bag', str(bag)
+        assert main(['play', *words]) == 0
+        said = capfd.readouterr().out
+        assert f'{motion} on the robot: 0.9 s' in said and f'wrote {bag}' in said
+        recording = read_bag(bag, LEO)
+        assert recording.metadata['start'] == pose
+        assert recording.held == LEO.start_poses[pose].held
+        last = recording.episodes[-1]
+        commanded = last.inputs[:90].reshape(30, 3, 6)
+        np.testing.assert_array_equal(commanded, commanded[:, :1].repeat(3, axis=1))
+        assert np.ptp(commanded, axis=0).min() > 0.1
+        assert bool(np.ptp(last.q[:, 2])) != recording.held
