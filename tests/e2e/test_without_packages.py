@@ -9,6 +9,7 @@ import sys
 
 import pytest
 from tests.architecture.test_imports import ROS
+from tests.commands import CODE
 from tests.simulate import bag, PENDULUM, record
 
 EXTRAS = {'torch', 'safetensors', 'pybullet', 'mujoco', 'dynamixel_sdk', 'scservo_sdk'}
