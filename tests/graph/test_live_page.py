@@ -3,7 +3,6 @@
 
 from collections.abc import Callable
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -166,7 +165,7 @@ def moves(live) -> bool:
     return says(live, 'playing ') and applied(live) == 0.5
 
 
-def test_a_run_is_sent_after_a_question_and_the_e_stop_ends_it(live):
+def test_a_run_is_sent_after_a_question_and_the_e_stop_or_death_ends_it(live):
     click(live, 'yes, move')
     assert says(live, TOO_LATE) and not live.live.sending.on
     click(live, 'send')
@@ -179,9 +178,10 @@ def test_a_run_is_sent_after_a_question_and_the_e_stop_ends_it(live):
     assert says(live, STOPPED) and not live.live.sending.on
     until(lambda: says(live, 'e-stop: ') and applied(live) == 0.0, 'not at 0 V')
     live.live.sending.wait()
+    a_robot_that_dies_is_said_and_what_was_measured_stays(live)
 
 
-def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
+def a_robot_that_dies_is_said_and_what_was_measured_stays(live):
     until(lambda: not says(live, 'no state') and samples(live) > 200, 'too few samples')
     live.robot.send_signal(signal.SIGKILL)
     until(lambda: says(live, 'no state from the robot'))
@@ -190,37 +190,27 @@ def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
     assert samples(live) > 200 and live.state.scene.recordings
 
 
-def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, domain):
+def test_the_command_serves_the_page_of_its_robot_and_ends_with_the_signal(robot, spawn, domain):
     leo = spawn('-c', CODE, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
     url = json.loads(leo.stdout.readline())['url']
     document = pull_session(url=url).document
     assert len(document.get_model_by_name('live measured').data['t']) > 100
     leo.send_signal(signal.SIGINT)
     assert leo.wait(PATIENCE) == 0 and robot.poll() is None
+    other = watched('--model', 'torque_pendulum')
+    error = other.stderr.splitlines()[-1]  # on a busy machine progress comes before
+    said = "the running robot is 'pendulum', this is for 'torque_pendulum'"
+    assert other.returncode == 2 and said in error and other.stderr.count('leo: error') == 1
+
+
+def watched(*words: str) -> subprocess.CompletedProcess:
+    command = [sys.executable, '-c', CODE, *WATCH, *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
 
 
 @pytest.mark.parametrize(
     ('model', 'words'), [('pendulum', 'no robot is publishing joint_states'), ('nobody', 'nobody')]
 )
 def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
-    done = subprocess.run(
-        [sys.executable, '-c', CODE, *WATCH, '--model', model, '--patience', '1'],
-        capture_output=True,
-        text=True,
-        env=os.environ,
-        timeout=PATIENCE,
-    )
+    done = watched('--model', model, '--patience', '1')
     assert done.returncode == 2 and words in done.stderr and done.stderr.count('\n') == 1
-
-
-def test_another_robot_than_the_models_is_refused_with_both_names(robot, domain):
-    done = subprocess.run(
-        [sys.executable, '-c', CODE, *WATCH, '--model', 'torque_pendulum'],
-        capture_output=True,
-        text=True,
-        env=os.environ,
-        timeout=PATIENCE,
-    )
-    error = done.stderr.splitlines()[-1]  # on a busy machine progress comes before
-    said = "the running robot is 'pendulum', this is for 'torque_pendulum'"
-    assert done.returncode == 2 and said in error and done.stderr.count('leo: error') == 1

@@ -15,7 +15,6 @@ from tests.graph.robot_process import CONTROL_PERIOD_NS, LEO, PATIENCE, PENDULUM
 from tests.places import ROOT
 
 from leo_diffmodel.bags.writer import BagWriter
-from leo_learner.demo.processes import Processes
 from leo_msgs_py import topics
 from leo_msgs_py.cli import main
 from leo_msgs_py.node import call, spin_once
@@ -192,14 +191,3 @@ def test_a_secret_that_was_typed_leaves_the_process_list_before_the_imports(
         assert robot.poll() is None
     listed = (files / 'cmdline').read_text()
     assert 'hidden_seed:=?' in listed and SECRET not in listed
-
-
-def test_a_secret_of_our_own_programs_is_never_listed(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with Processes(tmp_path) as processes:
-        processes.node('robot', 'leo_sim', 'robot', hidden_seed=int(SECRET))
-        files = Path(f'/proc/{processes._running["robot"].pid}')
-        while 'driver simulated' not in (tmp_path / 'robot.log').read_text():
-            assert SECRET not in (files / 'cmdline').read_text()
-            assert SECRET.encode() not in (files / 'environ').read_bytes()
-            time.sleep(0.002)

@@ -237,9 +237,9 @@ def test_learn_and_play(tmp_path, capsys):
     policy = folder / 'policy.safetensors'
     last = capsys.readouterr().out.splitlines()[-1]
     assert last == f'next: leo play {policy} --model pendulum'
-    assert learn_verb.main(['--resume', str(folder), '--steps', '120', '--json']) == 0
+    assert learn_verb.main(['--resume', str(folder), '--steps', '200', '--json']) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert told['steps_done'] == 120 and told['finished'] and told['policy'] == str(policy)
+    assert told['steps_done'] == 200 and told['finished'] and told['policy'] == str(policy)
     with pytest.raises(UserError, match='holds a run already'):
         learn_verb.main(['-o', str(folder)])
     assert play_verb.main([told['policy'], '--model', 'pendulum', '--json']) == 0
