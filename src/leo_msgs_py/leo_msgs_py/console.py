@@ -129,15 +129,15 @@ class _Left(ProgressColumn):
 
 @dataclass
 class Reporter:
-    """Hears what has been done, how many steps that were, and how many are to come."""
+    """Is told what has been done, how many steps that were, and how many are to come."""
 
     show: Callable[[str], None]  # shows what is being done
     clock: Clock = field(default_factory=Clock)
 
     @classmethod
-    def of(cls, hears: Callable[[str], None]) -> Reporter:
-        """Whoever hears, also of steps; they are kept from what hears words alone."""
-        return hears if isinstance(hears, Reporter) else cls(hears)
+    def of(cls, show: Callable[[str], None]) -> Reporter:
+        """What shows texts as a reporter; one that counts steps stays as it is."""
+        return show if isinstance(show, Reporter) else cls(show)
 
     def __call__(self, text: str, steps: int = 1) -> None:
         self.clock.step(steps)

@@ -47,15 +47,20 @@ class Updates:
     """Runs fits in a child process and keeps `difference-NNN.safetensors` in a folder.
 
     NNN counts the updates. A fit begins from the newest weights that can be read. With `repair`
-    effects are named first, and the difference is learned from the model that has them; `own` are
-    options that let the child run the effect files of the model.
+    effects are named first, and the difference is learned from the model that has them; `effects`
+    are options that let the child run the effect files of the model.
     """
 
     def __init__(
-        self, folder: Path, model: str, config: str, repair: bool = False, own: Sequence[str] = ()
+        self,
+        folder: Path,
+        model: str,
+        config: str,
+        repair: bool = False,
+        effects: Sequence[str] = (),
     ) -> None:
         self._folder, self._model, self._config = folder, model, config
-        self._options = [*own, *(['--repair'] if repair else [])]
+        self._options = [*effects, *(['--repair'] if repair else [])]
         self._child: subprocess.Popen[bytes] | None = None
         self._output: IO[bytes] | None = None
         self._partial, self._error = b'', ''
@@ -115,13 +120,13 @@ class Updates:
             self._child.wait()
             self._child = None
 
-    def _note(self, said: dict[str, Any]) -> None:
-        if 'report' in said:
-            self.progress = Progress('fitted', said['report'])
-        elif 'error' in said:
-            self._error = said['error']
+    def _note(self, line: dict[str, Any]) -> None:
+        if 'report' in line:
+            self.progress = Progress('fitted', line['report'])
+        elif 'error' in line:
+            self._error = line['error']
         else:
-            self.progress = Progress('fitting', said)
+            self.progress = Progress('fitting', line)
 
     def _last_error(self, status: int) -> str:
         lines = self._log.read_text(errors='replace').splitlines()

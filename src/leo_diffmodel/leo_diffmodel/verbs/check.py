@@ -58,8 +58,8 @@ def main(argv: list[str]) -> int:
     model = common.named_model(arguments.model)
     bags = _bags(arguments, model)
     own = common.own_effects(arguments)
-    with progress('checking', 1 + len(candidates(model, own))) as heard:
-        result = check(bags, model, own, heard)
+    with progress('checking', 1 + len(candidates(model, own))) as reporter:
+        result = check(bags, model, own, reporter)
     if folder:
         write_whole(folder / 'check.json', json_text(result.to_json()))
     if arguments.json:

@@ -44,10 +44,10 @@ def main(argv: list[str]) -> int:
     [arguments.model] = arguments.model
     model = common.named_model(arguments.model)
     recordings, _ = common.read_all(arguments, model)
-    with progress('comparing', STAGES + 1) as heard:
-        result = compare(recordings, model, arguments.step, heard)
+    with progress('comparing', STAGES + 1) as reporter:
+        result = compare(recordings, model, arguments.step, reporter)
         if folder:
-            heard('report')
+            reporter('report')
             _write(folder, result, recordings, model, common.watch(arguments))
     if arguments.json:
         print(json.dumps(result.data))
@@ -151,9 +151,9 @@ def _places(rows: list[dict], worst: list[dict]) -> Table:
 
 def _bars(rows: list[dict], of: dict) -> str:
     """A bar for each bin of a joint and variable: the torque there over the joint's largest."""
-    mine = [r for r in rows if r['joint'] == of['joint']]
-    highest = max(r['torque_nm'] for r in mine)
-    strip = [r for r in mine if r['variable'] == of['variable']]
+    of_joint = [r for r in rows if r['joint'] == of['joint']]
+    highest = max(r['torque_nm'] for r in of_joint)
+    strip = [r for r in of_joint if r['variable'] == of['variable']]
     strip.sort(key=lambda r: (r['bag'] or 0, r['bin']))
     heights = [r['torque_nm'] / max(highest, 1e-300) for r in strip]
     return ''.join(BARS[round(h * (len(BARS) - 1))] for h in heights)
@@ -192,8 +192,8 @@ def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
         raise UserError(f'--model {twice[0]} is there twice')
     models = {name: common.named_model(name) for name in names}
     recordings, _ = common.read_all(arguments, models[names[0]])
-    with progress('comparing', RANKING_STAGES * len(models)) as heard:
-        data = rank(recordings, models, arguments.step, heard)
+    with progress('comparing', RANKING_STAGES * len(models)) as reporter:
+        data = rank(recordings, models, arguments.step, reporter)
     if folder:
         write_whole(folder / 'ranking.json', json_text(data))
     if arguments.json:
@@ -234,8 +234,10 @@ def ranking_table(data: dict) -> Table:
     return table
 
 
-def _sizes(row: dict, mine: np.ndarray) -> tuple[float, float]:
-    error, floor = (np.sqrt(np.mean(np.square(row[key])[mine])) for key in ('rmse', 'noise_floor'))
+def _sizes(row: dict, which: np.ndarray) -> tuple[float, float]:
+    error, floor = (
+        np.sqrt(np.mean(np.square(row[key])[which])) for key in ('rmse', 'noise_floor')
+    )
     return float(error), float(floor)
 
 

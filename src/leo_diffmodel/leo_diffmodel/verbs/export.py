@@ -120,8 +120,8 @@ def _checked(
     if text is not None:
         needs_mujoco()
     recordings = common.read_bags(options.check, model, options.topic_map)
-    with progress('checking', STAGES) as heard:
-        return check(recordings, model, made.held.simulated, text, heard)
+    with progress('checking', STAGES) as reporter:
+        return check(recordings, model, made.held.simulated, text, reporter)
 
 
 def _next(format_: Format, output: Path) -> str:

@@ -62,11 +62,11 @@ def main(argv: list[str]) -> int:
     column_map = convert.load_map(options.map)
     output, infos = Path(options.output), []
     jobs = _jobs(options.logs, output, options.bag_per_log)
-    with convert.undone_on_error(output) as made, progress('importing', len(jobs)) as heard:
+    with convert.undone_on_error(output) as made, progress('importing', len(jobs)) as reporter:
         for logs, bag in jobs:
             made.append(convert.import_logs(logs, options.map, bag, options.join))
             infos.append(bag_info(bag))
-            heard(bag.name)
+            reporter(bag.name)
     command = _next([info.path for info in infos], column_map)
     lines = [_sentence(info, passive=not column_map.inputs) for info in infos]
     data = {'bags': [_summary(info) for info in infos], 'next': command}

@@ -49,8 +49,8 @@ def main(argv: list[str]) -> int:
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
-    with progress('choosing a run') as heard:
-        found = propose(recordings, model, answer, own, arguments.seconds, heard)
+    with progress('choosing a run') as reporter:
+        found = propose(recordings, model, answer, own, arguments.seconds, reporter)
     run = found.best and found.best.run
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
     motion = run.command if isinstance(run, MotionRun) else None
@@ -110,8 +110,8 @@ def _answer(
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:
-        with progress('explaining') as heard:
-            return explain(recordings, model, (), own, heard).to_json()
+        with progress('explaining') as reporter:
+            return explain(recordings, model, (), own, reporter).to_json()
     path = Path(arguments.explain)
     answer = read_explanation(path)
     known = {bag['sha256'] for bag in answer['provenance']['bags']}

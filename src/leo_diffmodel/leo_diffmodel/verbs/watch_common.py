@@ -68,7 +68,7 @@ def _port(text: str) -> int:
     return int(text)
 
 
-def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
+def asked(argv: list[str], reporter: Callable[[str], None]) -> dict:
     """What `leo explain` says to the same words: the contents of explain.json."""
     from leo_diffmodel.explain.explanation import explain
 
@@ -76,10 +76,10 @@ def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    return explain(recordings, model, held, own, heard, arguments.step).to_json()
+    return explain(recordings, model, held, own, reporter, arguments.step).to_json()
 
 
-def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], None]) -> Plan:
+def proposed(argv: list[str], answer: dict[str, Any], reporter: Callable[[str], None]) -> Plan:
     """What `leo next` says to the same words as `asked`, and to its explain.json."""
     from leo_diffmodel.next_run.proposal import propose
     from leo_diffmodel.verbs.next import check_driven, in_words, predict_words, SECONDS
@@ -90,12 +90,12 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
     check_driven(model)
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    found = propose(recordings, model, answer, own, SECONDS, heard)
+    found = propose(recordings, model, answer, own, SECONDS, reporter)
     words = tuple(in_words(found, answer, SECONDS))
     if found.best is None:
         return Plan(words, model.robot)
     run = found.best.run
-    heard(f'predicting {run.name}')
+    reporter(f'predicting {run.name}')
     predict = tuple(predict_words(arguments.model, model))
     return Plan(words, model.robot, run, _predicted(run, model, answer, recordings), predict)
 

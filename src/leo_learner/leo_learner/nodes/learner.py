@@ -180,7 +180,7 @@ class DifferenceClient:
         self._node, self._model = node, model
         self._weights, self._said = b'', ''
         self._version = 0
-        self._accepted, self._vain = False, ''
+        self._accepted, self._failure = False, ''
         listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
         self._update = node.create_client(*topics.DIFFERENCE_UPDATE)
 
@@ -193,12 +193,12 @@ class DifferenceClient:
         """
         version = max(version, self._version)
         asked = -ASK_AGAIN
-        self._accepted, self._vain = False, ''
+        self._accepted, self._failure = False, ''
         while self._version <= version:
             if not running():
                 raise Stopped
-            if self._vain:
-                raise UserError(f'{self._vain}; the policies learned so far stay')
+            if self._failure:
+                raise UserError(f'{self._failure}; the policies learned so far stay')
             if time.monotonic() - asked > ASK_AGAIN:
                 asked = time.monotonic()
                 self._ask()
@@ -216,7 +216,7 @@ class DifferenceClient:
         answer = future.result()
         self._log(f'difference model: {answer.message}')
         if self._accepted and NOT_BETTER in answer.message:  # of the update this call has begun
-            self._vain = answer.message
+            self._failure = answer.message
         self._accepted = self._accepted or answer.success
 
     def _log(self, text: str) -> None:

@@ -72,13 +72,13 @@ class RobotEnv(RobotSpaces):
 
     def begin_here(self) -> State:
         """Go on from where the robot is, without a reset: position servos hold it there."""
-        begun = self.heard()
+        begun = self.next_state()
         self._state = self._latest
         self._begin(begun)
         return begun
 
-    def heard(self) -> State:
-        """The state of the robot now: waits for the next one."""
+    def next_state(self) -> State:
+        """The next state that comes."""
         before = self._latest
         self._found()
         self._wait(lambda: self._latest is not before, ROBOT)
@@ -87,11 +87,11 @@ class RobotEnv(RobotSpaces):
 
     def _found(self) -> None:
         self._wait(self._reset.service_is_ready, ROBOT)
-        refuse_other(self._said(), self.robot)
+        refuse_other(self._name_of_robot(), self.robot)
         self._wait(lambda: self._latest is not None and self._episode >= 0, ROBOT)
         self._wait(self._reset.service_is_ready, ROBOT)
 
-    def _said(self) -> str:
+    def _name_of_robot(self) -> str:
         """What the node /robot says that it is; '' where it says nothing, as others need not."""
         if not self._parameters.service_is_ready():
             return ''

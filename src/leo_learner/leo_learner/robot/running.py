@@ -125,7 +125,7 @@ class RobotPlayer:
         self.env = env
         self._torque = node.create_client(*topics.TORQUE)
         self._held = np.full(len(env.robot.actuators), np.nan)
-        self._told = env.robot.input != 'position'
+        self._goals_known = env.robot.input != 'position'
         if env.robot.input == 'position':
             listen(node, topics.APPLIED['position'], self._on_applied)
 
@@ -154,8 +154,8 @@ class RobotPlayer:
 
     def goals(self) -> np.ndarray:
         """Where the servos are held [rad], (A,); those that are free, where they are."""
-        spin_until(lambda: self._told, SAID_SECONDS)
-        angles = self.env.heard().q[list(self.env.robot.actuated)]
+        spin_until(lambda: self._goals_known, SAID_SECONDS)
+        angles = self.env.next_state().q[list(self.env.robot.actuated)]
         return np.where(np.isnan(self._held), angles, self._held)
 
     def _on_applied(self, message: Any) -> None:
@@ -163,7 +163,7 @@ class RobotPlayer:
         actuators = [a.joint for a in self.env.robot.actuators]
         if set(applied.names) == set(actuators):
             order = [applied.names.index(joint) for joint in actuators]
-            self._held, self._told = applied.nan_where_free[order], True
+            self._held, self._goals_known = applied.nan_where_free[order], True
 
     def _begun(self, run: Run) -> bool:
         """Bring the robot to where the run begins; False where it was restarted meanwhile."""

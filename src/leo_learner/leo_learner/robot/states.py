@@ -30,7 +30,7 @@ class RobotStates:
     def __init__(self, node: Node, joints: tuple[str, ...]) -> None:
         self._node, self._joints = node, joints
         self._turns = Turns()
-        self._topic = listen_with_info(node, topics.JOINT_STATES, self._hear).topic_name
+        self._topic = listen_with_info(node, topics.JOINT_STATES, self._on_message).topic_name
         self.latest: JointStates | None = None  # the newest state, in the robot's order
         self.repeated = False  # whether a state came twice; whoever sets it to False asks again
         self.unusable: UserError | None = None  # why the newest message is no state of the robot
@@ -48,7 +48,7 @@ class RobotStates:
             'ROS_DOMAIN_ID of its own'
         )
 
-    def _hear(self, message: Any, info: dict[str, Any]) -> None:
+    def _on_message(self, message: Any, info: dict[str, Any]) -> None:
         try:
             measured = self._measured(message)
         except UserError as error:

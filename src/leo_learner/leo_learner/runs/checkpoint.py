@@ -118,8 +118,8 @@ def _on(training: TrainingLoop) -> Physics:
 
 
 def _check(path: Path, counters: dict[str, Any], training: TrainingLoop) -> None:
-    own = json.loads(json.dumps(asdict(training.config)))
-    for name, here in (('seed', training.seed), ('config', own)):
+    config = json.loads(json.dumps(asdict(training.config)))
+    for name, here in (('seed', training.seed), ('config', config)):
         if counters[name] != here:
             raise UserError(
                 f'{path} is of a run with another {name} ({counters[name]}); resume with the '

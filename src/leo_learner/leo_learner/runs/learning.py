@@ -136,9 +136,9 @@ def _stopped_by_signal(training: TrainingLoop) -> Iterator[list[int]]:
         training.stop = True
         came.append(number)
         signal.signal(number, signal.SIG_DFL)
-        heard = former[signal.Signals(number)]
-        if callable(heard) and heard is not signal.default_int_handler:
-            heard(number, frame)
+        handler_before = former[signal.Signals(number)]
+        if callable(handler_before) and handler_before is not signal.default_int_handler:
+            handler_before(number, frame)
 
     numbers = (signal.SIGINT, signal.SIGTERM)
     former = {number: signal.signal(number, stop) for number in numbers}

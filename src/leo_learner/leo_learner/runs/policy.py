@@ -84,11 +84,11 @@ class Policy:
                 f'the policy is of robot {self.robot!r}, this is {robot.name!r}; '
                 'give a policy trained for it'
             )
-        own = observation_names(robot, self.actions)
-        if self.observation != own:
+        seen = observation_names(robot, self.actions)
+        if self.observation != seen:
             raise UserError(
                 f'the policy observes {", ".join(self.observation)}; {robot.name!r} observes '
-                f'{", ".join(own)}. Give a policy trained for it'
+                f'{", ".join(seen)}. Give a policy trained for it'
             )
         kept = {'input': self.unit, 'control period': self.metadata.get('control_period')}
         known = {name: value for name, value in kept.items() if value is not None}

@@ -118,14 +118,14 @@ class Training(TrainingLoop):
     def _learn(self, transition: Transition) -> dict[str, float]:
         assert self._choice is not None
         tiles, ahead = self.agent.tiles, 0.0
-        own = tiles.claim(transition.observation, self._choice)
+        cells = tiles.claim(transition.observation, self._choice)
         if not transition.terminated:
             values = tiles.values(transition.following)
             self._choice = self._chosen(values)
             ahead = float(values[self._choice])
-        value = float(tiles.weights[own].mean())
+        value = float(tiles.weights[cells].mean())
         error = transition.reward + self.config.gamma * ahead - value
-        self._traces[self._traced % len(self._traces)] = own
+        self._traces[self._traced % len(self._traces)] = cells
         self._traced += 1
         add(tiles.weights, self._traces, self._traced, self.config.alpha * error, self._decay)
         return {'losses/qf_loss': error**2, 'losses/qf_values': value}

@@ -131,8 +131,8 @@ def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[
         time.monotonic(),
     )
     distinct(recordings)
-    with progress('measuring') as heard:
-        found = measure(recordings, model, joint, common.own_effects(options), heard)
+    with progress('measuring') as reporter:
+        found = measure(recordings, model, joint, common.own_effects(options), reporter)
         data = sheet(found) | {'conditions': conditions(options.inputs, joint)}
         data['provenance'] = provenance(recordings, model)
         data['seconds'] = time.monotonic() - began

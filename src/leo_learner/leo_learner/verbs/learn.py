@@ -177,7 +177,7 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     with _stage(run, model, ros_args) as (env, alive):
         training = _training(run, model.robot, driven(env, run.actions), folder)
         if run.on_robot:
-            env.heard()  # a robot that is refused is before anything is written
+            env.next_state()  # a robot that is refused is before anything is written
         try:
             write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
         except OSError as error:
@@ -227,11 +227,11 @@ def _numbers(outcome: Any) -> dict[str, Any]:
     }
 
 
-def _text(run: Run, folder: Path, outcome: Any, own: list[str]) -> str:
+def _text(run: Run, folder: Path, outcome: Any, consent: list[str]) -> str:
     if not outcome.finished:
-        again = leo('learn', '--resume', folder, *own)
+        again = leo('learn', '--resume', folder, *consent)
         return f'stopped after {outcome.steps} steps; next: {again}'
-    on = () if run.on_robot else ('--model', run.model, *own)
+    on = () if run.on_robot else ('--model', run.model, *consent)
     return (
         f'{outcome.policy}: test return {outcome.test_return:.1f} after {outcome.steps} '
         f'steps, {outcome.seconds:.0f} s\n'

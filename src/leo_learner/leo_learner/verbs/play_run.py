@@ -110,7 +110,7 @@ def _dry_run(
     run: Run, model: Model, player: Any, options: Any, running: Any
 ) -> tuple[DryRun, bool]:
     """What the model predicts from where the robot is, and whether to send it."""
-    measured = player.env.heard()
+    measured = player.env.next_state()
     if not running.facts:
         with suppress(UserError):  # another node than ours need not say what it is
             running.ask()
@@ -122,7 +122,7 @@ def _dry_run(
     begun = replace(run, start=pose)
     found = dry_run(begun, model, None if from_pose else measured, player.goals())
     sent = agree(found, model.robot, notes, options, running.wait)
-    if sent and moved(model.robot, measured, player.env.heard()):
+    if sent and moved(model.robot, measured, player.env.next_state()):
         raise UserError('the robot has moved since the dry run: nothing was sent; play it again')
     return found, sent
 

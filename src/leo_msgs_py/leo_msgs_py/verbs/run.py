@@ -27,7 +27,7 @@ def main(argv: list[str]) -> int:
     parser.add('package', 'for example leo_sim')
     parser.add('executable', 'for example robot')
     words = '--ros-args -p name:=value ...'
-    parser.add('args', words, nargs=argparse.REMAINDER).required = False
+    parser.add_argument('args', nargs=argparse.REMAINDER, help=words).required = False
     options = parser.parse_args(argv)
     entry = _find(options.package, options.executable)
     sys.argv = [f'{options.package}/{options.executable}', *options.args]

@@ -94,14 +94,14 @@ def _echo(argv: list[str]) -> int:
     options = _stream_options('leo topic echo', 'Print the messages of a topic.', 'message', argv)
     from leo_msgs_py.node import running, spin_once
 
-    heard: list[Any] = []
+    received: list[Any] = []
     with common.probe() as node:
-        _subscribe(node, options, heard.append, raw=False)
-        while running() and not (options.once and heard):
-            heard.clear()
+        _subscribe(node, options, received.append, raw=False)
+        while running() and not (options.once and received):
+            received.clear()
             spin_once()
             # Not in the callback: rclpy logs what that raises, a closed pipe too.
-            for message in heard[:1] if options.once else heard:
+            for message in received[:1] if options.once else received:
                 data = to_plain(message)
                 text = json.dumps(data) if options.json else f'{common.as_yaml(data)}---'
                 print(text, flush=True)
@@ -160,8 +160,8 @@ def _pub(argv: list[str]) -> int:
 def _send(publisher: Any, message: Any, options: argparse.Namespace) -> int:
     from leo_msgs_py.node import running, spin_until
 
-    heard = spin_until(lambda: publisher.get_subscription_count() > 0, _MATCH_S)
-    if not heard:
+    matched = spin_until(lambda: publisher.get_subscription_count() > 0, _MATCH_S)
+    if not matched:
         print(f'nobody subscribes to {options.topic} {common.where()}', file=sys.stderr)
     count = 0
     due = time.monotonic()
@@ -171,7 +171,7 @@ def _send(publisher: Any, message: Any, options: argparse.Namespace) -> int:
         publisher.publish(message)
         if options.once:
             spin_until(lambda: False, _LINGER_S)
-            return 0 if heard else 1
+            return 0 if matched else 1
         due += 1 / options.rate
         spin_until(lambda: False, max(0.0, due - time.monotonic()))
     return 0

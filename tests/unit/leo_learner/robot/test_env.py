@@ -18,7 +18,7 @@ from leo_sim.model import Model, State
 def robot_env(monkeypatch):
     """On a robot that is heard by hand; no time is waited."""
     env = RobotEnv(MagicMock(), Model('pendulum').robot)
-    monkeypatch.setattr(env, '_said', lambda: '')
+    monkeypatch.setattr(env, '_name_of_robot', lambda: '')
     for name in ('REMIND', 'FIRST_REMINDER', 'SET_BACK'):
         monkeypatch.setattr(f'leo_learner.robot.env.{name}', 0.0)
     monkeypatch.setattr('leo_learner.robot.env.running', lambda: True)
@@ -33,7 +33,7 @@ def heard(env, monkeypatch, *states):
         number, (stamp, names) = next(waiting)
         zeros = np.zeros(len(names))
         message = JointStates(round(stamp * 1e9), names, zeros, zeros).to_message()
-        env._states._hear(message, {'publication_sequence_number': number})
+        env._states._on_message(message, {'publication_sequence_number': number})
 
     monkeypatch.setattr('leo_learner.robot.env.spin_once', spin_once)
 
@@ -58,9 +58,9 @@ def test_stamps_that_fall_back_end_the_episode(robot_env, monkeypatch, back):
 def test_a_robot_that_says_it_is_another_one_is_refused(robot_env, monkeypatch, name):
     robot_env._on_episode(SimpleNamespace(data=1))
     heard(robot_env, monkeypatch, (1.0, ('pivot',)))
-    monkeypatch.setattr(robot_env, '_said', lambda: name)
-    assert robot_env.heard().q == [0.0]
-    monkeypatch.setattr(robot_env, '_said', lambda: 'servo_pendulum')
+    monkeypatch.setattr(robot_env, '_name_of_robot', lambda: name)
+    assert robot_env.next_state().q == [0.0]
+    monkeypatch.setattr(robot_env, '_name_of_robot', lambda: 'servo_pendulum')
     with pytest.raises(UserError, match="the running robot is 'servo_pendulum', this is for 'pen"):
         robot_env.reset()
 
@@ -79,7 +79,7 @@ def test_servos_go_on_from_the_goal_that_holds_them_and_free_ones_from_where_the
     robot = Model('xl330_pendulum').robot
     sagged = State(np.array([0.3]), np.zeros(1))
     monkeypatch.setattr('leo_learner.robot.running.spin_until', lambda *_: True)
-    player = RobotPlayer(MagicMock(), SimpleNamespace(robot=robot, heard=lambda: sagged))
+    player = RobotPlayer(MagicMock(), SimpleNamespace(robot=robot, next_state=lambda: sagged))
     assert player.goals() == [0.3]
     for enabled, goal in ((True, 0.4), (False, 0.3)):
         applied = Applied(1, ('pivot',), np.array([0.4]), 'position', np.array([enabled]))

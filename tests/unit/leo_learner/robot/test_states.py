@@ -27,7 +27,7 @@ def message(stamp_ns, names=PIVOT, velocity=0.5):
 
 def hear(states, *messages, number=0):
     for k, each in enumerate(messages):
-        states._hear(each, {'publication_sequence_number': number + k})
+        states._on_message(each, {'publication_sequence_number': number + k})
 
 
 def test_joints_come_in_any_order_with_others_among_them(states):
