@@ -4,40 +4,19 @@
 from dataclasses import replace
 import json
 
-import gymnasium
 import numpy as np
 import pytest
+from tests.agents import Follow, SMALL
 import torch
 
 from leo_lab.autograd_update import AutogradUpdate
 from leo_learner.ddpg.agent import Agent, OrnsteinUhlenbeck, Training
-from leo_learner.ddpg.configs import RECOMMENDED, THESIS
+from leo_learner.ddpg.configs import THESIS
 from leo_learner.runs.checkpoint import load_checkpoint, save_checkpoint, start_from
 from leo_learner.runs.learning import learn
 from leo_learner.training.replay import Batch, Replay, Transition
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
-
-SMALL = replace(RECOMMENDED, hidden=(32, 32), warm_up=64, test_interval=2, test_starts=2)
-
-
-class Follow(gymnasium.Env):
-    """Ten steps; the best action is minus the observation."""
-
-    def __init__(self) -> None:
-        self.observation_space = gymnasium.spaces.Box(-1, 1, (1,), np.float64)
-        self.action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,), np.float64)
-
-    def reset(self, *, seed=None, options=None):
-        super().reset(seed=seed)
-        self._steps, self._seen = 0, self.np_random.uniform(-1, 1, 1)
-        return self._seen, {}
-
-    def step(self, action):
-        reward = -float((action[0] / 2 + self._seen[0]) ** 2)
-        self._steps += 1
-        self._seen = self.np_random.uniform(-1, 1, 1)
-        return self._seen, reward, False, self._steps == 10, {}
 
 
 def weights(training: Training) -> np.ndarray:
@@ -118,50 +97,6 @@ def test_learning_leaves_small_numbers_to_the_physics():
     assert np.float64(5e-324) + 0.0 > 0.0
 
 
-def test_same_seed_same_weights():
-    runs = [Training(Follow(), SMALL, seed) for seed in (1, 1, 2)]
-    for run in runs:
-        run.run(300)
-    assert np.array_equal(weights(runs[0]), weights(runs[1]))
-    assert not np.array_equal(weights(runs[0]), weights(runs[2]))
-
-
-@pytest.mark.parametrize('config', [SMALL, replace(THESIS, hidden=(32, 32), warm_up=64)])
-def test_resumes_exactly(tmp_path, config):
-    whole = Training(Follow(), config, seed=3)
-    whole.run(400)
-    first = Training(Follow(), config, seed=3)
-    first.run(200)
-    save_checkpoint(tmp_path, first)
-    second = Training(Follow(), config, seed=3)
-    load_checkpoint(tmp_path, second)
-    second.run(400)
-    assert np.array_equal(weights(whole), weights(second))
-    assert second.steps == whole.steps and len(second.replay) == len(whole.replay)
-
-
-def test_checkpoint_of_another_run_is_refused(tmp_path):
-    save_checkpoint(tmp_path, Training(Follow(), SMALL, seed=3))
-    with pytest.raises(UserError, match='another seed'):
-        load_checkpoint(tmp_path, Training(Follow(), SMALL, seed=4))
-    with pytest.raises(UserError, match='another config'):
-        load_checkpoint(tmp_path, Training(Follow(), replace(SMALL, gamma=0.5), seed=3))
-    with pytest.raises(UserError, match='no checkpoint'):
-        load_checkpoint(tmp_path / 'none', Training(Follow(), SMALL, seed=3))
-
-
-def test_spoilt_checkpoint_is_one_line(tmp_path):
-    folder = save_checkpoint(tmp_path, Training(Follow(), SMALL, seed=3))
-    counters = (folder / 'run.json').read_text()
-    for name, text in (
-        ('run.json', counters.replace('"steps": 0', '"steps": "abc"')),
-        ('agent.safetensors', 'no tensors'),
-    ):
-        (folder / name).write_text(text)
-        with pytest.raises(UserError, match='cannot be read'):
-            load_checkpoint(tmp_path, Training(Follow(), SMALL, seed=3))
-
-
 def test_start_from_keeps_scales_and_the_best_policy(tmp_path):
     trained = Training(Follow(), SMALL, seed=3)
     trained.run(400)
@@ -174,17 +109,6 @@ def test_start_from_keeps_scales_and_the_best_policy(tmp_path):
     scale = fresh.agent.observation_scale.clone()
     fresh.run(200)
     assert torch.equal(scale, fresh.agent.observation_scale)
-
-
-def test_lost_steps_are_not_stored():
-    class Losing(Follow):
-        def step(self, action):
-            result = super().step(action)
-            return (*result[:4], {'lost': True}) if self._steps == 5 else result
-
-    training = Training(Losing(), replace(SMALL, test_interval=1000), seed=0)
-    training._train_episode(lambda name, value, step: None)
-    assert training.steps == len(training.replay) == 4
 
 
 def test_folder_run_writes_curves_policy_checkpoint(tmp_path):

@@ -4,13 +4,12 @@
 from dataclasses import replace
 import json
 
-import gymnasium
 import numpy as np
 import pytest
 from safetensors.torch import load_file, save_file
+from tests.agents import Corridor, FEW_TILES
 
 from leo_learner.environment.env import ModelEnv
-from leo_learner.runs.checkpoint import load_checkpoint, save_checkpoint
 from leo_learner.runs.learning import learn
 from leo_learner.runs.policy import Policy, save_policy
 from leo_learner.thesis.sarsa import Agent, Config, Training
@@ -22,37 +21,6 @@ from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
-
-SMALL = Config(
-    levels=3, tilings=8, widths=(0.2, 1.5), memory=2**12, gamma=0.98, trace=0.8, test_interval=5
-)
-
-
-class Corridor(gymnasium.Env):
-    """Steps of 0.1 at most to the exit at 1; every step costs 1, 50 steps are too many."""
-
-    def __init__(self) -> None:
-        self.observation_space = gymnasium.spaces.Box(-1, 1, (1,), np.float64)
-        self.action_space = gymnasium.spaces.Box(-2.0, 2.0, (1,), np.float64)
-
-    def reset(self, *, seed=None, options=None):
-        super().reset(seed=seed)
-        nominal = (options or {}).get('pose') == 'nominal'
-        self._steps, self._at = 0, 0.0 if nominal else self.np_random.uniform(-0.5, 0.5)
-        return np.array([self._at]), {}
-
-    def step(self, action):
-        self._steps += 1
-        self._at = max(-1.0, self._at + 0.05 * float(action[0]))
-        return np.array([self._at]), -1.0, self._at > 0.99, self._steps == 50, {}
-
-
-def weights(training):
-    return training.agent.tiles.claimed()
-
-
-def same(one, other):
-    return all(np.array_equal(one[name], other[name]) for name in one)
 
 
 def test_numbers_of_the_data_sheet():
@@ -75,8 +43,8 @@ def test_numbers_of_the_data_sheet():
 
 def test_update_by_hand():
     """Accumulating traces over a dense vector of weights, as in Sutton and Barto."""
-    config = replace(SMALL, epsilon=1.0)
-    training, trace = Training(Corridor(), config, seed=3), np.zeros(SMALL.memory)
+    config = replace(FEW_TILES, epsilon=1.0)
+    training, trace = Training(Corridor(), config, seed=3), np.zeros(FEW_TILES.memory)
     tiles, rng = training.agent.tiles, np.random.default_rng(0)
     training._begin(np.random.default_rng(0))
     at = rng.uniform(-0.1, 0.1, (7, 1))
@@ -101,7 +69,7 @@ def test_update_by_hand():
 
 
 def test_explores_as_often_as_it_should():
-    training = Training(Corridor(), replace(SMALL, epsilon=0.3), seed=0)
+    training = Training(Corridor(), replace(FEW_TILES, epsilon=0.3), seed=0)
     training._begin(np.random.default_rng(0))
     chosen = [training._chosen(np.array([0.0, 1.0, 1.0])) for _ in range(3000)]
     assert np.mean(np.array(chosen) == 1) == pytest.approx(0.7 + 0.3 / 3, abs=0.03)
@@ -109,55 +77,15 @@ def test_explores_as_often_as_it_should():
 
 
 def test_finds_the_exit():
-    chance = Training(Corridor(), replace(SMALL, epsilon=1.0), seed=0)
+    chance = Training(Corridor(), replace(FEW_TILES, epsilon=1.0), seed=0)
     chance._begin(np.random.default_rng(0))
     draw = lambda seen: 2 * chance.agent.actions[chance._chosen(np.zeros(3))]  # noqa: E731
     returns = play(Corridor(), draw, 20)
-    training = Training(Corridor(), SMALL, seed=0)
+    training = Training(Corridor(), FEW_TILES, seed=0)
     training.run(3000)
     assert returns.mean() < -40
     assert training.test(5).mean() > -14
     assert training.best_return >= -11
-
-
-def test_a_lost_step_is_not_learned():
-    class Losing(Corridor):
-        def step(self, action):
-            result = super().step(action)
-            return (*result[:4], {'lost': True}) if self._steps == 5 else result
-
-    training = Training(Losing(), replace(SMALL, test_interval=1000), seed=0)
-    training._train_episode(lambda name, value, step: None)
-    assert training.steps == training._traced == 4
-
-
-def test_same_seed_same_weights():
-    runs = [Training(Corridor(), SMALL, seed) for seed in (1, 1, 2)]
-    for run in runs:
-        run.run(300)
-    assert same(weights(runs[0]), weights(runs[1]))
-    assert not np.array_equal(*(weights(run)['weight'][:50] for run in runs[1:]))
-
-
-def test_resumes_exactly(tmp_path):
-    whole, first, second = (Training(Corridor(), SMALL, seed=3) for _ in range(3))
-    whole.run(600)
-    first.run(250)
-    save_checkpoint(tmp_path, first)
-    load_checkpoint(tmp_path, second)
-    second.run(600)
-    assert same(weights(whole), weights(second)) and same(whole.best, second.best)
-    assert (second.steps, second.best_return) == (whole.steps, whole.best_return)
-    with pytest.raises(UserError, match='another config'):
-        load_checkpoint(tmp_path, Training(Corridor(), replace(SMALL, alpha=0.1), seed=3))
-
-
-def test_spoilt_checkpoint_is_one_line(tmp_path):
-    folder = save_checkpoint(tmp_path, Training(Corridor(), SMALL, seed=3))
-    file = folder / 'agent.safetensors'
-    file.write_bytes(file.read_bytes()[:-1])
-    with pytest.raises(UserError, match='cannot be read'):
-        load_checkpoint(tmp_path, Training(Corridor(), SMALL, seed=3))
 
 
 def test_policy_file_acts_as_the_best_did(tmp_path):
