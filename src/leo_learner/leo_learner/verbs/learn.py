@@ -64,9 +64,8 @@ def main(argv: list[str]) -> int:
     run, folder = _run(options)
     quiet = options.json and not sys.stderr.isatty()
     outcome = _train(run, folder, ros_args, quiet)
-    result = {'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}
     if options.json:
-        print(json.dumps(result))
+        print(json.dumps({'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}))
     else:
         print(_text(run, folder, outcome, words(options.effect)))
     return 0 if outcome.finished else INTERRUPTED if outcome.interrupted else 1
