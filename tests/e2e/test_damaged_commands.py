@@ -41,7 +41,6 @@ COMMANDS: tuple[tuple[list[str], str, Spoil], ...] = (
 
 @pytest.fixture(scope='module')
 def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One of each, whole."""
     return fill(tmp_path_factory.mktemp('whole'))
 
 

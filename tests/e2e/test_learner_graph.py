@@ -23,8 +23,6 @@ effects:
 
 
 class Graph:
-    """The three processes of one run in a folder."""
-
     def __init__(self, spawn, folder: Path) -> None:
         (folder / 'hidden.yaml').write_text(HIDDEN)
         self._spawn, self._folder = spawn, folder

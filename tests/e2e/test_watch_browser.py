@@ -49,7 +49,6 @@ def watch(tmp_path_factory):
 
 @pytest.fixture
 def page(watch):
-    """The page with everything off."""
     yield watch.page
     if not watch.page.get('clear', 'disabled'):
         watch.page.click('clear')

@@ -43,7 +43,6 @@ SIZE, SOME = 60_000, 30
 
 @contextmanager
 def running(*words: object, **options: object) -> Iterator[subprocess.Popen]:
-    """A command, which is ended."""
     with subprocess.Popen([LEO, *map(str, words)], text=True, **options) as process:
         try:
             yield process

@@ -109,13 +109,11 @@ def test_colcon_installs_every_module_and_data_file(colcon_install: Path, packag
 
 @pytest.fixture(scope='session')
 def pip_prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the four packages with pip, and return where."""
     return installed(tmp_path_factory.mktemp('pip'), ROOT / 'src', PACKAGES)
 
 
 @pytest.fixture(scope='session')
 def laboratory_prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the laboratory with pip, and return where."""
     return installed(tmp_path_factory.mktemp('laboratory'), LABORATORY, ('.',))
 
 
@@ -135,13 +133,11 @@ def installed(base: Path, source: Path, packages: tuple[str, ...]) -> Path:
 
 
 def modules(prefix: Path) -> Path:
-    """The folder of modules of what pip installed."""
     [folder] = prefix.glob('lib/python*/site-packages')
     return folder
 
 
 def verbs(prefix: Path) -> set[str]:
-    """The verbs of `leo` that what pip installed brings."""
     known = distributions(path=[str(modules(prefix))])
     return {e.name for found in known for e in found.entry_points if e.group == 'leo.verbs'}
 

@@ -97,7 +97,6 @@ class Robot:
         return next(applied for applied in self.applied if applied.stamp_ns >= start)
 
     def fresh(self) -> list[JointStates]:
-        """States without repeats."""
         return [
             s
             for i, s in enumerate(self.states)

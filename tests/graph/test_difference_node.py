@@ -27,8 +27,6 @@ sys.exit(main(sys.argv[1:]))
 
 
 class Asker:
-    """A node that knows the difference model's topics and service."""
-
     def __init__(self, node) -> None:
         self.weights: list[bytes] = []
         self.corrections: list = []

@@ -40,8 +40,6 @@ COMMANDS = (
 
 
 class Watch(Node):
-    """Hears what a robot does."""
-
     def __init__(self) -> None:
         super().__init__('watch')
         self.stamps, self.applied = [], []
@@ -69,7 +67,6 @@ def watch(domain, tmp_path, monkeypatch):
 
 
 def attack(spawn, **kinds: tuple[str, ...]) -> None:
-    """Attack nodes at once, each with its kinds."""
     peers = {
         spawn(PEER, node, *chosen, stdout=subprocess.PIPE): len(chosen)
         for node, chosen in kinds.items()

@@ -85,7 +85,6 @@ def live(robot, domain, tmp_path):
 
 
 def run_of(folder) -> SimpleNamespace:
-    """What to record next, as it was proposed."""
     robot = Model('pendulum').robot
     run = Run('steps', 'slow steps', np.full((LONG, 1), 0.5), np.ones(LONG, bool))
     plan = Plan((), robot, run)
@@ -125,7 +124,6 @@ def samples(live) -> int:
 
 
 def says(live, text) -> bool:
-    """Whether both tabs say it."""
     live.live.look()
     for tab in live.tabs:
         tab._live.refresh()

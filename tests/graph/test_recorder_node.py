@@ -93,7 +93,6 @@ def robot(domain) -> Iterator[Robot]:
 
 
 def on_disk(bag: Path) -> tuple[int, int]:
-    """How many joint states and how many inputs."""
     found = live_bag.counts(bag)
     return found.get('/joint_states', 0), found.get('/robot/applied_voltage', 0)
 

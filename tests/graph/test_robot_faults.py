@@ -43,7 +43,6 @@ class Rig(Robot):
         made.rename(self.folder / 'orders')
 
     def release(self) -> None:
-        """End of a `hold`."""
         (self.folder / 'released').touch()
 
     def holds_while_driven(self, command: float) -> None:

@@ -130,7 +130,6 @@ def test_realtime_times_out_and_survives_kill_9(node, robots, capsys):
 
 
 def recorded(folder: Path, count: int) -> list[tuple]:
-    """A bag of so many states and inputs, and these."""
     bag, sent = BagWriter(folder), []
     driver = SimulatedDriver(DriverOptions(PENDULUM, noise=(0.001, 0.05)))
     channels = [

@@ -35,8 +35,6 @@ SETTINGS = Settings(updates=4, first_steps=120, update_steps=120, transitions=60
 
 
 class Fitting:
-    """Fits a small difference model to what the robot has done so far."""
-
     def __init__(self, robot: Rollouts) -> None:
         self._robot, self._newest, self.samples = robot, None, []
 
@@ -156,8 +154,6 @@ def test_what_was_gathered_may_be_gathered_again(loop):
 
 
 class Answers(DifferenceClient):
-    """Has the service's answers ready."""
-
     def __init__(self, model, answers=()) -> None:
         super().__init__(MagicMock(), model)
         self.answers = iter(answers)
