@@ -32,9 +32,7 @@ NEED_ROS = (
     'leo_diffmodel.difference.service',
     'leo_diffmodel.nodes',
     'leo_learner.nodes',
-    'leo_learner.robot.env',
-    'leo_learner.robot.states',
-    'leo_learner.robot.running',
+    'leo_learner.robot',
 )
 """What cannot be imported without ROS; everything else can."""
 

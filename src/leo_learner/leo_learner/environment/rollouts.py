@@ -10,15 +10,14 @@ from typing import Any, cast
 import gymnasium
 import numpy as np
 
-from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.arrays import write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.difference.data import channel_names
 from leo_diffmodel.difference.model import DifferenceModel
+from leo_diffmodel.faults.mending import runs_of
 from leo_learner.environment.env import ModelEnv, RobotSpaces, Step
 from leo_learner.environment.walk import Walk, walked
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import Robot
-from leo_sim.drivers.base import INTERFACES
 from leo_sim.kinematics.gait import Gait
 from leo_sim.model import State
 
@@ -51,6 +50,7 @@ class Rollouts(gymnasium.Wrapper):
         return observation, float(reward), terminated, truncated, info
 
     def recording(self) -> Recording:
+        """The episodes of two steps or more."""
         robot = self.model_env.robot
         return Recording(
             path=Path('in-process'),
@@ -60,23 +60,21 @@ class Rollouts(gymnasium.Wrapper):
             input=robot.input,
             command_period=robot.control_period,
             metadata={},
-            episodes=self._whole(),
+            episodes=tuple(
+                _episode(rows, robot.control_period) for rows in self.episodes if len(rows) > 2
+            ),
         )
 
     def write(self, folder: Path) -> None:
         """Move the episodes so far into a bag; UserError where none of them has two steps."""
         robot = self.model_env.robot
-        runs = [_run(episode, robot) for episode in self._whole()]
+        runs = runs_of(self.recording())
         if not runs:
             raise UserError(f'{folder}: no episode of two steps to write; drive for longer')
         held = robot.start_poses[self._pose].held
         facts = {'robot': robot.name, 'start': self._pose, 'held': str(held).lower()}
         write_runs(folder, runs, facts)
         self.episodes = []
-
-    def _whole(self) -> tuple[Episode, ...]:
-        period = self.model_env.robot.control_period
-        return tuple(_episode(rows, period) for rows in self.episodes if len(rows) > 2)
 
     def _row(self, inputs: np.ndarray) -> tuple[np.ndarray, ...]:
         return self.model_env.state.q, self.model_env.state.dq, inputs
@@ -88,16 +86,10 @@ def _episode(rows: Rows, period: float) -> Episode:
     return Episode(t=t, q=q, dq=dq, inputs=inputs, enabled=np.ones(inputs.shape, bool))
 
 
-def _run(episode: Episode, robot: Robot) -> Run:
-    kind = INTERFACES[robot.input]
-    inputs = {
-        actuator.joint: {kind: episode.inputs[:, k]} for k, actuator in enumerate(robot.actuators)
-    }
-    return Run(episode.t, robot.joint_names, episode.q, episode.dq, inputs=inputs)
-
-
 @dataclass(frozen=True)
 class Left:
+    """How one episode left the data of a difference model."""
+
     seconds: float | None  # from its start to the first step outside [s]; None where none is
     channel: str | None  # what was furthest from the data then, as `left_knee rate`
     share: float  # of its steps that are outside
