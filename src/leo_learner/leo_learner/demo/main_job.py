@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 import json
 from pathlib import Path
@@ -19,6 +19,7 @@ from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model.model_file import load_model, save_model
+from leo_sim.verbs.reveal import described
 
 ENOUGH = 1.5
 """A held-out error up to this times the noise floor leaves nothing for the difference model."""
@@ -195,7 +196,7 @@ def closing(found: Found, folder: Path, console: Console) -> None:
     table.add_column(style='bold')
     table.add_column(overflow='fold')
     table.add_row('named', named(found.repair))
-    table.add_row('truth', described(found.truth['effects']))
+    table.add_row('truth', '\n'.join(map(described, found.truth['effects'])))
     _add_error(table, found.repair, 'rmse')
     repaired = 'the repaired model' + (' + difference model' if found.difference else '')
     names = {'ideal': 'the ideal model', 'repaired': repaired, 'real': 'the robot itself'}
@@ -225,27 +226,8 @@ def named(answer: Mapping[str, Any]) -> str:
     """Verdict and effects of an explain.json, each with what it may be confused with."""
     if not answer['effects']:
         return f'{answer["verdict"]}: {answer["sentence"]}'
-    lines = [described([effect]) + _confusable(effect) for effect in answer['effects']]
+    lines = [described(effect) + _confusable(effect) for effect in answer['effects']]
     return '\n'.join([f'({answer["verdict"]})', *lines])
-
-
-def described(effects: Sequence[Mapping[str, Any]]) -> str:
-    return '\n'.join(
-        f'{effect["name"]} at {_place(effect["where"])}: '
-        + ', '.join(_value(name, entry) for name, entry in effect['parameters'].items())
-        for effect in effects
-    )
-
-
-def _place(where: str | Sequence[str]) -> str:
-    return where if isinstance(where, str) else ', '.join(where)
-
-
-def _value(name: str, entry: Mapping[str, Any]) -> str:
-    text = f'{name} = {entry["value"]:.4g} {entry["unit"]}'.rstrip()
-    if entry.get('ci95'):
-        text += ' [{:.3g}, {:.3g}]'.format(*entry['ci95'])
-    return text
 
 
 def _confusable(effect: Mapping[str, Any]) -> str:
