@@ -212,7 +212,7 @@ def _pairs(result: Check, console: Console) -> None:
         more = 'no length of it' if pair.seconds is None else f'{pair.seconds:.0f} s'
         console.print(
             f'hard to tell apart at those sizes: {pair.a} and {pair.b} '
-            f'({_nats(pair.separable_nats)}; {more} would do)',
+            f'({common.nats(pair.separable_nats)} nats; {more} would do)',
             highlight=False,
         )
     if len(close) > PAIRS_SHOWN:
@@ -223,11 +223,7 @@ def _like(row: Reach, seconds: float) -> str:
     if row.seconds_to_detect is None or row.seconds_to_detect > seconds:
         return 'does not show at that size'
     name, nats = row.nearest
-    return f'{name} ({_nats(nats)})'
-
-
-def _nats(nats: float) -> str:
-    return 'over 1000 nats' if nats > 1000 else f'{nats:.1f} nats'
+    return f'{name} ({common.nats(nats)} nats)'
 
 
 def _seconds(value: float | None) -> str:

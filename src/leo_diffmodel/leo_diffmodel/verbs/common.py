@@ -177,6 +177,11 @@ def fresh_folder(path: str | None) -> Path | None:
     return folder
 
 
+def nats(evidence: float) -> str:
+    """Evidence, as much as one can read of it."""
+    return 'over 1000' if evidence > 1000 else f'{evidence:.1f}'
+
+
 def model_words(arguments: argparse.Namespace) -> list[str]:
     """The model, topic map and effects of a command line, to type them again."""
     mapped = ['--topic-map', arguments.topic_map] if arguments.topic_map else []

@@ -141,7 +141,7 @@ def _table(found: Proposal) -> Table:
     table = Table('run', *figures(*heads), 'what it does', title=title)
     for option in found.options[:OPTIONS_SHOWN]:
         nats = min(option.nats), *option.nats[:PAIRS_SHOWN]
-        cells = [_count_shown(option)] if counted else [_number(n) for n in nats]
+        cells = [_count_shown(option)] if counted else [common.nats(n) for n in nats]
         about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
         table.add_row(option.run.name, *cells, about)
     if len(found.options) > OPTIONS_SHOWN:
@@ -188,16 +188,14 @@ def _best(found: Proposal, seconds: float) -> str:
         return f'"{option.run.name}" would show {count}: {option.run.about}'
     least = min(option.nats)
     a, b = found.points[option.nats.index(least)].split(' | ')
-    said = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {_number(least)} nats'
+    said = (
+        f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {common.nats(least)} nats'
+    )
     enough = needed(SETTINGS.gates.margin_nats)
     if least > enough:
         return said
     longer = seconds * enough / least
     return f'{said}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
-
-
-def _number(nats: float) -> str:
-    return 'over 1000' if nats > 1000 else f'{nats:.1f}'
 
 
 def _listed(points: Sequence[str]) -> str:
