@@ -61,12 +61,12 @@ def heavier() -> Model:
 
 
 def write_rollout(folder) -> tuple[float, float, float]:
-    """Forty seconds of the heavier pendulum under random volts, at the control rate.
+    """Twenty seconds of the heavier pendulum under random volts, at the control rate.
 
     Returns angle, rate and volts of the moment in it that turns fastest.
     """
     rng, model, runs = np.random.default_rng(0), heavier(), []
-    for _ in range(4):
+    for _ in range(2):
         u = rng.uniform(-3, 3, (1, 200, 1))
         q, dq = rollout(model, rng.uniform(-3, 3, (1, 1)), np.zeros((1, 1)), u, 0.05)
         volts = {'pivot': {'voltage': np.append(u[0, :, 0], u[0, -1])}}
@@ -94,7 +94,7 @@ def test_update_weights_and_query(asker, spawn, tmp_path):
     assert asker.call_update().message == 'an update has just ended'
     difference = from_bytes(asker.weights[0])
     assert (difference.version, difference.robot) == (1, 'pendulum')
-    assert difference.trained_on > 700
+    assert difference.trained_on > 350
 
     asker.query.publish(question(q, dq, volts, sec=7))
     asker.until(lambda: asker.corrections)

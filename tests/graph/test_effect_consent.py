@@ -17,7 +17,7 @@ pytestmark = pytest.mark.graph
 NODES = {
     'robot': ['leo_sim', 'robot', '-p', 'robot:=pendulum', '-p', 'hidden:=model.yaml'],
     'diffmodel': ['leo_diffmodel', 'diffmodel', '-p', 'record:=false', '-p', 'model:=model.yaml'],
-    'learner': ['leo_learner', 'learner', '-p', 'model:=model.yaml'],
+    'learner': ['leo_learner', 'learner', '-p', 'model:=model.yaml', '-p', 'first_steps:=0'],
 }
 
 

@@ -352,10 +352,10 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
     assert 'a single network' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('model', [[], ['--model', 'pendulum']])
-def test_play_says_what_is_wrong_with_a_difference_model(policy, model):
+@pytest.mark.parametrize('where', [[], ['--model', 'pendulum']])
+def test_play_says_what_is_wrong_with_a_difference_model(policy, where):
     with pytest.raises(UserError, match='no difference model x') as error:
-        play_verb.main([str(policy), *model, '--difference', 'x'])
+        play_verb.main([str(policy), *where, '--difference', 'x'])
     assert '\n' not in str(error.value)
 
 
