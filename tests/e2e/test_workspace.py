@@ -84,7 +84,8 @@ def test_installed_node_starts_and_stops(
     colcon_install: Path, tmp_path: Path, package: str, executable: str
 ) -> None:
     node = colcon_install / package / 'lib' / package / executable
-    with sourced(colcon_install, f'exec {node}', tmp_path) as process:
+    untrained = '--ros-args -p first_steps:=0' if executable == 'learner' else ''
+    with sourced(colcon_install, f'exec {node} {untrained}', tmp_path) as process:
         patience = Timer(300.0, process.kill)
         patience.start()
         assert process.stdout is not None
