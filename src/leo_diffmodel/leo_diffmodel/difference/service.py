@@ -16,9 +16,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8MultiArray
 
 from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
-
-if TYPE_CHECKING:
-    from leo_diffmodel.difference.model import DifferenceModel
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import every, listen
@@ -26,6 +23,9 @@ from leo_msgs_py.values import JointStates
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
+
+if TYPE_CHECKING:
+    from leo_diffmodel.difference.model import DifferenceModel
 
 POLL_PERIOD = 0.2  # how often the fit's progress is read [s]
 JUST_NOW = 4.0
