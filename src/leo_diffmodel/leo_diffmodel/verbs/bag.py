@@ -18,6 +18,7 @@ from leo_sim.effects.consent import add_effect_argument
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording
     from leo_diffmodel.faults.base import Found
+    from leo_sim.model import Model
 
 EXAMPLES = {
     'record': """\
@@ -174,14 +175,9 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
     if not options.model:
         raise UserError('--without-outside needs --model, the robot that the bag is compared with')
 
-    from leo_diffmodel.bags.recording import read_bag
-    from leo_diffmodel.compare.known import with_known
     from leo_diffmodel.outside.outside import not_the_robot
-    from leo_sim.model.model_file import load_model
 
-    model = load_model(options.model)
-    recording = read_bag(options.bag, model.robot, options.topic_map)
-    return not_the_robot(recording, with_known(model, [recording]))
+    return not_the_robot(*_read(options.bag, options.model, options.topic_map))
 
 
 def _fix(argv: list[str]) -> int:
@@ -195,7 +191,10 @@ def _fix(argv: list[str]) -> int:
     if options.output.exists():
         raise UserError(f'{options.output} exists already; choose another folder')
 
-    recording, faults = _read(options.bag, options.model, options.topic_map)
+    from leo_diffmodel.faults.find import find_faults
+
+    recording, model = _read(options.bag, options.model, options.topic_map)
+    faults = find_faults([recording], model)
     undone = [f for f in faults if f.can_be_mended]
     left = [f for f in faults if f.error and f not in undone]
     if undone:
@@ -209,11 +208,11 @@ def _fix(argv: list[str]) -> int:
     return 1 if left else 0
 
 
-def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Sequence[Found]]:
+def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Model]:
+    """A bag and the model of its robot, or the named one, with what is known of the bag."""
     from leo_diffmodel.bags.contents import load
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.compare.known import with_known
-    from leo_diffmodel.faults.find import find_faults
     from leo_sim.model.model_file import load_model
 
     name = name or load(path).metadata.get('leo', {}).get('robot', '')
@@ -221,7 +220,7 @@ def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Sequ
         raise UserError(f'{path} does not say which robot it is of; name it with --model')
     model = load_model(name)
     recording = read_bag(path, model.robot, topic_map)
-    return recording, find_faults([recording], with_known(model, [recording]))
+    return recording, with_known(model, [recording])
 
 
 def _write(folder: Path, recording: Recording, faults: Sequence[Found]) -> None:
