@@ -68,21 +68,11 @@ class Commander(Node):
 @contextmanager
 def robot_of(folder: Path, name: str, hidden: Path) -> Iterator[subprocess.Popen]:
     """A robot in real time that hides what is in a file; the domain is the environment's."""
-    secret = ['-p', NOISE, '-p', f'hidden:={hidden}']
+    given = '-p', f'robot:={name}', '-p', NOISE, '-p', f'hidden:={hidden}'
+    words = 'run', 'leo_sim', 'robot', '--ros-args', *given
     with (
         (folder / 'robot.log').open('a') as log,
-        running(
-            'run',
-            'leo_sim',
-            'robot',
-            '--ros-args',
-            '-p',
-            f'robot:={name}',
-            *secret,
-            cwd=folder,
-            stdout=log,
-            stderr=log,
-        ) as robot,
+        running(*words, cwd=folder, stdout=log, stderr=log) as robot,
     ):
         yield robot
 
@@ -90,20 +80,8 @@ def robot_of(folder: Path, name: str, hidden: Path) -> Iterator[subprocess.Popen
 @contextmanager
 def page_of(folder: Path, model: str) -> Iterator[browser.Page]:
     """The live page beside the robot, in a browser."""
-    words = [
-        'watch',
-        '--live',
-        '--model',
-        model,
-        '--seconds',
-        SHORT,
-        '-o',
-        folder / 'out',
-        '--no-browser',
-        '--json',
-        '--patience',
-        browser.PATIENCE,
-    ]
+    page = '--no-browser', '--json', '--patience', browser.PATIENCE, '-o', folder / 'out'
+    words = 'watch', '--live', '--model', model, '--seconds', SHORT, *page
     with running(*words, stdout=subprocess.PIPE) as leo:
         url = json.loads(leo.stdout.readline())['url']
         with browser.chromium(folder / 'profile') as driver:

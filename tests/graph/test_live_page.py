@@ -15,7 +15,7 @@ from bokeh.events import ButtonClick
 import numpy as np
 import pytest
 from rclpy.node import Node
-from tests.commands import CODE
+from tests.commands import CODE, start_node
 from tests.page import no_run
 from tests.patience import PATIENCE, until
 
@@ -45,22 +45,14 @@ APART = 5.0
 SOURCE = Source(Model('pendulum'), TopicMap())
 LONG = 4000
 """Control periods of a run that the e-stop ends."""
-ROBOT = [
-    'run',
-    'leo_sim',
-    'robot',
-    '--ros-args',
-    '-p',
-    'robot:=pendulum',
-    '-p',
-    'noise:=[0.001, 0.03]',
-]
 WATCH = ['watch', '--live', '--no-browser', '--json']
 
 
 @pytest.fixture
 def robot(spawn):
-    return spawn('-c', CODE, *ROBOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    given = 'robot:=pendulum', 'noise:=[0.001, 0.03]'
+    silent = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
+    return start_node(spawn, 'leo_sim', 'robot', *given, **silent)
 
 
 @pytest.fixture
