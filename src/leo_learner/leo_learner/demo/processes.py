@@ -16,7 +16,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from types import TracebackType
 from typing import Any
 
 import yaml
@@ -63,7 +62,7 @@ class Processes(AbstractContextManager['Processes']):
         self._running: dict[str, subprocess.Popen[bytes]] = {}
 
     def start(self, name: str, *words: str, files: Sequence[int] = ()) -> None:
-        """Start `leo WORDS` behind, with output in `name`.log and descriptors `files`."""
+        """Start `leo WORDS` in the background, output to `name`.log; it inherits `files`."""
         with (self._logs / f'{name}.log').open('ab') as log:
             self._running[name] = subprocess.Popen(
                 _command(words),
@@ -118,12 +117,7 @@ class Processes(AbstractContextManager['Processes']):
         answer: dict[str, Any] = json.loads(text[text.index('{') :])
         return answer
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._domain:
             for name in list(self._running):
                 self.stop(name)
