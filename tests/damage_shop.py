@@ -14,8 +14,8 @@ from leo_diffmodel.bags.types import definition, JOINT_STATE
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import RECOMMENDED
 from leo_learner.environment.env import ModelEnv
-from leo_learner.runs.checkpoint import save_checkpoint
-from leo_learner.runs.policy import save_policy
+from leo_learner.learning.checkpoint import save_checkpoint
+from leo_learner.learning.policy import save_policy
 from leo_msgs_py.cdr import joint_state
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

@@ -11,7 +11,7 @@ from tests.commands import start_node
 
 from leo_diffmodel.bags.finish import recorded
 from leo_diffmodel.bags.recording import read_bag
-from leo_learner.runs.policy import Policy
+from leo_learner.learning.policy import Policy
 from leo_sim.model.model_file import load_model
 
 pytestmark = pytest.mark.graph

@@ -22,10 +22,10 @@ from leo_diffmodel.difference.model import DifferenceModel, from_bytes
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import Config
 from leo_learner.environment.env import ModelEnv, training_model
-from leo_learner.runs.checkpoint import newest, start_from
-from leo_learner.runs.collect import collect
-from leo_learner.runs.learning import learn, POLICY
-from leo_learner.runs.policy import Policy
+from leo_learner.learning.checkpoint import newest, start_from
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import learn, POLICY
 from leo_learner.training.loop import play
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import write_whole

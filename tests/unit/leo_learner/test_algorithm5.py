@@ -19,10 +19,10 @@ from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.environment.env import ModelEnv, training_env
 from leo_learner.environment.rollouts import Rollouts
+from leo_learner.learning.checkpoint import save_checkpoint
+from leo_learner.learning.policy import driven, save_policy
+from leo_learner.learning.run import POLICY
 from leo_learner.nodes.learner import checked, DifferenceClient
-from leo_learner.runs.checkpoint import save_checkpoint
-from leo_learner.runs.learning import POLICY
-from leo_learner.runs.policy import driven, save_policy
 from leo_learner.thesis import sarsa
 from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError

@@ -22,11 +22,11 @@ from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import RECOMMENDED
 from leo_learner.environment.env import model_env, ModelEnv, training_env
 from leo_learner.environment.rollouts import Recorded
+from leo_learner.learning.checkpoint import load_checkpoint, save_checkpoint
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import observation_names, Policy, save_policy
+from leo_learner.learning.run import learn
 from leo_learner.robot.env import Stopped
-from leo_learner.runs.checkpoint import load_checkpoint, save_checkpoint
-from leo_learner.runs.collect import collect
-from leo_learner.runs.learning import learn
-from leo_learner.runs.policy import observation_names, Policy, save_policy
 from leo_learner.training.loop import play
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb

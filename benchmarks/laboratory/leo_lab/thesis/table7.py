@@ -26,10 +26,10 @@ from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import configuration
 from leo_learner.environment.env import ModelEnv
 from leo_learner.environment.rollouts import Rollouts
-from leo_learner.runs.checkpoint import start_from
-from leo_learner.runs.collect import collect
-from leo_learner.runs.learning import learn
-from leo_learner.runs.policy import Policy
+from leo_learner.learning.checkpoint import start_from
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import learn
 from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole

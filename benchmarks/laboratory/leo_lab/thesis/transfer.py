@@ -25,9 +25,9 @@ from leo_learner.algorithm5 import Algorithm5, DONE, Settings
 from leo_learner.ddpg.configs import RECOMMENDED_WALKING
 from leo_learner.environment.env import ModelEnv
 from leo_learner.environment.rollouts import Left, Recorded, Rollouts
-from leo_learner.runs.collect import collect
-from leo_learner.runs.learning import POLICY
-from leo_learner.runs.policy import Policy
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import POLICY
 from leo_learner.training.loop import play
 from leo_sim.model import Model
 from leo_sim.truth.drawing import draw

@@ -17,9 +17,9 @@ from leo_learner.ddpg.configs import Config, RECOMMENDED_WALKING, THESIS_WALKING
 from leo_learner.environment.env import model_env, training_env
 from leo_learner.environment.rollouts import Recorded
 from leo_learner.environment.walk import Walk
-from leo_learner.runs.checkpoint import PREFIX
-from leo_learner.runs.learning import learn, Outcome
-from leo_learner.runs.policy import driven, Policy
+from leo_learner.learning.checkpoint import PREFIX
+from leo_learner.learning.policy import driven, Policy
+from leo_learner.learning.run import learn, Outcome
 from leo_learner.thesis import sarsa
 from leo_learner.training.loop import play, TrainingLoop
 from leo_sim.description.robot import load_robot, Robot

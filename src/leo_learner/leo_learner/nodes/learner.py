@@ -24,10 +24,10 @@ from leo_diffmodel.difference.job import NOT_BETTER
 from leo_diffmodel.difference.model import from_bytes
 from leo_learner.algorithm5 import Algorithm5, Done, Settings
 from leo_learner.ddpg.configs import Config, configuration
+from leo_learner.learning.checkpoint import newest
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import POLICY
 from leo_learner.robot.env import RobotEnv, Stopped
-from leo_learner.runs.checkpoint import newest
-from leo_learner.runs.learning import POLICY
-from leo_learner.runs.policy import Policy
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError

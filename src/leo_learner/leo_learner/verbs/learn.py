@@ -166,8 +166,8 @@ def _typed(run: Run) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
-    from leo_learner.runs.learning import learn
-    from leo_learner.runs.policy import driven
+    from leo_learner.learning.policy import driven
+    from leo_learner.learning.run import learn
     from leo_sim.model.model_file import load_model
 
     model = load_model(run.model)
@@ -205,7 +205,7 @@ def _stage(
 def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
     from leo_learner.ddpg.agent import Training
     from leo_learner.ddpg.configs import configuration
-    from leo_learner.runs.checkpoint import PREFIX, start_from
+    from leo_learner.learning.checkpoint import PREFIX, start_from
 
     if run.agent == 'sarsa':
         from leo_learner.thesis import sarsa

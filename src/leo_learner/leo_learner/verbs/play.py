@@ -125,8 +125,8 @@ def _played_by(options: Any, ros_args: list[str]) -> tuple[dict[str, Any], Calla
 def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     from leo_learner.environment.rollouts import Recorded
     from leo_learner.environment.walk import Walk, walks
-    from leo_learner.runs.collect import collect
-    from leo_learner.runs.policy import Policy, shipped
+    from leo_learner.learning.collect import collect
+    from leo_learner.learning.policy import Policy, shipped
     from leo_learner.training.loop import play
     from leo_sim.model.model_file import load_model
 

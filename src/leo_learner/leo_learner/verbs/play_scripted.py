@@ -50,7 +50,7 @@ def motion_text(result: dict[str, Any]) -> str:
 def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
     from leo_learner.environment.env import model_env
     from leo_learner.environment.rollouts import Rollouts
-    from leo_learner.runs.collect import perform
+    from leo_learner.learning.collect import perform
     from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)
@@ -64,8 +64,8 @@ def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
 
 
 def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
+    from leo_learner.learning.collect import perform
     from leo_learner.robot.running import running_robot
-    from leo_learner.runs.collect import perform
 
     with running_robot(ros_args) as running:
         robot = running.ask()

@@ -12,8 +12,8 @@ import torch
 from leo_lab.autograd_update import AutogradUpdate
 from leo_learner.ddpg.agent import Agent, OrnsteinUhlenbeck, Training
 from leo_learner.ddpg.configs import THESIS
-from leo_learner.runs.checkpoint import load_checkpoint, save_checkpoint, start_from
-from leo_learner.runs.learning import learn
+from leo_learner.learning.checkpoint import load_checkpoint, save_checkpoint, start_from
+from leo_learner.learning.run import learn
 from leo_learner.training.replay import Batch, Replay, Transition
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot

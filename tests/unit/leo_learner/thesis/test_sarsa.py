@@ -10,8 +10,8 @@ from safetensors.torch import load_file, save_file
 from tests.agents import Corridor, FEW_TILES
 
 from leo_learner.environment.env import ModelEnv
-from leo_learner.runs.learning import learn
-from leo_learner.runs.policy import Policy, save_policy
+from leo_learner.learning.policy import Policy, save_policy
+from leo_learner.learning.run import learn
 from leo_learner.thesis.sarsa import Agent, Config, Training
 from leo_learner.thesis.sym import Sym
 from leo_learner.training.loop import play

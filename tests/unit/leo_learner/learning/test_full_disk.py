@@ -7,8 +7,8 @@ from tests.damage import room_for
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import RECOMMENDED
 from leo_learner.environment.env import ModelEnv
-from leo_learner.runs.checkpoint import load_checkpoint, save_checkpoint
-from leo_learner.runs.policy import save_policy
+from leo_learner.learning.checkpoint import load_checkpoint, save_checkpoint
+from leo_learner.learning.policy import save_policy
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

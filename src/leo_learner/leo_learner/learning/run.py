@@ -15,8 +15,8 @@ from types import FrameType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from torch.utils.tensorboard import SummaryWriter
 
-from leo_learner.runs.checkpoint import load_checkpoint, PREFIX, save_checkpoint
-from leo_learner.runs.policy import save_policy
+from leo_learner.learning.checkpoint import load_checkpoint, PREFIX, save_checkpoint
+from leo_learner.learning.policy import save_policy
 from leo_learner.training.loop import OnScalar, TrainingLoop
 from leo_msgs_py.console import Terminal
 from leo_sim.description.robot import Robot
