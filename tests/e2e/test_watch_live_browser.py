@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 import signal
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -14,7 +15,6 @@ import pytest
 from rclpy.node import Node
 from tests import browser
 from tests.browser import until
-from tests.commands import LEO
 import yaml
 
 from leo_diffmodel.bags.recording import read_bag
@@ -30,6 +30,7 @@ pytestmark = [
     pytest.mark.skipif(not (browser.CHROMIUM and browser.DRIVER), reason=browser.WITHOUT),
 ]
 
+LEO = Path(sys.executable).with_name('leo')
 SHORT, HOLD = 10.0, 0.3
 """Of what the page shows, and of each step of the commands [s]."""
 NOISE = 'noise:=[0.001, 0.03]'
@@ -43,6 +44,7 @@ SIZE, SOME = 60_000, 30
 
 @contextmanager
 def running(*words: object, **options: object) -> Iterator[subprocess.Popen]:
+    """A command, which is ended."""
     with subprocess.Popen([LEO, *map(str, words)], text=True, **options) as process:
         try:
             yield process
@@ -68,11 +70,21 @@ class Commander(Node):
 @contextmanager
 def robot_of(folder: Path, name: str, hidden: Path) -> Iterator[subprocess.Popen]:
     """A robot in real time that hides what is in a file; the domain is the environment's."""
-    given = '-p', f'robot:={name}', '-p', NOISE, '-p', f'hidden:={hidden}'
-    words = 'run', 'leo_sim', 'robot', '--ros-args', *given
+    secret = ['-p', NOISE, '-p', f'hidden:={hidden}']
     with (
         (folder / 'robot.log').open('a') as log,
-        running(*words, cwd=folder, stdout=log, stderr=log) as robot,
+        running(
+            'run',
+            'leo_sim',
+            'robot',
+            '--ros-args',
+            '-p',
+            f'robot:={name}',
+            *secret,
+            cwd=folder,
+            stdout=log,
+            stderr=log,
+        ) as robot,
     ):
         yield robot
 
@@ -80,8 +92,20 @@ def robot_of(folder: Path, name: str, hidden: Path) -> Iterator[subprocess.Popen
 @contextmanager
 def page_of(folder: Path, model: str) -> Iterator[browser.Page]:
     """The live page beside the robot, in a browser."""
-    page = '--no-browser', '--json', '--patience', browser.PATIENCE, '-o', folder / 'out'
-    words = 'watch', '--live', '--model', model, '--seconds', SHORT, *page
+    words = [
+        'watch',
+        '--live',
+        '--model',
+        model,
+        '--seconds',
+        SHORT,
+        '-o',
+        folder / 'out',
+        '--no-browser',
+        '--json',
+        '--patience',
+        browser.PATIENCE,
+    ]
     with running(*words, stdout=subprocess.PIPE) as leo:
         url = json.loads(leo.stdout.readline())['url']
         with browser.chromium(folder / 'profile') as driver:

@@ -3,6 +3,7 @@
 
 from collections.abc import Callable
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -15,7 +16,6 @@ from bokeh.events import ButtonClick
 import numpy as np
 import pytest
 from rclpy.node import Node
-from tests.commands import CODE, start_node
 from tests.page import no_run
 from tests.patience import PATIENCE, until
 
@@ -31,6 +31,7 @@ from leo_diffmodel.watch.next_run import Plan
 from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
+from leo_learner.demo.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import command_message
@@ -45,14 +46,22 @@ APART = 5.0
 SOURCE = Source(Model('pendulum'), TopicMap())
 LONG = 4000
 """Control periods of a run that the e-stop ends."""
+ROBOT = [
+    'run',
+    'leo_sim',
+    'robot',
+    '--ros-args',
+    '-p',
+    'robot:=pendulum',
+    '-p',
+    'noise:=[0.001, 0.03]',
+]
 WATCH = ['watch', '--live', '--no-browser', '--json']
 
 
 @pytest.fixture
 def robot(spawn):
-    given = 'robot:=pendulum', 'noise:=[0.001, 0.03]'
-    silent = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
-    return start_node(spawn, 'leo_sim', 'robot', *given, **silent)
+    return spawn('-c', LEO, *ROBOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 @pytest.fixture
@@ -77,6 +86,7 @@ def live(robot, domain, tmp_path):
 
 
 def run_of(folder) -> SimpleNamespace:
+    """What to record next, as it was proposed."""
     robot = Model('pendulum').robot
     run = Run('steps', 'slow steps', np.full((LONG, 1), 0.5), np.ones(LONG, bool))
     plan = Plan((), robot, run)
@@ -116,6 +126,7 @@ def samples(live) -> int:
 
 
 def says(live, text) -> bool:
+    """Whether both tabs say it."""
     live.live.look()
     for tab in live.tabs:
         tab._live.refresh()
@@ -155,7 +166,7 @@ def moves(live) -> bool:
     return says(live, 'playing ') and applied(live) == 0.5
 
 
-def test_a_run_is_sent_after_a_question_and_the_e_stop_or_death_ends_it(live):
+def test_a_run_is_sent_after_a_question_and_the_e_stop_ends_it(live):
     click(live, 'yes, move')
     assert says(live, TOO_LATE) and not live.live.sending.on
     click(live, 'send')
@@ -168,10 +179,9 @@ def test_a_run_is_sent_after_a_question_and_the_e_stop_or_death_ends_it(live):
     assert says(live, STOPPED) and not live.live.sending.on
     until(lambda: says(live, 'e-stop: ') and applied(live) == 0.0, 'not at 0 V')
     live.live.sending.wait()
-    a_robot_that_dies_is_said_and_what_was_measured_stays(live)
 
 
-def a_robot_that_dies_is_said_and_what_was_measured_stays(live):
+def test_a_robot_that_dies_is_said_and_what_was_measured_stays(live):
     until(lambda: not says(live, 'no state') and samples(live) > 200, 'too few samples')
     live.robot.send_signal(signal.SIGKILL)
     until(lambda: says(live, 'no state from the robot'))
@@ -180,27 +190,37 @@ def a_robot_that_dies_is_said_and_what_was_measured_stays(live):
     assert samples(live) > 200 and live.state.scene.recordings
 
 
-def test_the_command_serves_the_page_of_its_robot_and_ends_with_the_signal(robot, spawn, domain):
-    leo = spawn('-c', CODE, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
+def test_the_command_serves_the_page_and_ends_with_the_signal(robot, spawn, domain):
+    leo = spawn('-c', LEO, *WATCH, '--model', 'pendulum', stdout=subprocess.PIPE)
     url = json.loads(leo.stdout.readline())['url']
     document = pull_session(url=url).document
     assert len(document.get_model_by_name('live measured').data['t']) > 100
     leo.send_signal(signal.SIGINT)
     assert leo.wait(PATIENCE) == 0 and robot.poll() is None
-    other = watched('--model', 'torque_pendulum')
-    error = other.stderr.splitlines()[-1]  # on a busy machine progress comes before
-    said = "the running robot is 'pendulum', this is for 'torque_pendulum'"
-    assert other.returncode == 2 and said in error and other.stderr.count('leo: error') == 1
-
-
-def watched(*words: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, '-c', CODE, *WATCH, *words]
-    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
 
 
 @pytest.mark.parametrize(
     ('model', 'words'), [('pendulum', 'no robot is publishing joint_states'), ('nobody', 'nobody')]
 )
 def test_without_a_robot_or_a_model_it_ends_with_one_line(model, words, domain):
-    done = watched('--model', model, '--patience', '1')
+    done = subprocess.run(
+        [sys.executable, '-c', LEO, *WATCH, '--model', model, '--patience', '1'],
+        capture_output=True,
+        text=True,
+        env=os.environ,
+        timeout=PATIENCE,
+    )
     assert done.returncode == 2 and words in done.stderr and done.stderr.count('\n') == 1
+
+
+def test_another_robot_than_the_models_is_refused_with_both_names(robot, domain):
+    done = subprocess.run(
+        [sys.executable, '-c', LEO, *WATCH, '--model', 'torque_pendulum'],
+        capture_output=True,
+        text=True,
+        env=os.environ,
+        timeout=PATIENCE,
+    )
+    error = done.stderr.splitlines()[-1]  # on a busy machine progress comes before
+    said = "the running robot is 'pendulum', this is for 'torque_pendulum'"
+    assert done.returncode == 2 and said in error and done.stderr.count('leo: error') == 1

@@ -38,6 +38,7 @@ HINT = 'start one, as in: leo run leo_sim robot --ros-args -p robot:=pendulum'
 
 
 def main(argv: list[str]) -> int:
+    """Run `leo watch` until it is interrupted."""
     from leo_diffmodel.watch.errand import Finder
     from leo_diffmodel.watch.page.document import Tab
     from leo_diffmodel.watch.scene import Scene

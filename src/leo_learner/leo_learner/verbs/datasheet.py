@@ -122,6 +122,7 @@ def _played(
 
 
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
+    """Measure, and write what was asked for."""
     from leo_diffmodel.datasheet.conditions import conditions
     from leo_diffmodel.datasheet.measure import measure
     from leo_diffmodel.datasheet.sheet import sheet
