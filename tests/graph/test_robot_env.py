@@ -105,5 +105,5 @@ def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(spawn):
     lines = iter(process.stderr.readline, '')
     assert any('waiting for the robot' in line for line in lines)
     process.send_signal(signal.SIGTERM)
-    assert 'Traceback' not in process.communicate()[1]
-    assert process.returncode == 130
+    assert 'Traceback' not in process.stderr.read()
+    assert process.wait(PATIENCE) == 130
