@@ -32,11 +32,11 @@ from typing import Any
 import numpy as np
 import torch
 
-from leo_learner.autograd_update import AutogradUpdate
-from leo_learner.configs import THESIS_WALKING
-from leo_learner.ddpg import Agent, Config, Training
-from leo_learner.env import ModelEnv, training_env
-from leo_learner.replay import Batch, Replay
+from leo_lab.autograd_update import AutogradUpdate
+from leo_learner.ddpg.agent import Agent, Training
+from leo_learner.ddpg.configs import Config, THESIS_WALKING
+from leo_learner.environment.env import ModelEnv, training_env
+from leo_learner.training.replay import Batch, Replay, Transition
 from leo_sim.model import Model
 
 WARM_UP = 200
@@ -256,7 +256,7 @@ def run_some() -> None:
     print(time.perf_counter())
     replay = Replay(THESIS_WALKING.replay, 14, 6)
     for _ in range(THESIS_WALKING.replay):
-        replay.add(np.zeros(14), np.zeros(6), 0.0, np.zeros(14), False)
+        replay.add(Transition(np.zeros(14), np.zeros(6), 0.0, np.zeros(14), False))
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import yaml
 
-from leo_learner.processes import free_domain
+from leo_learner.demo.processes import free_domain
 from leo_msgs_py.node import graph, spin_until
 from leo_sim.description.robot import load_robot
 

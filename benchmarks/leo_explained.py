@@ -31,7 +31,7 @@ from leo_lab.blind.case import Case, draw_case
 from leo_lab.blind.record import record
 from leo_lab.blind.scenes import Moving, Step
 from leo_lab.result_lines import append_result, read_results
-from leo_learner.policy import Policy
+from leo_learner.learning.policy import Policy
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model, State
 from leo_sim.task.task import Task

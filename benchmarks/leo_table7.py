@@ -30,11 +30,11 @@ from leo_diffmodel.explain.explanation import explain
 from leo_lab.blind import kinds
 from leo_lab.thesis.ahead import squares_ahead
 from leo_lab.thesis.transfer import real_model, THESIS_GAP
-from leo_learner.collect import collect
-from leo_learner.env import ModelEnv
-from leo_learner.policy import Policy
-from leo_learner.rollouts import Rollouts
-from leo_learner.training_loop import Act
+from leo_learner.environment.env import ModelEnv
+from leo_learner.environment.rollouts import Rollouts
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import Policy
+from leo_learner.training.loop import Act
 from leo_sim.effects import get_effect, place
 from leo_sim.model import Model
 

@@ -23,7 +23,7 @@ from bokeh.client import pull_session
 import numpy as np
 from rclpy.node import Node
 
-from leo_learner.processes import free_domain, LEO
+from leo_learner.demo.processes import free_domain, LEO
 from leo_msgs_py import topics
 from leo_msgs_py.node import graph, join, listen_with_info, running, spin_once
 from leo_msgs_py.values import command_message

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, settings
 import pytest
 from tests.machine import described
 
-from leo_learner.processes import free_domain
+from leo_learner.demo.processes import free_domain
 
 Spawn = Callable[..., subprocess.Popen]
 

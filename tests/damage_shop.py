@@ -11,11 +11,11 @@ import numpy as np
 
 from leo_diffmodel.bags.arrays import Run, write_runs
 from leo_diffmodel.bags.types import definition, JOINT_STATE
-from leo_learner.checkpoint import save_checkpoint
-from leo_learner.configs import RECOMMENDED
-from leo_learner.ddpg import Training
-from leo_learner.env import ModelEnv
-from leo_learner.policy import save_policy
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import RECOMMENDED
+from leo_learner.environment.env import ModelEnv
+from leo_learner.learning.checkpoint import save_checkpoint
+from leo_learner.learning.policy import save_policy
 from leo_msgs_py.cdr import joint_state
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

@@ -60,4 +60,4 @@ def test_nobody_but_drivers_knows_which_driver_runs() -> None:
     ],
 )
 def test_a_branch_on_the_driver_is_noticed(source: str) -> None:
-    assert of_one_driver('leo_learner.learning', source)
+    assert of_one_driver('leo_learner.learning.run', source)

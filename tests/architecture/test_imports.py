@@ -32,9 +32,7 @@ NEED_ROS = (
     'leo_diffmodel.difference.service',
     'leo_diffmodel.nodes',
     'leo_learner.nodes',
-    'leo_learner.robot_env',
-    'leo_learner.robot_states',
-    'leo_learner.running_robot',
+    'leo_learner.robot',
 )
 """What cannot be imported without ROS; everything else can."""
 

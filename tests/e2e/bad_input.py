@@ -35,7 +35,6 @@ class Wind(Effect):
 
 
 def fill(folder: Path) -> Path:
-    """Write every kind of bad input, and the good ones they are used with."""
     _bags(folder)
     _models(folder)
     _logs(folder)
@@ -59,7 +58,6 @@ def fill(folder: Path) -> Path:
 
 
 def swing(count: int = 600, joint: str = 'pivot') -> Run:
-    """A swing at 100 Hz with a voltage that changes."""
     t = 0.01 * np.arange(count)
     voltage = np.sign(np.sin(7 * t))
     inputs = {joint: {'voltage': voltage, 'enabled': np.ones(count)}}

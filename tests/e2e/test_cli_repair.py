@@ -6,11 +6,11 @@ import os
 from pathlib import Path
 import signal
 import subprocess
-import sys
 import threading
 import time
 
 import pytest
+from tests.commands import LEO
 from tests.searched import among
 from tests.simulate import bag, record, TORQUE
 
@@ -22,7 +22,6 @@ from leo_sim.model.model_file import load_model
 
 FRICTION = place(TORQUE, 'coulomb_friction', 'pivot', c=0.2)
 MODEL = ['--model', 'torque_pendulum']
-LEO = Path(sys.executable).with_name('leo')
 
 
 @pytest.fixture(scope='module', autouse=True)

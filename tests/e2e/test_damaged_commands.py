@@ -9,16 +9,15 @@ import os
 from pathlib import Path
 import shutil
 import subprocess
-import sys
 
 import numpy as np
 import pytest
 from tests import damage
+from tests.commands import LEO
 from tests.damage import Rng
 from tests.damage_shop import fill
 
 CASES = 50 if int(os.environ.get('LEO_DAMAGED', '100')) >= 1000 else 5
-LEO = Path(sys.executable).with_name('leo')
 P = ['--model', 'pendulum']
 Spoil = Callable[[Path, Rng], object]
 BYTES, YAML, XML = damage.damage_bytes, damage.damage_yaml, damage.damage_xml
@@ -42,7 +41,6 @@ COMMANDS: tuple[tuple[list[str], str, Spoil], ...] = (
 
 @pytest.fixture(scope='module')
 def shop(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One of each, whole."""
     return fill(tmp_path_factory.mktemp('whole'))
 
 

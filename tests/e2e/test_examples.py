@@ -18,7 +18,6 @@ ROBOT = 'torque_pendulum'
 
 
 def run(folder: Path, script: str, *words: str) -> str:
-    """What a script prints."""
     command = [sys.executable, str(EXAMPLES / script), *words]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr

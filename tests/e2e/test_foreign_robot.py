@@ -21,7 +21,6 @@ NOISE = (1e-3, 0.03)  # rad, rad/s: encoders of 12 bit
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A robot folder from a URDF."""
     root = tmp_path_factory.mktemp('desk')
     assert main(['robot', 'init', str(ARM), '-o', str(root / 'arm')]) == 0
     return root
@@ -29,7 +28,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope='module')
 def happened(folder: Path) -> list[foreign_arm.Run]:
-    """Two runs of the arm with friction in joint2."""
     robot = load_robot(folder / 'arm')
     arm = foreign_arm.Arm(robot, foreign_arm.viscous(robot, 'joint2', FRICTION))
     return [foreign_arm.run(arm, SECONDS, seed, NOISE) for seed in (1, 2)]

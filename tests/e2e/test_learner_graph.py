@@ -7,15 +7,15 @@ import subprocess
 import time
 
 import pytest
+from tests.commands import start_node
 
 from leo_diffmodel.bags.finish import recorded
 from leo_diffmodel.bags.recording import read_bag
-from leo_learner.policy import Policy
+from leo_learner.learning.policy import Policy
 from leo_sim.model.model_file import load_model
 
 pytestmark = pytest.mark.graph
 
-RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(["run", *sys.argv[1:]]))'
 HIDDEN = """\
 effects:
   - {name: link_mass, where: bob, parameters: {m: {value: 0.035, unit: kg}}}
@@ -23,50 +23,26 @@ effects:
 
 
 class Graph:
-    """The three processes of one run in a folder."""
-
-    def __init__(self, spawn, folder: Path, **changes: list[str]) -> None:
+    def __init__(self, spawn, folder: Path) -> None:
         (folder / 'hidden.yaml').write_text(HIDDEN)
         self._spawn, self._folder = spawn, folder
+        robot = f'robot:=pendulum realtime_factor:=0 start:=random hidden:={folder}/hidden.yaml'
+        model = f'model:=pendulum repair:=true bag:={folder}/rollout'
+        learner = f'folder:={folder}/run first_steps:=100 update_steps:=100 transitions:=500'
         self._arguments = {
-            'robot': [
-                'leo_sim',
-                'robot',
-                'robot:=pendulum',
-                'realtime_factor:=0',
-                'start:=random',
-                f'hidden:={folder / "hidden.yaml"}',
-            ],
-            'diffmodel': [
-                'leo_diffmodel',
-                'diffmodel',
-                'model:=pendulum',
-                f'bag:={folder / "rollout"}',
-            ],
-            'learner': [
-                'leo_learner',
-                'learner',
-                'model:=pendulum',
-                f'folder:={folder / "run"}',
-                'first_steps:=100',
-                'update_steps:=100',
-                'transitions:=500',
-                'tests:=1',
-            ],
+            'robot': ['leo_sim', *robot.split(), 'noise:=[0.001,0.02]'],
+            'diffmodel': ['leo_diffmodel', *model.split()],
+            'learner': ['leo_learner', 'model:=pendulum', *learner.split(), 'tests:=1'],
         }
-        for name, more in changes.items():
-            self._arguments[name] += more
         self._processes: dict[str, subprocess.Popen] = {}
         for name in self._arguments:
             self.start(name)
 
     def start(self, name: str) -> None:
-        package, executable, *parameters = self._arguments[name]
-        given = [word for parameter in parameters for word in ('-p', parameter)]
+        package, *given = self._arguments[name]
         with (self._folder / f'{name}.log').open('a') as log:
-            self._processes[name] = self._spawn(
-                '-c', RUN, package, executable, '--ros-args', *given, stdout=log, stderr=log
-            )
+            started = start_node(self._spawn, package, name, *given, stdout=log, stderr=log)
+        self._processes[name] = started
 
     def kill_and_restart(self, name: str) -> None:
         self._processes[name].kill()
@@ -80,7 +56,7 @@ class Graph:
             time.sleep(0.05)
 
 
-def test_every_process_may_be_killed_and_the_loop_goes_on(spawn, tmp_path):
+def test_every_process_may_be_killed_and_named_effects_move_into_the_model(spawn, tmp_path):
     graph = Graph(spawn, tmp_path)
     graph.wait_for('gathering 500')
     time.sleep(0.5)
@@ -102,12 +78,7 @@ def test_every_process_may_be_killed_and_the_loop_goes_on(spawn, tmp_path):
         for e in read_bag(bag, 'pendulum').episodes
     )
     assert samples > 5 * 500
-
-
-def test_named_effects_move_into_the_model_between_updates(spawn, tmp_path):
-    graph = Graph(spawn, tmp_path, robot=['noise:=[0.001,0.02]'], diffmodel=['repair:=true'])
-    graph.wait_for('done')
     assert 'on top of link_mass at bob' in (tmp_path / 'learner.log').read_text()
-    repaired = load_model(tmp_path / 'run' / 'difference-001.yaml')
-    [effect] = repaired.effects
+    newest = max((tmp_path / 'run').glob('difference-*.yaml'))
+    [effect] = load_model(newest).effects
     assert effect.parameters['m'] == pytest.approx(0.035, rel=0.05)

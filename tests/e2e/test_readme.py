@@ -44,7 +44,6 @@ WHERE_IS = ARCHITECTURE.partition('## Where is')[2]
 
 @cache
 def shown(*verbs: str) -> set[str]:
-    """The options in the help of a verb."""
     said = io.StringIO()
     with redirect_stdout(said), pytest.raises(SystemExit, match=r'^0$'):
         main([*verbs, '--help'])

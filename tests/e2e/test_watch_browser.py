@@ -3,15 +3,14 @@
 
 import itertools
 import json
-from pathlib import Path
 import shlex
 import signal
 import subprocess
-import sys
 from types import SimpleNamespace
 
 import pytest
 from tests import browser
+from tests.commands import LEO
 from tests.simulate import bag, record, TORQUE
 import yaml
 
@@ -20,7 +19,6 @@ from leo_sim.effects import place
 
 pytestmark = pytest.mark.skipif(not (browser.CHROMIUM and browser.DRIVER), reason=browser.WITHOUT)
 
-LEO = Path(sys.executable).with_name('leo')
 EFFECT = 'coulomb_friction:pivot'
 FLOOR, FAR = 1.2, 3.0
 """Noise floors: what is as good as a perfect model, and what is not."""

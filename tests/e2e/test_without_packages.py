@@ -9,6 +9,7 @@ import sys
 
 import pytest
 from tests.architecture.test_imports import ROS
+from tests.commands import CODE
 from tests.simulate import bag, PENDULUM, record
 
 EXTRAS = {'torch', 'safetensors', 'pybullet', 'mujoco', 'dynamixel_sdk', 'scservo_sdk'}
@@ -22,7 +23,6 @@ class Missing:
 
 sys.meta_path.insert(0, Missing())
 """
-LEO = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 EACH = """
 import contextlib, io, json, sys
 from leo_msgs_py.cli import main
@@ -77,10 +77,10 @@ def test_bags_models_and_learning_work(python, tmp_path: Path):
         ['compare', 'swing', '--model', 'pendulum', '--json'],
         ['learn', '--model', 'pendulum', '--steps', '100', '-o', 'run', '--json'],
     ):
-        done = python(LEO, *words)
+        done = python(CODE, *words)
         assert done.returncode == 0, done.stderr
     policy = json.loads(done.stdout.splitlines()[-1])['policy']
-    done = python(LEO, 'play', policy, '--model', 'pendulum', '--json')
+    done = python(CODE, 'play', policy, '--model', 'pendulum', '--json')
     assert done.returncode == 0, done.stderr
 
 
@@ -107,7 +107,7 @@ def test_what_needs_ros_says_so_in_one_line(python):
 @pytest.mark.parametrize('python', [EXTRAS], indirect=True, ids=['extras'])
 def test_a_log_is_explained_without_what_learning_and_driving_need(python, tmp_path: Path):
     bag(tmp_path / 'swing', record(PENDULUM, seconds=6))
-    done = python(LEO, 'explain', 'swing', '--model', 'pendulum', '-o', 'out')
+    done = python(CODE, 'explain', 'swing', '--model', 'pendulum', '-o', 'out')
     assert done.returncode == 0, done.stderr
     assert (tmp_path / 'out' / 'report.html').is_file()
     needing = {

@@ -53,13 +53,21 @@ def sourced(install: Path, command: str, folder: Path) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize(('package', 'executable'), EXECUTABLES)
-def test_colcon_puts_nodes_where_ros2_run_looks(
-    colcon_install: Path, package: str, executable: str
+@pytest.mark.parametrize('package', PACKAGES)
+def test_colcon_and_pip_install_what_ros_reads_and_nodes_where_ros2_run_looks(
+    colcon_install: Path, pip_prefix: Path, package: str
 ) -> None:
-    prefix = colcon_install / package
-    assert os.access(prefix / 'lib' / package / executable, os.X_OK)
-    assert not (prefix / 'bin').exists()
+    for prefix in (colcon_install / package, pip_prefix):
+        share = prefix / 'share'
+        assert (share / 'ament_index' / 'resource_index' / 'packages' / package).is_file()
+        assert (share / package / 'package.xml').is_file()
+        for files in ('launch/*.launch.py', 'config/*.yaml'):
+            source = {p.name for p in (ROOT / 'src' / package).glob(files)}
+            assert {p.name for p in (share / package).glob(files)} == source
+            assert source or package == 'leo_msgs_py'
+        nodes = {p.name for p in (prefix / 'lib' / package).glob('*') if os.access(p, os.X_OK)}
+        assert nodes == {node for owner, node in EXECUTABLES if owner == package}
+    assert package == 'leo_msgs_py' or not (colcon_install / package / 'bin').exists()
 
 
 def test_colcon_puts_leo_on_the_path(colcon_install: Path, tmp_path: Path) -> None:
@@ -76,7 +84,8 @@ def test_installed_node_starts_and_stops(
     colcon_install: Path, tmp_path: Path, package: str, executable: str
 ) -> None:
     node = colcon_install / package / 'lib' / package / executable
-    with sourced(colcon_install, f'exec {node}', tmp_path) as process:
+    untrained = '--ros-args -p first_steps:=0' if executable == 'learner' else ''
+    with sourced(colcon_install, f'exec {node} {untrained}', tmp_path) as process:
         patience = Timer(300.0, process.kill)
         patience.start()
         assert process.stdout is not None
@@ -87,17 +96,6 @@ def test_installed_node_starts_and_stops(
     assert 'ROS_DOMAIN_ID' in first_line and 'reach LOCALHOST' in first_line
     assert process.returncode == 0, first_line + rest
     assert 'Traceback' not in rest
-
-
-@pytest.mark.parametrize('package', PACKAGES)
-def test_colcon_installs_what_ros_reads(colcon_install: Path, package: str) -> None:
-    share = colcon_install / package / 'share'
-    assert (share / 'ament_index' / 'resource_index' / 'packages' / package).is_file()
-    assert (share / package / 'package.xml').is_file()
-    for files in ('launch/*.launch.py', 'config/*.yaml'):
-        source = {p.name for p in (ROOT / 'src' / package).glob(files)}
-        assert {p.name for p in (share / package).glob(files)} == source
-        assert source or package == 'leo_msgs_py'
 
 
 @pytest.mark.parametrize('package', PACKAGES)
@@ -112,13 +110,11 @@ def test_colcon_installs_every_module_and_data_file(colcon_install: Path, packag
 
 @pytest.fixture(scope='session')
 def pip_prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the four packages with pip, and return where."""
     return installed(tmp_path_factory.mktemp('pip'), ROOT / 'src', PACKAGES)
 
 
 @pytest.fixture(scope='session')
 def laboratory_prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the laboratory with pip, and return where."""
     return installed(tmp_path_factory.mktemp('laboratory'), LABORATORY, ('.',))
 
 
@@ -138,29 +134,13 @@ def installed(base: Path, source: Path, packages: tuple[str, ...]) -> Path:
 
 
 def modules(prefix: Path) -> Path:
-    """The folder of modules of what pip installed."""
     [folder] = prefix.glob('lib/python*/site-packages')
     return folder
 
 
 def verbs(prefix: Path) -> set[str]:
-    """The verbs of `leo` that what pip installed brings."""
     known = distributions(path=[str(modules(prefix))])
     return {e.name for found in known for e in found.entry_points if e.group == 'leo.verbs'}
-
-
-@pytest.mark.parametrize('package', PACKAGES)
-def test_pip_installs_what_ros_reads_and_nodes_where_ros2_run_looks(
-    pip_prefix: Path, package: str
-) -> None:
-    share = pip_prefix / 'share'
-    assert (share / 'ament_index' / 'resource_index' / 'packages' / package).is_file()
-    assert (share / package / 'package.xml').is_file()
-    for files in ('launch/*.launch.py', 'config/*.yaml'):
-        installed = {p.name for p in (share / package).glob(files)}
-        assert installed == {p.name for p in (ROOT / 'src' / package).glob(files)}
-    nodes = {p.name for p in (pip_prefix / 'lib' / package).glob('*') if os.access(p, os.X_OK)}
-    assert nodes == {node for owner, node in EXECUTABLES if owner == package}
 
 
 def test_pip_installs_leo_and_no_node_into_bin(pip_prefix: Path) -> None:

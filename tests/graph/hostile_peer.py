@@ -107,11 +107,9 @@ class Peer:
         return futures[-1].done()
 
     def ask(self, kind: Any, verb: str, requests: list[Any]) -> None:
-        """Call one of the services that rclpy gives a node."""
         self.call(kind, f'{self.target}/{verb}', requests)
 
     def set(self, parameters: list[Parameter]) -> None:
-        """Set parameters one by one, all at once, and atomically."""
         requests = [srv.SetParameters.Request(parameters=[each]) for each in parameters]
         self.ask(
             srv.SetParameters,
@@ -126,7 +124,6 @@ class Peer:
         )
 
     def on_wire(self, kind: Any, name: str, payloads: Iterable[bytes]) -> None:
-        """Send request payloads as they are."""
         qos = QoSProfile(depth=100)
         qos.avoid_ros_namespace_conventions = True
         self.publish(kind, f'rq/{name}Request', payloads, qos)
@@ -143,7 +140,6 @@ def with_bytes(change: Callable[[bytes], Iterable[bytes]]) -> Callable[[Peer], N
 
 
 def random_bytes(sample: bytes) -> Iterable[bytes]:
-    """Noise, with and without an honest header."""
     dice = random.Random(1)
     for _ in range(100):
         noise = dice.randbytes(dice.randrange(1, 200))
@@ -159,12 +155,10 @@ def counts(sample: bytes) -> Iterable[bytes]:
 
 
 def headers(sample: bytes) -> Iterable[bytes]:
-    """All encapsulations, known and unknown."""
     return (bytes([i // 16, i % 16, 255, 255]) + sample[4:] for i in range(256))
 
 
 def spelled(text: bytes) -> Callable[[bytes], list[bytes]]:
-    """Replace the string of a sample."""
     return lambda sample: [sample.replace(LABEL.encode(), text)] * 20
 
 
@@ -184,7 +178,6 @@ def other_types(peer: Peer) -> None:
 
 
 def other_structure(peer: Peer) -> None:
-    """Send other structures under the type names of the robot's topics."""
     for kind, name, payload in (
         (Float64MultiArray, COMMANDS, STATE),
         (JointState, QUERY, COMMAND),
@@ -197,18 +190,15 @@ def other_structure(peer: Peer) -> None:
 
 
 def parameter(name: str, kind: int, **value: Any) -> Parameter:
-    """A parameter as it is sent."""
     return Parameter(name=name, value=ParameterValue(type=kind, **value))
 
 
 def wrong_types(peer: Peer) -> None:
-    """Give parameters values of all types but theirs."""
     names = 'start', 'use_sim_time', 'bag', '', 'no.such', 'start\0', 'x' * 100_000
     peer.set([parameter(name, kind) for name in names for kind in range(10)])
 
 
 def poses(peer: Peer) -> None:
-    """Ask for start poses that there are not."""
     texts = '', 'nowhere', '../../etc/passwd', 'nominal\0', 'x' * 10**6, '[nan]', '{a: [1'
     peer.set([parameter('start', 4, string_value=text) for text in texts])
     arrays = [], [math.nan], [math.inf], [1e308] * 3, [0.0] * MANY
@@ -216,7 +206,6 @@ def poses(peer: Peer) -> None:
 
 
 def many_names(peer: Peer) -> None:
-    """Ask each parameter service about 10^5 names."""
     names = [f'name_{i}' for i in range(MANY)]
     own = ['use_sim_time'] * MANY
     for kind, verb in (
@@ -235,7 +224,6 @@ def many_names(peer: Peer) -> None:
 
 
 def many_prefixes(peer: Peer) -> None:
-    """List parameters under 10^5 prefixes, to any depth."""
     prefixes = [f'prefix_{i}' for i in range(MANY)]
     requests = [
         srv.ListParameters.Request(prefixes=asked, depth=depth)
@@ -262,7 +250,6 @@ def unreadable_requests(peer: Peer) -> None:
 
 
 def types_asked(peer: Peer) -> None:
-    """Ask for descriptions of types that there are not."""
     texts = '', 'x', 'a/b/c', 'x' * 10**6, 'RIHS01_' + 'f' * 64
     requests = [GetTypeDescription.Request(type_name=a, type_hash=b) for a in texts for b in texts]
     peer.ask(GetTypeDescription, 'get_type_description', requests)
@@ -302,7 +289,6 @@ def clocks(peer: Peer) -> None:
 
 
 def call_flood(peer: Peer) -> None:
-    """Call services as fast as it goes."""
     for kind, name in TRIGGERS[peer.target]:
         peer.call(kind, name, [Trigger.Request()] * CALLS)
     if peer.target == 'robot':
@@ -327,7 +313,6 @@ def die(peer: Peer) -> None:
 
 
 def flooded(kind: Any, name: str, message: Any, count: int) -> Callable[[Peer], None]:
-    """Publish one thing `count` times as fast as it goes."""
 
     def send(peer: Peer) -> None:
         publisher = peer.publisher(kind, name)
@@ -374,7 +359,6 @@ KINDS: dict[str, Callable[[Peer], None]] = {
 
 
 def main() -> None:
-    """Send the kinds named as arguments, or all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('node')
     parser.add_argument('kinds', nargs='*')

@@ -17,7 +17,6 @@ from leo_msgs_py.node import graph, private_parameter, spin
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run until told to stop."""
     with graph(argv):
         node = Node('talker')
         node.declare_parameter('gain', 1.5)

@@ -2,13 +2,12 @@
 """A robot node as a process, met only through its topics and services."""
 
 from collections.abc import Callable
-from pathlib import Path
 import signal
 import subprocess
-import sys
 import time
 
 from rclpy.serialization import deserialize_message
+from tests.commands import LEO
 from tests.patience import PATIENCE
 
 from leo_msgs_py import topics
@@ -18,7 +17,6 @@ from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 CONTROL_PERIOD_NS = round(PENDULUM.control_period * 1e9)
-LEO = str(Path(sys.executable).with_name('leo'))
 
 
 class Robot:
@@ -99,7 +97,6 @@ class Robot:
         return next(applied for applied in self.applied if applied.stamp_ns >= start)
 
     def fresh(self) -> list[JointStates]:
-        """States without repeats."""
         return [
             s
             for i, s in enumerate(self.states)

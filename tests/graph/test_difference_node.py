@@ -4,18 +4,16 @@
 import numpy as np
 import pytest
 from sensor_msgs.msg import JointState
+from tests.difference import untrained
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference.data import layout_of
-from leo_diffmodel.difference.model import DifferenceModel, from_bytes
-from leo_diffmodel.difference.network import Config, Network
+from leo_diffmodel.difference.model import from_bytes
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
 from leo_msgs_py.values import JointStates
 from leo_sim.effects import place
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
-from leo_sim.model.physics import of_model
 
 pytestmark = pytest.mark.graph
 NODE = """
@@ -29,8 +27,6 @@ sys.exit(main(sys.argv[1:]))
 
 
 class Asker:
-    """A node that knows the difference model's topics and service."""
-
     def __init__(self, node) -> None:
         self.weights: list[bytes] = []
         self.corrections: list = []
@@ -65,12 +61,12 @@ def heavier() -> Model:
 
 
 def write_rollout(folder) -> tuple[float, float, float]:
-    """Forty seconds of the heavier pendulum under random volts, at the control rate.
+    """Twenty seconds of the heavier pendulum under random volts, at the control rate.
 
     Returns angle, rate and volts of the moment in it that turns fastest.
     """
     rng, model, runs = np.random.default_rng(0), heavier(), []
-    for _ in range(4):
+    for _ in range(2):
         u = rng.uniform(-3, 3, (1, 200, 1))
         q, dq = rollout(model, rng.uniform(-3, 3, (1, 1)), np.zeros((1, 1)), u, 0.05)
         volts = {'pivot': {'voltage': np.append(u[0, :, 0], u[0, -1])}}
@@ -98,7 +94,7 @@ def test_update_weights_and_query(asker, spawn, tmp_path):
     assert asker.call_update().message == 'an update has just ended'
     difference = from_bytes(asker.weights[0])
     assert (difference.version, difference.robot) == (1, 'pendulum')
-    assert difference.trained_on > 700
+    assert difference.trained_on > 350
 
     asker.query.publish(question(q, dq, volts, sec=7))
     asker.until(lambda: asker.corrections)
@@ -138,9 +134,3 @@ def test_damaged_weights_are_said_and_those_before_are_published(asker, spawn, t
     name = 'diffmodel: difference model'
     asker.until(lambda: asker.told.get(name, ('', b''))[0].endswith('; passed over'))
     assert 'difference-002.safetensors: not the weights' in asker.told[name][0]
-
-
-def untrained(model: Model) -> DifferenceModel:
-    config, layout = Config(hidden=(4,)), layout_of(model.robot)
-    made = Network(layout, config), layout, config, model.robot.name, 1, 0
-    return DifferenceModel(*made, over=of_model(model))

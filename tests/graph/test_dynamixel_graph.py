@@ -6,6 +6,7 @@ The driver and the bus in one process: tests/unit/leo_sim/drivers, test_dynamixe
 """
 
 import signal
+import subprocess
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import BatteryState, JointState, Temperature
 from std_srvs.srv import SetBool
+from tests.commands import start_node
 from tests.drivers.bus import robot_with_servo
-from tests.graph.robot_process import LEO, PATIENCE, Robot
+from tests.graph.robot_process import PATIENCE, Robot
 
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
@@ -31,23 +33,9 @@ class Motor:
 
     def __init__(self, node, spawn, folder, robot) -> None:
         self.node, self.port, self.log = node, folder / 'port', folder / 'motor.log'
-        self.process = spawn(
-            LEO,
-            'run',
-            'leo_sim',
-            'servo_bus',
-            '--ros-args',
-            '-p',
-            f'robot:={robot.folder}',
-            '-p',
-            f'link:={self.port}',
-            '-p',
-            f'log:={self.log}',
-            '-p',
-            'engine:=rigid',
-            stdout=(folder / 'bus.log').open('w'),
-            stderr=-2,
-        )
+        given = f'robot:={robot.folder}', f'link:={self.port}', f'log:={self.log}', 'engine:=rigid'
+        log = {'stdout': (folder / 'bus.log').open('w'), 'stderr': subprocess.STDOUT}
+        self.process = start_node(spawn, 'leo_sim', 'servo_bus', *given, **log)
         self.client = node.create_client(SetParameters, '/servo_bus/set_parameters')
         assert spin_until(self.port.is_symlink, PATIENCE), (folder / 'bus.log').read_text()
 

@@ -6,17 +6,18 @@ import subprocess
 import sys
 
 import pytest
+from tests.commands import LEO
 from tests.unit.leo_sim.effects.test_consent import LAW, WIND
 import yaml
 
+from leo_msgs_py.cli import main
 from leo_msgs_py.node import call, spin_until
 
 pytestmark = pytest.mark.graph
-LEO = str(Path(sys.executable).with_name('leo'))
 NODES = {
     'robot': ['leo_sim', 'robot', '-p', 'robot:=pendulum', '-p', 'hidden:=model.yaml'],
     'diffmodel': ['leo_diffmodel', 'diffmodel', '-p', 'record:=false', '-p', 'model:=model.yaml'],
-    'learner': ['leo_learner', 'learner', '-p', 'model:=model.yaml'],
+    'learner': ['leo_learner', 'learner', '-p', 'model:=model.yaml', '-p', 'first_steps:=0'],
 }
 
 
@@ -29,14 +30,16 @@ def folder(tmp_path) -> Path:
 
 def command(name: str, *given: str) -> list[str]:
     package, executable, *parameters = NODES[name]
-    return [LEO, 'run', package, executable, '--ros-args', *parameters, *given]
+    return ['run', package, executable, '--ros-args', *parameters, *given]
 
 
 @pytest.mark.parametrize('name', NODES)
-def test_a_node_refuses(name, folder, domain):
-    done = subprocess.run(command(name), cwd=folder, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 2
-    (line,) = [line for line in done.stderr.splitlines() if line.startswith('leo: error')]
+@pytest.mark.usefixtures('domain')
+def test_a_node_refuses(name, folder, monkeypatch, capfd):
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, 'argv', sys.argv)
+    assert main(command(name)) == 2
+    (line,) = [x for x in capfd.readouterr().err.splitlines() if x.startswith('leo: error')]
     assert '-p effect:=wind.py' in line
     assert not (folder / 'ran').exists()
 
@@ -45,7 +48,7 @@ def test_a_node_refuses(name, folder, domain):
 def test_a_node_runs_what_its_parameter_names_and_tells_nobody(name, folder, node):
     from rcl_interfaces.srv import ListParameters
 
-    process = subprocess.Popen(command(name, '-p', 'effect:=wind.py'), cwd=folder)
+    process = subprocess.Popen([LEO, *command(name, '-p', 'effect:=wind.py')], cwd=folder)
     try:
         assert spin_until(lambda: (folder / 'ran').exists(), 120.0)
         client = node.create_client(ListParameters, f'/{name}/list_parameters')

@@ -7,11 +7,11 @@
 from pathlib import Path
 import signal
 import subprocess
-import sys
 
 import numpy as np
 import pytest
 from rclpy.node import Node
+from tests.commands import LEO
 from tests.graph.hostile_peer import KINDS
 from tests.patience import PATIENCE
 
@@ -22,7 +22,6 @@ from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PENDULUM = load_robot('pendulum')
-LEO = str(Path(sys.executable).with_name('leo'))
 PEER = str(Path(__file__).with_name('hostile_peer.py'))
 ROBOT = LEO, 'run', 'leo_sim', 'robot', '--ros-args', '-p', 'robot:=pendulum'
 LOCKSTEP = '-p', 'realtime_factor:=0'
@@ -41,8 +40,6 @@ COMMANDS = (
 
 
 class Watch(Node):
-    """Hears what a robot does."""
-
     def __init__(self) -> None:
         super().__init__('watch')
         self.stamps, self.applied = [], []
@@ -70,7 +67,6 @@ def watch(domain, tmp_path, monkeypatch):
 
 
 def attack(spawn, **kinds: tuple[str, ...]) -> None:
-    """Attack nodes at once, each with its kinds."""
     peers = {
         spawn(PEER, node, *chosen, stdout=subprocess.PIPE): len(chosen)
         for node, chosen in kinds.items()

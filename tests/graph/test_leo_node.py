@@ -2,17 +2,17 @@
 """LEO behind its node: lockstep, a held base, e-stop, free motors, and its bag."""
 
 import signal
-import subprocess
 
 import numpy as np
 import pytest
 from tests import live_bag
+from tests.commands import start_node
 from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_learner.env import ModelEnv
-from leo_learner.robot_env import RobotEnv
-from leo_learner.sym import Sym
+from leo_learner.environment.env import ModelEnv
+from leo_learner.robot.env import RobotEnv
+from leo_learner.thesis.sym import Sym
 from leo_msgs_py import topics
 from leo_msgs_py.node import call, spin_until
 from leo_sim.description.robot import load_robot
@@ -21,10 +21,6 @@ from leo_sim.model import Model
 pytestmark = pytest.mark.graph
 
 LEO = load_robot('leo')
-ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
-RECORDER = (
-    'import sys; from leo_diffmodel.nodes.diffmodel import main; sys.exit(main(sys.argv[1:]))'
-)
 STATE_PERIOD_NS = round(1e9 / LEO.state_rate)
 VOLTS = np.random.default_rng(0).uniform(-4.0, 4.0, (12, 6))
 
@@ -34,34 +30,25 @@ def env(node):
     return RobotEnv(node, LEO)
 
 
-def start(spawn, *parameters: str):
-    given = [word for parameter in parameters for word in ('-p', parameter)]
-    return spawn('-c', ROBOT, '--ros-args', '-p', 'robot:=leo', '-p', 'realtime_factor:=0', *given)
+def start(spawn, pose: str) -> None:
+    given = 'robot:=leo', 'realtime_factor:=0', f'start:={pose}'
+    start_node(spawn, 'leo_sim', 'robot', *given)
 
 
-def test_lockstep_gives_the_models_transitions(env, spawn):
-    start(spawn, 'start:=nominal')
+def test_lockstep_gives_the_models_transitions_with_all_motors_and_with_syms(env, spawn):
+    start(spawn, 'nominal')
     model_env = ModelEnv(Model(LEO))
-    seen, _ = env.reset()
-    expected, _ = model_env.reset(options={'pose': 'nominal'})
-    np.testing.assert_allclose(seen, expected, atol=1e-12)
-    for volts in VOLTS[:5]:
-        answer, expected = env.step(volts), model_env.step(volts)
-        np.testing.assert_allclose(answer[0], expected[0], atol=0.02)
-        assert answer[1] == pytest.approx(expected[1], abs=0.5)
-        assert answer[2:] == expected[2:]
-
-
-def test_sym_drives_the_robot_as_it_drives_the_model(env, spawn):
-    start(spawn, 'start:=nominal')
     robot, model = Sym(env), Sym(ModelEnv(Model(LEO)))
-    seen = [each.reset(options={'pose': 'nominal'})[0] for each in (robot, model)]
-    np.testing.assert_allclose(*seen, atol=1e-12)
-    for volts in VOLTS[:5, :3]:
-        seen = [each.step(volts)[0] for each in (robot, model)]
-        np.testing.assert_allclose(*seen, atol=0.02)
-        assert env.applied == pytest.approx(model.unwrapped.applied, abs=0.02)
-        assert robot.stance == model.stance
+    for one, other, volts in ((env, model_env, VOLTS[:5]), (robot, model, VOLTS[:5, :3])):
+        seen = [each.reset(options={'pose': 'nominal'})[0] for each in (one, other)]
+        np.testing.assert_allclose(*seen, atol=1e-12)
+        for row in volts:
+            answer, expected = one.step(row), other.step(row)
+            np.testing.assert_allclose(answer[0], expected[0], atol=0.02)
+            assert answer[1] == pytest.approx(expected[1], abs=0.5)
+            assert answer[2:] == expected[2:]
+            assert env.applied == pytest.approx(other.unwrapped.applied, abs=0.02)
+            assert robot.stance == model.stance
 
 
 def asked(node, service, **request) -> bool:
@@ -70,9 +57,9 @@ def asked(node, service, **request) -> bool:
 
 
 def test_a_recording_of_a_held_robot_says_so_and_holds_it(node, env, spawn, tmp_path):
-    start(spawn, 'start:=hanging')
+    start(spawn, 'hanging')
     bag = tmp_path / 'bag'
-    recorder = spawn('-c', RECORDER, '--ros-args', '-p', f'bag:={bag}', stderr=subprocess.PIPE)
+    recorder = start_node(spawn, 'leo_diffmodel', 'diffmodel', f'bag:={bag}')
     logs = topics.JOINT_STATES, topics.APPLIED['voltage'], topics.EPISODE
 
     def listens() -> bool:

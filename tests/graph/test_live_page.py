@@ -30,7 +30,7 @@ from leo_diffmodel.watch.page.document import Page
 from leo_diffmodel.watch.page.live import LiveTab
 from leo_diffmodel.watch.state import State
 from leo_diffmodel.watch.worker import News
-from leo_learner.processes import LEO
+from leo_learner.demo.processes import LEO
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import command_message

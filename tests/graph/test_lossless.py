@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 from std_msgs.msg import UInt32
 from tests import live_bag
+from tests.commands import start, start_node
 from tests.patience import PATIENCE
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recorder import header_stamp
-from leo_learner.robot_env import RobotEnv
+from leo_learner.robot.env import RobotEnv
 from leo_msgs_py import topics
 from leo_msgs_py.node import spin_until
 from leo_sim.description.robot import load_robot
 
 pytestmark = pytest.mark.graph
 PENDULUM = load_robot('pendulum')
-RUN = 'import sys; from leo_msgs_py.cli import main; sys.exit(main(sys.argv[1:]))'
 APPLIED = topics.APPLIED['voltage']
 FAST = 1000
 """States per second: 50 of them for each command."""
@@ -33,10 +33,9 @@ FAST = 1000
 def recorded(node, spawn, tmp_path):
     """A robot in lockstep as an environment, and the process that records it into a bag."""
     words = 'robot:=pendulum', 'realtime_factor:=0', f'state_rate:={FAST}', 'engine:=rigid'
-    given = [word for parameter in words for word in ('-p', parameter)]
-    spawn('-c', RUN, 'run', 'leo_sim', 'robot', '--ros-args', *given)
+    start_node(spawn, 'leo_sim', 'robot', *words)
     bag = tmp_path / 'bag'
-    recorder = spawn('-c', RUN, 'bag', 'record', '-o', str(bag), stdout=subprocess.PIPE)
+    recorder = start(spawn, 'bag', 'record', '-o', str(bag), stdout=subprocess.PIPE)
     env = RobotEnv(node, PENDULUM)
     env.reset()
     while not live_bag.has(bag, topics.JOINT_STATES, APPLIED):

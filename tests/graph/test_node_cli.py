@@ -10,13 +10,13 @@ import sys
 import time
 
 import pytest
+from tests.commands import LEO
 from tests.patience import PATIENCE
 
 from leo_msgs_py.cli import main
 
 pytestmark = pytest.mark.graph
 PEER = str(Path(__file__).with_name('peer.py'))
-LEO = str(Path(sys.executable).with_name('leo'))
 NOT_OURS = re.compile(r'\[INFO\] .*\n')
 STATES = '/joint_states', 'sensor_msgs/msg/JointState'
 

@@ -3,21 +3,21 @@
 
 import signal
 import subprocess
-import sys
 import time
 
 import numpy as np
 import pytest
+from tests import commands
+from tests.commands import start_node
 from tests.patience import PATIENCE
 
-from leo_learner.env import ModelEnv
-from leo_learner.robot_env import RobotEnv
+from leo_learner.environment.env import ModelEnv
+from leo_learner.robot.env import RobotEnv
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 pytestmark = pytest.mark.graph
-
-ROBOT = 'import sys; from leo_sim.nodes.robot import main; sys.exit(main(sys.argv[1:]))'
+LOCKSTEP = 'realtime_factor:=0'
 
 
 @pytest.fixture
@@ -26,15 +26,14 @@ def robot_env(node):
 
 
 def start(spawn, *parameters: str, name: str = 'robot'):
-    given = [word for parameter in parameters for word in ('-p', parameter)]
-    named = '-r', f'__node:={name}'
-    return spawn('-c', ROBOT, '--ros-args', *named, '-p', 'robot:=pendulum', *given)
+    return start_node(spawn, 'leo_sim', 'robot', 'robot:=pendulum', *parameters, name=name)
 
 
-def test_lockstep_gives_the_models_transitions(robot_env, spawn):
-    start(spawn, 'realtime_factor:=0')
-    model_env = ModelEnv(robot_env_model := Model('pendulum'))
-    assert robot_env_model.robot.control_period == 0.05
+def test_lockstep_gives_the_models_transitions_and_other_robots_are_refused(
+    robot_env, node, spawn
+):
+    robots = [start(spawn, LOCKSTEP)]
+    model_env = ModelEnv(Model('pendulum'))
     for _ in range(2):
         seen, _ = robot_env.reset()
         expected, _ = model_env.reset(options={'pose': 'nominal'})
@@ -45,10 +44,25 @@ def test_lockstep_gives_the_models_transitions(robot_env, spawn):
             np.testing.assert_allclose(answer[0], expected[0], atol=1e-6)
             assert answer[1] == pytest.approx(expected[1], abs=1e-5)
             assert answer[2:] == expected[2:]
+    other = RobotEnv(node, Model('servo_pendulum').robot)
+    with pytest.raises(UserError, match="the running robot is 'pendulum', this is for 'servo_p"):
+        other.reset()
+    robots.append(start(spawn, LOCKSTEP, name='robot2'))
+    with pytest.raises(UserError, match=r'two robots .* \(/robot, /robot2\)'):
+        go_on(robot_env)
+    for robot in robots:  # killed, they can take a process down that leaves (Fast DDS 2.14)
+        robot.send_signal(signal.SIGINT)
+        assert robot.wait(PATIENCE) == 0
+
+
+def go_on(env: RobotEnv) -> None:
+    for _ in range(1000):
+        env.reset()
+        env.step(np.zeros(1))
 
 
 def test_a_command_that_came_too_early_is_sent_again(robot_env, spawn):
-    start(spawn, 'realtime_factor:=0', 'state_rate:=4000')  # the last states count as the next
+    start(spawn, LOCKSTEP, 'state_rate:=4000')  # the last states count as the next
     robot_env.reset()
     stamps = [robot_env._state.stamp]
     for _ in range(3):
@@ -74,51 +88,22 @@ def test_real_time_steps_take_a_control_period(robot_env, spawn):
 
 
 def test_a_restarted_robot_loses_the_episode_and_the_next_one_goes_on(robot_env, spawn):
-    robot = start(spawn, 'realtime_factor:=0')
+    robot = start(spawn, LOCKSTEP)
     robot_env.reset()
     robot_env.step(np.zeros(1))
     robot.kill()
     robot.wait()
-    start(spawn, 'realtime_factor:=0')
+    start(spawn, LOCKSTEP)
     answer = robot_env.step(np.zeros(1))
     assert answer[3] and answer[4] == {'lost': True}
     robot_env.reset()
     assert robot_env.step(np.zeros(1))[4] == {}
 
 
-def test_another_robot_is_refused(node, spawn):
-    start(spawn, 'realtime_factor:=0')
-    env = RobotEnv(node, Model('servo_pendulum').robot)
-    with pytest.raises(UserError, match="the running robot is 'pendulum', this is for 'servo_p"):
-        env.reset()
-
-
-def go_on(env: RobotEnv) -> None:
-    for _ in range(1000):
-        env.reset()
-        env.step(np.zeros(1))
-
-
-def test_two_robots_are_refused(robot_env, spawn):
-    robots = [start(spawn, 'realtime_factor:=0', name=name) for name in ('robot', 'robot2')]
-    with pytest.raises(UserError, match=r'two robots .* \(/robot, /robot2\)'):
-        go_on(robot_env)
-    for robot in robots:  # killed, they can take a process down that leaves (Fast DDS 2.14)
-        robot.send_signal(signal.SIGINT)
-        assert robot.wait(PATIENCE) == 0
-
-
-def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(domain):
-    command = [
-        sys.executable,
-        '-c',
-        'import sys; from leo_msgs_py.cli import main; sys.exit(main())',
-        'play',
-        'leo_walk',
-    ]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+def test_a_command_that_waits_for_a_robot_says_so_and_ends_quietly(spawn):
+    process = commands.start(spawn, 'play', 'leo_walk', stderr=subprocess.PIPE)
     lines = iter(process.stderr.readline, '')
     assert any('waiting for the robot' in line for line in lines)
     process.send_signal(signal.SIGTERM)
-    assert 'Traceback' not in process.communicate()[1]
-    assert process.returncode == 130
+    assert 'Traceback' not in process.stderr.read()
+    assert process.wait(PATIENCE) == 130

@@ -43,7 +43,6 @@ class Rig(Robot):
         made.rename(self.folder / 'orders')
 
     def release(self) -> None:
-        """End of a `hold`."""
         (self.folder / 'released').touch()
 
     def holds_while_driven(self, command: float) -> None:
@@ -248,8 +247,18 @@ def test_a_command_that_waited_too_long_does_not_move_the_robot(rig):
     assert robot.diagnosis()['stale commands'] == '1'
 
 
-def test_two_that_command_in_turns_stop_the_robot(rig):
+def test_two_that_command_in_turns_stop_the_robot_and_one_after_another_do_not(rig):
     robot = rig('/two')
+    for volts in (0.5, 1.0, 1.5):
+        made = robot.node.create_publisher(
+            topics.COMMANDS['voltage'].type, robot.commands.topic_name, 1
+        )
+        assert spin_until(lambda p=made: p.get_subscription_count() > 0, PATIENCE)
+        robot.wait(lambda p=made, v=volts: p.publish(command_message([v])) or robot.obeyed(v))
+        robot.node.destroy_publisher(made)
+        end = time.monotonic() + 1.1
+        robot.wait(lambda e=end: time.monotonic() > e)
+    assert not robot.e_stopped[-1]
     rival = robot.node.create_publisher(
         topics.COMMANDS['voltage'].type, robot.commands.topic_name, 1
     )
@@ -283,17 +292,3 @@ def test_two_robots_that_obey_the_same_commands_say_so(rig, node):
     recorder.destroy_node()
     (line,) = (line for line in robot.said().splitlines() if 'another robot' in line)
     assert 'give each a ROS_DOMAIN_ID or a namespace' in line
-
-
-def test_one_commander_after_another_is_no_conflict(rig):
-    robot = rig('/after')
-    for volts in (0.5, 1.0, 1.5):
-        made = robot.node.create_publisher(
-            topics.COMMANDS['voltage'].type, robot.commands.topic_name, 1
-        )
-        assert spin_until(lambda p=made: p.get_subscription_count() > 0, PATIENCE)
-        robot.wait(lambda p=made, v=volts: p.publish(command_message([v])) or robot.obeyed(v))
-        robot.node.destroy_publisher(made)
-        end = time.monotonic() + 1.1
-        robot.wait(lambda e=end: time.monotonic() > e)
-    assert not robot.e_stopped[-1]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The robot node as a process, met only through its topics and services."""
+"""The robot node as a process, met only through its topics and services; with a servo, too."""
 
+from itertools import pairwise
 import math
 from pathlib import Path
 import signal
@@ -15,7 +16,6 @@ from tests.graph.robot_process import CONTROL_PERIOD_NS, LEO, PATIENCE, PENDULUM
 from tests.places import ROOT
 
 from leo_diffmodel.bags.writer import BagWriter
-from leo_learner.processes import Processes
 from leo_msgs_py import topics
 from leo_msgs_py.cli import main
 from leo_msgs_py.node import call, spin_once
@@ -130,7 +130,6 @@ def test_realtime_times_out_and_survives_kill_9(node, robots, capsys):
 
 
 def recorded(folder: Path, count: int) -> list[tuple]:
-    """A bag of so many states and inputs, and these."""
     bag, sent = BagWriter(folder), []
     driver = SimulatedDriver(DriverOptions(PENDULUM, noise=(0.001, 0.05)))
     channels = [
@@ -194,12 +193,41 @@ def test_a_secret_that_was_typed_leaves_the_process_list_before_the_imports(
     assert 'hidden_seed:=?' in listed and SECRET not in listed
 
 
-def test_a_secret_of_our_own_programs_is_never_listed(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with Processes(tmp_path) as processes:
-        processes.node('robot', 'leo_sim', 'robot', hidden_seed=int(SECRET))
-        files = Path(f'/proc/{processes._running["robot"].pid}')
-        while 'driver simulated' not in (tmp_path / 'robot.log').read_text():
-            assert SECRET not in (files / 'cmdline').read_text()
-            assert SECRET.encode() not in (files / 'environ').read_bytes()
-            time.sleep(0.002)
+def test_goals_are_bounded_and_nothing_goes_back_to_one_of_before(robots):
+    robot = robots('/servo', interface='position', robot='xl330_pendulum', realtime_factor=0)
+    robot.ready()
+    assert robot.step(0.5).values.tolist() == [0.5]
+    assert robot.step(100.0).values.tolist() == [math.pi], 'clipped to the limit'
+    for _ in range(30):
+        robot.step(0.5)
+    assert robot.states[-1].position[0] > 0.2
+
+    stopped = robot.call(topics.E_STOP)
+    assert stopped.success and 'motors free' in stopped.message
+    robot.wait(lambda: robot.e_stopped[-1])
+    assert robot.step(0.5).enabled.tolist() == [False]
+    assert robot.call(topics.E_STOP_RESET).success
+    robot.wait(lambda: not robot.e_stopped[-1])
+    assert robot.step(0.5).nan_where_free.tolist() == [0.5]
+
+    assert robot.call(topics.TORQUE, SetBool.Request(data=False)).success
+    assert robot.step(0.5).enabled.tolist() == [False]
+    assert robot.call(topics.TORQUE, SetBool.Request(data=True)).success
+    assert robot.step(0.5).enabled.tolist() == [True]
+    assert robot.stop(signal.SIGTERM) == 0
+    assert 'Traceback' not in robot.said()
+
+
+def test_in_real_time_a_goal_slews_from_where_the_joint_is_and_is_held(robots):
+    robot = robots('/held', interface='position', robot='xl330_pendulum', slew=1.0)
+    robot.ready()
+    robot.wait(lambda: robot.applied and not robot.applied[-1].enabled.any(), 'not free')
+    robot.wait(lambda: robot.send(0.4) or robot.obeyed(0.4), 'no goal')
+    goals = [float(a.values[0]) for a in robot.applied if a.enabled.all()]
+    steps = [b - a for a, b in pairwise(goals)]
+    assert abs(goals[0]) < 0.1 and max(steps) < 0.1, 'it went there in one step'
+    count = len(robot.applied)
+    robot.wait(lambda: len(robot.applied) > count + 60)
+    assert robot.applied[-1].nan_where_free.tolist() == [0.4], 'held after the time-out'
+    assert robot.stop() == 0
+    assert 'Traceback' not in robot.said()

@@ -82,7 +82,6 @@ def test_a_robot_given_what_it_has_not_calls_no_driver(driver):
 
 @pytest.fixture
 def robot(domain, driver, monkeypatch, tmp_path):
-    """A robot node in lockstep that waits for its first command."""
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
     with begun(0.0) as made:
         yield join(made)
@@ -90,7 +89,6 @@ def robot(domain, driver, monkeypatch, tmp_path):
 
 @pytest.fixture
 def commands(robot):
-    """A publisher whose commands the robot hears."""
     made = robot.create_publisher(*topics.COMMANDS['voltage'])
     assert spin_until(lambda: made.get_subscription_count() > 0, PATIENCE)
     return made

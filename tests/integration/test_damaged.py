@@ -29,8 +29,8 @@ from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.importing.convert import import_logs
 from leo_diffmodel.bags.info import bag_info, show
 from leo_diffmodel.bags.recording import read_bag
-from leo_learner.checkpoint import load_checkpoint, start_from
-from leo_learner.policy import Policy
+from leo_learner.learning.checkpoint import load_checkpoint, start_from
+from leo_learner.learning.policy import Policy
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model

@@ -28,33 +28,17 @@ def generate_launch_description() -> LaunchDescription:
     seed = {'seed': ParameterValue(given['seed'], value_type=int)}
     effect = {'effect': given['effect']}
     model = {'model': given['model']} | effect
-    robot = _node(
-        'leo_sim',
-        'robot',
-        seed
-        | effect
-        | {
-            'robot': given['robot'],
-            'hidden': given['hidden'],
-            'realtime_factor': 0.0,
-            'start': 'random',
-        },
-    )
+    lockstep = {'realtime_factor': 0.0, 'start': 'random'}
+    described = {'robot': given['robot'], 'hidden': given['hidden']}
+    robot = _node('leo_sim', 'robot', seed | effect | described | lockstep)
     diffmodel = _node('leo_diffmodel', 'diffmodel', model | {'bag': [given['folder'], '/rollout']})
     learner = _node('leo_learner', 'learner', seed | model | {'folder': given['folder']})
     end = OnProcessExit(target_action=learner, on_exit=[EmitEvent(event=Shutdown())])
-    return LaunchDescription(
-        [
-            *(
-                DeclareLaunchArgument(n, default_value=d, description=t)
-                for n, (d, t) in ARGUMENTS.items()
-            ),
-            robot,
-            diffmodel,
-            learner,
-            RegisterEventHandler(end),
-        ]
-    )
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=text)
+        for name, (default, text) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*declared, robot, diffmodel, learner, RegisterEventHandler(end)])
 
 
 def _node(package: str, executable: str, parameters: dict) -> Node:

@@ -19,94 +19,67 @@ import gymnasium
 import numpy as np
 
 from leo_diffmodel.difference.model import DifferenceModel, from_bytes
-from leo_learner.checkpoint import newest, start_from
-from leo_learner.collect import collect
-from leo_learner.ddpg import Config, Training
-from leo_learner.env import ModelEnv, training_model
-from leo_learner.learning import learn, POLICY
-from leo_learner.policy import Policy
-from leo_learner.training_loop import play
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import Config
+from leo_learner.environment.env import ModelEnv, training_model
+from leo_learner.learning.checkpoint import newest, start_from
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import learn, POLICY
+from leo_learner.training.loop import play
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 from leo_sim.model.model_file import write_effects
 from leo_sim.model.physics import differing, of_model
 
-DONE = 'algorithm5.json'
-"""What of a run has been done, in its folder."""
-UPDATE_SIGMA = 0.12
-"""Exploration once there is a difference model (docs/reference/leo.md 10)."""
+DONE = 'algorithm5.json'  # what of a run has been done, in its folder
+UPDATE_SIGMA = 0.12  # exploration once there is a difference model (docs/reference/leo.md 10)
 KEPT_REPLAY = 100_000
 """Transitions of the first training every later one starts from (docs/reference/leo.md 11.5)."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Length and kind of a run.
+    """Length and kind of a run."""
 
-    Attributes:
-        updates: of the difference model, at most.
-        patience: updates without a better test on the robot after which it ends.
-        first_steps: training on the model alone.
-        update_steps: training after each update.
-        transitions: gathered on the robot before each update.
-        tests: episodes per test on the robot.
-        network: train on what the network says too; without it on the named effects alone.
-        thesis: keep the first training's replay and explore less after an update, as the thesis
-            does; without it a retraining keeps the networks alone, which learns faster.
-        seed: of everything drawn.
-    """
-
-    updates: int = 1
-    patience: int = 2
-    first_steps: int = 10_000
-    update_steps: int = 6000
-    transitions: int = 5000
-    tests: int = 5
-    network: bool = True
+    updates: int = 1  # of the difference model, at most
+    patience: int = 2  # updates without a better test on the robot after which it ends
+    first_steps: int = 10_000  # training on the model alone
+    update_steps: int = 6000  # training after each update
+    transitions: int = 5000  # gathered on the robot before each update
+    tests: int = 5  # episodes per test on the robot
+    network: bool = True  # train on what the network says too, not on the named effects alone
     thesis: bool = False
-    seed: int = 0
+    """Keep the first training's replay and explore less after an update, as the thesis does;
+    without it a retraining keeps the networks alone, which learns faster."""
+    seed: int = 0  # of everything drawn
 
 
 @dataclass
 class Done:
-    """What has been done so far; the file `DONE` in the run's folder.
+    """What has been done so far; the file `DONE` in the run's folder."""
 
-    Attributes:
-        update: number of the round, 0 is the training on the model alone.
-        phase: what is next: `train`, `test`, `collect`, `update` or `end`.
-        version: of the difference model in use, 0 for none.
-        tests: mean return on the robot after each round.
-        driver: round whose policy drives the robot: the last that was no worse than its driver.
-        samples: control steps the robot has made, tests included.
-        seconds: wall time of all phases.
-        of: what a run that goes on must have in common; empty in files of earlier versions.
-    """
-
-    update: int = 0
-    phase: str = 'train'
-    version: int = 0
-    tests: list[float] = field(default_factory=list)
-    driver: int = 0
-    samples: int = 0
-    seconds: float = 0.0
+    update: int = 0  # number of the round, 0 is the training on the model alone
+    phase: str = 'train'  # what is next: `train`, `test`, `collect`, `update` or `end`
+    version: int = 0  # of the difference model in use, 0 for none
+    tests: list[float] = field(default_factory=list)  # mean return on the robot after each round
+    driver: int = 0  # round whose policy drives the robot: the last no worse than its driver
+    samples: int = 0  # control steps the robot has made, tests included
+    seconds: float = 0.0  # wall time of all phases
     of: dict[str, Any] = field(default_factory=dict)
+    """What a run that goes on must have in common; empty in files of earlier versions."""
 
 
 class DifferenceSource(Protocol):
-    """Where difference models come from."""
-
     def newer(self, version: int) -> bytes:
         """Weights of a later version than `version`, once an update has made them."""
 
 
 class Counted(gymnasium.Wrapper):
-    """Counts the control steps of an environment."""
-
     steps = 0
 
     def step(self, action: np.ndarray) -> Any:
-        """One of them."""
         self.steps += 1
         return self.env.step(action)
 
@@ -115,31 +88,20 @@ class Counted(gymnasium.Wrapper):
 class Algorithm5:
     """Rounds of train, test, collect, update until `settings.updates` are made.
 
-    Args:
-        folder: of the run; a run that was interrupted goes on there.
-        model: the ideal model, or one repaired by named effects.
-        config: of DDPG.
-        settings: length and kind of the run.
-        robot: environment of the real robot.
-        source: of difference models.
-        alive: False ends a training early, after its episode.
-        say: receives one line per phase.
-        start: run of `leo learn` that takes the place of the first training.
-        quiet: no progress lines.
-
-    UserError where the folder holds another run, or one that cannot be read.
+    A run that was interrupted goes on in its folder; UserError where that holds another run, or
+    one that cannot be read.
     """
 
     folder: Path
-    model: Model
+    model: Model  # the ideal one, or one repaired by named effects
     config: Config
     settings: Settings
-    robot: gymnasium.Env
+    robot: gymnasium.Env  # the real one
     source: DifferenceSource
-    alive: Callable[[], bool] = lambda: True
-    say: Callable[[str], None] = print
-    start: Path | None = None
-    quiet: bool = False
+    alive: Callable[[], bool] = lambda: True  # False ends a training early, after its episode
+    say: Callable[[str], None] = print  # receives one line per phase
+    start: Path | None = None  # run of `leo learn` that takes the place of the first training
+    quiet: bool = False  # no progress lines
 
     def __post_init__(self) -> None:
         self.done = self._read()

@@ -23,10 +23,8 @@ _CONTROL_MSGS = {
     ),
 }
 """What `rosbags` lacks, from ros-controls/control_msgs (jazzy), comments dropped."""
-_HEADER_STRINGS = 12
-"""Where the header's frame_id is: behind 4 bytes of encapsulation and the stamp."""
-SPARE = 16
-"""rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)."""
+_HEADER_STRINGS = 12  # where frame_id is: behind 4 bytes of encapsulation and the stamp
+SPARE = 16  # rclpy's serialize_message leaves so many bytes at most behind a message (Fast DDS)
 
 
 @cache
@@ -44,11 +42,7 @@ def encode(message: Any) -> bytes:
 
 
 def decode(data: bytes, type_name: str) -> Any:
-    """Message of the type 'pkg/msg/Name' from CDR bytes; its arrays cannot be written to.
-
-    Raises:
-        SerdeError: the bytes are no such message.
-    """
+    """Message of the type 'pkg/msg/Name' from CDR bytes, read only. SerdeError: it is none."""
     for end in range(len(data), max(len(data) - SPARE, 0) - 1, -4):
         with suppress(SerdeError):
             return typestore().deserialize_cdr(data[:end], type_name)
@@ -56,12 +50,7 @@ def decode(data: bytes, type_name: str) -> Any:
 
 
 def joints_text(data: bytes) -> bytes:
-    """The bytes in which a message with a header, then names, says its frame and names.
-
-    Args:
-        data: of a JointState or DynamicJointState, encapsulation header first; b'' where the
-            names do not read.
-    """
+    """The bytes of frame and names of a (Dynamic)JointState; b'' where they do not read."""
     number = '<I' if data[1] else '>I'
     at = _HEADER_STRINGS
     try:
@@ -87,19 +76,14 @@ def joint_state(
 ) -> bytes:
     """Bytes of a sensor_msgs/JointState.
 
-    Args:
-        stamp_ns: time of measurement [ns].
-        names: joints, length J.
-        position: [rad] (m), shape (J,) or empty.
-        velocity: [rad/s] (m/s), shape (J,) or empty.
-        effort: [N m] (N; V or A where the topic says so), shape (J,) or empty.
+    Measured at a time [ns]; columns are (J,) or empty: position [rad] (m), velocity [rad/s] (m/s),
+    effort [N m] (N; V or A where the topic says so).
     """
     columns = (np.asarray(values, np.float64) for values in (position, velocity, effort))
     return _message('sensor_msgs/msg/JointState', _header(stamp_ns), list(names), *columns)
 
 
 def uint32(number: int) -> bytes:
-    """Bytes of a std_msgs/UInt32."""
     return _message('std_msgs/msg/UInt32', number)
 
 

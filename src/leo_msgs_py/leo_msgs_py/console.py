@@ -30,10 +30,8 @@ from rich.text import Text
 
 from leo_msgs_py.terminal import visible
 
-EVERY = 10.0
-"""Between lines where nobody watches a terminal, s."""
-FEWEST = 3
-"""Steps after which the time left is guessed."""
+EVERY = 10.0  # between lines where nobody watches a terminal, s
+FEWEST = 3  # steps after which the time left is guessed
 
 
 class Terminal(Console):
@@ -53,13 +51,11 @@ class Terminal(Console):
         Console.file.fset(self, new)  # type: ignore[attr-defined]
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Return a string as text, made visible before it is measured."""
         return super().render_str(visible(text), **options)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterable[Segment]:
-        """Yield segments with their text visible; rich's own controls stay."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else segment._replace(text=visible(segment.text))
 
@@ -68,7 +64,6 @@ class Table(RichTable):
     """A table that folds names and numbers where it is too wide for the terminal, never cuts."""
 
     def add_column(self, *header: Any, **options: Any) -> None:
-        """Add a column; see rich."""
         super().add_column(*header, **{'overflow': 'fold', **options})
 
 
@@ -79,17 +74,11 @@ def figures(*headers: str, **options: Any) -> list[Column]:
 
 @dataclass
 class Clock:
-    """Steps done, and what they say of the time left.
+    """Steps done, and what they say of the time left."""
 
-    Attributes:
-        steps: about how many there will be; None where nobody knows.
-        now: the time [s].
-        within: after which they end in any case [s].
-    """
-
-    steps: int | None = None
-    now: Callable[[], float] = time.monotonic
-    within: float = math.inf
+    steps: int | None = None  # about how many there will be, where somebody knows
+    now: Callable[[], float] = time.monotonic  # [s]
+    within: float = math.inf  # they end in any case after this time [s]
     done: int = 0
     began: float = field(init=False)
     last: float = field(init=False)
@@ -98,12 +87,10 @@ class Clock:
         self.began = self.last = self.now()
 
     def step(self, steps: int = 1) -> None:
-        """One step more is done, or several."""
         self.done, self.last = self.done + steps, self.now()
 
     @property
     def elapsed(self) -> float:
-        """Since the beginning [s]."""
         return self.now() - self.began
 
     @property
@@ -136,30 +123,23 @@ class _Left(ProgressColumn):
         self._clock = clock
 
     def render(self, task: Task) -> Text:
-        """In words; empty where it is not known."""
         left = self._clock.left
         return Text('' if left is None else f'about {in_words(left)} left')
 
 
 @dataclass
 class Reporter:
-    """Hears what has been done, how many steps that were, and how many are to come.
+    """Is told what has been done, how many steps that were, and how many are to come."""
 
-    Attributes:
-        show: shows what is being done.
-        clock: counts the steps.
-    """
-
-    show: Callable[[str], None]
+    show: Callable[[str], None]  # shows what is being done
     clock: Clock = field(default_factory=Clock)
 
     @classmethod
-    def of(cls, hears: Callable[[str], None]) -> Reporter:
-        """Whoever hears, also of steps; they are kept from what hears words alone."""
-        return hears if isinstance(hears, Reporter) else cls(hears)
+    def of(cls, show: Callable[[str], None]) -> Reporter:
+        """What shows texts as a reporter; one that counts steps stays as it is."""
+        return show if isinstance(show, Reporter) else cls(show)
 
     def __call__(self, text: str, steps: int = 1) -> None:
-        """One step is done, or several."""
         self.clock.step(steps)
         self.show(text)
 
@@ -170,12 +150,9 @@ class Reporter:
 
 @contextmanager
 def progress(title: str, steps: int | None = None, within: float = math.inf) -> Iterator[Reporter]:
-    """Say on stderr what is being done, how much of how much, and the time left.
+    """Say on stderr what is being done, how much of about so many steps, and the time left.
 
-    Args:
-        title: what is being done.
-        steps: about how many there will be, where that is known.
-        within: after which it ends in any case [s].
+    `within` is after how long it ends in any case [s].
     """
     console, clock = Terminal(stderr=True), Clock(steps, within=within)
     shown = _bar(title, clock, console) if console.is_terminal else _lines(title, clock)

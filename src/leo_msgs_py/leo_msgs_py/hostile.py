@@ -65,7 +65,6 @@ def is_of_rclpy(error: BaseException) -> bool:
 
 
 def complain(error: BaseException) -> None:
-    """Say once in a while that something was ignored."""
     text = f'ignored what makes no sense: {error}'
     get_logger('leo').error(text[:LARGEST], throttle_duration_sec=_QUIET)
 

@@ -22,11 +22,7 @@ _SEQUENCE = re.compile(r'sequence<([\w/]+)(?:, \d+)?>|([\w/]+)\[\d+\]')
 
 
 def load(name: str, kind: str = 'msg') -> Any:
-    """Class of a message 'pkg/msg/Name' or service 'pkg/srv/Name'; 'pkg/Name' is one of `kind`.
-
-    Raises:
-        UserError: it is no such name, or the package with its type support is not installed.
-    """
+    """Class of 'pkg/msg/Name' or of 'pkg/Name', which is of `kind`; UserError where it is none."""
     found = _NAME.fullmatch(name)
     package, folder, leaf = found.groups() if found else ('', '', '')
     try:
@@ -59,11 +55,7 @@ def to_plain(value: Any) -> Any:
 
 
 def fill(message: Any, data: dict[str, Any]) -> Any:
-    """Set a message's fields from a dictionary and return it.
-
-    Raises:
-        UserError: no such field (listing those there are), or a value that does not fit.
-    """
+    """Set a message's fields from a dictionary and return it; UserError where one does not fit."""
     message._check_fields = True  # else a setter takes anything, and 1 is sent as False
     kinds = message.get_fields_and_field_types()
     for name, value in data.items():

@@ -38,10 +38,8 @@ DAMAGE = (
 """What readers of MCAP raise where bytes are not what was written."""
 LARGEST_CHUNK = 1 << 28
 """A chunk that unpacks to more [bytes] is taken for damaged; writers make them of some MB."""
-MOST_TOPICS = 4096
-"""A bag with more is none of a robot's; each takes milliseconds wherever it is listed."""
-PIECE = 1 << 20
-"""So much is unpacked at a time [bytes]."""
+MOST_TOPICS = 4096  # no robot has more, and each takes milliseconds wherever it is listed
+PIECE = 1 << 20  # so much is unpacked at a time [bytes]
 _FRAME = struct.Struct('<BQ')
 _MESSAGE_HEAD = 22
 _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
@@ -54,27 +52,20 @@ _READERS: dict[int, Callable[[ReadDataStream], McapRecord]] = {
 
 
 class McapFile:
-    """The records of one file, finished or not.
-
-    Attributes:
-        finished: whether the file ends as a whole one does (known once `records` is exhausted).
-        cut: whether the record at hand is not whole, as the last one of a killed recorder.
-        damaged: records that do not read, and chunks that are not what was written; left out.
-    """
+    """The records of one file, finished or not."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.finished = self.cut = False
-        self.damaged = 0
+        self.finished = False  # whether it ends as a whole one; known once `records` is exhausted
+        self.cut = False  # whether the record at hand is not whole, as of a killed recorder
+        self.damaged = 0  # records and chunks that are not what was written; left out
 
     def records(self) -> Iterator[McapRecord]:
         """Yield schemas, channels, messages and metadata in file order.
 
         What is damaged is counted and left out, what is around it still counts: a damaged record
         costs itself, a chunk whose checksum fails all its messages, a cut what comes behind it.
-
-        Raises:
-            UserError: not an MCAP file, or one of too many topics.
+        UserError: not an MCAP file, or one of too many topics.
         """
         topics: set[str] = set()
         for record in self._all():
@@ -94,7 +85,9 @@ class McapFile:
             last: McapRecord | None = None
             for last in self._framed(stream):
                 yield from self._opened(last) if isinstance(last, Chunk) else [last]
-            self.finished = isinstance(last, Footer) and _ends_in_magic(stream)
+            if isinstance(last, Footer):
+                stream.seek(-len(MCAP0_MAGIC), os.SEEK_END)
+                self.finished = stream.read() == MCAP0_MAGIC
 
     def _framed(self, stream: IO[bytes]) -> Iterator[McapRecord]:
         """Yield the records that need no other to be read, the first part of a cut chunk too."""
@@ -134,7 +127,6 @@ class McapFile:
 
 
 def refuse_many(path: Path, topics: Collection[object]) -> None:
-    """Raise UserError where a file has more topics than robots have."""
     if len(topics) > MOST_TOPICS:
         raise UserError(
             f'{path} has more than {MOST_TOPICS} topics, as no robot has; make a bag '
@@ -151,11 +143,6 @@ def _definitions(stream: IO[bytes]) -> Iterator[McapRecord]:
         return
     if summary is not None:
         yield from (*summary.schemas.values(), *summary.channels.values())
-
-
-def _ends_in_magic(stream: IO[bytes]) -> bool:
-    stream.seek(-len(MCAP0_MAGIC), os.SEEK_END)
-    return stream.read() == MCAP0_MAGIC
 
 
 def _is_as_written(chunk: Chunk, data: bytes) -> bool:
@@ -194,14 +181,9 @@ def _pieces(chunk: Chunk) -> Iterator[bytes]:
 
 
 def find_files(path: Path) -> tuple[Path, ...]:
-    """Return the MCAP files of a bag in recording order.
+    """The MCAP files of a rosbag2 folder or one .mcap, in recording order.
 
-    Args:
-        path: a rosbag2 folder or one .mcap file.
-
-    Raises:
-        UserError: nothing there, no .mcap in it, one that cannot be read, or another storage or
-            compression.
+    UserError: nothing there, no .mcap in it, one that cannot be read, or another storage.
     """
     if not path.exists():
         raise UserError(f'no bag at {path}; record one with: {leo("bag", "record", "-o", path)}')
@@ -226,7 +208,6 @@ def _readable(file: Path) -> Path:
 
 
 def sha256(files: tuple[Path, ...]) -> str:
-    """Return the SHA-256 of the bytes of all files of a bag, in order."""
     digest = hashlib.sha256()
     for file in files:
         digest.update(file.read_bytes())

@@ -27,8 +27,7 @@ _FAST_DDS_FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xm
 def prepare() -> None:
     """Keep to this machine, notice and repair losses soon, clear away what killed nodes left.
 
-    Raises:
-        UserError: ROS_DOMAIN_ID or the discovery range is none.
+    UserError: ROS_DOMAIN_ID or the discovery range is none.
     """
     _check_environment()
     os.environ[REACH] = os.environ.get(REACH) or RANGES[0]
@@ -41,7 +40,6 @@ def prepare() -> None:
 
 
 def describe(middleware: str) -> str:
-    """Middleware, domain and reach in words."""
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     return f'{middleware}, ROS_DOMAIN_ID {domain}, reach {os.environ.get(REACH) or "SUBNET"}'
 

@@ -45,14 +45,9 @@ try:
 except ImportError:
     EventsExecutor = SingleThreadedExecutor
 
-SLICE = 0.1
-"""Longest wait without a look at signals [s]: Python handles them between two waits."""
-
-AGAIN = 1.0
-"""A SIGINT so long after the first [s] interrupts; ros2 launch may pass on one Ctrl-C twice."""
-
-MISSPELT = 0.75
-"""How alike two names are (`difflib`) where one is the other, misspelt."""
+SLICE = 0.1  # longest wait without a look at signals [s]: Python handles them between two waits
+AGAIN = 1.0  # a SIGINT so long after the first [s] interrupts; ros2 launch may pass on one twice
+MISSPELT = 0.75  # how alike two names are (`difflib`) where one is the other, misspelt
 
 _stop = Event()
 _executor: Executor | None = None
@@ -66,11 +61,8 @@ def graph(argv: list[str] | None = None) -> Iterator[None]:
 
     rclpy's own handlers would shut it down at once, and a callback that still publishes would
     fail; with these everything works until the end. A later SIGINT interrupts. rclpy heeds the
-    `--ros-args` of `argv`.
-
-    Raises:
-        UserError: arguments or environment that ROS does not understand, or security that it
-            cannot give or that forbids what was asked for.
+    `--ros-args` of `argv`. UserError: arguments or environment that ROS does not understand, or
+    security that it cannot give or that forbids what was asked for.
     """
     global _executor
     middleware.prepare()
@@ -105,11 +97,7 @@ def end() -> None:
 
 
 def join(node: Node) -> Node:
-    """Have the process's executor serve a node, which has read its parameters.
-
-    Raises:
-        UserError: the command line or a parameter file gives others, see `refuse_unknown`.
-    """
+    """Have the executor serve a node, which has read its parameters (`refuse_unknown`)."""
     assert _executor is not None, 'nodes live within graph()'
     refuse_unknown(node)
     harden(node)
@@ -118,7 +106,6 @@ def join(node: Node) -> Node:
 
 
 def spin(node: Node) -> None:
-    """Serve a node until a signal or `end`."""
     join(node)
     while running():
         spin_once()
@@ -181,7 +168,6 @@ def listen_with_info(
 
 
 def listen(node: Node, topic: Topic, callback: Callable[[Any], None]) -> None:
-    """Subscribe to a topic of the graph."""
     node.create_subscription(topic.type, topic.name, callback, topic.qos)
 
 
@@ -202,10 +188,9 @@ def spin_until(condition: Callable[[], bool], timeout: float) -> bool:
 
 
 def call(client: Any, request: Any, timeout: float) -> Any:
-    """Call a service and spin until it answered; not from within a callback.
+    """Call a service and spin until it answered; TimeoutError without that, or at a signal.
 
-    Raises:
-        TimeoutError: no server or no answer within the time [s], or a signal.
+    Not from within a callback.
     """
     deadline = time.monotonic() + timeout
     if not spin_until(client.service_is_ready, timeout):
@@ -218,17 +203,14 @@ def call(client: Any, request: Any, timeout: float) -> Any:
 
 
 def describe() -> str:
-    """Middleware, domain and reach in words."""
     return middleware.describe(get_rmw_implementation_identifier())
 
 
 def fixed_parameter(node: Node, name: str, default: Any) -> Any:
     """Declare a parameter that nobody can set while the node runs, and return its value.
 
-    A whole number given for a float is one, a text for a list of texts a list of it.
-
-    Raises:
-        UserError: the command line gives a value of another type than the default's.
+    A whole number given for a float is one, a text for a list of texts a list of it. UserError:
+    the command line gives a value of another type than the default's.
     """
     return declared(node, name, default, read_only=True)
 

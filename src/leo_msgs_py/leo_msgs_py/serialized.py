@@ -20,17 +20,13 @@ _UNKNOWN = 2**64 - 1
 
 
 class Taken(NamedTuple):
-    """A message as it came.
+    """A message as it came; times and number are 0 where unknown."""
 
-    Its CDR bytes, when it was published and received [ns], how many its publisher has sent (each
-    0 where unknown), and the publisher's GID.
-    """
-
-    data: bytes
+    data: bytes  # CDR
     published_ns: int
     received_ns: int
-    number: int
-    publisher: bytes
+    number: int  # how many its publisher has sent
+    publisher: bytes  # its GID
 
 
 class _Gid(c.Structure):
@@ -70,11 +66,7 @@ _rcl.rcl_take_serialized_message.argtypes = [c.c_void_p] * 4
 
 
 def taken(subscription: Subscription) -> Iterator[Taken]:
-    """Take the messages that wait, in the order in which they came.
-
-    Raises:
-        RCLError: the middleware cannot take one.
-    """
+    """The messages that wait, as they came; RCLError where one cannot be taken."""
     with subscription.handle, _buffer() as data:
         info = _Info()
         while _take(subscription, data, info):

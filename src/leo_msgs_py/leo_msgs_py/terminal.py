@@ -27,17 +27,12 @@ def is_name(text: str) -> bool:
 
 
 class Output:
-    """A stream for `print`, on which everything is visible.
-
-    Attributes:
-        rich_proxied_file: where rich writes, whose own codes are meant (see `console.Terminal`).
-    """
+    """A stream for `print`, on which everything is visible."""
 
     def __init__(self, stream: TextIO) -> None:
-        self.rich_proxied_file = stream
+        self.rich_proxied_file = stream  # where rich writes its own codes (`console.Terminal`)
 
     def write(self, text: str) -> int:
-        """Write a text visibly."""
         return self.rich_proxied_file.write(visible(text))
 
     def __getattr__(self, name: str) -> Any:

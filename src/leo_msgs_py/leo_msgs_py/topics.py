@@ -16,16 +16,12 @@ from std_srvs.srv import SetBool, Trigger
 
 
 class Topic(NamedTuple):
-    """A topic in rclpy's argument order."""
-
     type: Any
     name: str
     qos: QoSProfile
 
 
 class Service(NamedTuple):
-    """A service in rclpy's argument order."""
-
     type: Any
     name: str
 

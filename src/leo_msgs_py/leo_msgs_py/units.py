@@ -43,7 +43,7 @@ _FACTOR = re.compile(r'(1|%|[A-Za-z]+)(?:\^?(-?\d+))?')
 
 
 class Unit(NamedTuple):
-    """A unit as its factor to SI and its powers of m, kg, s, A."""
+    """Factor to SI and powers of m, kg, s, A."""
 
     factor: float
     powers: tuple[int, int, int, int]
@@ -51,11 +51,7 @@ class Unit(NamedTuple):
 
 @cache
 def parse(text: str) -> Unit:
-    """Unit written as text.
-
-    Raises:
-        UserError: a symbol nobody knows, naming the nearest known.
-    """
+    """Unit written as text. UserError: a symbol nobody knows, naming the nearest known."""
     factors = [(_symbol(symbol, text), power) for symbol, power in powers(text).items()]
     factor = math.prod(unit.factor**power for unit, power in factors)
     m, kg, s, a = (sum(u.powers[i] * p for u, p in factors) for i in range(4))
@@ -63,11 +59,7 @@ def parse(text: str) -> Unit:
 
 
 def powers(text: str) -> dict[str, int]:
-    """The power of each symbol of a unit: N 1, m 1, s 1 and rad -1 of 'N m s/rad'.
-
-    Raises:
-        UserError: what is no unit.
-    """
+    """The power of each symbol: N 1, m 1, s 1 and rad -1 of 'N m s/rad'. UserError for no unit."""
     above, *below = text.strip().split('/')
     if len(below) > 1:
         raise UserError(f'unit {text!r} has two slashes; write it like N m s/rad')
@@ -79,20 +71,13 @@ def powers(text: str) -> dict[str, int]:
 
 
 def same_dimension(unit: str, other: str) -> bool:
-    """Whether values in the one unit can be given in the other."""
     return parse(unit).powers == parse(other).powers
 
 
 def conversion(unit: str, target: str, what: str) -> float:
     """What a value in `unit` is to be multiplied with to be in `target`.
 
-    Args:
-        unit: unit the value is given in.
-        target: unit that is needed.
-        what: the value's name, for the error.
-
-    Raises:
-        UserError: units of different dimensions.
+    UserError, which names the value by `what`, where the dimensions differ.
     """
     if not same_dimension(unit, target):
         raise UserError(f'{what} is in {unit!r}, which is no unit of it; give it in {target!r}')

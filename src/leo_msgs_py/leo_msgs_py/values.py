@@ -15,34 +15,24 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class JointStates:
-    """One measurement of all J joints.
+    """One measurement of all J joints."""
 
-    Attributes:
-        stamp_ns: time of measurement [ns].
-        names: of the joints.
-        position: angles [rad] (slides: m), continuous, shape (J,).
-        velocity: rates [rad/s] (m/s), shape (J,).
-        effort: measured torques [N m] (N), shape (J,), or None where nothing measures them.
-    """
-
-    stamp_ns: int
+    stamp_ns: int  # time of measurement [ns]
     names: tuple[str, ...]
-    position: Array
-    velocity: Array
-    effort: Array | None = None
+    position: Array  # angles [rad] (slides: m), continuous, shape (J,)
+    velocity: Array  # rates [rad/s] (m/s), shape (J,)
+    effort: Array | None = None  # measured torques [N m] (N), (J,), None where nothing measures
 
     @property
     def stamp(self) -> float:
-        """Time of measurement [s]."""
         return self.stamp_ns * 1e-9
 
     def to_message(self) -> Any:
-        """As sensor_msgs/JointState."""
         return _joint_state(self.stamp_ns, self.names, self.position, self.velocity, self.effort)
 
     @classmethod
     def from_message(cls, message: Any) -> JointStates:
-        """From sensor_msgs/JointState; arrays of a wrong length raise UserError."""
+        """From sensor_msgs/JointState; UserError for arrays of a wrong length."""
         names = tuple(message.name)
         return cls(
             stamp_ns=nanoseconds(message.header.stamp),
@@ -53,11 +43,7 @@ class JointStates:
         )
 
     def of(self, names: tuple[str, ...]) -> JointStates:
-        """States of these joints alone, in this order.
-
-        Raises:
-            UserError: one is missing.
-        """
+        """States of these joints alone, in this order. UserError: one is missing."""
         if names == self.names:
             return self
         missing = [name for name in names if name not in self.names]
@@ -78,22 +64,13 @@ def field_of(interface: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Applied:
-    """What the driver really sent to the actuators from `stamp_ns` on.
+    """What the driver really sent to the motors, after clip, slew limit, time-out and e-stop."""
 
-    Attributes:
-        stamp_ns: start of the period the input holds for [ns].
-        names: actuated joints, length A.
-        values: applied voltage [V], torque [N m] or goal [rad], after clip, slew limit, time-out
-            and e-stop, shape (A,).
-        interface: 'voltage', 'effort' or 'position', the unit of `values`.
-        enabled: False where torque is off (a free joint, not a braking one), shape (A,).
-    """
-
-    stamp_ns: int
-    names: tuple[str, ...]
-    values: Array
-    interface: str = 'voltage'
-    enabled: Array | None = None
+    stamp_ns: int  # start of the period the input holds for [ns]
+    names: tuple[str, ...]  # actuated joints, length A
+    values: Array  # applied voltage [V], torque [N m] or goal [rad], shape (A,)
+    interface: str = 'voltage'  # or 'effort', 'position', the unit of `values`
+    enabled: Array | None = None  # False where torque is off (free, not braking), shape (A,)
 
     def __post_init__(self) -> None:
         if self.enabled is None:
@@ -114,11 +91,7 @@ class Applied:
 
     @classmethod
     def from_message(cls, message: Any, interface: str) -> Applied:
-        """From sensor_msgs/JointState; NaN means torque off, its topic's name is the interface.
-
-        Raises:
-            UserError: not one value for every joint.
-        """
+        """From sensor_msgs/JointState, NaN where torque is off; UserError for a wrong length."""
         names = tuple(message.name)
         field = field_of(interface)
         values = _sized(getattr(message, field), names, field)
@@ -128,11 +101,7 @@ class Applied:
 
     @classmethod
     def from_dynamic(cls, message: Any, interface: str) -> Applied:
-        """From control_msgs/DynamicJointState: the joints that have the input interface.
-
-        Raises:
-            UserError: no joint has the interface.
-        """
+        """Of joints that have the interface in a DynamicJointState; UserError where none has."""
         tables = [
             dict(zip(v.interface_names, v.values, strict=False)) for v in message.interface_values
         ]
@@ -158,12 +127,10 @@ def command_message(values: Any) -> Any:
 
 
 def nanoseconds(stamp: Any) -> int:
-    """Nanoseconds of a builtin_interfaces/Time."""
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
 def time_message(stamp_ns: int) -> Any:
-    """builtin_interfaces/Time of a time [ns]."""
     from builtin_interfaces.msg import Time
 
     seconds, rest = divmod(int(stamp_ns), 1_000_000_000)

@@ -21,11 +21,7 @@ def write_whole(path: Path, content: Content) -> Path:
 
 
 def write_together(contents: Mapping[Path, Content]) -> None:
-    """Write files, with the folders above them; what is there stays until all are complete.
-
-    Raises:
-        OSError: one cannot be written, naming it; nothing of any is left behind.
-    """
+    """Write files, with the folders above them, all or none; OSError names one that cannot be."""
     parts = {path: path.with_name(f'.{path.name}.{os.getpid()}.part') for path in contents}
     try:
         for path, part in parts.items():
@@ -43,8 +39,7 @@ def write_together(contents: Mapping[Path, Content]) -> None:
 def whole(path: Path) -> Iterator[Path]:
     """A path beside `path` for libraries that write files: it becomes `path` at the end.
 
-    Raises:
-        OSError: it cannot be written, naming `path`.
+    OSError names `path`.
     """
     part = path.with_name(f'.{os.getpid()}.{path.name}')
     try:
@@ -57,12 +52,10 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 def json_text(data: Mapping[str, Any]) -> str:
-    """The contents of a JSON file."""
     return json.dumps(data, indent=1, allow_nan=False) + '\n'
 
 
 def _write(path: Path, part: Path, content: Content) -> None:
-    """Write what is to become a file beside it."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -13,18 +13,18 @@ from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.job import NOT_BETTER
 from leo_diffmodel.difference.network import RECOMMENDED as NETWORK
 from leo_lab.thesis.table7 import effects
-from leo_learner import algorithm5, sarsa
+from leo_learner import algorithm5
 from leo_learner.algorithm5 import Algorithm5, Settings
-from leo_learner.checkpoint import save_checkpoint
-from leo_learner.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
-from leo_learner.ddpg import Training
-from leo_learner.env import ModelEnv, training_env
-from leo_learner.learning import POLICY
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import RECOMMENDED, RECOMMENDED_WALKING, THESIS_WALKING
+from leo_learner.environment.env import ModelEnv, training_env
+from leo_learner.environment.rollouts import Rollouts
+from leo_learner.learning.checkpoint import save_checkpoint
+from leo_learner.learning.policy import driven, save_policy
+from leo_learner.learning.run import POLICY
 from leo_learner.nodes.learner import checked, DifferenceClient
-from leo_learner.policy import save_policy
-from leo_learner.rollouts import Rollouts
-from leo_learner.sym import driven
-from leo_learner.training_loop import play
+from leo_learner.thesis import sarsa
+from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
@@ -35,8 +35,6 @@ SETTINGS = Settings(updates=4, first_steps=120, update_steps=120, transitions=60
 
 
 class Fitting:
-    """Fits a small difference model to what the robot has done so far."""
-
     def __init__(self, robot: Rollouts) -> None:
         self._robot, self._newest, self.samples = robot, None, []
 
@@ -156,8 +154,6 @@ def test_what_was_gathered_may_be_gathered_again(loop):
 
 
 class Answers(DifferenceClient):
-    """Has the service's answers ready."""
-
     def __init__(self, model, answers=()) -> None:
         super().__init__(MagicMock(), model)
         self.answers = iter(answers)

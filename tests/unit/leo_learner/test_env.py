@@ -14,21 +14,20 @@ import numpy as np
 import pytest
 from safetensors import safe_open
 from safetensors.torch import save_file
+from tests.difference import untrained
 
-from leo_diffmodel.difference.data import layout_of
-from leo_diffmodel.difference.files import load_difference
-from leo_diffmodel.difference.model import DifferenceModel, Trust
-from leo_diffmodel.difference.network import Config, Network
-from leo_learner.checkpoint import load_checkpoint, save_checkpoint
-from leo_learner.collect import collect
-from leo_learner.configs import RECOMMENDED
-from leo_learner.ddpg import Training
-from leo_learner.env import model_env, ModelEnv, training_env
-from leo_learner.learning import learn
-from leo_learner.policy import observation_names, Policy, save_policy
-from leo_learner.robot_env import Stopped
-from leo_learner.rollouts import WatchedEnv
-from leo_learner.training_loop import play
+from leo_diffmodel.difference.model import DifferenceModel, load_difference
+from leo_diffmodel.difference.trust import Trust
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import RECOMMENDED
+from leo_learner.environment.env import model_env, ModelEnv, training_env
+from leo_learner.environment.rollouts import Recorded
+from leo_learner.learning.checkpoint import load_checkpoint, save_checkpoint
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import observation_names, Policy, save_policy
+from leo_learner.learning.run import learn
+from leo_learner.robot.env import Stopped
+from leo_learner.training.loop import play
 from leo_learner.verbs import learn as learn_verb
 from leo_learner.verbs import play as play_verb
 from leo_msgs_py.errors import UserError
@@ -45,14 +44,11 @@ def model() -> Model:
 
 def shifted(model: Model, shift: float) -> DifferenceModel:
     """d(s, a): the rate is off by `shift` rad/s."""
-    layout = layout_of(model.robot)
-    network = Network(layout, Config(hidden=(4,), dropout=0.0))
-    for parameter in network.parameters():
+    difference = untrained(model, dropout=0.0)
+    for parameter in difference.network.parameters():
         parameter.data.zero_()
-    network.layers[-1].bias.data[2] = shift
-    return DifferenceModel(
-        network.eval(), layout, Config(hidden=(4,), dropout=0.0), 'pendulum', 1, 0
-    )
+    difference.network.layers[-1].bias.data[2] = shift
+    return replace(difference, over={})
 
 
 @pytest.fixture
@@ -141,25 +137,22 @@ def respelled(policy, target, limit=None, weights=None):
     return target
 
 
+NO_LIMITS = '[NaN]', '[Infinity]', '[0]', '[-3]', '3', '[[3]]', '[]', f'[{10**400}]', '"3"', 'null'
+
+
 @pytest.mark.parametrize(
-    'limit',
-    ['[NaN]', '[Infinity]', '[0]', '[-3]', '3', '[[3]]', '[]', f'[{"9" * 400}]', '"3"', 'null'],
+    ('changed', 'said'),
+    [
+        *(({'limit': text}, 'not a policy file') for text in NO_LIMITS),
+        ({'weights': float('nan')}, r'output\.bias has numbers that are none'),
+        ({'weights': float('inf')}, r'output\.bias has numbers that are none'),
+        ({'limit': '[1e308]'}, 'drives with up to 1e.*give a policy'),
+        ({'limit': '[1e3]'}, 'up to 1000 V'),
+    ],
 )
-def test_a_policy_with_limits_that_are_none_is_refused(limit, policy, tmp_path):
-    with pytest.raises(UserError, match='not a policy file'):
-        Policy.load(respelled(policy, tmp_path / 'other', limit))
-
-
-@pytest.mark.parametrize('number', [float('nan'), float('inf')])
-def test_a_policy_with_weights_that_are_no_numbers_is_refused(number, policy, tmp_path):
-    with pytest.raises(UserError, match=r'output\.bias has numbers that are none'):
-        Policy.load(respelled(policy, tmp_path / 'other', weights=number))
-
-
-@pytest.mark.parametrize('limit', ['[1e308]', '[1e3]'])
-def test_a_policy_stronger_than_its_robot_is_refused(limit, policy, model, tmp_path):
-    with pytest.raises(UserError, match=r'drives with up to 1e.*give a policy|up to 1000 V'):
-        Policy.load(respelled(policy, tmp_path / 'other', limit)).check(model.robot)
+def test_a_policy_that_drives_no_robot_or_a_stronger_one(changed, said, policy, model, tmp_path):
+    with pytest.raises(UserError, match=said):
+        Policy.load(respelled(policy, tmp_path / 'other', **changed)).check(model.robot)
     Policy.load(policy).check(model.robot)
 
 
@@ -228,14 +221,16 @@ def test_learn_says_what_is_wrong(argv, words, tmp_path, monkeypatch):
 
 
 def test_learn_and_play(tmp_path, capsys):
-    folder = str(tmp_path / 'run')
-    assert learn_verb.main(['--steps', '100', '-o', folder, '--json']) == 0
+    folder = tmp_path / 'run'
+    assert learn_verb.main(['--model', 'pendulum', '--steps', '60', '-o', str(folder)]) == 0
+    policy = folder / 'policy.safetensors'
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == f'next: leo play {policy} --model pendulum'
+    assert learn_verb.main(['--resume', str(folder), '--steps', '200', '--json']) == 0
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
-    assert told['steps_done'] == 100 and told['finished']
-    assert learn_verb.main(['--resume', folder, '--steps', '200', '--json']) == 0
-    assert json.loads(capsys.readouterr().out.splitlines()[-1])['steps_done'] == 200
+    assert told['steps_done'] == 200 and told['finished'] and told['policy'] == str(policy)
     with pytest.raises(UserError, match='holds a run already'):
-        learn_verb.main(['-o', folder])
+        learn_verb.main(['-o', str(folder)])
     assert play_verb.main([told['policy'], '--model', 'pendulum', '--json']) == 0
     played = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert played['mean'] == played['returns'][0] < -1000
@@ -244,41 +239,27 @@ def test_learn_and_play(tmp_path, capsys):
             play_verb.main([told['policy'], '--model', 'pendulum', *argv])
 
 
-@pytest.mark.parametrize(
-    'argv, words',
-    [
-        (['--steps', '-5'], '--steps must be 1'),
-        (['--seed', '0'], '--seed cannot be changed'),
-        (['--config', 'thesis'], '--config cannot be changed'),
-    ],
-)
-def test_a_run_goes_on_as_it_was_begun(tmp_path, argv, words):
-    folder = tmp_path / 'run'
-    assert learn_verb.main(['--steps', '60', '-o', str(folder), '--json']) == 0
-    before = (folder / 'run.json').read_text()
-    with pytest.raises(UserError, match=words):
-        learn_verb.main(['--resume', str(folder), *argv])
-    assert (folder / 'run.json').read_text() == before
-    spoilt = json.dumps(json.loads(before) | {'steps': 'abc'})
-    for text in ('', '[]', '{"model": "pendulum"}', spoilt):
-        (folder / 'run.json').write_text(text)
-        with pytest.raises(UserError, match=r'run\.json cannot be read'):
-            learn_verb.main(['--resume', str(folder)])
-
-
-def test_the_command_to_type_next_names_the_model(tmp_path, capsys):
-    assert learn_verb.main(['--model', 'pendulum', '--steps', '60', '-o', str(tmp_path)]) == 0
-    policy = tmp_path / 'policy.safetensors'
-    last = capsys.readouterr().out.splitlines()[-1]
-    assert last == f'next: leo play {policy} --model pendulum'
-
-
-def test_a_run_that_began_from_another_one_goes_on_without_it(tmp_path):
+def test_a_run_goes_on_as_it_was_begun_and_without_the_one_it_began_from(tmp_path):
     first, second = (str(tmp_path / name) for name in ('first', 'second'))
     assert learn_verb.main(['--steps', '60', '-o', first, '--json']) == 0
     assert learn_verb.main(['--start', first, '--steps', '60', '-o', second, '--json']) == 0
     shutil.rmtree(first)
     assert learn_verb.main(['--resume', second, '--steps', '90', '--json']) == 0
+    file = tmp_path / 'second' / 'run.json'
+    before = file.read_text()
+    for argv, words in (
+        (['--steps', '-5'], '--steps must be 1'),
+        (['--seed', '0'], '--seed cannot be changed'),
+        (['--config', 'thesis'], '--config cannot be changed'),
+    ):
+        with pytest.raises(UserError, match=words):
+            learn_verb.main(['--resume', second, *argv])
+        assert file.read_text() == before
+    spoilt = json.dumps(json.loads(before) | {'steps': 'abc'})
+    for text in ('', '[]', '{"model": "pendulum"}', spoilt):
+        file.write_text(text)
+        with pytest.raises(UserError, match=r'run\.json cannot be read'):
+            learn_verb.main(['--resume', second])
 
 
 def test_an_environment_that_stops_waiting_ends_the_run_and_it_is_saved(model, tmp_path):
@@ -316,9 +297,9 @@ def test_ctrl_c_saves_and_ends_with_130(tmp_path, capsys):
 
 def unsure(model: Model, form: str = 'torque') -> DifferenceModel:
     """An ensemble of two that say 1 mN m +- 0.1, and disagree more the faster it turns."""
-    layout = layout_of(model.robot)
-    config = Config(hidden=(4,), activation='relu', dropout=0.0, stop_on=0.5, members=2, form=form)
-    network = Network(layout, config)
+    kind = {'activation': 'relu', 'dropout': 0.0, 'stop_on': 0.5, 'members': 2, 'form': form}
+    difference = untrained(model, **kind)
+    network = difference.network
     for parameter in network.parameters():
         parameter.data.zero_()
     network.layers[0].weight.data[0, 2, 0] = 1.0  # relu of the rate, of the first member alone
@@ -326,7 +307,7 @@ def unsure(model: Model, form: str = 'torque') -> DifferenceModel:
     network.layers[-1].bias.data[:] = 1e-3
     one = np.ones(1)
     trust = Trust(one, one * 1e-4, np.asarray(2.0), one * 2e-3)
-    return DifferenceModel(network.eval(), layout, config, 'pendulum', 1, 0, trust)
+    return replace(difference, trust=trust, over={})
 
 
 def test_torque_form_acts_as_a_push_inside_the_step(model):
@@ -342,12 +323,12 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
     path = tmp_path / 'difference.safetensors'
     path.write_bytes(unsure(model).to_bytes())
     argv = [str(policy), '--model', 'pendulum', '--difference', str(path)]
-    env = WatchedEnv(ModelEnv(model, unsure(model)), unsure(model))
+    env = Recorded(ModelEnv(model, unsure(model)), unsure(model))
     play(env, lambda seen: np.array([3.0]), 1)
     left = env.left()[0]
     assert left.channel == 'pivot torque' and 0 < left.seconds < 2 and 0 < left.share < 1
     assert 'left the data of the difference model after' in str(left)
-    elsewhere = WatchedEnv(ModelEnv(model), unsure(model))
+    elsewhere = Recorded(ModelEnv(model), unsure(model))
     play(elsewhere, lambda seen: np.array([3.0]), 1)
     assert elsewhere.left()[0].channel == 'pivot torque'
     assert play_verb.main([*argv, '--json']) == 0
@@ -360,16 +341,10 @@ def test_play_says_when_the_data_were_left(model, policy, tmp_path, capsys):
     assert 'a single network' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    'argv, words',
-    [
-        (['--difference', 'x'], 'no difference model x'),
-        (['--model', 'pendulum', '--difference', 'x'], 'no difference model x'),
-    ],
-)
-def test_play_says_what_is_wrong_with_a_difference_model(policy, argv, words):
-    with pytest.raises(UserError, match=words) as error:
-        play_verb.main([str(policy), *argv])
+@pytest.mark.parametrize('where', [[], ['--model', 'pendulum']])
+def test_play_says_what_is_wrong_with_a_difference_model(policy, where):
+    with pytest.raises(UserError, match='no difference model x') as error:
+        play_verb.main([str(policy), *where, '--difference', 'x'])
     assert '\n' not in str(error.value)
 
 
@@ -390,3 +365,52 @@ def test_a_difference_model_goes_on_top_of_the_effects_named_before_it(model, tm
         UserError, match=r'viscous_friction at pivot b=1e-05, here none\); .*\(difference.yaml\)'
     ):
         load_difference(path, model)
+
+
+@pytest.fixture(scope='module', params=['leo', 'leo_ode'])
+def env(request):
+    return ModelEnv(Model(request.param, engine='mujoco'))
+
+
+def test_random_voltages_make_it_fall(env):
+    env.action_space.seed(0)
+    ends = []
+    for seed in range(5):
+        seen, _ = env.reset(seed=seed)
+        assert seen.shape == env.observation_space.shape == (14,)
+        fallen, rewards = False, []
+        while not fallen:
+            seen, reward, fallen, over, _ = env.step(env.action_space.sample())
+            rewards.append(reward)
+            assert np.isfinite([*seen, reward]).all()
+            assert not over
+        assert rewards[-1] < -70
+        ends.append(len(rewards))
+    assert min(ends) > 3
+
+
+def test_an_episode_is_as_long_as_in_the_thesis(env):
+    assert env.episode_steps == {'leo': 667, 'leo_ode': 833}[env.robot.name]
+
+
+def test_the_same_seed_and_voltages_give_the_same_episode(env):
+    volts = np.random.default_rng(1).uniform(-8.6, 8.6, (10, 6))
+    runs = []
+    for _ in range(2):
+        first, _ = env.reset(seed=3)
+        runs.append([first.tolist(), *(env.step(u)[:2] for u in volts)])
+    assert runs[0][0] == runs[1][0]
+    for one, other in zip(runs[0][1:], runs[1][1:], strict=True):
+        assert one[0].tolist() == other[0].tolist()
+        assert one[1] == other[1]
+
+
+def test_the_stance_foot_is_forgotten_between_episodes():
+    env = ModelEnv(Model('leo_ode', engine='mujoco'))
+    firsts = []
+    for push in (np.full(6, 8.0), np.full(6, -8.0)):
+        env.reset(options={'pose': 'nominal'})
+        firsts.append(env.step(np.zeros(6))[1])
+        for _ in range(20):
+            env.step(push)
+    assert firsts[0] == firsts[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The `leo` dispatcher: verbs, mistakes, exit status."""
+"""The `leo` dispatcher: verbs, mistakes, exit status, completion."""
 
 import errno
 from importlib.metadata import entry_points
@@ -12,10 +12,12 @@ import tomllib
 from xml.etree import ElementTree
 
 import pytest
+from tests.commands import CODE
 from tests.places import ROOT
 import yaml
 
 from leo_msgs_py import cli
+from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.verbs.common import Parser
 
@@ -76,9 +78,8 @@ def test_a_full_disk_is_one_line(verbs, capfd):
     assert cli.main(['full']) == 2
     (line,) = capfd.readouterr().err.splitlines()
     assert line == 'leo: error: No space left on device: out/report.html; make room'
-    code = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
     with open('/dev/full', 'w') as full:
-        words = [sys.executable, '-c', code, '--help']
+        words = [sys.executable, '-c', CODE, '--help']
         done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
 
@@ -261,3 +262,39 @@ def test_a_python_that_a_command_starts_takes_no_module_from_the_folder_of_now(t
     before = dict(os.environ)
     assert cli.executable(started)([]) == 0
     assert dict(os.environ) == before
+
+
+@pytest.fixture(scope='module')
+def script(tmp_path_factory):
+    path = tmp_path_factory.mktemp('completion') / 'leo.bash'
+    with path.open('w') as file, pytest.MonkeyPatch.context() as patch:
+        patch.setattr('sys.stdout', file)
+        assert main(['completion', 'bash']) == 0
+    return path
+
+
+def completed(script, *words):
+    line = f'COMP_WORDS=(leo {" ".join(words)}); COMP_CWORD={len(words)}'
+    line = f'source {script}; {line}; _leo; echo "${{COMPREPLY[@]}}"'
+    done = subprocess.run(['bash', '-c', line], capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ('words', 'expected'),
+    [
+        (('exp',), ['explain', 'export']),
+        (('explain', 'bag', '--hold'), ['--hold-out']),
+        (('robot', 'ini'), ['init']),
+        (('robot', 'init', '--inp'), ['--input']),
+        (('compare', 'bag', '--model', 'servo'), ['servo_pendulum']),
+        (('completion', 'z'), ['zsh']),
+    ],
+)
+def test_completed(script, words, expected):
+    assert completed(script, *words) == expected
+
+
+def test_zsh_reads_the_same_script(capsys):
+    main(['completion', 'zsh'])
+    assert 'bashcompinit' in capsys.readouterr().out.splitlines()[1]

@@ -13,6 +13,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+from tests.commands import CODE
 from tests.hostile_names import SHELL
 from tests.places import ROOT
 import yaml
@@ -154,12 +155,11 @@ def test_no_verb_prints_what_is_obeyed(words, tmp_path, monkeypatch, capsys):
 
 
 def test_a_file_name_that_is_no_text_is_one_line(tmp_path):
-    code = 'import sys; from leo_msgs_py.cli import main; sys.exit(main())'
     (tmp_path / 'map.yaml').write_text('time: t\njoints: {pivot: {position: q}}\n')
     for name, status in ((b'\xff.csv', 0), (b'\xfe.csv', 2)):
         if not status:
             Path(tmp_path, name.decode(errors='surrogateescape')).write_text('t,q\n0,1\n1,1\n')
-        words = [sys.executable, '-c', code, 'import', name, '--map', 'map.yaml', '-o', name[:1]]
+        words = [sys.executable, '-c', CODE, 'import', name, '--map', 'map.yaml', '-o', name[:1]]
         done = subprocess.run(words, cwd=tmp_path, capture_output=True)
         assert done.returncode == status, done.stderr.decode()
         assert b'Traceback' not in done.stderr and b'\\udcf' in done.stdout + done.stderr

@@ -14,7 +14,6 @@ KIND = 'sensor_msgs/msg/JointState'
 
 
 def of_a_bag(value) -> object:
-    """A value's message as bags give it."""
     if isinstance(value, Applied):
         data = joint_state(value.stamp_ns, value.names, effort=value.nan_where_free)
     else:

@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.difference.data import layout_of
-from leo_learner.env import ModelEnv
+from leo_learner.environment.env import ModelEnv
 
 
 def mse_ahead(env: ModelEnv, recording: Recording, steps: int) -> float | None:

@@ -13,7 +13,7 @@ from leo_diffmodel.difference.data import transitions
 from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.job import repaired
 from leo_diffmodel.difference.network import CONFIGS
-from leo_learner.rollouts import Rollouts
+from leo_learner.environment.rollouts import Rollouts
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.model import Model
 

@@ -22,15 +22,15 @@ from leo_diffmodel.difference.data import layout_of, transitions
 from leo_diffmodel.difference.fit import fit
 from leo_diffmodel.difference.network import CONFIGS as NETWORKS
 from leo_lab.thesis.walking import curve
-from leo_learner.checkpoint import start_from
-from leo_learner.collect import collect
-from leo_learner.configs import configuration
-from leo_learner.ddpg import Training
-from leo_learner.env import ModelEnv
-from leo_learner.learning import learn
-from leo_learner.policy import Policy
-from leo_learner.rollouts import Rollouts
-from leo_learner.training_loop import play
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import configuration
+from leo_learner.environment.env import ModelEnv
+from leo_learner.environment.rollouts import Rollouts
+from leo_learner.learning.checkpoint import start_from
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import learn
+from leo_learner.training.loop import play
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.description.robot import Robot

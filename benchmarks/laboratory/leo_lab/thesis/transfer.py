@@ -22,14 +22,13 @@ from leo_lab.thesis import walking
 from leo_lab.thesis.ahead import mse_ahead
 from leo_lab.thesis.bags import Bags
 from leo_learner.algorithm5 import Algorithm5, DONE, Settings
-from leo_learner.collect import collect
-from leo_learner.configs import RECOMMENDED_WALKING
-from leo_learner.env import ModelEnv
-from leo_learner.learning import POLICY
-from leo_learner.policy import Policy
-from leo_learner.rollouts import Left, Rollouts, WatchedEnv
-from leo_learner.training_loop import play
-from leo_learner.walk import Recorded
+from leo_learner.ddpg.configs import RECOMMENDED_WALKING
+from leo_learner.environment.env import ModelEnv
+from leo_learner.environment.rollouts import Left, Recorded, Rollouts
+from leo_learner.learning.collect import collect
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import POLICY
+from leo_learner.training.loop import play
 from leo_sim.model import Model
 from leo_sim.truth.drawing import draw
 
@@ -193,8 +192,8 @@ def _left(policy: Policy, algorithm: Algorithm5) -> Left:
     model, difference = algorithm.corrected()
     if difference is None:
         return Left(None, None, 0.0)
-    watched = WatchedEnv(ModelEnv(model, difference), difference)
-    play(policy.on(watched), policy, 1)
+    watched = Recorded(policy.on(ModelEnv(model, difference)), difference)
+    play(watched, policy, 1)
     return watched.left()[0]
 
 

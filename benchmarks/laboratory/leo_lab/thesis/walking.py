@@ -12,16 +12,16 @@ from typing import Any
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 
-from leo_learner import sarsa
-from leo_learner.checkpoint import PREFIX
-from leo_learner.configs import RECOMMENDED_WALKING, THESIS_WALKING
-from leo_learner.ddpg import Config, Training
-from leo_learner.env import model_env, training_env
-from leo_learner.learning import learn, Outcome
-from leo_learner.policy import Policy
-from leo_learner.sym import driven
-from leo_learner.training_loop import play, TrainingLoop
-from leo_learner.walk import Recorded, Walk
+from leo_learner.ddpg.agent import Training
+from leo_learner.ddpg.configs import Config, RECOMMENDED_WALKING, THESIS_WALKING
+from leo_learner.environment.env import model_env, training_env
+from leo_learner.environment.rollouts import Recorded
+from leo_learner.environment.walk import Walk
+from leo_learner.learning.checkpoint import PREFIX
+from leo_learner.learning.policy import driven, Policy
+from leo_learner.learning.run import learn, Outcome
+from leo_learner.thesis import sarsa
+from leo_learner.training.loop import play, TrainingLoop
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.robot_file import TerminationFile
 from leo_sim.effects import place

@@ -16,36 +16,26 @@ if TYPE_CHECKING:
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
-LATE = 0.1
-"""A step whose length differs from the control period by more than this share is left out."""
+LATE = 0.1  # a step whose length differs from the control period by a larger share is left out
 
 
 @dataclass(frozen=True)
 class Transitions:
-    """N control steps in time order: state, held input, next state measured and predicted.
+    """N control steps in time order: state, held input, next state measured and predicted."""
 
-    Attributes:
-        q, dq: state before the step [rad, rad/s], (N, J).
-        inputs: held input [V, N m or rad], (N, A).
-        q_next, dq_next: measured state after it, (N, J).
-        q_model, dq_model: what the model predicts for it, (N, J).
-        period: length of every step [s].
-    """
-
-    q: np.ndarray
-    dq: np.ndarray
-    inputs: np.ndarray
-    q_next: np.ndarray
+    q: np.ndarray  # before the step [rad], (N, J)
+    dq: np.ndarray  # [rad/s], (N, J)
+    inputs: np.ndarray  # held [V, N m or rad], (N, A)
+    q_next: np.ndarray  # measured after it, (N, J)
     dq_next: np.ndarray
-    q_model: np.ndarray
+    q_model: np.ndarray  # predicted by the model, (N, J)
     dq_model: np.ndarray
-    period: float
+    period: float  # length of every step [s]
 
     def __len__(self) -> int:
         return len(self.q)
 
     def part(self, rows: slice | np.ndarray) -> Transitions:
-        """Some of the steps."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != 'period'}
         return replace(self, **arrays)
 
@@ -55,9 +45,8 @@ def transitions(
 ) -> Transitions:
     """The control steps of some recordings, the first `limit` of them, with the model's answer.
 
-    Raises:
-        UserError: not one step in which the motors were on and the input was held, or recordings
-            of several control periods.
+    UserError: not one step in which the motors were on and the input was held, or recordings of
+    several control periods.
     """
     recordings = list(recordings)
     steps = [(r, [s for e in r.episodes for s in _steps(e, r.command_period)]) for r in recordings]
@@ -87,7 +76,6 @@ def _period(recordings: Sequence[Recording]) -> float:
 
 
 def predicted(steps: Transitions, model: Model) -> Transitions:
-    """Steps as they were, with the predictions of `model`."""
     from leo_sim.model.batch import rollout
 
     q, dq = rollout(model, steps.q, steps.dq, steps.inputs[:, None, :], steps.period)
@@ -122,21 +110,14 @@ def _on_time(episode: Episode, stride: int, period: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Layout:
-    """Cos and sin of every continuous joint, the angle of every other one, then all rates.
+    """Cos and sin of every continuous joint, the angle of every other one, then all rates."""
 
-    Attributes:
-        continuous: whether each joint turns without end, length J.
-        planar: whether joint 0 is the base's horizontal slide, on which nothing depends.
-        actuators: number of inputs A.
-    """
-
-    continuous: tuple[bool, ...]
-    planar: bool
-    actuators: int
+    continuous: tuple[bool, ...]  # whether each joint turns without end, length J
+    planar: bool  # whether joint 0 is the base's horizontal slide, on which nothing depends
+    actuators: int  # number of inputs A
 
     @property
     def states(self) -> int:
-        """Length of the state vector."""
         return 2 * len(self.continuous) + sum(self.continuous)
 
     def state(self, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
@@ -169,7 +150,6 @@ class Layout:
 
 
 def layout_of(robot: Robot) -> Layout:
-    """The layout of a robot."""
     kinds = {joint.name: joint.kind for joint in robot.joints}
     return Layout(
         continuous=tuple(kinds[name] == 'continuous' for name in robot.joint_names),

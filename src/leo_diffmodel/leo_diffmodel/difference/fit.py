@@ -10,39 +10,33 @@ import numpy as np
 import torch
 
 from leo_diffmodel.difference.data import LATE, layout_of, Transitions
-from leo_diffmodel.difference.model import calibrated, DifferenceModel, Trust
+from leo_diffmodel.difference.model import DifferenceModel
 from leo_diffmodel.difference.network import Config, Network
 from leo_diffmodel.difference.training import OnEpoch, Targets, targets, train
+from leo_diffmodel.difference.trust import calibrated, Trust
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 from leo_sim.model.physics import of_model
 
-TRAIN = 0.75
-"""Share of the transitions, the first in time, that is fitted; the rest is held out."""
-LEAST = 40
-"""Fewer transitions than this are none to learn from or to calibrate with."""
+TRAIN = 0.75  # share of the transitions, the first in time, that is fitted; others are held out
+LEAST = 40  # fewer transitions are none to learn from or to calibrate with
 
 
 @dataclass(frozen=True)
 class Report:
-    """What the fit is worth on the held-out part.
+    """What the fit is worth on the held-out part; a single network is not calibrated.
 
-    Attributes:
-        mse_before, mse_after: mean squared one-step error over the state vector, raw units.
-        transitions: used in all.
-        epochs: of the weights that were kept.
-        calibration_least, calibration_most: rms of the held-out error over the predicted one,
-            of the output where it is least and most; 1 is right. None of a single network.
-        inside: share of the held-out steps that are within the data; None of a single network.
+    Calibration is the rms of the held-out error over the predicted one, of the output where it is
+    least and most; 1 is right.
     """
 
-    mse_before: float
+    mse_before: float  # mean squared one-step error over the state vector, raw units
     mse_after: float
-    transitions: int
-    epochs: int
+    transitions: int  # used in all
+    epochs: int  # of the weights that were kept
     calibration_least: float | None = None
     calibration_most: float | None = None
-    inside: float | None = None
+    inside: float | None = None  # share of the held-out steps that are within the data
 
 
 def fit(
@@ -58,18 +52,9 @@ def fit(
     """Learn the difference from the first 75 % of `steps`, in time order; score it on the rest.
 
     The last of the training part chooses the epoch and, of an ensemble, calibrates its spread.
-
-    Args:
-        steps: all transitions gathered so far.
-        model: they are predicted with.
-        config: one of `CONFIGS`, or a variation.
-        start: the previous difference model.
-        base: text of `model`'s file where it is a repaired one, for `DifferenceModel.base`.
-        seed: of the first weights, the batches and the dropout.
-        on_epoch: called after every pass over the data.
-
-    Raises:
-        UserError: too few transitions, or steps of another length than the robot's.
+    `start` is the previous difference model, `base` the text of the file of a repaired model;
+    `seed` is of the first weights, the batches and the dropout. UserError: too few transitions, or
+    steps of another length than the robot's.
     """
     if len(steps) < LEAST:
         raise UserError(

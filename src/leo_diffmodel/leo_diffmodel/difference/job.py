@@ -27,45 +27,40 @@ if TYPE_CHECKING:
 
 CONFIG_NAMES = ('recommended', 'torque', 'full', 'thesis')
 NUMBERED = re.compile(r'difference-(\d+)\.safetensors')
-NOT_BETTER = 'does not predict held-out steps better than the model'
-"""Why a fit is not kept that has come to its end."""
-PROGRESS_PERIOD = 0.5
-"""Wall time between two lines of progress [s]."""
+NOT_BETTER = 'does not predict held-out steps better than the model'  # so it is not kept
+PROGRESS_PERIOD = 0.5  # between two lines of progress [s]
 
 
 @dataclass
 class Progress:
     """What the last update is doing or came to.
 
-    Attributes:
-        state: `idle`, `fitting`, `fitted` or `failed`.
-        numbers: `epoch`, `epochs`, `loss` while fitting; then mean squared one-step errors.
-        error: why it failed, one line.
+    The numbers are `epoch`, `epochs` and `loss` while it fits, then what `fit.Report` has.
     """
 
-    state: str = 'idle'
+    state: str = 'idle'  # or `fitting`, `fitted`, `failed`
     numbers: dict[str, float] = field(default_factory=dict)
-    error: str = ''
+    error: str = ''  # why it failed, one line
 
 
 class Updates:
     """Runs fits in a child process and keeps `difference-NNN.safetensors` in a folder.
 
-    NNN counts the updates. A fit begins from the newest weights that can be read.
-
-    Args:
-        folder: of the weights; made when the first fit begins.
-        model: model file or robot the difference is taken from.
-        config: one of `CONFIG_NAMES`.
-        repair: name effects first, and learn the difference from the model that has them.
-        own: options that let the child run the effect files of the model.
+    NNN counts the updates. A fit begins from the newest weights that can be read. With `repair`
+    effects are named first, and the difference is learned from the model that has them; `effects`
+    are options that let the child run the effect files of the model.
     """
 
     def __init__(
-        self, folder: Path, model: str, config: str, repair: bool = False, own: Sequence[str] = ()
+        self,
+        folder: Path,
+        model: str,
+        config: str,
+        repair: bool = False,
+        effects: Sequence[str] = (),
     ) -> None:
         self._folder, self._model, self._config = folder, model, config
-        self._options = [*own, *(['--repair'] if repair else [])]
+        self._options = [*effects, *(['--repair'] if repair else [])]
         self._child: subprocess.Popen[bytes] | None = None
         self._output: IO[bytes] | None = None
         self._partial, self._error = b'', ''
@@ -74,7 +69,6 @@ class Updates:
 
     @property
     def busy(self) -> bool:
-        """Whether a fit is under way."""
         return self._child is not None
 
     def kept(self) -> dict[int, Path]:
@@ -84,11 +78,7 @@ class Updates:
         return dict(sorted(found.items(), reverse=True))
 
     def begin(self, bags: Sequence[Path]) -> None:
-        """Start a fit to everything recorded so far; it must not be busy.
-
-        Raises:
-            UserError: there is no bag, or nothing can be written.
-        """
+        """Start a fit to everything recorded so far; UserError where there is nothing."""
         if not bags:
             raise UserError('nothing is recorded yet; let the robot run first')
         kept = self.kept()
@@ -125,19 +115,18 @@ class Updates:
         return True
 
     def stop(self) -> None:
-        """End a fit that is under way."""
         if self._child is not None:
             self._child.terminate()
             self._child.wait()
             self._child = None
 
-    def _note(self, said: dict[str, Any]) -> None:
-        if 'report' in said:
-            self.progress = Progress('fitted', said['report'])
-        elif 'error' in said:
-            self._error = said['error']
+    def _note(self, line: dict[str, Any]) -> None:
+        if 'report' in line:
+            self.progress = Progress('fitted', line['report'])
+        elif 'error' in line:
+            self._error = line['error']
         else:
-            self.progress = Progress('fitting', said)
+            self.progress = Progress('fitting', line)
 
     def _last_error(self, status: int) -> str:
         lines = self._log.read_text(errors='replace').splitlines()
@@ -146,7 +135,6 @@ class Updates:
 
 
 def main(argv: list[str]) -> int:
-    """Fit the difference model to bags and write its weights."""
     parser = argparse.ArgumentParser(prog='python -m leo_diffmodel.difference.job')
     parser.add_argument('bags', nargs='+', type=Path)
     parser.add_argument('--model', required=True, help='model file or robot')
@@ -169,8 +157,8 @@ def main(argv: list[str]) -> int:
 
 def _fit(options: argparse.Namespace) -> dict[str, float]:
     from leo_diffmodel.difference.data import predicted, transitions
-    from leo_diffmodel.difference.files import first_whole
     from leo_diffmodel.difference.fit import fit, held_out, one_step_mse
+    from leo_diffmodel.difference.model import first_whole
     from leo_diffmodel.difference.network import CONFIGS
     from leo_sim.model.model_file import load_model
 

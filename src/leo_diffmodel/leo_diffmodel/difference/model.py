@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 import hashlib
 import json
 from pathlib import Path
@@ -12,13 +12,14 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
-from safetensors import SafetensorError
-from safetensors.torch import load, save
+from safetensors.torch import save
 import torch
 from torch import Tensor
 
 from leo_diffmodel.difference.data import Layout, layout_of, Transitions
 from leo_diffmodel.difference.network import Config, Network
+from leo_diffmodel.difference.tensors import DAMAGE, read_tensors
+from leo_diffmodel.difference.trust import Trust
 from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.whole_file import write_whole
 from leo_sim.description.robot import Robot
@@ -28,54 +29,36 @@ from leo_sim.model.model_file import load_model
 from leo_sim.model.physics import differing, of_model, of_robot
 
 TRUST = 'trust.'
-WITHIN = 0.99
-"""Share of the held-out data that counts as within the data; the rest is their edge."""
-SMALL = 0.1
-"""Expected errors below this share of the usual correction do no harm, wherever they are."""
-TINY = 1e-12
-DAMAGE = SafetensorError, KeyError, TypeError, ValueError, RuntimeError, OverflowError
-"""What reading damaged weights raises."""
 
 
 class Judged(NamedTuple):
-    """A correction and how far it is to be believed; C outputs.
+    """A correction and how far it is to be believed; C outputs."""
 
-    Attributes:
-        correction: what is applied, (..., C).
-        factor: share of it that is left, 1 within the data, (...); 1 of a single network.
-        channel: the output that is furthest from its data, (...); None of a single network.
-    """
-
-    correction: np.ndarray
-    factor: np.ndarray
-    channel: np.ndarray | None
+    correction: np.ndarray  # what is applied, (..., C)
+    factor: np.ndarray  # share of it that is left, 1 within the data, (...); 1 of a single network
+    channel: (
+        np.ndarray | None
+    )  # the output furthest from its data, (...); None of a single network
 
 
 @dataclass(frozen=True)
 class DifferenceModel:
     """A fitted network, or an ensemble of them, and what belongs to it.
 
-    Attributes:
-        version: counts the updates, from 1.
-        trained_on: transitions used.
-        robot: name of the robot.
-        trust: where its data end; None of a single network, which cannot know.
-        base: text of the model file it goes on top of, effects named on the way; empty where
-            that is the model it was asked for.
-        over: `of_model` of the model it goes on top of; empty in files of earlier versions.
-        source: file or topic it was read from.
+    `base` is the text of the model file it goes on top of, effects named on the way; empty where
+    that is the model it was asked for.
     """
 
     network: Network
     layout: Layout
     config: Config
-    robot: str
-    version: int
-    trained_on: int
-    trust: Trust | None = None
+    robot: str  # its name
+    version: int  # counts the updates, from 1
+    trained_on: int  # transitions
+    trust: Trust | None = None  # where its data end; a single network cannot know
     base: str = ''
-    over: Mapping[str, Any] = field(default_factory=dict)
-    source: str = 'the difference model'
+    over: Mapping[str, Any] = field(default_factory=dict)  # `of_model` of what it goes on top of
+    source: str = 'the difference model'  # file or topic it was read from
 
     def __call__(self, q: np.ndarray, dq: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """The correction, (..., C), for angles and rates (..., J) and inputs (..., A)."""
@@ -142,9 +125,8 @@ class DifferenceModel:
     def model_beside(self, path: Path, given: Model) -> Model:
         """The model it goes on top of: `given`, or the repaired one, which is written to `path`.
 
-        Raises:
-            UserError: it is of another robot or was fitted over another model; the repaired model
-                is none for this program, or cannot be written.
+        UserError: it is of another robot or was fitted over another model; the repaired model is
+        none for this program, or cannot be written.
         """
         self.check(given.robot)
         beneath = self._written(path) if self.base else given
@@ -181,7 +163,6 @@ class DifferenceModel:
 
     @property
     def digest(self) -> str:
-        """Hash of what it says."""
         return hashlib.sha256(save(self._tensors())).hexdigest()[:12]
 
     def _written(self, path: Path) -> Model:
@@ -213,16 +194,9 @@ class DifferenceModel:
 
 
 def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel:
-    """Read what `to_bytes` wrote, in this version or an earlier one.
-
-    Raises:
-        UserError: the bytes are something else.
-    """
+    """Read what `to_bytes` wrote, in this version or an earlier one; UserError for all else."""
     try:
-        tensors = load(data)
-        head = json.loads(data[8 : 8 + int.from_bytes(data[:8], 'little')])
-        metadata = head['__metadata__']
-        _check_finite(tensors)
+        tensors, metadata = read_tensors(data)
         layout, config = json.loads(metadata['layout']), json.loads(metadata['config'])
         layout = Layout(**layout | {'continuous': tuple(layout['continuous'])})
         config = Config(**config | {'hidden': tuple(config['hidden'])})
@@ -240,12 +214,6 @@ def from_bytes(data: bytes, source: str = 'difference model') -> DifferenceModel
     return DifferenceModel(network.eval(), layout, config, *known, over, source)
 
 
-def _check_finite(tensors: Mapping[str, Tensor]) -> None:
-    for name, tensor in tensors.items():
-        if not torch.isfinite(tensor).all():
-            raise ValueError(f'{name} has numbers that are none')
-
-
 def _trust(tensors: dict[str, Tensor], outputs: int) -> Trust:
     """Take the ensemble's trust out of the tensors of a file."""
     names = [name for name in tensors if name.startswith(TRUST)]
@@ -258,60 +226,37 @@ def _trust(tensors: dict[str, Tensor], outputs: int) -> Trust:
     return trust
 
 
-@dataclass(frozen=True)
-class Trust:
-    """What the held-out data say of an ensemble with C outputs, raw units.
+def read_difference(path: Path, robot: Robot) -> DifferenceModel:
+    """Read the difference model of a robot; UserError where it is none, or of another robot."""
+    if not path.is_file():
+        raise UserError(f'no difference model {path}; model.yaml or --difference names it')
+    difference = from_bytes(path.read_bytes(), str(path))
+    difference.check(robot)
+    return difference
 
-    Attributes:
-        temperature: held-out error over spread of the members, rms, (C,).
-        error: held-out error, rms, (C,).
-        limit: strain up to which a correction is applied in full, (C,) (one number in files of
-            earlier versions).
-        bound: largest correction on the data, either sign, (C,).
+
+def first_whole(
+    paths: Iterable[Path], say: Callable[[str], None]
+) -> tuple[bytes, DifferenceModel] | None:
+    """The first file that holds a difference model, and what it holds; None where none does.
+
+    What is wrong with those before it is said, a line each.
     """
-
-    temperature: np.ndarray
-    error: np.ndarray
-    limit: np.ndarray
-    bound: np.ndarray
-
-    def uncertainty(self, spread: np.ndarray) -> np.ndarray:
-        """Standard deviation to expect of the error, (..., C), from the members' spread."""
-        return self.temperature * spread
-
-    def strain(self, spread: np.ndarray) -> np.ndarray:
-        """Expected error over the one seen on held-out data, (..., C)."""
-        return self.uncertainty(spread) / self.error
-
-    def factor(self, strain: np.ndarray) -> np.ndarray:
-        """Share of the correction to apply, (...): 1 within the data, 0 far from them.
-
-        It is 1 up to `limit`, which 99 % of the held-out data stay below (or where the expected
-        error is small against the correction), 0 from twice the limit on, and a cubic between
-        them. The worst output decides.
-        """
-        beyond = np.clip((strain / self.limit).max(axis=-1) - 1.0, 0.0, 1.0)
-        return 1.0 - beyond**2 * (3.0 - 2.0 * beyond)
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """By name."""
-        return {f.name: np.asarray(getattr(self, f.name), float) for f in fields(self)}
+    for path in paths:
+        try:
+            data = path.read_bytes()
+            return data, from_bytes(data, str(path))
+        except (UserError, OSError) as error:
+            say(f'{error}; passed over')
+    return None
 
 
-def calibrated(
-    error: np.ndarray, spread: np.ndarray, bound: np.ndarray, usual: np.ndarray
-) -> Trust:
-    """The trust that held-out data give.
-
-    Args:
-        error: of the members' mean, (N, C).
-        spread: standard deviation over the members, (N, C).
-        bound: largest correction on the data, (C,).
-        usual: rms of the corrections there, (C,).
-    """
-    spread = np.maximum(spread, TINY)
-    rms = np.maximum(np.sqrt(np.mean(error**2, axis=0)), TINY)
-    temperature = np.maximum(np.sqrt(np.mean((error / spread) ** 2, axis=0)), TINY)
-    strain = (temperature * spread / rms).max(axis=-1)
-    limit = np.maximum(np.quantile(strain, WITHIN), SMALL * usual / rms)
-    return Trust(temperature, rms, limit, bound)
+def load_difference(path: Path, model: Model) -> DifferenceModel:
+    """As `read_difference`; UserError also where it goes on top of another model."""
+    difference = read_difference(path, model.robot)
+    if said := differing(of_model(difference.beneath(model)), of_model(model)):
+        raise UserError(
+            f'{path} goes on top of a model with {said}; give the model that was written with it '
+            f'({path.with_suffix(".yaml").name})'
+        )
+    return difference

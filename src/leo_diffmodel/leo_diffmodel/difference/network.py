@@ -18,32 +18,22 @@ FORMS = ('state', 'torque', 'full')
 class Config:
     """Network and fit; the defaults are the thesis' (docs/reference/leo.md 11)."""
 
-    hidden: tuple[int, ...] = (400, 400, 400)
-    """Units of the hidden layers."""
-    activation: str = 'relu'
-    """`relu` or `silu`."""
-    dropout: float = 0.3
-    """Share of hidden units left out while fitting."""
-    normalise: bool = False
-    """Inputs and targets to mean 0 and spread 1; the thesis fits raw units."""
-    optimiser: str = 'adagrad'
-    """`adagrad` or `adamw`."""
-    rate: float = 0.02
-    """Learning rate; with AdamW it falls to zero along half a cosine."""
-    batch: int = 32
-    """Transitions per gradient step."""
-    epochs: int = 300
-    """Passes over the training part."""
+    hidden: tuple[int, ...] = (400, 400, 400)  # units of the hidden layers
+    activation: str = 'relu'  # or `silu`
+    dropout: float = 0.3  # share of hidden units left out while fitting
+    normalise: bool = False  # inputs and targets to mean 0 and spread 1; the thesis fits raw units
+    optimiser: str = 'adagrad'  # or `adamw`
+    rate: float = 0.02  # learning rate; with AdamW it falls to zero along half a cosine
+    batch: int = 32  # transitions per gradient step
+    epochs: int = 300  # passes over the training part
     stop_on: float = 0.0
     """Share of the training part, its last, that chooses the best epoch; 0 keeps the last one."""
-    form: str = 'state'
-    """What is learned, see `leo_diffmodel.difference.training`: `state`, `torque` or `full`."""
+    form: str = 'state'  # what is learned, see `training.targets`: `state`, `torque` or `full`
     prior: float = 0.0
     """Weight of a random function each member adds to what it learns; 3 gives it about a
     third of the size of the target amid the data. Far from them nothing learned cancels it, so the
     members disagree there (Osband et al. 2018, randomised prior functions)."""
-    members: int = 1
-    """Networks; several are an ensemble, which knows where its data end: `stop_on` says it."""
+    members: int = 1  # several are an ensemble, which knows where its data end, by `stop_on`
 
     def __post_init__(self) -> None:
         if self.form not in FORMS:
@@ -81,7 +71,6 @@ class SideBySide(nn.Module):
         self.bias = nn.Parameter(torch.empty(members, 1, b).uniform_(-(a**-0.5), a**-0.5))
 
     def forward(self, x: Tensor) -> Tensor:
-        """The layer's answer."""
         return x @ self.weight + self.bias
 
 

@@ -16,9 +16,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt8MultiArray
 
 from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
-
-if TYPE_CHECKING:
-    from leo_diffmodel.difference.model import DifferenceModel
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import every, listen
@@ -27,29 +24,21 @@ from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
 
-POLL_PERIOD = 0.2
-"""How often the fit's progress is read [s]."""
+if TYPE_CHECKING:
+    from leo_diffmodel.difference.model import DifferenceModel
+
+POLL_PERIOD = 0.2  # how often the fit's progress is read [s]
 JUST_NOW = 4.0
 """Less than a client waits before it asks again [s]: its weights may still be on their way."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the difference model of a node is made of.
-
-    Attributes:
-        model: model file or robot name the difference is taken from.
-        bags: gives the folders of everything recorded so far, the open one too.
-        folder: where the weights are kept; found again after a restart.
-        config: `recommended`, `torque`, `full` or `thesis`.
-        repair: name effects in the model before the network is fitted.
-    """
-
-    model: str
-    bags: Callable[[], Sequence[Path]]
-    folder: Path
-    config: str = 'recommended'
-    repair: bool = False
+    model: str  # model file or robot name the difference is taken from
+    bags: Callable[[], Sequence[Path]]  # folders of what was recorded so far, the open one too
+    folder: Path  # where the weights are kept; found again after a restart
+    config: str = 'recommended'  # of `CONFIG_NAMES`
+    repair: bool = False  # name effects in the model before the network is fitted
 
 
 class DifferenceService:
@@ -74,7 +63,6 @@ class DifferenceService:
         self._publish_newest()
 
     def status(self) -> DiagnosticStatus:
-        """The DiagnosticStatus of the last update."""
         progress, difference = self._updates.progress, self._difference
         values = {
             'version': difference.version if difference else 0,
@@ -89,7 +77,6 @@ class DifferenceService:
         )
 
     def close(self) -> None:
-        """End a fit that is under way; the weights so far stay."""
         self._updates.stop()
 
     def _on_update(self, _request: Any, response: Any) -> Any:
@@ -124,7 +111,7 @@ class DifferenceService:
         kept = self._updates.kept()
         if not kept:
             return
-        from leo_diffmodel.difference.files import first_whole
+        from leo_diffmodel.difference.model import first_whole
 
         found = first_whole(kept.values(), self._fail)
         if found is None:
@@ -184,9 +171,7 @@ def correction(
 
     `corrected` is the model that `difference` goes on top of: the same, or a repaired one. State
     (J,) and held inputs [V, N m or rad], (A,). Where they lead to no finite state it is 0.
-
-    Raises:
-        UserError: a state that no step begins from.
+    UserError: a state that no step begins from.
     """
     with np.errstate(all='ignore'):
         following = model.step(model.state_from(q, dq), inputs, model.robot.control_period)
@@ -197,11 +182,7 @@ def correction(
 
 
 def read_query(message: JointState, model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Angles and rates (J,) and inputs (A,) of a query.
-
-    Raises:
-        UserError: a joint, its position or velocity, or the inputs are missing.
-    """
+    """Angles and rates (J,) and inputs (A,) of a query; UserError where one is missing."""
     robot = model.robot
     asked = JointStates.from_message(message).of(robot.joint_names)
     driven = [robot.joint_names.index(actuator.joint) for actuator in robot.actuators]

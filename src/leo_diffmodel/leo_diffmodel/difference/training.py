@@ -18,13 +18,11 @@ from leo_sim.model.batch import rollout
 
 OnEpoch = Callable[[int, int, float], None]
 """Receives (epochs done, epochs in all, loss of the last)."""
-TORQUE_STEP = 0.03
-"""Of the stall torque, to differentiate the next state by."""
+TORQUE_STEP = 0.03  # of the stall torque, to differentiate the next state by
 STEEP = 1.5
 """A step whose next state depends on the torque this many times as much as usual holds an impact
 or a slip that the torque moves in time; its weight falls so that it counts no more than that."""
-RIDGE = 1e-2
-"""Keeps a torque that hardly moves anything (at a stop, say) from explaining everything."""
+RIDGE = 1e-2  # keeps a torque that hardly moves anything (at a stop) from explaining everything
 
 
 def train(
@@ -82,8 +80,6 @@ def _stepper(
 
 
 class _Best:
-    """The weights of every member's best epoch."""
-
     def __init__(self, network: Network) -> None:
         self._parameters = list(network.parameters())
         self._kept = [p.detach().clone() for p in self._parameters]
@@ -114,22 +110,17 @@ class _Best:
 class Targets:
     """N transitions as a network sees them, float32.
 
-    Attributes:
-        x: network inputs (N, states + A).
-        y: what its output has to add to the state vector, (N, states).
-        effect: how the state vector moves per N m of output, (N, states, A); None where the
-            output is the move. Weighted like `y`.
+    `effect` is how the state vector moves per N m of output, weighted like `y`; None where the
+    output is the move.
     """
 
-    x: Tensor
-    y: Tensor
-    effect: Tensor | None = None
+    x: Tensor  # network inputs (N, states + A)
+    y: Tensor  # what its output has to add to the state vector, (N, states)
+    effect: Tensor | None = None  # (N, states, A)
 
     def part(self, rows: slice | Tensor) -> Targets:
-        """Some of the transitions."""
-        return Targets(
-            self.x[rows], self.y[rows], None if self.effect is None else self.effect[rows]
-        )
+        effect = None if self.effect is None else self.effect[rows]
+        return Targets(self.x[rows], self.y[rows], effect)
 
     def moved(self, output: Tensor) -> Tensor:
         """How the state vector moves, (..., N, states), for outputs (..., N, outputs)."""

@@ -24,7 +24,6 @@ EXAMPLES = (
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo add`; exit status 0."""
     arguments = _parser().parse_intermixed_args(argv)
     given = model = load_model(_model(arguments))
     if bool(arguments.source) == bool(arguments.words):
@@ -54,17 +53,17 @@ def _model(arguments: argparse.Namespace) -> str:
 
 def _parser() -> Parser:
     arguments = common.parser('add', __doc__ or '', EXAMPLES)
-    arguments.add_argument('model', nargs='?', help='a model file, a robot name or a robot folder')
-    arguments.add_argument(
+    arguments.add('model', 'a model file, a robot name or a robot folder', nargs='?')
+    arguments.add(
         'words',
+        'effects, each with its parameters after it',
         nargs='*',
         default=[],
         metavar='EFFECT[:WHERE] PARAM=VALUE',
-        help='effects, each with its parameters after it',
     )
     arguments.add_argument('--from', dest='source', metavar='explain.json')
-    arguments.add_argument(
-        '--robot', metavar='OTHER', help='move it to this robot or model with the same places'
+    arguments.add(
+        '--robot', 'move it to this robot or model with the same places', metavar='OTHER'
     )
     add_effect_argument(arguments, 'a Python file that MODEL or explain.json names, and may run')
     arguments.add_argument('-o', dest='output', required=True, metavar='NEW.yaml')

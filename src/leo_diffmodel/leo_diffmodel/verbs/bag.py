@@ -18,6 +18,7 @@ from leo_sim.effects.consent import add_effect_argument
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording
     from leo_diffmodel.faults.base import Found
+    from leo_sim.model import Model
 
 EXAMPLES = {
     'record': """\
@@ -46,7 +47,6 @@ a new bag; the old one stays as it is.
 
 
 def main(argv: list[str]) -> int:
-    """Run the chosen subcommand and return its exit status."""
     verbs = (_record, _play, _info, _show, _cut, _fix)
     about = 'Record, play, look into, draw, cut and mend bags (rosbag2, MCAP).'
     run = dict(zip(EXAMPLES, verbs, strict=True))
@@ -65,8 +65,8 @@ def _of_a_bag(verb: str, about: str) -> common.Parser:
 
 def _record(argv: list[str]) -> int:
     parser = _parser('record', 'Record topics until Ctrl-C.')
-    parser.add_argument('topics', nargs='*', metavar='TOPIC', help="default: the graph's topics")
-    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder to make')
+    parser.add('topics', "default: the graph's topics", nargs='*', metavar='TOPIC')
+    parser.add('-o --output', 'folder to make', type=Path, metavar='DIR')
     parser.add_json()
     words, ros_args = common.ros_args_apart(argv)
     options = parser.parse_args(words)
@@ -80,14 +80,14 @@ def _record(argv: list[str]) -> int:
 
 def _play(argv: list[str]) -> int:
     parser = _of_a_bag('play', 'Publish a bag as it was recorded.')
-    parser.add_argument('--rate', type=float, default=1.0, metavar='R', help='1 = as recorded')
-    parser.add_argument('--loop', action='store_true', help='again and again until Ctrl-C')
-    parser.add_argument(
+    parser.add('--rate', '1 = as recorded', type=float, default=1.0, metavar='R')
+    parser.flag('--loop', 'again and again until Ctrl-C')
+    parser.add(
         '--wait',
+        'before the start, so long for a reader of every topic (1 s)',
         type=float,
         default=1.0,
         metavar='S',
-        help='before the start, so long for a reader of every topic (1 s)',
     )
     parser.add_json()
     words, ros_args = common.ros_args_apart(argv)
@@ -124,12 +124,12 @@ def _info(argv: list[str]) -> int:
 def _show(argv: list[str]) -> int:
     about = 'Draw the robot of a bag: poses side by side, or an animation in real time.'
     parser = _of_a_bag('show', about)
-    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='.png, .gif or .mp4')
-    parser.add_argument('--model', default='', help="the bag's robot by default")
+    parser.add('-o --output', '.png, .gif or .mp4', type=Path, metavar='FILE')
+    parser.add('--model', "the bag's robot by default", default='')
     add_effect_argument(parser)
-    parser.add_argument('--at', type=float, metavar='T', help='begin there; a .png: that pose [s]')
-    parser.add_argument('--seconds', type=float, metavar='S', help='how much to show [s]')
-    parser.add_argument('--poses', type=int, default=8, metavar='N', help='in a .png (8)')
+    parser.add('--at', 'begin there; a .png: that pose [s]', type=float, metavar='T')
+    parser.add('--seconds', 'how much to show [s]', type=float, metavar='S')
+    parser.add('--poses', 'in a .png (8)', type=int, default=8, metavar='N')
     parser.add_json()
     options = parser.parse_args(argv)
 
@@ -146,16 +146,12 @@ def _cut(argv: list[str]) -> int:
     about = 'Write a part of a bag as a new bag: all topics, stamps as they were.'
     parser = _of_a_bag('cut', about)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
-    parser.add_argument('--from', dest='begin', type=float, metavar='S', help='begin there [s]')
-    parser.add_argument('--to', dest='end', type=float, metavar='S', help='end there [s]')
-    parser.add_argument(
-        '--without-outside',
-        action='store_true',
-        help='leave out shoves, hands, blocked joints and frozen sensors',
-    )
-    parser.add_argument('--model', default='', help='what --without-outside compares with')
+    parser.add('--from', 'begin there [s]', dest='begin', type=float, metavar='S')
+    parser.add('--to', 'end there [s]', dest='end', type=float, metavar='S')
+    parser.flag('--without-outside', 'leave out shoves, hands, blocked joints and frozen sensors')
+    parser.add('--model', 'what --without-outside compares with', default='')
     add_effect_argument(parser)
-    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    parser.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
     parser.add_json()
     options = parser.parse_args(argv)
 
@@ -179,29 +175,26 @@ def _outside(options: argparse.Namespace) -> list[tuple[float, float]]:
     if not options.model:
         raise UserError('--without-outside needs --model, the robot that the bag is compared with')
 
-    from leo_diffmodel.bags.recording import read_bag
-    from leo_diffmodel.compare.known import with_known
     from leo_diffmodel.outside.outside import not_the_robot
-    from leo_sim.model.model_file import load_model
 
-    model = load_model(options.model)
-    recording = read_bag(options.bag, model.robot, options.topic_map)
-    return not_the_robot(recording, with_known(model, [recording]))
+    return not_the_robot(*_read(options.bag, options.model, options.topic_map))
 
 
 def _fix(argv: list[str]) -> int:
-    """Run `leo bag fix`; exit status 1 where something that is sure could not be mended."""
     parser = _of_a_bag('fix', _FIX_ABOUT)
     parser.add_argument('-o', '--output', type=Path, metavar='NEW', required=True)
-    parser.add_argument('--model', default='', help="the bag's robot by default")
-    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    parser.add('--model', "the bag's robot by default", default='')
+    parser.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
     add_effect_argument(parser)
     parser.add_json()
     options = parser.parse_args(argv)
     if options.output.exists():
         raise UserError(f'{options.output} exists already; choose another folder')
 
-    recording, faults = _read(options.bag, options.model, options.topic_map)
+    from leo_diffmodel.faults.find import find_faults
+
+    recording, model = _read(options.bag, options.model, options.topic_map)
+    faults = find_faults([recording], model)
     undone = [f for f in faults if f.can_be_mended]
     left = [f for f in faults if f.error and f not in undone]
     if undone:
@@ -215,11 +208,11 @@ def _fix(argv: list[str]) -> int:
     return 1 if left else 0
 
 
-def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Sequence[Found]]:
+def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Model]:
+    """A bag and the model of its robot, or the named one, with what is known of the bag."""
     from leo_diffmodel.bags.contents import load
     from leo_diffmodel.bags.recording import read_bag
     from leo_diffmodel.compare.known import with_known
-    from leo_diffmodel.faults.find import find_faults
     from leo_sim.model.model_file import load_model
 
     name = name or load(path).metadata.get('leo', {}).get('robot', '')
@@ -227,7 +220,7 @@ def _read(path: Path, name: str, topic_map: str | None) -> tuple[Recording, Sequ
         raise UserError(f'{path} does not say which robot it is of; name it with --model')
     model = load_model(name)
     recording = read_bag(path, model.robot, topic_map)
-    return recording, find_faults([recording], with_known(model, [recording]))
+    return recording, with_known(model, [recording])
 
 
 def _write(folder: Path, recording: Recording, faults: Sequence[Found]) -> None:

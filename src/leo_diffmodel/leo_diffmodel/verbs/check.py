@@ -49,7 +49,7 @@ TOGETHER = {
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo check`; exit status 0 for a good bag, 1 where something limits it."""
+    """Exit status 0 for a good bag, 1 where something limits it."""
     from leo_diffmodel.check.check import check
     from leo_diffmodel.explain.problem.candidates import candidates
 
@@ -58,8 +58,8 @@ def main(argv: list[str]) -> int:
     model = common.named_model(arguments.model)
     bags = _bags(arguments, model)
     own = common.own_effects(arguments)
-    with progress('checking', 1 + len(candidates(model, own))) as heard:
-        result = check(bags, model, own, heard)
+    with progress('checking', 1 + len(candidates(model, own))) as reporter:
+        result = check(bags, model, own, reporter)
     if folder:
         write_whole(folder / 'check.json', json_text(result.to_json()))
     if arguments.json:
@@ -73,7 +73,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     arguments = common.parser('check', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add_argument('-o', dest='output', metavar='DIR', help='write check.json here')
+    arguments.add('-o', 'write check.json here', dest='output', metavar='DIR')
     return arguments
 
 
@@ -91,7 +91,6 @@ def _bags(arguments: argparse.Namespace, model: Model) -> list[Bag]:
 
 
 def _spanned(arguments: argparse.Namespace, recording: Recording | None) -> Recording | None:
-    """The part that the command line asks for; None where nothing is there."""
     with suppress(UserError):
         return recording and common.span(arguments, [recording])[0]
     return None
@@ -113,7 +112,6 @@ def _point_on(
 
 
 def show(result: Check, console: Console) -> None:
-    """Print findings, what each joint was put through, and what each effect would need."""
     _findings(result, console)
     for unit in dict.fromkeys(row.angle_unit for row in result.excitation):
         rows = [row for row in result.excitation if row.angle_unit == unit]
@@ -214,7 +212,7 @@ def _pairs(result: Check, console: Console) -> None:
         more = 'no length of it' if pair.seconds is None else f'{pair.seconds:.0f} s'
         console.print(
             f'hard to tell apart at those sizes: {pair.a} and {pair.b} '
-            f'({_nats(pair.separable_nats)}; {more} would do)',
+            f'({common.nats(pair.separable_nats)} nats; {more} would do)',
             highlight=False,
         )
     if len(close) > PAIRS_SHOWN:
@@ -225,11 +223,7 @@ def _like(row: Reach, seconds: float) -> str:
     if row.seconds_to_detect is None or row.seconds_to_detect > seconds:
         return 'does not show at that size'
     name, nats = row.nearest
-    return f'{name} ({_nats(nats)})'
-
-
-def _nats(nats: float) -> str:
-    return 'over 1000 nats' if nats > 1000 else f'{nats:.1f} nats'
+    return f'{name} ({common.nats(nats)} nats)'
 
 
 def _seconds(value: float | None) -> str:

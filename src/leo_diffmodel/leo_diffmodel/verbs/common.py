@@ -37,13 +37,13 @@ def parser(verb: str, about: str, examples: Sequence[str]) -> Parser:
 
 def add_model_arguments(arguments: Parser, several: bool = False) -> None:
     """Model, topic map, own effects, JSON; with `several` models, `arguments.model` is a list."""
-    arguments.add_argument(
+    arguments.add(
         '--model',
+        'a model file, a robot name or a robot folder' + several * '; again for each model',
         required=True,
         action='append' if several else 'store',
-        help='a model file, a robot name or a robot folder' + several * '; again for each model',
     )
-    arguments.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
+    arguments.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
     add_effect_argument(arguments)
     arguments.add_json()
 
@@ -52,35 +52,30 @@ def add_bag_arguments(
     arguments: Parser, hold_out: bool = True, step: bool = True, several: bool = False
 ) -> None:
     """Bags or parts of them, the model; held-out bags and a length of steps where they count."""
-    arguments.add_argument('bags', nargs='+', metavar='BAG', help='a rosbag2 folder or .mcap file')
+    arguments.add('bags', 'a rosbag2 folder or .mcap file', nargs='+', metavar='BAG')
     add_model_arguments(arguments, several)
     for option, name in (('--from', 'begin'), ('--to', 'end')):
         about = f'{name} there, in seconds from the first state of each bag'
         arguments.add_argument(option, dest=name, type=float, metavar='S', help=about)
     if step:
-        arguments.add_argument('--step', type=float, help='length of one step [s]')
+        arguments.add('--step', 'length of one step [s]', type=float)
     arguments.set_defaults(hold_out=[])
     if hold_out:
-        arguments.add_argument('--hold-out', nargs='+', metavar='BAG', help='bags no fit may see')
+        arguments.add('--hold-out', 'bags no fit may see', nargs='+', metavar='BAG')
 
 
 def add_search_arguments(arguments: Parser) -> None:
-    """How long to search, and whether to use what was moved from outside."""
-    arguments.add_argument(
+    arguments.add(
         '--within',
+        'answer within this time (s or min; what starting takes is not counted), with the '
+        'best that has come to its end',
         type=until,
         dest='until',
         default=math.inf,
         metavar='60s',
-        help='answer within this time (s or min; what starting takes is not counted), with the '
-        'best that has come to its end',
     )
-    arguments.add_argument(
-        '--keep', action='store_true', help='use what looks moved from outside or badly logged'
-    )
-    arguments.add_argument(
-        '--mend', action='store_true', help='undo what is surely wrong with the log, and go on'
-    )
+    arguments.flag('--keep', 'use what looks moved from outside or badly logged')
+    arguments.flag('--mend', 'undo what is surely wrong with the log, and go on')
 
 
 def seconds(text: str) -> float:
@@ -109,15 +104,11 @@ def left(arguments: argparse.Namespace) -> float:
 
 
 def named_model(ref: str) -> Model:
-    """The model of a command line without its difference model, and says so: none is used.
-
-    Raises:
-        UserError: as `load_model`, or its difference model is not there or is none of this model.
-    """
+    """The model of a command line without its difference model, which is said: none is used."""
     model = load_model(ref)
     if model.difference_model is None:
         return model
-    from leo_diffmodel.difference.files import load_difference
+    from leo_diffmodel.difference.model import load_difference
 
     load_difference(model.difference_model, model)
     print(
@@ -142,7 +133,6 @@ def _read(paths: Sequence[str], model: Model, topic_map: str | None) -> list[Rec
 
 
 def print_warnings(recordings: Sequence[Recording]) -> None:
-    """Print what reading them warned of to stderr."""
     for recording in recordings:
         for warning in recording.warnings:
             print(f'warning: {warning}', file=sys.stderr)
@@ -151,11 +141,7 @@ def print_warnings(recordings: Sequence[Recording]) -> None:
 def read_all(
     arguments: argparse.Namespace, model: Model, whole: bool = False
 ) -> tuple[list[Recording], list[Recording]]:
-    """The bags to learn from and those held out, by their rates unless each is wanted `whole`.
-
-    Raises:
-        UserError: as `read_bag`, or the same bag is there twice.
-    """
+    """The bags to learn from and those held out, by their rates unless each is wanted `whole`."""
     recordings = _read(arguments.bags, model, arguments.topic_map)
     held = _read(arguments.hold_out, model, arguments.topic_map)
     recordings, held = span(arguments, recordings), span(arguments, held)
@@ -164,13 +150,12 @@ def read_all(
 
 
 def span(arguments: argparse.Namespace, recordings: Sequence[Recording]) -> list[Recording]:
-    """The part of each recording that the command line asks for; all of it by default."""
     begin, end = arguments.begin, arguments.end
     return [r if begin is end is None else between(r, begin, end) for r in recordings]
 
 
 def is_driven(model: Model) -> bool:
-    """Whether a run can be sent to the robot: it has motors."""
+    """Whether a run can be sent to the robot."""
     return any(actuator.strongest > 0 for actuator in model.robot.actuators)
 
 
@@ -180,11 +165,7 @@ def own_effects(arguments: argparse.Namespace) -> list[Effect]:
 
 
 def fresh_folder(path: str | None) -> Path | None:
-    """A folder to write to; it may exist, but not as a file.
-
-    Raises:
-        UserError: a file is in the way, or it cannot be written to.
-    """
+    """A folder to write to, made or not; UserError where that cannot be."""
     if path is None:
         return None
     folder = Path(path)
@@ -194,6 +175,11 @@ def fresh_folder(path: str | None) -> Path | None:
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         raise UserError(f'cannot write to {folder}: {there} is not writable; choose another')
     return folder
+
+
+def nats(evidence: float) -> str:
+    """Evidence, as much as one can read of it."""
+    return 'over 1000' if evidence > 1000 else f'{evidence:.1f}'
 
 
 def model_words(arguments: argparse.Namespace) -> list[str]:
@@ -217,7 +203,6 @@ def watch(arguments: argparse.Namespace) -> str:
 
 
 def point_on_watch(arguments: argparse.Namespace) -> None:
-    """Print how to open the live page on what a command line names."""
     print(f'or see it on a live page: {watch(arguments)}')
 
 

@@ -37,7 +37,6 @@ AHEAD = 'rms error ahead of the measured start / noise floor'
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo compare`; exit status 0."""
     arguments = _parser().parse_args(argv)
     folder = common.fresh_folder(arguments.output)
     if len(arguments.model) > 1:
@@ -45,10 +44,10 @@ def main(argv: list[str]) -> int:
     [arguments.model] = arguments.model
     model = common.named_model(arguments.model)
     recordings, _ = common.read_all(arguments, model)
-    with progress('comparing', STAGES + 1) as heard:
-        result = compare(recordings, model, arguments.step, heard)
+    with progress('comparing', STAGES + 1) as reporter:
+        result = compare(recordings, model, arguments.step, reporter)
         if folder:
-            heard('report')
+            reporter('report')
             _write(folder, result, recordings, model, common.watch(arguments))
     if arguments.json:
         print(json.dumps(result.data))
@@ -64,7 +63,7 @@ def main(argv: list[str]) -> int:
 def _parser() -> Parser:
     arguments = common.parser('compare', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, several=True)
-    arguments.add_argument('-o', dest='output', metavar='DIR', help='write JSON and report here')
+    arguments.add('-o', 'write JSON and report here', dest='output', metavar='DIR')
     return arguments
 
 
@@ -79,7 +78,6 @@ def _write(
 
 
 def show(data: dict) -> None:
-    """Print the errors ahead, and where the model fails."""
     console = Terminal(highlight=False)
     console.print(_horizons(data) if len(data['states']) <= MOST_COLUMNS else _states(data))
     if data['untrusted']:
@@ -118,7 +116,6 @@ def _horizons(data: dict) -> Table:
 
 
 def _states(data: dict) -> Table:
-    """Errors ahead of many states: a line each, and some of the horizons."""
     rows = list(zip(data['horizon'], data['noise_floor']['horizon'], strict=True))
     rows = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, HORIZONS).astype(int))]
     table = Table('state', *figures(*(f'{row["seconds"]:.3g} s' for row, _ in rows)), title=AHEAD)
@@ -154,9 +151,9 @@ def _places(rows: list[dict], worst: list[dict]) -> Table:
 
 def _bars(rows: list[dict], of: dict) -> str:
     """A bar for each bin of a joint and variable: the torque there over the joint's largest."""
-    mine = [r for r in rows if r['joint'] == of['joint']]
-    highest = max(r['torque_nm'] for r in mine)
-    strip = [r for r in mine if r['variable'] == of['variable']]
+    of_joint = [r for r in rows if r['joint'] == of['joint']]
+    highest = max(r['torque_nm'] for r in of_joint)
+    strip = [r for r in of_joint if r['variable'] == of['variable']]
     strip.sort(key=lambda r: (r['bag'] or 0, r['bin']))
     heights = [r['torque_nm'] / max(highest, 1e-300) for r in strip]
     return ''.join(BARS[round(h * (len(BARS) - 1))] for h in heights)
@@ -190,18 +187,13 @@ def _or_dash(value: float | None, unit: str = '') -> str:
 
 
 def compare_several(arguments: argparse.Namespace, folder: Path | None) -> int:
-    """Rank the models of a command line, print or write it; exit status 0.
-
-    Raises:
-        UserError: a model is there twice, or as `rank`.
-    """
     names = arguments.model
     if twice := [name for name in names if names.count(name) > 1]:
         raise UserError(f'--model {twice[0]} is there twice')
     models = {name: common.named_model(name) for name in names}
     recordings, _ = common.read_all(arguments, models[names[0]])
-    with progress('comparing', RANKING_STAGES * len(models)) as heard:
-        data = rank(recordings, models, arguments.step, heard)
+    with progress('comparing', RANKING_STAGES * len(models)) as reporter:
+        data = rank(recordings, models, arguments.step, reporter)
     if folder:
         write_whole(folder / 'ranking.json', json_text(data))
     if arguments.json:
@@ -242,8 +234,10 @@ def ranking_table(data: dict) -> Table:
     return table
 
 
-def _sizes(row: dict, mine: np.ndarray) -> tuple[float, float]:
-    error, floor = (np.sqrt(np.mean(np.square(row[key])[mine])) for key in ('rmse', 'noise_floor'))
+def _sizes(row: dict, which: np.ndarray) -> tuple[float, float]:
+    error, floor = (
+        np.sqrt(np.mean(np.square(row[key])[which])) for key in ('rmse', 'noise_floor')
+    )
     return float(error), float(floor)
 
 

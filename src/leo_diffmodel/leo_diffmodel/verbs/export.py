@@ -42,7 +42,6 @@ COLUMNS = {
 
 
 def main(argv: list[str]) -> int:
-    """Write a model in another simulator's format and say what is not in it; exit status 0."""
     options = _parser().parse_args(argv)
     format_, output = _chosen(options)
     model = load_model(options.model)
@@ -71,28 +70,24 @@ def main(argv: list[str]) -> int:
 
 def _parser() -> Parser:
     parser = common.parser('export', __doc__ or '', EXAMPLES)
-    parser.add_argument(
-        'model', metavar='MODEL', help='a model file, a robot name or a robot folder'
-    )
-    parser.add_argument(
-        '--to', choices=FORMATS, help='the format; where -o is given, its ending says it'
-    )
+    parser.add('model', 'a model file, a robot name or a robot folder', metavar='MODEL')
+    parser.add('--to', 'the format; where -o is given, its ending says it', choices=FORMATS)
     endings = ', '.join(f'FILE{f.ending} is {f.name}' for f in FORMATS.values())
-    parser.add_argument(
+    parser.add(
         '-o',
+        f'a new file: {endings}; by default the name of MODEL, here',
         dest='output',
         type=Path,
         metavar='FILE',
-        help=f'a new file: {endings}; by default the name of MODEL, here',
     )
-    parser.add_argument(
+    parser.add(
         '--check',
+        'print the errors on these recordings: the model as it is, less what the format '
+        'does not hold, and (MJCF) MuJoCo with the exported file',
         nargs='+',
         metavar='BAG',
-        help='print the errors on these recordings: the model as it is, less what the format '
-        'does not hold, and (MJCF) MuJoCo with the exported file',
     )
-    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other names in the bags')
+    parser.add('--topic-map', 'other names in the bags', metavar='MAP.yaml')
     add_effect_argument(parser)
     parser.add_json()
     return parser
@@ -119,15 +114,14 @@ def _chosen(options: argparse.Namespace) -> tuple[Format, Path]:
 def _checked(
     options: argparse.Namespace, model: Model, made: Export, format_: Format
 ) -> dict[str, Any]:
-    """What it costs on the bags; nothing is written before."""
     from leo_diffmodel.exported.check import check, needs_mujoco, STAGES
 
     text = next(iter(made.texts.values())) if format_.name == 'MJCF' else None
     if text is not None:
         needs_mujoco()
     recordings = common.read_bags(options.check, model, options.topic_map)
-    with progress('checking', STAGES) as heard:
-        return check(recordings, model, made.held.simulated, text, heard)
+    with progress('checking', STAGES) as reporter:
+        return check(recordings, model, made.held.simulated, text, reporter)
 
 
 def _next(format_: Format, output: Path) -> str:

@@ -49,7 +49,6 @@ a column map:
 
 
 def main(argv: list[str]) -> int:
-    """Import logs, or guess their column map; 0 when it is written."""
     options = _parser().parse_args(argv)
     if options.guess:
         return _guess(options)
@@ -63,11 +62,11 @@ def main(argv: list[str]) -> int:
     column_map = convert.load_map(options.map)
     output, infos = Path(options.output), []
     jobs = _jobs(options.logs, output, options.bag_per_log)
-    with convert.undone_on_error(output) as made, progress('importing', len(jobs)) as heard:
+    with convert.undone_on_error(output) as made, progress('importing', len(jobs)) as reporter:
         for logs, bag in jobs:
             made.append(convert.import_logs(logs, options.map, bag, options.join))
             infos.append(bag_info(bag))
-            heard(bag.name)
+            reporter(bag.name)
     command = _next([info.path for info in infos], column_map)
     lines = [_sentence(info, passive=not column_map.inputs) for info in infos]
     data = {'bags': [_summary(info) for info in infos], 'next': command}
@@ -102,27 +101,22 @@ def _parser() -> Parser:
         'Turn CSV, JSON or MATLAB logs or LeRobot data sets into a bag, an episode per run.',
         f'{EXAMPLES}\nshipped maps: {", ".join(convert.shipped_maps())}',
     )
-    parser.add_argument(
+    parser.add(
         'logs',
+        'a CSV, JSON or MATLAB file, or the folder of a LeRobot data set',
         nargs='+',
         metavar='LOG',
-        help='a CSV, JSON or MATLAB file, or the folder of a LeRobot data set',
     )
     which = parser.add_mutually_exclusive_group()
     which.add_argument('--map', help='column map: a YAML file or a shipped one')
     which.add_argument(
         '--guess', action='store_true', help='write a column map with what was guessed and why'
     )
-    parser.add_argument(
-        '--model',
-        metavar='ROBOT',
-        help='with --guess: take joints, units and the input from a robot',
+    parser.add(
+        '--model', 'with --guess: take joints, units and the input from a robot', metavar='ROBOT'
     )
-    parser.add_argument(
-        '-o',
-        '--output',
-        metavar='BAG',
-        help='folder to make; with --guess the file (LOG_map.yaml)',
+    parser.add(
+        '-o --output', 'folder to make; with --guess the file (LOG_map.yaml)', metavar='BAG'
     )
     several = parser.add_mutually_exclusive_group()
     several.add_argument(

@@ -37,7 +37,7 @@ ABOUT = {'separate': 'nothing here tells these apart', 'show': 'these could not 
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo next`; exit status 0, or 1 where no run of the menu helps."""
+    """Exit status 0, or 1 where no run of the menu helps."""
     from leo_diffmodel.next_run.menu import MotionRun
     from leo_diffmodel.next_run.proposal import propose
     from leo_diffmodel.next_run.run_file import Run, write_run
@@ -49,8 +49,8 @@ def main(argv: list[str]) -> int:
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
     answer = _answer(arguments, recordings, model, own)
-    with progress('choosing a run') as heard:
-        found = propose(recordings, model, answer, own, arguments.seconds, heard)
+    with progress('choosing a run') as reporter:
+        found = propose(recordings, model, answer, own, arguments.seconds, reporter)
     run = found.best and found.best.run
     file = write_run(target, run, model.robot) if isinstance(run, Run) else None
     motion = run.command if isinstance(run, MotionRun) else None
@@ -74,11 +74,6 @@ def predict_words(ref: str, model: Model) -> list[str]:
 
 
 def check_driven(model: Model) -> None:
-    """See that a run can be sent to the robot.
-
-    Raises:
-        UserError: it has no motors.
-    """
     if not common.is_driven(model):
         why = 'has no motors, so there is no run to send; swing it by hand from other angles'
         raise UserError(f'{model.robot.name} {why}')
@@ -87,12 +82,12 @@ def check_driven(model: Model) -> None:
 def _parser() -> Parser:
     arguments = common.parser('next', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments, hold_out=False, step=False)
-    arguments.add_argument(
-        '--explain', metavar='DIR', help='folder of leo explain -o for the same bags and model'
+    arguments.add(
+        '--explain', 'folder of leo explain -o for the same bags and model', metavar='DIR'
     )
-    arguments.add_argument('--seconds', type=float, default=SECONDS, help='length of the run')
-    arguments.add_argument(
-        '-o', dest='output', default='next_run.csv', metavar='FILE.csv', help='the run to write'
+    arguments.add('--seconds', 'length of the run', type=float, default=SECONDS)
+    arguments.add(
+        '-o', 'the run to write', dest='output', default='next_run.csv', metavar='FILE.csv'
     )
     return arguments
 
@@ -115,8 +110,8 @@ def _answer(
     from leo_diffmodel.explain.explanation import explain
 
     if arguments.explain is None:
-        with progress('explaining') as heard:
-            return explain(recordings, model, (), own, heard).to_json()
+        with progress('explaining') as reporter:
+            return explain(recordings, model, (), own, reporter).to_json()
     path = Path(arguments.explain)
     answer = read_explanation(path)
     known = {bag['sha256'] for bag in answer['provenance']['bags']}
@@ -146,7 +141,7 @@ def _table(found: Proposal) -> Table:
     table = Table('run', *figures(*heads), 'what it does', title=title)
     for option in found.options[:OPTIONS_SHOWN]:
         nats = min(option.nats), *option.nats[:PAIRS_SHOWN]
-        cells = [_count_shown(option)] if counted else [_number(n) for n in nats]
+        cells = [_count_shown(option)] if counted else [common.nats(n) for n in nats]
         about = f'left out: {option.unsafe}' if option.unsafe else option.run.about
         table.add_row(option.run.name, *cells, about)
     if len(found.options) > OPTIONS_SHOWN:
@@ -184,7 +179,6 @@ def _nothing(answer: dict[str, Any]) -> str:
 
 
 def _best(found: Proposal, seconds: float) -> str:
-    """What the best run says, and whether it is long enough."""
     from leo_diffmodel.check.amplitudes import needed
     from leo_diffmodel.explain.settings import SETTINGS
 
@@ -194,17 +188,14 @@ def _best(found: Proposal, seconds: float) -> str:
         return f'"{option.run.name}" would show {count}: {option.run.about}'
     least = min(option.nats)
     a, b = found.points[option.nats.index(least)].split(' | ')
-    said = f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {_number(least)} nats'
+    said = (
+        f'"{option.run.name}" ({option.run.about}) tells {a} from {b} by {common.nats(least)} nats'
+    )
     enough = needed(SETTINGS.gates.margin_nats)
     if least > enough:
         return said
     longer = seconds * enough / least
     return f'{said}; more are needed to be sure: record {longer:.0f} s of it (leo next --seconds)'
-
-
-def _number(nats: float) -> str:
-    """Evidence, as much as one can read of it."""
-    return 'over 1000' if nats > 1000 else f'{nats:.1f}'
 
 
 def _listed(points: Sequence[str]) -> str:

@@ -33,7 +33,7 @@ EXAMPLES = (
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo repair`; exit status as `leo explain`."""
+    """Exit status as `leo explain`."""
     from leo_diffmodel.report.explained import explanation_page
 
     arguments = _parser().parse_args(argv)
@@ -45,12 +45,12 @@ def main(argv: list[str]) -> int:
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    with progress('repairing', within=common.left(arguments)) as heard:
+    with progress('repairing', within=common.left(arguments)) as reporter:
         before = compare(recordings, model, arguments.step)
         chosen = {'step': arguments.step, 'keep': arguments.keep, 'mend': arguments.mend}
 
         def ask(model: Model, within: float) -> Explanation:
-            return explain(recordings, model, held, own, heard, within=within, **chosen)
+            return explain(recordings, model, held, own, reporter, within=within, **chosen)
 
         found = rounds(ask, model, common.left(arguments))
     found = [replace(e, next_command=common.next_command(arguments, None, e)) for e in found]

@@ -61,7 +61,6 @@ def main(argv: list[str]) -> int:
 def _server(
     arguments: argparse.Namespace, state: State, finder: Finder, tab: OpenTab
 ) -> WatchServer:
-    """The page of a state, and say where it is."""
     from leo_diffmodel.watch.next_run import NextRun
     from leo_diffmodel.watch.page.document import Page
     from leo_diffmodel.watch.page.server import WatchServer
@@ -74,7 +73,6 @@ def _server(
 
 
 def _live(argv: list[str]) -> int:
-    """Run `leo watch --live` until it is interrupted."""
     from leo_diffmodel.bags.topic_map import read_topic_map
     from leo_diffmodel.nodes.live_robot import live_robot
     from leo_diffmodel.watch.live.renewing import Source
@@ -165,22 +163,18 @@ def _ended() -> bool:
 
 def _live_parser() -> Parser:
     arguments = common.parser('watch --live', LIVE_ABOUT, LIVE_EXAMPLES)
-    arguments.add_argument('--live', action='store_true', help='a running robot, not a bag')
+    arguments.flag('--live', 'a running robot, not a bag')
     common.add_model_arguments(arguments)
-    arguments.add_argument('--step', type=float, help='length of one step [s]')
-    arguments.add_argument(
+    arguments.add('--step', 'length of one step [s]', type=float)
+    arguments.add(
         '--seconds',
+        'how much of the past is shown (30 s)',
         type=_window,
         default=30.0,
         metavar='S',
-        help='how much of the past is shown (30 s)',
     )
-    arguments.add_argument(
-        '--patience',
-        type=float,
-        default=10.0,
-        metavar='S',
-        help='how long to wait for a robot (10 s)',
+    arguments.add(
+        '--patience', 'how long to wait for a robot (10 s)', type=float, default=10.0, metavar='S'
     )
     watch_common.add_page_arguments(arguments)
     return arguments

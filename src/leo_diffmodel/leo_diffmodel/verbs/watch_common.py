@@ -32,7 +32,6 @@ EXAMPLES = (
 
 
 def say(arguments: argparse.Namespace, url: str, port: int) -> None:
-    """Where the page is; open it where there is a screen."""
     if arguments.json:
         print(json.dumps({'url': url, 'port': port}), flush=True)
     else:
@@ -49,7 +48,6 @@ def screen() -> bool:
 
 
 def parser() -> Parser:
-    """What is typed after `leo watch`."""
     arguments = common.parser('watch', ABOUT, EXAMPLES)
     common.add_bag_arguments(arguments)
     add_page_arguments(arguments)
@@ -57,14 +55,11 @@ def parser() -> Parser:
 
 
 def add_page_arguments(arguments: Parser) -> None:
-    """Where it writes, and how the page is served."""
-    arguments.add_argument(
-        '-o', dest='output', metavar='DIR', help="where 'add to model' writes; without, nowhere"
+    arguments.add(
+        '-o', "where 'add to model' writes; without, nowhere", dest='output', metavar='DIR'
     )
-    arguments.add_argument(
-        '--port', type=_port, default=0, help='to listen on (by default a free one)'
-    )
-    arguments.add_argument('--no-browser', action='store_true', help='only print the address')
+    arguments.add('--port', 'to listen on (by default a free one)', type=_port, default=0)
+    arguments.flag('--no-browser', 'only print the address')
 
 
 def _port(text: str) -> int:
@@ -73,7 +68,7 @@ def _port(text: str) -> int:
     return int(text)
 
 
-def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
+def asked(argv: list[str], reporter: Callable[[str], None]) -> dict:
     """What `leo explain` says to the same words: the contents of explain.json."""
     from leo_diffmodel.explain.explanation import explain
 
@@ -81,15 +76,11 @@ def asked(argv: list[str], heard: Callable[[str], None]) -> dict:
     model = common.named_model(arguments.model)
     recordings, held = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    return explain(recordings, model, held, own, heard, arguments.step).to_json()
+    return explain(recordings, model, held, own, reporter, arguments.step).to_json()
 
 
-def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], None]) -> Plan:
-    """What `leo next` says to the same words as `asked`, and to the explain.json that this gave.
-
-    Raises:
-        UserError: the robot has no motors, or the bags are too short to plan from.
-    """
+def proposed(argv: list[str], answer: dict[str, Any], reporter: Callable[[str], None]) -> Plan:
+    """What `leo next` says to the same words as `asked`, and to its explain.json."""
     from leo_diffmodel.next_run.proposal import propose
     from leo_diffmodel.verbs.next import check_driven, in_words, predict_words, SECONDS
     from leo_diffmodel.watch.next_run import Plan
@@ -99,12 +90,12 @@ def proposed(argv: list[str], answer: dict[str, Any], heard: Callable[[str], Non
     check_driven(model)
     recordings, _ = common.read_all(arguments, model)
     own = common.own_effects(arguments)
-    found = propose(recordings, model, answer, own, SECONDS, heard)
+    found = propose(recordings, model, answer, own, SECONDS, reporter)
     words = tuple(in_words(found, answer, SECONDS))
     if found.best is None:
         return Plan(words, model.robot)
     run = found.best.run
-    heard(f'predicting {run.name}')
+    reporter(f'predicting {run.name}')
     predict = tuple(predict_words(arguments.model, model))
     return Plan(words, model.robot, run, _predicted(run, model, answer, recordings), predict)
 

@@ -23,12 +23,11 @@ from leo_diffmodel.difference.fit import LEAST as LEAST_TRANSITIONS
 from leo_diffmodel.difference.job import NOT_BETTER
 from leo_diffmodel.difference.model import from_bytes
 from leo_learner.algorithm5 import Algorithm5, Done, Settings
-from leo_learner.checkpoint import newest
-from leo_learner.configs import configuration
-from leo_learner.ddpg import Config
-from leo_learner.learning import POLICY
-from leo_learner.policy import Policy
-from leo_learner.robot_env import RobotEnv, Stopped
+from leo_learner.ddpg.configs import Config, configuration
+from leo_learner.learning.checkpoint import newest
+from leo_learner.learning.policy import Policy
+from leo_learner.learning.run import POLICY
+from leo_learner.robot.env import RobotEnv, Stopped
 from leo_msgs_py import topics
 from leo_msgs_py.cli import executable
 from leo_msgs_py.errors import UserError
@@ -50,14 +49,11 @@ from leo_sim.model.model_file import load_model
 
 LEAST = {'tests': 1, 'patience': 1, 'transitions': LEAST_TRANSITIONS}
 """Of the settings that may not be 0."""
-PERIOD = 1.0
-"""Time between two reports [s]; while a policy trains, the episode under way ends first."""
-ASK_AGAIN = 5.0
-"""An update is asked for again after this time [s]: the node may have been restarted."""
+PERIOD = 1.0  # between two reports [s]; while a policy trains, the episode under way ends first
+ASK_AGAIN = 5.0  # until an update is asked for again [s]: the node may have been restarted
 
 
 def read_settings(node: Node) -> Settings:
-    """Declare the numbers of `Settings` as parameters on `node`, and read them."""
     defaults = {name: v for name, v in asdict(Settings()).items() if not isinstance(v, bool)}
     given = {name: fixed_parameter(node, name, value) for name, value in defaults.items()}
     for name, value in given.items():
@@ -70,8 +66,7 @@ def read_settings(node: Node) -> Settings:
 def checked(start: str, robot: Robot, config: Config) -> Path | None:
     """The folder of the run that takes the place of the first training.
 
-    Raises:
-        UserError: it has no checkpoint, or one that a training of `config` cannot go on with.
+    UserError: it has no checkpoint, or one that a training of `config` cannot go on with.
     """
     if not start:
         return None
@@ -93,7 +88,6 @@ def checked(start: str, robot: Robot, config: Config) -> Path | None:
 
 @executable
 def main(argv: list[str]) -> int:
-    """Run the learner node until its last update is tested."""
     with graph(argv):
         node = Node('learner')
         status = Status(node)
@@ -114,7 +108,6 @@ def main(argv: list[str]) -> int:
 
 
 def _algorithm(node: Node, status: Status) -> Algorithm5:
-    """What the node's parameters ask for, on the robot and the difference model of the graph."""
     settings = read_settings(node)
     trust_parameter(private_parameter(node, 'effect', ['']))
     model = load_model(fixed_parameter(node, 'model', 'pendulum'))
@@ -153,7 +146,6 @@ class Status:
         every(node, PERIOD, self._report)
 
     def say(self, text: str) -> None:
-        """Log one line; it is the message of the reports until the next."""
         self._said = text
         self._node.get_logger().info(text)
 
@@ -188,7 +180,7 @@ class DifferenceClient:
         self._node, self._model = node, model
         self._weights, self._said = b'', ''
         self._version = 0
-        self._accepted, self._vain = False, ''
+        self._accepted, self._failure = False, ''
         listen(node, topics.DIFFERENCE_WEIGHTS, self._on_weights)
         self._update = node.create_client(*topics.DIFFERENCE_UPDATE)
 
@@ -201,12 +193,12 @@ class DifferenceClient:
         """
         version = max(version, self._version)
         asked = -ASK_AGAIN
-        self._accepted, self._vain = False, ''
+        self._accepted, self._failure = False, ''
         while self._version <= version:
             if not running():
                 raise Stopped
-            if self._vain:
-                raise UserError(f'{self._vain}; the policies learned so far stay')
+            if self._failure:
+                raise UserError(f'{self._failure}; the policies learned so far stay')
             if time.monotonic() - asked > ASK_AGAIN:
                 asked = time.monotonic()
                 self._ask()
@@ -224,11 +216,10 @@ class DifferenceClient:
         answer = future.result()
         self._log(f'difference model: {answer.message}')
         if self._accepted and NOT_BETTER in answer.message:  # of the update this call has begun
-            self._vain = answer.message
+            self._failure = answer.message
         self._accepted = self._accepted or answer.success
 
     def _log(self, text: str) -> None:
-        """Say it once, however often it is the answer."""
         if text != self._said:
             self._node.get_logger().info(text)
         self._said = text

@@ -33,7 +33,7 @@ EXAMPLES = """\
 
 
 def main(argv: list[str]) -> int:
-    """Print a data sheet; exit status 0, or 1 where not every figure is known."""
+    """Exit status 1 where not every figure is known."""
     words, ros_args = ros_args_apart(argv)
     options = _parser().parse_args(words)
     if options.inputs and all(Path(name).suffix == '.json' for name in options.inputs):
@@ -57,21 +57,19 @@ def main(argv: list[str]) -> int:
 
 def _parser() -> Parser:
     parser = Parser('leo datasheet', 'The figures of a motor, with intervals.', EXAMPLES)
-    parser.add_argument(
+    parser.add(
         'inputs',
+        'recordings of the motor with a known load; none: the running robot is driven; '
+        'or datasheet.json files, side by side',
         nargs='*',
         metavar='BAG',
-        help='recordings of the motor with a known load; none: the running robot is driven; '
-        'or datasheet.json files, side by side',
     )
-    parser.add_argument(
-        '--model', '--robot', metavar='M', help='a model file, a robot name or folder'
-    )
-    parser.add_argument('--joint', metavar='J', help='which motor, where there are several')
-    parser.add_argument('--topic-map', metavar='MAP.yaml', help='other topic and joint names')
-    parser.add_argument('--motion', type=Path, metavar='CSV', help='write the motion, no more')
-    parser.add_argument('--yes', action='store_true', help='drive without asking (as leo play)')
-    parser.add_argument('-o', dest='output', metavar='DIR', help='write JSON and page here')
+    parser.add('--model --robot', 'a model file, a robot name or folder', metavar='M')
+    parser.add('--joint', 'which motor, where there are several', metavar='J')
+    parser.add('--topic-map', 'other topic and joint names', metavar='MAP.yaml')
+    parser.add('--motion', 'write the motion, no more', type=Path, metavar='CSV')
+    parser.flag('--yes', 'drive without asking (as leo play)')
+    parser.add('-o', 'write JSON and page here', dest='output', metavar='DIR')
     add_effect_argument(parser)
     parser.add_json()
     return parser
@@ -134,8 +132,8 @@ def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[
         time.monotonic(),
     )
     distinct(recordings)
-    with progress('measuring') as heard:
-        found = measure(recordings, model, joint, common.own_effects(options), heard)
+    with progress('measuring') as reporter:
+        found = measure(recordings, model, joint, common.own_effects(options), reporter)
         data = sheet(found) | {'conditions': conditions(options.inputs, joint)}
         data['provenance'] = provenance(recordings, model)
         data['seconds'] = time.monotonic() - began

@@ -28,20 +28,13 @@ ROBOT = 'torque_pendulum'
 
 
 def main(argv: list[str]) -> int:
-    """Run the main job, print the closing table, and open the live page if there is a screen."""
     parser = Parser('leo demo', 'Find, repair and retrain, on a robot with a secret.', EXAMPLES)
-    parser.add_argument('--hidden-seed', type=int, default=1, metavar='S', help='draws the secret')
-    parser.add_argument('--data', type=Path, default=DATA, help='folder of recorded robots')
-    parser.add_argument('--no-data', action='store_true', help='only the simulated robot')
-    parser.add_argument(
-        '--quick', action='store_true', help='explain a shipped recording instead: under a minute'
-    )
-    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
-    parser.add_argument(
-        '--no-browser',
-        action='store_true',
-        help='end without opening the live page on the recording',
-    )
+    parser.add('--hidden-seed', 'draws the secret', type=int, default=1, metavar='S')
+    parser.add('--data', 'folder of recorded robots', type=Path, default=DATA)
+    parser.flag('--no-data', 'only the simulated robot')
+    parser.flag('--quick', 'explain a shipped recording instead: under a minute')
+    parser.add('-o --output', 'folder of the run', type=Path, metavar='DIR')
+    parser.flag('--no-browser', 'end without opening the live page on the recording')
     parser.add_json()
     options = parser.parse_args(argv)
     if options.hidden_seed < 0:
@@ -52,7 +45,7 @@ def main(argv: list[str]) -> int:
     if options.quick:
         return quick(folder, options.json)
 
-    from leo_learner.main_job import closing, MainJob, Plan
+    from leo_learner.demo.main_job import closing, MainJob, Plan
     from leo_msgs_py.console import Terminal
 
     console = Terminal(stderr=options.json)
@@ -69,7 +62,7 @@ def main(argv: list[str]) -> int:
 def _watch(folder: Path) -> None:
     """Open the live page until Ctrl-C, where somebody sits in front of a screen and a terminal."""
     from leo_diffmodel.verbs import watch, watch_common
-    from leo_learner.main_job import watching
+    from leo_learner.demo.main_job import watching
 
     if watch_common.screen() and sys.stdout.isatty():
         with suppress(KeyboardInterrupt):

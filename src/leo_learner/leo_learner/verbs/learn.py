@@ -20,7 +20,7 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.effects.consent import add_effect_argument, words
 
 if TYPE_CHECKING:
-    from leo_learner.training_loop import TrainingLoop
+    from leo_learner.training.loop import TrainingLoop
     from leo_sim.description.robot import Robot
     from leo_sim.model import Model
 
@@ -58,51 +58,46 @@ class Run:
 
 
 def main(argv: list[str]) -> int:
-    """Train, save, print the policy's test return; 1 if the robot left, 130 at Ctrl-C."""
+    """Exit status 1 if the robot left, 130 at Ctrl-C."""
     given, ros_args = ros_args_apart(argv)
     options = command_line().parse_args(given)
     run, folder = _run(options)
     quiet = options.json and not sys.stderr.isatty()
     outcome = _train(run, folder, ros_args, quiet)
-    result = {'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}
     if options.json:
-        print(json.dumps(result))
+        print(json.dumps({'policy': str(outcome.policy), **asdict(run), **_numbers(outcome)}))
     else:
         print(_text(run, folder, outcome, words(options.effect)))
     return 0 if outcome.finished else INTERRUPTED if outcome.interrupted else 1
 
 
 def command_line() -> Parser:
-    """What it accepts."""
     parser = Parser('leo learn', 'Train a policy with DDPG, or with SARSA(lambda).', EXAMPLES)
-    parser.add_argument('--robot', metavar='R', help='robot whose ideal model is trained on')
-    parser.add_argument('--model', metavar='MODEL', help='model file, robot or robot folder')
-    parser.add_argument(
+    parser.add('--robot', 'robot whose ideal model is trained on', metavar='R')
+    parser.add('--model', 'model file, robot or robot folder', metavar='MODEL')
+    parser.add(
         '--agent',
+        'ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
         choices=list(AGENTS),
-        help='ddpg (the default), or sarsa: the baseline of the thesis, tile coding on Sym',
     )
-    parser.add_argument(
+    parser.add(
         '--actions',
+        'full: every actuator; sym: three of a LEO robot, named by the leg that carries',
         choices=ACTIONS['ddpg'],
-        help='full: every actuator; sym: three of a LEO robot, named by the leg that carries',
     )
-    parser.add_argument(
-        '--config', choices=AGENTS['ddpg'], help='recommended, or thesis: the reference'
-    )
-    parser.add_argument('--steps', type=int, metavar='N', help='transitions to gather, all in all')
-    parser.add_argument('--seed', type=int, metavar='S', help='of everything drawn (0)')
-    parser.add_argument('--on-robot', action='store_true', help='train on the running robot')
-    parser.add_argument('--start', metavar='DIR', help='begin with the networks of that run')
-    parser.add_argument('--resume', type=Path, metavar='DIR', help='go on with a run')
-    parser.add_argument('-o', '--output', type=Path, metavar='DIR', help='folder of the run')
+    parser.add('--config', 'recommended, or thesis: the reference', choices=AGENTS['ddpg'])
+    parser.add('--steps', 'transitions to gather, all in all', type=int, metavar='N')
+    parser.add('--seed', 'of everything drawn (0)', type=int, metavar='S')
+    parser.flag('--on-robot', 'train on the running robot')
+    parser.add('--start', 'begin with the networks of that run', metavar='DIR')
+    parser.add('--resume', 'go on with a run', type=Path, metavar='DIR')
+    parser.add('-o --output', 'folder of the run', type=Path, metavar='DIR')
     add_effect_argument(parser)
     parser.add_json()
     return parser
 
 
 def _run(options: argparse.Namespace) -> tuple[Run, Path]:
-    """The run asked for and its folder, checked and written down."""
     if options.resume:
         return _resumed(options), options.resume
     if options.output is None:
@@ -135,7 +130,7 @@ def _checked(run: Run) -> Run:
 
 
 def _steps(agent: str, config: str, model: str) -> int:
-    from leo_learner.configs import default_steps, SARSA_STEPS
+    from leo_learner.ddpg.configs import default_steps, SARSA_STEPS
     from leo_sim.model.model_file import load_model
 
     return SARSA_STEPS if agent == 'sarsa' else default_steps(config, load_model(model).robot)
@@ -171,8 +166,8 @@ def _typed(run: Run) -> Run:
 
 
 def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
-    from leo_learner.learning import learn
-    from leo_learner.sym import driven
+    from leo_learner.learning.policy import driven
+    from leo_learner.learning.run import learn
     from leo_sim.model.model_file import load_model
 
     model = load_model(run.model)
@@ -181,7 +176,7 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
     with _stage(run, model, ros_args) as (env, alive):
         training = _training(run, model.robot, driven(env, run.actions), folder)
         if run.on_robot:
-            env.heard()  # a robot that is refused is before anything is written
+            env.next_state()  # a robot that is refused is before anything is written
         try:
             write_whole(folder / RUN, json.dumps(asdict(run), indent=1))
         except OSError as error:
@@ -195,12 +190,12 @@ def _train(run: Run, folder: Path, ros_args: list[str], quiet: bool) -> Any:
 def _stage(
     run: Run, model: Model, ros_args: list[str]
 ) -> Iterator[tuple[Any, Callable[[], bool]]]:
-    from leo_learner.env import training_env
+    from leo_learner.environment.env import training_env
 
     if not run.on_robot:
         yield training_env(model), lambda: True
         return
-    from leo_learner.running_robot import running_robot
+    from leo_learner.robot.running import running_robot
     from leo_msgs_py.node import running
 
     with running_robot(ros_args, 'learn') as robot:
@@ -208,13 +203,15 @@ def _stage(
 
 
 def _training(run: Run, robot: Robot, env: Any, folder: Path) -> TrainingLoop:
-    from leo_learner import ddpg, sarsa
-    from leo_learner.checkpoint import PREFIX, start_from
-    from leo_learner.configs import configuration
+    from leo_learner.ddpg.agent import Training
+    from leo_learner.ddpg.configs import configuration
+    from leo_learner.learning.checkpoint import PREFIX, start_from
 
     if run.agent == 'sarsa':
+        from leo_learner.thesis import sarsa
+
         return sarsa.Training(env, sarsa.CONFIGS[run.config], run.seed)
-    training = ddpg.Training(env, configuration(run.config, robot), run.seed)
+    training = Training(env, configuration(run.config, robot), run.seed)
     if run.start is not None and not any(folder.glob(f'{PREFIX}*')):
         start_from(Path(run.start), training)
     return training
@@ -229,12 +226,11 @@ def _numbers(outcome: Any) -> dict[str, Any]:
     }
 
 
-def _text(run: Run, folder: Path, outcome: Any, own: list[str]) -> str:
-    """How it ended and what to type next; `own` lets the model's effect files run."""
+def _text(run: Run, folder: Path, outcome: Any, consent: list[str]) -> str:
     if not outcome.finished:
-        again = leo('learn', '--resume', folder, *own)
+        again = leo('learn', '--resume', folder, *consent)
         return f'stopped after {outcome.steps} steps; next: {again}'
-    on = () if run.on_robot else ('--model', run.model, *own)
+    on = () if run.on_robot else ('--model', run.model, *consent)
     return (
         f'{outcome.policy}: test return {outcome.test_return:.1f} after {outcome.steps} '
         f'steps, {outcome.seconds:.0f} s\n'

@@ -12,9 +12,8 @@ import sys
 from typing import Any, TYPE_CHECKING
 
 from leo_diffmodel.next_run.run_file import is_run_file
-from leo_learner.verbs.play_run import play_run, run_text
+from leo_learner.verbs.play_run import play_run, playing, run_text
 from leo_learner.verbs.play_scripted import motion_text, play_motion, unknown
-from leo_learner.verbs.playing import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser, ros_args_apart
@@ -23,8 +22,7 @@ from leo_sim.task.motions import MOTIONS
 
 if TYPE_CHECKING:
     from leo_diffmodel.difference.model import DifferenceModel
-    from leo_learner.env import RobotSpaces
-    from leo_learner.rollouts import Rollouts, WatchedEnv
+    from leo_learner.environment.rollouts import Recorded, Rollouts
     from leo_sim.model import Model
 
 EXAMPLES = """\
@@ -42,50 +40,47 @@ LONGEST = 3600.0
 
 
 def main(argv: list[str]) -> int:
-    """Play episodes and print returns and how far it walked; or a run file, or a motion."""
     parser = Parser(
         'leo play', 'Run a policy, a run file or a motion, on the robot or a model.', EXAMPLES
     )
-    parser.add_argument(
+    parser.add(
         'policy',
-        type=Path,
-        metavar='POLICY',
-        help='policy.safetensors of leo learn, the name of a shipped one, a run '
+        'policy.safetensors of leo learn, the name of a shipped one, a run '
         'file (.csv) of leo next, or a motion of a walker: swinging '
         '(hanging), standing, stepping (with its falls)',
+        type=Path,
+        metavar='POLICY',
     )
-    parser.add_argument('--model', metavar='M', help='model file or robot; without it the robot')
-    parser.add_argument(
+    parser.add('--model', 'model file or robot; without it the robot', metavar='M')
+    parser.add(
         '--difference',
+        'say where a policy leaves the data of this difference model, on M '
+        'corrected by it, or on the robot',
         type=Path,
         metavar='FILE',
-        help='say where a policy leaves the data of this difference model, on M '
-        'corrected by it, or on the robot',
     )
-    parser.add_argument(
+    parser.add(
         '--bag',
+        'write what it did to a bag: what M did, and without --model what '
+        'the ideal robot did under a policy, or the running one otherwise',
         type=Path,
         metavar='DIR',
-        help='write what it did to a bag: what M did, and without --model what '
-        'the ideal robot did under a policy, or the running one otherwise',
     )
-    parser.add_argument(
-        '--yes', action='store_true', help='send a run file without asking, unless it hits a stop'
-    )
-    parser.add_argument(
+    parser.flag('--yes', 'send a run file without asking, unless it hits a stop')
+    parser.add(
         '--predict',
+        'model file for the dry run of a run file before it is sent (the robot it names)',
         metavar='M',
-        help='model file for the dry run of a run file before it is sent (the robot it names)',
     )
     parser.add_argument('--episodes', type=int, default=1, metavar='N')
-    parser.add_argument('--collect', type=int, metavar='STEPS', help='drive STEPS with noise')
-    parser.add_argument('--seconds', type=float, metavar='T', help='length of a motion (10)')
-    parser.add_argument(
+    parser.add('--collect', 'drive STEPS with noise', type=int, metavar='STEPS')
+    parser.add('--seconds', 'length of a motion (10)', type=float, metavar='T')
+    parser.add(
         '--seed',
+        'of random starts, and of the figures of a motion',
         type=int,
         default=0,
         metavar='S',
-        help='of random starts, and of the figures of a motion',
     )
     add_effect_argument(parser)
     parser.add_json()
@@ -128,10 +123,11 @@ def _played_by(options: Any, ros_args: list[str]) -> tuple[dict[str, Any], Calla
 
 
 def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.collect import collect
-    from leo_learner.policy import Policy, shipped
-    from leo_learner.training_loop import play
-    from leo_learner.walk import Recorded, Walk, walks
+    from leo_learner.environment.rollouts import Recorded
+    from leo_learner.environment.walk import Walk, walks
+    from leo_learner.learning.collect import collect
+    from leo_learner.learning.policy import Policy, shipped
+    from leo_learner.training.loop import play
     from leo_sim.model.model_file import load_model
 
     if not options.policy.is_file() and str(options.policy) not in shipped():
@@ -143,7 +139,7 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
     policy.check(model.robot)
     result = {'policy': str(options.policy), 'on': options.model or 'the robot'}
     with _stage(options, model, ros_args) as stage:
-        recorded = Recorded(policy.on(stage.env))
+        recorded = Recorded(policy.on(stage.env), stage.known())
         if options.collect:
             with playing(options.collect) as step:
                 collect(recorded, policy, options.collect, options.seed, step)
@@ -161,22 +157,26 @@ def _play(options: Any, ros_args: list[str]) -> dict[str, Any]:
             result |= {'returns': returns.tolist(), 'mean': float(returns.mean())}
             if figures:
                 result['walks'] = [asdict(walk) for walk in figures]
-    return result | stage.notes(options)
+    return result | stage.notes(options, recorded)
 
 
 @dataclass(frozen=True)
 class _Stage:
     env: Any
-    difference: Path | None = None
-    watched: WatchedEnv | None = None
+    path: Path | None = None  # of the difference model
+    difference: DifferenceModel | None = None
     rollouts: Rollouts | None = None
 
-    def notes(self, options: Any) -> dict[str, Any]:
+    def known(self) -> DifferenceModel | None:
+        """The difference model, if it knows where its data end."""
+        return self.difference if self.difference and self.difference.trust else None
+
+    def notes(self, options: Any, recorded: Recorded) -> dict[str, Any]:
         """Where the episodes left the data of a difference model, and the bag written."""
         notes: dict[str, Any] = {}
-        if self.difference is not None:
-            left = None if self.watched is None else [asdict(e) for e in self.watched.left()]
-            notes |= {'difference': str(self.difference), 'left_data': left}
+        if self.path is not None:
+            left = [asdict(e) for e in recorded.left()] if self.known() else None
+            notes |= {'difference': str(self.path), 'left_data': left}
         if self.rollouts is not None:
             self.rollouts.write(options.bag)
             notes['bag'] = str(options.bag)
@@ -185,29 +185,24 @@ class _Stage:
 
 @contextmanager
 def _stage(options: Any, model: Model, ros_args: list[str]) -> Iterator[_Stage]:
-    from leo_diffmodel.difference.files import read_difference
-    from leo_learner.env import model_env
-    from leo_learner.rollouts import Rollouts
+    from leo_diffmodel.difference.model import read_difference
+    from leo_learner.environment.env import model_env
+    from leo_learner.environment.rollouts import Rollouts
 
     if not options.model:
         path = options.difference
         difference = path and read_difference(path, model.robot)
-        from leo_learner.running_robot import running_robot
+        from leo_learner.robot.running import running_robot
 
         with running_robot(ros_args) as running:
-            robot = running.env(model.robot)
-            watched = _watched(robot, difference)
-            yield _Stage(watched or robot, path, watched)
+            yield _Stage(running.env(model.robot), path, difference)
         return
     if options.difference:
         model = model.changed(difference_model=options.difference)
-    env: Any = model_env(model)
-    watched = _watched(env, env.difference)
-    env, rollouts = watched or env, None
-    if options.bag:
-        env = rollouts = Rollouts(env)
+    env = model_env(model)
+    rollouts = Rollouts(env) if options.bag else None
     with _kept(rollouts, options.bag):
-        yield _Stage(env, model.difference_model, watched, rollouts)
+        yield _Stage(rollouts or env, model.difference_model, env.difference, rollouts)
 
 
 @contextmanager
@@ -222,17 +217,8 @@ def _kept(rollouts: Rollouts | None, bag: Path) -> Iterator[None]:
         raise
 
 
-def _watched(env: RobotSpaces, difference: DifferenceModel | None) -> WatchedEnv | None:
-    """The environment watched by a difference model that knows where its data end."""
-    from leo_learner.rollouts import WatchedEnv
-
-    if difference is None or difference.trust is None:
-        return None
-    return WatchedEnv(env, difference)
-
-
 def walk_text(walk: Mapping[str, Any]) -> str:
-    """The figures of `leo_learner.walk.Walk` in words."""
+    """The figures of `leo_learner.environment.walk.Walk` in words."""
     cost = walk['energy_per_metre']
     return (
         f'{walk["distance"]:.2f} m in {walk["footsteps"]} footsteps (feet passed each other '
@@ -251,7 +237,7 @@ def _text(result: dict[str, Any]) -> str:
 
 
 def _played(result: dict[str, Any]) -> list[str]:
-    from leo_learner.rollouts import Left
+    from leo_learner.environment.rollouts import Left
 
     each = ', '.join(f'{value:.1f}' for value in result['returns'])
     lines = [

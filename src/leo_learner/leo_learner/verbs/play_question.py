@@ -23,11 +23,7 @@ YES = ('y', 'yes')
 
 
 def see_that_somebody_answers(options: Any) -> None:
-    """Refuse before anything is asked of a robot where nobody could be asked.
-
-    Raises:
-        UserError: no terminal, and no --yes.
-    """
+    """Refuse before anything is asked of a robot where nobody could be asked."""
     if not (options.yes or sys.stdin.isatty()):
         raise UserError(
             f'{options.policy} was not sent: leo play asks first, and nobody is at a terminal; '
@@ -41,16 +37,7 @@ def agree(
     """Show a dry run and ask whether to send it; True at once with --yes.
 
     --yes is no answer to a run that ends at a stop: that is asked, whatever was typed before.
-
-    Args:
-        found: the dry run.
-        robot: that it is of.
-        notes: what else is to be known before.
-        options: of the command line.
-        wait: lets time pass, or ends the process where that was asked for.
-
-    Raises:
-        UserError: it would hit something or is none, and nobody is there to be asked.
+    `wait` lets time pass. UserError: it would hit something or is none, and nobody can be asked.
     """
     console = Terminal(stderr=options.json)
     console.print(table(found, robot))
@@ -69,7 +56,6 @@ def agree(
 
 
 def table(found: DryRun, robot: Robot) -> Table:
-    """What each joint does, against where it ends."""
     shown = Table('joint', title='dry run: what the model predicts')
     angle = 'rad or m' if robot.slides else 'rad'
     given = f'input [{input_units(robot)}]'
@@ -89,7 +75,6 @@ def _row(travel: Travel) -> tuple[str, ...]:
 
 
 def sentences(found: DryRun) -> list[str]:
-    """How long it takes, and what it runs into."""
     lines = [f'{found.seconds:.1f} s']
     if found.first:
         lines = [f'{found.first:.1f} s to where the run begins, then {lines[0]}']

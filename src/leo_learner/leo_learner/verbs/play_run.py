@@ -3,29 +3,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from pathlib import Path
 import sys
 from typing import Any
+
+from rich.progress import Progress
 
 from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.dry_run import dry_run, DryRun
 from leo_diffmodel.next_run.run_file import read_run, Run
 from leo_diffmodel.next_run.simulate import start_of
 from leo_learner.verbs.play_question import agree, away, moved, see_that_somebody_answers, unturned
-from leo_learner.verbs.playing import playing
+from leo_msgs_py.console import Terminal
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 
 
 def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    """Send a run file `--episodes` times, to the robot or to `--model`.
-
-    Raises:
-        UserError: a wrong file, one made for another robot, or nobody there to say yes.
-    """
+    """Send a run file `--episodes` times, to the robot or to `--model`."""
     file = read_run(options.policy)
     model = _model(options, file.robot)
     try:
@@ -45,7 +42,6 @@ def play_run(options: Any, ros_args: list[str]) -> dict[str, Any]:
 
 
 def _model(options: Any, robot: str) -> Model:
-    """The model to play on, or to predict by: that of the robot that the file names."""
     from leo_sim.model.model_file import load_model
 
     if given := options.model or options.predict:
@@ -59,7 +55,6 @@ def _model(options: Any, robot: str) -> Model:
 
 
 def run_text(result: dict[str, Any]) -> str:
-    """What was played, in words."""
     if not result.get('sent', True):
         return 'nothing was sent'
     if not result['complete']:
@@ -90,11 +85,13 @@ def _on_model(run: Run, model: Model, options: Any, _: list[str]) -> dict[str, A
 
 
 def _on_robot(run: Run, model: Model, options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.running_robot import RobotPlayer, running_robot
+    from leo_learner.robot.running import RobotPlayer, running_robot
 
     with running_robot(ros_args) as running:
-        if run.start or options.bag:
-            _check_pose(running.ask(), run, options.policy)
+        robot = running.ask() if run.start or options.bag else model.robot
+        if run.start and run.start not in robot.start_poses:
+            begins = f'{options.policy} begins in {run.start!r}'
+            raise UserError(f'{begins}; the robot {robot.name} has no such pose')
         env = running.env(model.robot)
         player = RobotPlayer(running.node, env)
         found, sent = _dry_run(run, model, player, options, running)
@@ -113,7 +110,7 @@ def _dry_run(
     run: Run, model: Model, player: Any, options: Any, running: Any
 ) -> tuple[DryRun, bool]:
     """What the model predicts from where the robot is, and whether to send it."""
-    measured = player.measured()
+    measured = player.env.next_state()
     if not running.facts:
         with suppress(UserError):  # another node than ours need not say what it is
             running.ask()
@@ -125,14 +122,13 @@ def _dry_run(
     begun = replace(run, start=pose)
     found = dry_run(begun, model, None if from_pose else measured, player.goals())
     sent = agree(found, model.robot, notes, options, running.wait)
-    if sent and moved(model.robot, measured, player.measured()):
+    if sent and moved(model.robot, measured, player.env.next_state()):
         raise UserError('the robot has moved since the dry run: nothing was sent; play it again')
     return found, sent
 
 
 @contextmanager
 def _how_it_is_left(robot: Any) -> Iterator[None]:
-    """Say so where the run is stopped on its way."""
     try:
         yield
     except KeyboardInterrupt:
@@ -142,6 +138,10 @@ def _how_it_is_left(robot: Any) -> Iterator[None]:
         raise
 
 
-def _check_pose(robot: Any, run: Run, file: Path) -> None:
-    if run.start and run.start not in robot.start_poses:
-        raise UserError(f'{file} begins in {run.start!r}; the robot {robot.name} has no such pose')
+@contextmanager
+def playing(steps: int) -> Iterator[Callable[[], None]]:
+    """A bar with the time left, on stderr; what it yields is called after each of the steps."""
+    console = Terminal(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task('playing', total=steps)
+        yield lambda: bar.advance(task)

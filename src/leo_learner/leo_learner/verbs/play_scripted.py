@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from leo_learner.verbs.playing import playing
+from leo_learner.verbs.play_run import playing
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.names import nearest
 from leo_msgs_py.terminal import leo
@@ -18,17 +18,12 @@ SECONDS = 10.0
 
 
 def unknown(name: str, policies: Iterable[str]) -> UserError:
-    """The error for a name that is neither a motion nor a policy."""
     hint = nearest(name, [*MOTIONS, *policies])
     return UserError(f'{name}: no such file, shipped policy or motion{hint}')
 
 
 def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    """Perform a motion on `--model`, or on the running robot, and record it to `--bag`.
-
-    Raises:
-        UserError: a robot that cannot do it, or none that runs.
-    """
+    """Perform a motion on `--model`, or on the running robot, and record it to `--bag`."""
     if options.collect or options.difference or options.episodes != 1:
         raise UserError(f'leo play: a motion takes --seconds and --seed ({options.policy})')
     player = _motion_on_model if options.model else _motion_on_robot
@@ -37,7 +32,6 @@ def play_motion(options: Any, ros_args: list[str]) -> dict[str, Any]:
 
 
 def motion_text(result: dict[str, Any]) -> str:
-    """What was performed, in words."""
     falls = {0: 'no fall', 1: '1 fall'}.get(result['falls'], f'{result["falls"]} falls')
     lines = [
         f'{result["motion"]} on {result["on"]}: {result["seconds"]:.1f} s from the pose '
@@ -54,9 +48,9 @@ def motion_text(result: dict[str, Any]) -> str:
 
 
 def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
-    from leo_learner.collect import perform
-    from leo_learner.env import model_env
-    from leo_learner.rollouts import Rollouts
+    from leo_learner.environment.env import model_env
+    from leo_learner.environment.rollouts import Rollouts
+    from leo_learner.learning.collect import perform
     from leo_sim.model.model_file import load_model
 
     model = load_model(options.model)
@@ -70,8 +64,8 @@ def _motion_on_model(options: Any, _: list[str]) -> dict[str, Any]:
 
 
 def _motion_on_robot(options: Any, ros_args: list[str]) -> dict[str, Any]:
-    from leo_learner.collect import perform
-    from leo_learner.running_robot import running_robot
+    from leo_learner.learning.collect import perform
+    from leo_learner.robot.running import running_robot
 
     with running_robot(ros_args) as running:
         robot = running.ask()

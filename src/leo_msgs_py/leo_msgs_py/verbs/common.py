@@ -44,12 +44,17 @@ class Parser(argparse.ArgumentParser):
         self.register('type', float, _number)
 
     def error(self, message: str) -> NoReturn:
-        """Raise instead of printing the usage."""
         raise UserError(f"{self.prog}: {message}; see '{self.prog} --help'")
 
+    def add(self, names: str, about: str, **options: Any) -> None:
+        """Accept an argument by its names; `options` are those of `add_argument`."""
+        self.add_argument(*names.split(), help=about, **options)
+
+    def flag(self, names: str, about: str) -> None:
+        self.add(names, about, action='store_true')
+
     def add_json(self) -> None:
-        """Accept `--json`."""
-        self.add_argument('--json', action='store_true', help='print the result as JSON')
+        self.flag('--json', 'print the result as JSON')
 
 
 def _number(text: str) -> float:
@@ -73,7 +78,6 @@ def dispatch(
     argv: list[str],
     examples: str,
 ) -> int:
-    """Run one of a verb's sub-verbs."""
     parser = Parser(prog, description, examples)
     parser.add_argument('verb', choices=list(verbs), metavar='|'.join(verbs))
     rest = parser.add_argument('args', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
@@ -148,7 +152,7 @@ def list_typed(
 ) -> int:
     """Run `leo topic list` or `leo service list`, of what `found` gives for a node."""
     parser = Parser(f'leo {what} list', about, examples)
-    parser.add_argument('-t', '--show-types', action='store_true', help='with their types')
+    parser.flag('-t --show-types', 'with their types')
     parser.add_json()
     options = parser.parse_args(argv)
     with probe() as node:
@@ -159,27 +163,18 @@ def list_typed(
 
 
 def one_type(name: str, found: Pairs, what: str) -> str:
-    """Type of a topic or service.
-
-    Raises:
-        UserError: it does not exist (listing those there are) or has several types.
-    """
+    """Type of a topic or service; UserError where it is not there, or has several."""
     kinds = dict(found).get(name)
     if kinds is None:
-        there = ', '.join(known for known, _ in found if not _of_the_probe(known))
+        ours = re.compile(r'.*/_|/(rosout|parameter_events)$')
+        there = ', '.join(known for known, _ in found if not ours.match(known))
         raise UserError(f'no {what} {name}; there are: {there or "none, " + where()}')
     if len(kinds) > 1:
         raise UserError(f'{what} {name} has several types, name one: {", ".join(kinds)}')
     return kinds[0]
 
 
-def _of_the_probe(name: str) -> bool:
-    hidden = any(token.startswith('_') for token in name.split('/'))
-    return hidden or name in ('/rosout', '/parameter_events')
-
-
 def show(options: argparse.Namespace, data: Any, lines: Sequence[str]) -> None:
-    """Print data as JSON where asked for, else the lines."""
     print(json.dumps(data) if options.json else '\n'.join(lines), flush=True)
 
 

@@ -36,7 +36,6 @@ _SUB_VERBS = re.compile(r'^ +([a-z_-]+(?:\|[a-z_-]+)+)$', re.MULTILINE)
 
 
 def main(argv: list[str]) -> int:
-    """Print the script for a shell."""
     parser = Parser('leo completion', 'Print a script with which a shell completes leo.', EXAMPLES)
     parser.add_argument('shell', choices=('bash', 'zsh'))
     options = parser.parse_args(argv)

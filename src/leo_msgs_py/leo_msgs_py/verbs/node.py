@@ -19,7 +19,6 @@ _SECTIONS = {
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo node list|info`."""
     verbs = {'list': _list, 'info': _info}
     examples = _LIST_EXAMPLES + _INFO_EXAMPLES
     return common.dispatch('leo node', 'Who is in the graph.', verbs, argv, examples)
@@ -27,7 +26,7 @@ def main(argv: list[str]) -> int:
 
 def _list(argv: list[str]) -> int:
     parser = common.Parser('leo node list', 'List the nodes.', _LIST_EXAMPLES)
-    parser.add_argument('-a', '--all', action='store_true', help='hidden ones too')
+    parser.flag('-a --all', 'hidden ones too')
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
@@ -41,7 +40,7 @@ def _list(argv: list[str]) -> int:
 
 def _info(argv: list[str]) -> int:
     parser = common.Parser('leo node info', 'What a node offers and uses.', _INFO_EXAMPLES)
-    parser.add_argument('node', help='for example /robot')
+    parser.add('node', 'for example /robot')
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:

@@ -17,7 +17,6 @@ _TIMEOUT_S = 5.0
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo param list|get|set`."""
     verbs = {'list': _list, 'get': _get, 'set': _set}
     examples = _LIST_EXAMPLES + _GET_EXAMPLES + _SET_EXAMPLES
     description = 'List, get and set the parameters of nodes.'
@@ -26,7 +25,7 @@ def main(argv: list[str]) -> int:
 
 def _list(argv: list[str]) -> int:
     parser = common.Parser('leo param list', 'List parameters.', _LIST_EXAMPLES)
-    parser.add_argument('node', nargs='?', help='for example /robot; all where left away')
+    parser.add('node', 'for example /robot; all where left away', nargs='?')
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
@@ -61,7 +60,7 @@ def _set(argv: list[str]) -> int:
     parser = common.Parser('leo param set', 'Set a parameter.', _SET_EXAMPLES)
     parser.add_argument('node')
     parser.add_argument('parameter')
-    parser.add_argument('value', help='as YAML: 1, 1.5, true, text, [1, 2]')
+    parser.add('value', 'as YAML: 1, 1.5, true, text, [1, 2]')
     options = parser.parse_args(argv)
     with common.probe() as node:
         name = node_verb.find(node, options.node)

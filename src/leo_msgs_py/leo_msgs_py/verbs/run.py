@@ -18,15 +18,14 @@ _EXAMPLES = """\
 
 
 def main(argv: list[str]) -> int:
-    """Run an executable; its own exit status."""
     there = ''.join(f'  {name}\n' for name in _names())
     parser = Parser(
         'leo run',
         'Start an executable of a package, as `ros2 run` does.',
         f'{_EXAMPLES}\nexecutables:\n{there}',
     )
-    parser.add_argument('package', help='for example leo_sim')
-    parser.add_argument('executable', help='for example robot')
+    parser.add('package', 'for example leo_sim')
+    parser.add('executable', 'for example robot')
     words = '--ros-args -p name:=value ...'
     parser.add_argument('args', nargs=argparse.REMAINDER, help=words).required = False
     options = parser.parse_args(argv)

@@ -17,7 +17,6 @@ _CALL_EXAMPLES = (
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo service list|call`."""
     verbs = {'list': _list, 'call': _call}
     examples = _LIST_EXAMPLES + _CALL_EXAMPLES
     return common.dispatch('leo service', 'List and call services.', verbs, argv, examples)
@@ -37,9 +36,9 @@ def _call(argv: list[str]) -> int:
     """Exit status 1 for an answer whose `success` is false."""
     parser = common.Parser('leo service call', 'Call a service.', _CALL_EXAMPLES)
     parser.add_argument('service')
-    parser.add_argument('type', nargs='?', help='type; found out where left away')
-    parser.add_argument('values', nargs='?', default='', help='fields of the request as YAML')
-    parser.add_argument('--timeout', type=float, default=10.0, help='wait so long [s]')
+    parser.add('type', 'type; found out where left away', nargs='?')
+    parser.add('values', 'fields of the request as YAML', nargs='?', default='')
+    parser.add('--timeout', 'wait so long [s]', type=float, default=10.0)
     parser.add_json()
     options = parser.parse_args(argv)
     if options.type and '/' not in options.type:
@@ -48,7 +47,11 @@ def _call(argv: list[str]) -> int:
 
     with common.probe(settled=False) as node:
         service = common.absolute(options.service)
-        srv_type = load(options.type or _found_type(node, service), 'srv')
+        if not options.type:
+            common.settle(node)
+            found = node.get_service_names_and_types()
+            options.type = common.one_type(service, found, 'service')
+        srv_type = load(options.type, 'srv')
         request = fill(srv_type.Request(), common.from_yaml(options.values))
         client = node.create_client(srv_type, service)
         try:
@@ -58,8 +61,3 @@ def _call(argv: list[str]) -> int:
     data = to_plain(response)
     common.show(options, data, [common.as_yaml(data).rstrip()])
     return 1 if data.get('success') is False else 0
-
-
-def _found_type(node: Any, service: str) -> str:
-    common.settle(node)
-    return common.one_type(service, node.get_service_names_and_types(), 'service')

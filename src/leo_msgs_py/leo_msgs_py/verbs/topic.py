@@ -40,7 +40,6 @@ _LINGER_S = 0.3
 
 
 def main(argv: list[str]) -> int:
-    """Run `leo topic list|info|echo|hz|pub`."""
     verbs = {'list': _list, 'info': _info, 'echo': _echo, 'hz': _hz, 'pub': _pub}
     description = 'List, look at and publish topics.'
     return common.dispatch('leo topic', description, verbs, argv, _EXAMPLES)
@@ -56,7 +55,7 @@ def _list(argv: list[str]) -> int:
 def _info(argv: list[str]) -> int:
     parser = common.Parser('leo topic info', 'Type and endpoints of a topic.', _INFO_EXAMPLES)
     parser.add_argument('topic')
-    parser.add_argument('-v', '--verbose', action='store_true', help='each endpoint and its QoS')
+    parser.flag('-v --verbose', 'each endpoint and its QoS')
     parser.add_json()
     options = parser.parse_args(argv)
     with common.probe() as node:
@@ -95,14 +94,14 @@ def _echo(argv: list[str]) -> int:
     options = _stream_options('leo topic echo', 'Print the messages of a topic.', 'message', argv)
     from leo_msgs_py.node import running, spin_once
 
-    heard: list[Any] = []
+    received: list[Any] = []
     with common.probe() as node:
-        _subscribe(node, options, heard.append, raw=False)
-        while running() and not (options.once and heard):
-            heard.clear()
+        _subscribe(node, options, received.append, raw=False)
+        while running() and not (options.once and received):
+            received.clear()
             spin_once()
             # Not in the callback: rclpy logs what that raises, a closed pipe too.
-            for message in heard[:1] if options.once else heard:
+            for message in received[:1] if options.once else received:
                 data = to_plain(message)
                 text = json.dumps(data) if options.json else f'{common.as_yaml(data)}---'
                 print(text, flush=True)
@@ -131,8 +130,8 @@ def _hz(argv: list[str]) -> int:
 def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argparse.Namespace:
     parser = common.Parser(verb, about, _STREAM_EXAMPLES[verb])
     parser.add_argument('topic')
-    parser.add_argument('type', nargs='?', help='type, where nobody publishes yet')
-    parser.add_argument('--once', action='store_true', help=f'stop after the first {what}')
+    parser.add('type', 'type, where nobody publishes yet', nargs='?')
+    parser.flag('--once', f'stop after the first {what}')
     parser.add_json()
     return parser.parse_args(argv)
 
@@ -140,8 +139,8 @@ def _stream_options(verb: str, about: str, what: str, argv: list[str]) -> argpar
 def _pub(argv: list[str]) -> int:
     parser = common.Parser('leo topic pub', 'Publish messages.', _PUB_EXAMPLES)
     parser.add_argument('topic')
-    parser.add_argument('type', help='for example std_msgs/msg/String')
-    parser.add_argument('values', nargs='?', default='', help='fields as YAML')
+    parser.add('type', 'for example std_msgs/msg/String')
+    parser.add('values', 'fields as YAML', nargs='?', default='')
     group = parser.add_mutually_exclusive_group()
     group.add_argument('-r', '--rate', type=float, default=1.0, help='messages per second')
     group.add_argument('-1', '--once', action='store_true', help='wait for a reader, send one')
@@ -161,8 +160,8 @@ def _pub(argv: list[str]) -> int:
 def _send(publisher: Any, message: Any, options: argparse.Namespace) -> int:
     from leo_msgs_py.node import running, spin_until
 
-    heard = spin_until(lambda: publisher.get_subscription_count() > 0, _MATCH_S)
-    if not heard:
+    matched = spin_until(lambda: publisher.get_subscription_count() > 0, _MATCH_S)
+    if not matched:
         print(f'nobody subscribes to {options.topic} {common.where()}', file=sys.stderr)
     count = 0
     due = time.monotonic()
@@ -172,7 +171,7 @@ def _send(publisher: Any, message: Any, options: argparse.Namespace) -> int:
         publisher.publish(message)
         if options.once:
             spin_until(lambda: False, _LINGER_S)
-            return 0 if heard else 1
+            return 0 if matched else 1
         due += 1 / options.rate
         spin_until(lambda: False, max(0.0, due - time.monotonic()))
     return 0

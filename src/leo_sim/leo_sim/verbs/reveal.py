@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`leo reveal FILE`: open the sealed truth about a robot's hidden effects."""
 
+from collections.abc import Mapping
 import json
 from pathlib import Path
 from typing import Any
@@ -34,12 +35,19 @@ def main(argv: list[str]) -> int:
 
 def _sentences(truth: dict[str, Any]) -> str:
     lines = [f'robot {truth["robot"]}: {len(truth["effects"])} hidden effect(s)']
-    for effect in truth['effects']:
-        values = ', '.join(
-            f'{name} = {entry["value"]:.4g} {entry["unit"]}'.rstrip()
-            for name, entry in effect['parameters'].items()
-        )
-        where = effect['where']
-        places = where if isinstance(where, str) else ', '.join(where)
-        lines.append(f'  {effect["name"]} at {places}: {values}')
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *(f'  {described(effect)}' for effect in truth['effects'])])
+
+
+def described(effect: Mapping[str, Any]) -> str:
+    """An effect with its place and its values, as a sealed file or an explain.json has it."""
+    where = effect['where']
+    places = where if isinstance(where, str) else ', '.join(where)
+    values = ', '.join(_value(name, entry) for name, entry in effect['parameters'].items())
+    return f'{effect["name"]} at {places}: {values}'
+
+
+def _value(name: str, entry: Mapping[str, Any]) -> str:
+    text = f'{name} = {entry["value"]:.4g} {entry["unit"]}'.rstrip()
+    if entry.get('ci95'):
+        text += ' [{:.3g}, {:.3g}]'.format(*entry['ci95'])
+    return text

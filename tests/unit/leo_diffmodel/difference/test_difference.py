@@ -188,7 +188,6 @@ def fit_bytes_of_something_else() -> bytes:
 
 
 def recorded(real: Model, folder: Path) -> Path:
-    """A bag of six seconds under random volts."""
     u = np.random.default_rng(0).uniform(-3, 3, (1, 120, 1))
     q, dq = rollout(real, np.ones((1, 1)), np.zeros((1, 1)), u, 0.05)
     volts = {'pivot': {'voltage': np.append(u[0, :, 0], 0.0)}}
@@ -198,7 +197,6 @@ def recorded(real: Model, folder: Path) -> Path:
 
 
 def ended(updates: Updates) -> str:
-    """How a fit under way ends."""
     until = time.monotonic() + 300
     while not updates.poll():
         assert updates.busy and time.monotonic() < until

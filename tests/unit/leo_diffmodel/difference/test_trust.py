@@ -7,14 +7,16 @@ import json
 import numpy as np
 import pytest
 from safetensors.torch import load, save
+from tests.difference import untrained
 import torch
 
-from leo_diffmodel.difference.data import channel_names, layout_of, predicted, Transitions
+from leo_diffmodel.difference.data import channel_names, predicted, Transitions
 from leo_diffmodel.difference.fit import calibration, fit, TRAIN
-from leo_diffmodel.difference.model import calibrated, DifferenceModel, from_bytes
-from leo_diffmodel.difference.network import Config, CONFIGS, Network, RECOMMENDED, THESIS
+from leo_diffmodel.difference.model import from_bytes
+from leo_diffmodel.difference.network import CONFIGS, RECOMMENDED, THESIS
 from leo_diffmodel.difference.service import correction
 from leo_diffmodel.difference.training import targets
+from leo_diffmodel.difference.trust import calibrated
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
@@ -129,17 +131,12 @@ def test_one_step_and_many_are_the_same(fitted, model, steps, form):
 
 def test_a_corrected_joint_stays_within_its_stops():
     leo = Model('leo', scheme='training')
-    network = fit_of_zeros(leo)
+    network = untrained(leo)
     wanted = np.zeros(19)
     wanted[2 + 5] = 5.0  # rad, the right knee's: 2 numbers for the torso, x, z, four joints
     after = network.applied(leo, leo.start('hanging'), np.zeros(6), wanted)
     assert after.q[6] == pytest.approx(leo.laws.stops[1][6])
     leo.step(after, np.zeros(6), 0.03)
-
-
-def fit_of_zeros(model: Model) -> DifferenceModel:
-    config, layout = Config(hidden=(4,)), layout_of(model.robot)
-    return DifferenceModel(Network(layout, config), layout, config, model.robot.name, 1, 0)
 
 
 def test_channels_are_named():
@@ -150,7 +147,7 @@ def test_channels_are_named():
     )
     leo = load_robot('leo')
     assert channel_names(leo, 'torque')[2] == 'left_knee torque'
-    assert len(channel_names(leo, 'state')) == fit_of_zeros(Model(leo)).layout.states
+    assert len(channel_names(leo, 'state')) == untrained(Model(leo)).layout.states
 
 
 @pytest.mark.parametrize('form', FORMS)

@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The model and the bags of a command line, and what is said of them."""
+"""The model and the bags of a command line, and the files of its answer."""
+
+from argparse import Namespace
 
 import numpy as np
 import pytest
+from tests.difference import untrained
+from tests.simulate import bag, PENDULUM, record
 
+from leo_diffmodel.api import _read
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.difference.data import layout_of
-from leo_diffmodel.difference.model import DifferenceModel
-from leo_diffmodel.difference.network import Config, Network
-from leo_diffmodel.verbs import common
+from leo_diffmodel.verbs import check, common, compare, explain
 from leo_msgs_py.cli import main
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.model import load_model, Model
-from leo_sim.model.physics import of_model
 
 ARM = Model(load_robot('so101'))
 
@@ -21,12 +22,7 @@ ARM = Model(load_robot('so101'))
 @pytest.fixture
 def file(tmp_path):
     """A model file with a difference model that was fitted over it."""
-    model, config = Model('pendulum'), Config(hidden=(4,))
-    layout = layout_of(model.robot)
-    made = Network(layout, config), layout, config, 'pendulum', 1, 0
-    (tmp_path / 'd.safetensors').write_bytes(
-        DifferenceModel(*made, over=of_model(model)).to_bytes()
-    )
+    (tmp_path / 'd.safetensors').write_bytes(untrained(Model('pendulum')).to_bytes())
     (tmp_path / 'm.yaml').write_text('robot: pendulum\ndifference_model: d.safetensors\n')
     return tmp_path / 'm.yaml'
 
@@ -64,3 +60,47 @@ def test_angles_in_degrees_are_said_on_reading(tmp_path, capsys):
         bag = write_runs(tmp_path / name, [log], {'imported_from': 'log.csv'})
         common.read_bags([str(bag)], ARM, None)
         assert ('that is degrees' in capsys.readouterr().err) == (name == 'deg')
+
+
+MODEL = Model(load_robot('torque_pendulum'))
+
+
+def log(rate: float) -> Run:
+    t = np.arange(0, 4, 1 / rate)
+    torque = {'pivot': {'effort': np.sin(9 * t)}}
+    return Run(t, ['pivot'], np.sin(t)[:, None], np.cos(t)[:, None], inputs=torque)
+
+
+def test_logs_of_several_rates_in_one_bag_are_read_apart(tmp_path):
+    bag = str(write_runs(tmp_path / 'bag', [log(100.0), log(250.0)], {}))
+    said = Namespace(bags=[bag], hold_out=[], topic_map=None, begin=None, end=None)
+    names = ['bag (part 1, 100 Hz)', 'bag (part 2, 250 Hz)']
+    assert [r.name for r in common.read_all(said, MODEL)[0]] == names
+    assert [r.name for r in common.read_all(said, MODEL, whole=True)[0]] == ['bag']
+    assert [r.name for r in common.read_bags([bag], MODEL, None)] == names
+    assert [r.name for r in _read(bag, MODEL)] == names
+    both = check._bags(said, MODEL)
+    assert [(b.recording.name, b.other.name) for b in both] == [(n, n) for n in names]
+
+
+@pytest.mark.parametrize(('verb', 'seconds'), [(explain, 1.0), (compare, 4.0)])
+def test_where_the_report_cannot_be_written_there_is_no_json_either(tmp_path, verb, seconds):
+    path = bag(tmp_path / 'run', record(PENDULUM, seconds=seconds))
+    report = tmp_path / 'out/report.html'
+    report.mkdir(parents=True)
+    with pytest.raises(OSError, match=r'report\.html'):
+        verb.main([str(path), '--model', 'pendulum', '-o', str(report.parent)])
+    assert [*report.parent.iterdir()] == [report]
+
+
+@pytest.mark.parametrize('each', [False, True])
+def test_an_explanation_that_cannot_be_written_is_told(tmp_path, each, capsys):
+    path = bag(tmp_path / 'run', record(PENDULUM, seconds=1.0))
+    (tmp_path / 'out/run' if each else tmp_path / 'out').joinpath('report.html').mkdir(
+        parents=True
+    )
+    with pytest.raises(OSError, match=r'report\.html'):
+        explain.main(
+            [str(path), '--model', 'pendulum', '-o', str(tmp_path / 'out'), *['--each'][:each]]
+        )
+    assert 'untestable' in capsys.readouterr().out

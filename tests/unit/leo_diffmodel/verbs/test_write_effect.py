@@ -33,7 +33,6 @@ def rhythm(tmp_path_factory) -> Path:
 
 
 def error(model: str, bag: Path, capsys) -> float:
-    """Rms error of the angle half a second ahead [rad]."""
     capsys.readouterr()
     compare.main([str(bag), '--model', model, '--json'])
     rows = json.loads(capsys.readouterr().out)['horizon']

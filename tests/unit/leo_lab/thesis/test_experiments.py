@@ -19,9 +19,9 @@ from leo_lab.thesis.summary import common_curves, mean_and_half, summary, walks
 from leo_lab.thesis.walking import ABLATION, Case, KNEE_ENDS, model_of
 from leo_lab.verbs.reproduce import main, NAMES
 from leo_lab.workers import Workers
-from leo_learner.configs import RECOMMENDED_WALKING
-from leo_learner.env import ModelEnv
-from leo_learner.rollouts import Rollouts
+from leo_learner.ddpg.configs import RECOMMENDED_WALKING
+from leo_learner.environment.env import ModelEnv
+from leo_learner.environment.rollouts import Rollouts
 from leo_msgs_py.errors import UserError
 from leo_sim.model import Model
 

@@ -10,7 +10,7 @@ import pytest
 from leo_diffmodel.difference import network
 from leo_lab.thesis import bags, transfer, transfer_page, walking
 from leo_lab.thesis.transfer import Case
-from leo_learner.configs import RECOMMENDED_WALKING
+from leo_learner.ddpg.configs import RECOMMENDED_WALKING
 
 CASES = [Case('thesis', 'network', 2, 5000, 60_000, seed) for seed in (0, 1)]
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from leo_diffmodel.verbs import watch, watch_common
-from leo_learner import main_job
+from leo_learner.demo import main_job
 from leo_learner.verbs.demo import main
 
 

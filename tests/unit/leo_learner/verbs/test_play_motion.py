@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from leo_diffmodel.bags.recording import read_bag
-from leo_learner import training_loop
+from leo_learner.training import loop
 from leo_learner.verbs.play import main
 from leo_msgs_py.errors import UserError
 
@@ -40,8 +40,8 @@ def test_the_episodes_before_ctrl_c_are_in_the_bag(tmp_path, capsys, monkeypatch
         play(env, act, 2, *rest)
         raise KeyboardInterrupt
 
-    play = training_loop.play
-    monkeypatch.setattr(training_loop, 'play', two)
+    play = loop.play
+    monkeypatch.setattr(loop, 'play', two)
     bag = tmp_path / 'stopped'
     with pytest.raises(KeyboardInterrupt):
         main(['leo_walk', '--model', 'leo', '--episodes', '9', '--bag', str(bag)])

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The thesis' baseline SARSA, and Sym, LEO walking with three voltages."""
