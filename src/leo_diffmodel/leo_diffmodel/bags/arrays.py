@@ -22,17 +22,12 @@ LONGEST = 2.0**31
 
 @dataclass(frozen=True)
 class Run:
-    """One uninterrupted run; becomes one episode.
+    """One uninterrupted run of T samples and J joints; becomes one episode.
 
-    Attributes:
-        t: [s], shape (T,), increasing; its zero does not matter.
-        joints: names, length J.
-        q: positions [rad, m], shape (T, J).
-        dq: velocities [rad/s, m/s], shape (T, J), or None.
-        effort: measured torques [N m], shape (T, J), or None.
-        inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V], `effort`
-            [N m] or `position` [rad] (NaN = not known), `enabled` (1 or 0), `supply_voltage`
-            [V], `current` [A], `temperature` [degC]; empty for a passive run.
+    Times [s] increase, their zero does not matter; positions [rad, m], velocities [rad/s, m/s] and
+    measured torques [N m] have shape (T, J). `inputs` has for each actuated joint its interfaces,
+    shape (T,): `voltage` [V], `effort` [N m] or `position` [rad] (NaN = not known), `enabled` (1
+    or 0), `supply_voltage` [V], `current` [A], `temperature` [degC]; empty for a passive run.
     """
 
     t: Floats
@@ -46,8 +41,7 @@ class Run:
 def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -> Path:
     """Write runs to a new bag, one episode each, on one continuous clock that starts at 0.
 
-    Raises:
-        UserError: the folder exists or cannot be made, or stamps cannot say so long a time.
+    Raises UserError where the folder cannot be made, or stamps cannot say so long a time.
     """
     with whole_bag(folder, metadata) as writer:
         _write(writer, runs)

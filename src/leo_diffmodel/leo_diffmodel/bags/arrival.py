@@ -14,9 +14,8 @@ Clock = Callable[[], int]
 class ArrivalTimes:
     """Log times that go on evenly while the clock on the wall is set.
 
-    The middleware says when a message arrived by the clock on the wall. Here that is brought to
-    a time since the start by a steady clock, which never jumps, and into the span in which it
-    must have arrived.
+    The middleware says when a message arrived by that clock. Here that is brought to a time since
+    the start by a steady clock, and into the span in which it must have arrived.
     """
 
     def __init__(self, wall: Clock = time.time_ns, steady: Clock = time.monotonic_ns) -> None:
@@ -54,7 +53,7 @@ Present = Callable[[], Collection[bytes]]
 class Origin(Enum):
     """Whose message one is.
 
-    Of the robot that is recorded; of another publisher; of the robot that is recorded again,
+    Of the robot that is recorded, of another publisher, or of the robot that is recorded again,
     since the other one was not itself after a restart.
     """
 
@@ -69,10 +68,7 @@ class Sources:
     A newcomer is the robot started again where the graph has lost the former one, or nothing has
     come from it for a while; where that one then goes on, it is recorded again. One that has
     spoken at the same time as the robot is believed only when the robot has left the graph, or
-    would have.
-
-    Attributes:
-        refused: by GID when each other one was first refused [s].
+    would have. `refused` has by GID when each other one was first refused [s].
     """
 
     def __init__(self) -> None:

@@ -76,7 +76,6 @@ class Recording:
 
     @property
     def name(self) -> str:
-        """The last part of its path."""
         return self.path.name
 
     @property
@@ -117,10 +116,8 @@ def between(
 ) -> Recording:
     """The part of a recording from `begin` to `end` [s], both included; None for an open end.
 
-    Times count from the first state, and stay as they are.
-
-    Raises:
-        UserError: the end is not after the begin, or fewer than two samples lie between.
+    Times count from the first state, and stay as they are. Raises UserError where the end is not
+    after the begin, or fewer than two samples lie between.
     """
     low, high = check(begin, end)
     found = [(e.t >= low - 1e-9) & (e.t <= high + 1e-9) for e in recording.episodes]
@@ -144,10 +141,7 @@ def check(begin: float | None, end: float | None) -> tuple[float, float]:
 def kept(
     recording: Recording, out: Sequence[tuple[float, float]], least: float
 ) -> Recording | None:
-    """A recording less stretches of time [s], in order and apart; None if nothing is left.
-
-    Pieces shorter than `least` [s] are dropped.
-    """
+    """A recording less stretches of time [s] that are apart, and pieces under `least` [s]."""
     pieces = [p for e in recording.episodes for p in _pieces(e, out, least)]
     return replace(recording, episodes=tuple(pieces)) if pieces else None
 
@@ -197,7 +191,6 @@ def _parts(recording: Recording) -> list[Recording]:
 
 
 def _alike(a: Episode, b: Episode) -> bool:
-    """Whether the usual step of one is among the middle half of the other's, or near it."""
     low, usual, high = np.quantile(np.diff(a.t), (0.25, 0.5, 0.75))
     other_low, other, other_high = np.quantile(np.diff(b.t), (0.25, 0.5, 0.75))
     return bool(

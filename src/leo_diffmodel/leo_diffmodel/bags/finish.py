@@ -28,8 +28,6 @@ _FOOTER_SIZE = 9 + 20 + 8
 
 
 class BagState(Enum):
-    """How a bag was found."""
-
     FINISHED = 'finished'
     REPAIRED = 'repaired'
     RECORDING = 'recording'
@@ -39,13 +37,9 @@ class BagState(Enum):
 def finish_bag(path: Path) -> BagState:
     """Give an unfinished bag its index and metadata.yaml; leave all others as they are.
 
-    Of a single .mcap only the index is made. A bag that another process is writing is left
-    alone, and so is one that is damaged. Each file is replaced in one step, by a copy that is
-    already on disk: a kill while finishing loses nothing.
-
-    Raises:
-        UserError: there is no bag at `path`.
-        OSError: the folder is read-only, or the disk full.
+    Of a single .mcap only the index is made. A bag that another process is writing, or one that is
+    damaged, is left alone. Each file is replaced in one step, by a copy that is already on disk: a
+    kill while finishing loses nothing. Raises UserError without a bag, OSError without room.
     """
     if find_databases(path):  # a database needs no index of ours
         return BagState.FINISHED
@@ -65,10 +59,7 @@ def finish_bag(path: Path) -> BagState:
 
 
 def finish_left_over(base: Path) -> list[Path]:
-    """Finish the bags of killed recorders with this base name and return their folders.
-
-    Those for which there is no room stay as they are.
-    """
+    """Finish the bags of killed recorders with this base name, where there is room."""
     found = []
     for bag in recorded(base):
         with suppress(OSError):
@@ -84,7 +75,6 @@ def recorded(base: Path) -> list[Path]:
 
 
 def is_finished(file: Path) -> bool:
-    """Say whether an MCAP file ends in a footer."""
     with file.open('rb') as stream:
         size = stream.seek(0, os.SEEK_END)
         stream.seek(max(size - _FOOTER_SIZE, 0))
@@ -93,7 +83,6 @@ def is_finished(file: Path) -> bool:
 
 
 def is_recording(file: Path) -> bool:
-    """Say whether a process is writing an MCAP file now."""
     with file.open('rb') as stream, _lock(stream) as ours:
         return not ours
 
@@ -127,11 +116,7 @@ def _lock(stream: IO[bytes]) -> Iterator[bool]:
 
 
 def _copy(source: Path, target: Path) -> bool:
-    """Copy every whole record to a new, indexed file and wait until it is on disk.
-
-    Returns:
-        Whether all that is there could be read.
-    """
+    """Copy all whole records to a new, indexed file on disk; say whether all could be read."""
     file = McapFile(source)
     with target.open('wb') as stream:
         writer = Writer(stream, compression=CompressionType.NONE)
@@ -164,9 +149,8 @@ def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
 def write_metadata(folder: Path) -> Path:
     """Write metadata.yaml of a bag in one step and return its path.
 
-    Raises:
-        McapError, ...: a summary does not read (`mcap_file.DAMAGE`).
-        UserError: one has too many topics.
+    Raises what `mcap_file.DAMAGE` lists where a summary does not read, UserError of too many
+    topics.
     """
     files = find_files(folder)
     summaries = [_summary(file) for file in files]
@@ -217,7 +201,6 @@ def _file_entry(file: Path, statistics: Statistics) -> dict[str, Any]:
 
 
 def _topics(summaries: list[tuple[Summary, Statistics]]) -> list[dict[str, Any]]:
-    """Return the topics with their message counts over all files."""
     topics: dict[str, dict[str, Any]] = {}
     for summary, statistics in summaries:
         for channel in summary.channels.values():

@@ -20,6 +20,7 @@ from leo_sim.description.joint import sliding
 from leo_sim.description.robot import Actuator, Robot
 
 from .states import StateLog
+from .topic_map import TopicMap
 from .types import at_rows, Floats
 
 BEYOND = 100.0
@@ -33,18 +34,13 @@ MOSTLY = 0.9
 
 
 class Channel(NamedTuple):
-    """A column of a recording: what it is, its unit, and the most that is possible in it."""
-
     name: str
     unit: str
     most: float
 
 
-def without_impossible(states: StateLog, robot: Robot) -> tuple[StateLog, list[str]]:
-    """Leave out states that no robot has; also return how many of which channel, in words.
-
-    An effort alone becomes NaN, not measured. It is an error where none is left.
-    """
+def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
+    """Leave out states that no robot has, and efforts alone; refuse a log without others."""
     seconds = float(np.ptp(states.stamp_ns)) * 1e-9
     positions, velocities, efforts = _channels(robot, seconds)
     out, notes = impossible(states.q, positions)
@@ -58,7 +54,7 @@ def without_impossible(states: StateLog, robot: Robot) -> tuple[StateLog, list[s
     keep = np.asarray(~out.any(axis=1))
     if not keep.any():
         raise UserError(f'no joint state is left: {notes[0]}; which unit is it in?')
-    return at_rows(states, keep), notes
+    return at_rows(states.noted(notes), keep)
 
 
 def input_channels(robot: Robot, kind: str) -> list[Channel]:

@@ -58,17 +58,10 @@ class EpisodeInfo:
 class BagInfo:
     """Summary of a bag.
 
-    Attributes:
-        state: finished, repaired (finished just now), recording, unfinished where the folder is
-            read-only or the disk full, or damaged where it cannot be finished for that.
-        damaged: records and chunks that do not read or whose checksum fails.
-        size: bytes.
-        duration: log time from the first to the last message [s].
-        joints: names on the joint state topic.
-        state_rate: joint states per second of robot time.
-        breaks: how often each kind of break came (new episode, gap, jump, stamps jump back).
-        metadata: the `leo` record.
-        told: what was done about several publishers of joint states, or why none were read.
+    `state` is a key of `_STATES`, `size` in bytes, `duration` the log time from the first to the
+    last message [s], `state_rate` in joint states per second of robot time, `breaks` how often
+    each kind of break came. `told` is what was done about several publishers, or why no states
+    were read.
     """
 
     path: Path
@@ -121,7 +114,6 @@ def _topic(topic: TopicLog) -> TopicInfo:
 
 
 def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog | None, tuple[str, ...]]:
-    """Return joints and states of the joint state topic, with notes; None if none has two."""
     topics = [topic for topic in contents.of_type(JOINT_STATE) if len(topic.messages) > 1]
     topics.sort(key=lambda topic: topic.name != DEFAULT_NAMES['joint_states'])
     why = ''
@@ -167,7 +159,6 @@ def _episodes(states: StateLog, slices: tuple[slice, ...]) -> tuple[EpisodeInfo,
 
 
 def show(info: BagInfo, console: Console) -> None:
-    """Print a summary, the topics and the episodes of a bag."""
     write = partial(console.print, highlight=False)
     write(f'{info.path}: {_STATES[info.state]}')
     write(f'{info.duration:.2f} s, {info.messages} messages, {info.size / 1e6:.2f} MB')

@@ -65,7 +65,6 @@ def on_time(recording: Recording, mapping: TopicMap) -> Recording:
 
 
 def _with_goals_for_angles(recording: Recording, joints: Sequence[str]) -> Recording:
-    """The recording with angles and goals of some joints in each other's place."""
     episodes = []
     for e in recording.episodes:
         q, inputs = e.q.copy(), e.inputs.copy()

@@ -30,14 +30,10 @@ DEPTH = 1000
 def play(
     bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS
 ) -> int:
-    """Publish a bag and return how many messages that were.
+    """Publish a bag at a speed (1 = as logged), again and again until SIGINT with `loop`.
 
-    Args:
-        bag: a rosbag2 folder or .mcap file.
-        rate: speed; 1 = as logged.
-        loop: again and again until SIGINT.
-        ros_args: `--ros-args ...`, remaps for instance.
-        wait: so long for a reader of every topic before the first message [s].
+    It waits up to `wait` [s] for a reader of every topic. Returns how many messages were
+    published.
     """
     if not rate > 0.0:
         raise UserError(f'--rate {rate:g} is not a speed; give a number above 0')
@@ -99,7 +95,6 @@ def _policy(default: Policy, recorded: str | int | None) -> Policy:
 
 
 def _play_once(messages: list[tuple[int, bytes, Publisher]], rate: float) -> int:
-    """Publish messages at their distances in time until the process shall end; return how many."""
     first, began = messages[0][0], time.monotonic()
     for played, (log_ns, data, publisher) in enumerate(messages):
         due = began + (log_ns - first) * 1e-9 / rate

@@ -138,7 +138,6 @@ def _table(rows: Sequence[Row], width: int) -> Table:
 
 
 def _overlap(a: list[Row], b: list[Row]) -> bool:
-    """Say whether two publishers spoke at the same time, and not one after the other."""
     if min(len(a), len(b)) < FEWEST:
         return False
     return a[0].logged.log_ns < b[-1].logged.log_ns and b[0].logged.log_ns < a[-1].logged.log_ns
@@ -195,7 +194,6 @@ def _clock(tables: list[Table]) -> str:
 
 
 def _at(t: Stamps, own: Stamps, values: Floats) -> Floats:
-    """Values (N, K) of one clock [ns] (N,) at other times [ns] (T,)."""
     at, x = (t - own[0]).astype(float), (own - own[0]).astype(float)
     return np.column_stack([np.interp(at, x, column) for column in values.T])
 
@@ -212,7 +210,6 @@ def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
 
 
 def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
-    """Refuse states of two publishers that take turns, by their values or their stamps."""
     q = made.fields[0]
     if q is None or len(q) < FEWEST_TURNS:
         return

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -66,19 +66,19 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     return Segments(_slices(cuts, len(states.q)), breaks, set_back)
 
 
-def unwrapped(states: StateLog) -> tuple[StateLog, int]:
-    """Undo angles wrapped by whole turns where the velocity goes on; also return how many."""
+def unwrapped(states: StateLog, *_: object) -> StateLog:
+    """Undo angles wrapped by whole turns where the velocity goes on."""
     if len(states.q) < 2:
-        return states, 0
+        return states
     residual, tolerance, impulse = _mismatch(states)
     turns = np.round(residual / (2.0 * np.pi))
     wrapped = (turns != 0) & (np.abs(residual - 2.0 * np.pi * turns) <= tolerance)
     wrapped &= (impulse <= JUMP_FLOOR) & (tolerance < CLEAR_TURN)
     if not wrapped.any():
-        return states, 0
+        return states
     shift = np.cumsum(np.where(wrapped, turns, 0.0), axis=0) * 2.0 * np.pi
     q = states.q - np.vstack([np.zeros(states.q.shape[1]), shift])
-    return replace(states, q=q), int(wrapped.sum())
+    return states.noted([f'{wrapped.sum()} wraps by whole turns undone'], q=q)
 
 
 def jump_ratio(states: StateLog) -> Floats:
@@ -142,7 +142,6 @@ def _episode_cuts(
 
 
 def _slices(cuts: dict[str, NDArray[np.bool_]], count: int) -> tuple[slice, ...]:
-    """Return the stretches of at least two samples between the cuts."""
     anywhere = np.logical_or.reduce(list(cuts.values()))
     edges = [0, *(np.flatnonzero(anywhere) + 1).tolist(), count]
     found = [slice(a, b) for a, b in pairwise(edges) if b - a >= 2]

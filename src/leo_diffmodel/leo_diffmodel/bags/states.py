@@ -26,14 +26,13 @@ class StateLog:
     """Joint states in log order; angles in rad (m), rates in rad/s (m/s), torques in N m.
 
     Attributes:
-        log_ns: when recorded, shape (T,).
-        published_ns: when published by the publisher's clock, shape (T,).
-        stamp_ns: when measured, shape (T,); repeats of a state are gone.
+        log_ns, published_ns, stamp_ns: when recorded, published by the publisher's clock, and
+            measured (log_ns if not `stamped`), shape (T,); repeats of a state are gone.
         q, dq, effort: shape (T, J); dq or effort is None where the bag has none.
             A column of NaN is a joint whose rate or effort nobody measures.
         dropped: samples left out for a NaN.
-        stamped: whether the headers had stamps (else stamp_ns is log_ns).
-        notes: what was done about several publishers, one line each.
+        notes: what was done about several publishers and by filters, one line each.
+        made: the rates were differences of the positions, and were left out.
     """
 
     log_ns: Stamps
@@ -45,14 +44,20 @@ class StateLog:
     dropped: int
     stamped: bool
     notes: tuple[str, ...] = ()
+    made: bool = False
+
+    @property
+    def rates(self) -> str:
+        if self.made:
+            return 'made'
+        return 'absent' if self.dq is None else 'measured'
+
+    def noted(self, notes: Sequence[str], **changed: Any) -> StateLog:
+        return replace(self, notes=(*self.notes, *notes), **changed)
 
 
 def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> StateLog:
-    """Decode the joint states of a topic.
-
-    Raises:
-        UserError: empty, joints missing (listing those there are), or nothing but NaN.
-    """
+    """Decode the joint states of a topic; refuse it empty, without a joint or all NaN."""
     rows = list(_rows(topic, joints, topic_map))
     if not rows:
         of = '' if topic_map.frame_id is None else f' of frame_id {topic_map.frame_id!r}'
@@ -82,7 +87,6 @@ def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]
 
 
 def stamp_of(message: Any) -> int:
-    """Return the header stamp of a message in ns."""
     return nanoseconds(message.header.stamp)
 
 
@@ -151,7 +155,6 @@ def _refuse_twice(topic: TopicLog, doubled: Sequence[str]) -> None:
 
 
 def _positions(topic: TopicLog) -> str:
-    """How many positions the messages have, in words, where they have not one for each joint."""
     counts = [(len(m.position), len(m.name)) for _, m in deserialize(topic, JOINT_STATE)]
     positions, names = max(counts)
     if not positions:

@@ -30,6 +30,7 @@ A topic map, every key optional:
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Literal
@@ -39,6 +40,7 @@ from pydantic import AfterValidator, Field
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import Fixed, read
+from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
@@ -113,11 +115,9 @@ class TopicMap(Fixed):
     input_late: Seconds = 0.0
 
     def joint(self, name: str) -> JointMap:
-        """Return the mapping of one of our joints, the identity where none is given."""
         return self.joints.get(name, JointMap())
 
     def theirs(self, name: str) -> str:
-        """Return what the bag calls one of our joints."""
         return self.joint(name).name or name
 
     def inputs(self, theirs: Floats, joints: Sequence[str], kind: str) -> Floats:
@@ -135,8 +135,28 @@ class TopicMap(Fixed):
         return list(joints).index(other)
 
 
+@dataclass(frozen=True)
+class RobotBag:
+    """A bag, the robot that it is read for, and how it maps to that."""
+
+    contents: BagContents
+    robot: Robot
+    map: TopicMap
+
+    @property
+    def path(self) -> Path:
+        return self.contents.path
+
+    @property
+    def motors(self) -> list[str]:
+        """The joints with a motor, as the bag calls them."""
+        return [self.map.theirs(a.joint) for a in self.robot.actuators]
+
+    def topic(self, role: Role, name: str | None = None) -> TopicLog | None:
+        return find_topic(self.contents, role, self.map, name)
+
+
 def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
-    """Return a topic map from a YAML file; the empty one for None."""
     if isinstance(source, TopicMap):
         return source
     return TopicMap() if source is None else read(Path(source), TopicMap)
@@ -147,8 +167,8 @@ def find_topic(
 ) -> TopicLog | None:
     """Return the topic that plays a role, or None; refuse another type, and several that fit.
 
-    The name is the map's, else the default one, else that of the only topic of the right type
-    that ends in it (a namespace).
+    The name is the map's, else the default one, else that of the only topic of the right type that
+    ends in it (a namespace).
     """
     if role in topic_map.topics:
         return _named(contents, topic_map.topics[role], TYPES[role])
@@ -174,6 +194,5 @@ def _named(contents: BagContents, name: str, type_name: str) -> TopicLog:
 
 
 def list_topics(contents: BagContents) -> str:
-    """Return the topics of a bag in words."""
     found = [f'{topic.name} ({topic.type})' for topic in contents.topics.values()]
     return ', '.join(found) or 'no topics'

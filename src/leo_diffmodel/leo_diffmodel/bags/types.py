@@ -82,7 +82,6 @@ class Topic(NamedTuple):
 
     @property
     def latched(self) -> bool:
-        """Whether late readers get its last messages."""
         return LATCHED in self.qos
 
 
@@ -113,11 +112,7 @@ def at_rows(log: Log, rows: NDArray[Any]) -> Log:
 
 @cache
 def definition(type_name: str) -> tuple[str, str]:
-    """Return the `ros2msg` text (dependencies appended) and the RIHS01 hash of a type.
-
-    Raises:
-        UserError: the type is not known, naming the nearest.
-    """
+    """The `ros2msg` text (dependencies appended) and RIHS01 hash; refuse an unknown type."""
     known = typestore().fielddefs
     if type_name not in known:
         near = difflib.get_close_matches(type_name, known, n=1)

@@ -11,15 +11,18 @@ the angle, and not only the motion, is those differences.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
 import math
 from warnings import catch_warnings
 
 import numpy as np
 from numpy.typing import NDArray
 
+from leo_sim.description.robot import Robot
+
+from .impossible import lengths
 from .states import StateLog
+from .topic_map import TopicMap
 from .types import Floats, Stamps
 
 GARBAGE = 1e-300
@@ -40,23 +43,18 @@ NO_INPUT = 'no measurement; taken as not measured, never as an input'
 DIFFERENTIATED = 'differentiated from the positions'
 
 
-def without_unmeasured(
-    states: StateLog, lengths: Mapping[str, str], driven: Collection[str]
-) -> tuple[StateLog, list[str]]:
-    """Make NaN of rates and efforts that are no measurement; also say which, one line each.
+def without_unmeasured(states: StateLog, robot: Robot, topic_map: TopicMap) -> StateLog:
+    """Make NaN of rates and efforts that are no measurement.
 
-    Args:
-        states: as read, T of them.
-        lengths: the columns' joints with the unit of their positions.
-        driven: those whose motor moves them, so that 0 N m is no measurement.
+    0 N m is one where no motor moves the joint, or where the topic map takes it for the input.
     """
-    moved = [
-        f'{way:.2g} {unit}' for unit, way in zip(lengths.values(), _moved(states), strict=True)
-    ]
-    rates, of_rates = _rates(states, list(lengths), moved)
-    efforts, of_efforts = _efforts(states, list(lengths), moved, driven)
+    units = lengths(robot)
+    moved = [f'{way:.2g} {u}' for u, way in zip(units.values(), _moved(states), strict=True)]
+    driven = set() if topic_map.input == 'effort' else {a.joint for a in robot.actuators}
+    rates, of_rates = _rates(states, list(units), moved)
+    efforts, of_efforts = _efforts(states, list(units), moved, driven)
     notes = of_rates + of_efforts
-    return (replace(states, dq=rates, effort=efforts), notes) if notes else (states, notes)
+    return states.noted(notes, dq=rates, effort=efforts) if notes else states
 
 
 def _rates(
@@ -111,7 +109,6 @@ def _garbage(values: Floats) -> NDArray[np.bool_]:
 
 
 def _still_rates(states: StateLog) -> NDArray[np.bool_]:
-    """Say of which joints (J,) the rate never changes, unlike their angle's."""
     dq = np.asarray(states.dq)
     rate = np.where(np.abs(dq) < GARBAGE, 0.0, dq)
     constant = (rate == rate[0]).all(axis=0)
@@ -143,14 +140,15 @@ def _example(efforts: Floats) -> float:
     return float(efforts[(efforts != 0) & (np.abs(efforts) < GARBAGE)][0])
 
 
-def without_made_rates(states: StateLog) -> tuple[StateLog, str]:
-    """Leave out velocities that are differences of the positions; also return which ones ('')."""
+def without_made_rates(states: StateLog, *_: object) -> StateLog:
+    """Leave out velocities that are differences of the positions."""
     if states.dq is None:
-        return states, ''
+        return states
     there = np.isfinite(states.dq).all(axis=0)
     with np.errstate(all='ignore'):  # whatever numbers a bag holds
         found = made_from(states.stamp_ns, states.q[:, there], states.dq[:, there])
-    return (replace(states, dq=None), found) if found else (states, '')
+    note = f'the velocities are {found} differences of the positions; differentiated anew'
+    return states.noted([note], dq=None, made=True) if found else states
 
 
 def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:

@@ -51,11 +51,9 @@ class Spool:
         return os.pread(self._file.fileno(), size, offset)
 
     def tell(self) -> int:
-        """Bytes taken so far."""
         return self._taken
 
     def fileno(self) -> int:
-        """File descriptor."""
         return self._file.fileno()
 
     def close(self) -> None:
@@ -64,7 +62,6 @@ class Spool:
 
     @property
     def written(self) -> int:
-        """Bytes in the file."""
         return self._taken - len(self._waiting)
 
 
@@ -90,7 +87,6 @@ class ChunksOfFile:
         """Keep nothing: the chunk is in the file."""
 
     def __iter__(self) -> Iterator[ChunkIndex]:
-        """Yield the index of each chunk that the file holds, which has no compression."""
         index: ChunkIndex | None = None
         for at, opcode, size, head in self._records():
             if index is not None and opcode == Opcode.MESSAGE_INDEX:
@@ -137,11 +133,7 @@ NUMBERS = 0xFFFFFFFF
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, with those above it.
-
-    Raises:
-        UserError: it exists or cannot be made.
-    """
+    """Make a folder, with those above it; refuse one that exists or cannot be made."""
     try:
         folder.mkdir(parents=True)
     except FileExistsError:
@@ -151,23 +143,15 @@ def make_folder(folder: Path) -> None:
 
 
 class BagWriter:
-    """One bag folder being written.
+    """One bag folder being written, with how many messages, and how many that are not on disk yet.
 
     Messages reach the operating system in small whole chunks at most `FLUSH_SECONDS` after they
     came, as long as `flush` is also called when none come. While open, the file is locked, which
     is how `leo bag info` knows a live bag from a dead one.
-
-    Attributes:
-        count: messages written.
-        unsaved: how many of them the operating system has not taken yet.
     """
 
     def __init__(self, folder: Path, metadata: Mapping[str, str] | None = None) -> None:
-        """Create the folder, which must not exist, with a `leo` record; more may follow later.
-
-        Raises:
-            UserError: the folder exists or cannot be made.
-        """
+        """Create the folder, which must not exist, with a `leo` record; more may follow later."""
         self.folder = folder
         self.file = folder / f'{folder.name}_0.mcap'
         make_folder(folder)
@@ -208,15 +192,9 @@ class BagWriter:
     ) -> None:
         """Write one CDR message (4-byte header included).
 
-        Args:
-            channel: from `add_topic`.
-            data: encapsulation header first.
-            log_ns: when it was recorded.
-            published_ns: when it was published; 0 where unknown.
-            number: how many its publisher has sent on the topic; 0 where unknown.
-
-        Raises:
-            OSError: the disk takes nothing now; the message waits for the next `flush`.
+        `log_ns` is when it was recorded, `published_ns` when it was published, `number` how many
+        its publisher has sent on the topic (both 0 where unknown). OSError: the disk takes nothing
+        now; the message waits for the next `flush`.
         """
         self._writer.add_message(channel, log_ns, data, published_ns or log_ns, number & NUMBERS)
         self.count += 1
@@ -225,14 +203,12 @@ class BagWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Hand everything to the operating system; what it does not take now (OSError) waits."""
         self._writer.flush()
         self._flushed = time.monotonic()
         self.unsaved = 0
 
     @property
     def size(self) -> int:
-        """Bytes on disk."""
         return self._stream.written
 
     @property
@@ -245,15 +221,10 @@ class BagWriter:
 
     @property
     def is_removed(self) -> bool:
-        """Whether the file is nowhere any more."""
         return os.fstat(self._stream.fileno()).st_nlink == 0
 
     def close(self) -> None:
-        """Write the index, and metadata.yaml where the folder is; close the file in any case.
-
-        Raises:
-            OSError: the disk does not take them.
-        """
+        """Write the index, and metadata.yaml where the folder is; close the file in any case."""
         try:
             self._writer.flush()
             self._writer.finish()

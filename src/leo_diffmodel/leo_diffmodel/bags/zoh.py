@@ -15,15 +15,10 @@ from .types import Floats, Stamps
 def average(t: Stamps, stamps: Stamps, values: Floats) -> Floats:
     """Return the mean of a held signal over each step.
 
-    Args:
-        t: state stamps [ns], shape (T,), increasing, t[0] >= stamps[0].
-        stamps: input stamps [ns], shape (N,), increasing; `values[i]` holds from `stamps[i]`
-            to `stamps[i + 1]`, the last one for ever.
-        values: shape (N, A).
-
-    Returns:
-        Shape (T, A): row k is the mean over [t[k], t[k + 1]], exactly the held value where no
-        stamp lies inside; the last row is the value held at t[-1].
+    Stamps of states t [ns] (T,) and inputs [ns] (N,) increase, t[0] >= stamps[0]; `values[i]` (N,
+    A) holds from `stamps[i]` to the next, the last one for ever. Row k of the result (T, A) is the
+    mean over [t[k], t[k + 1]], exactly the held value where no stamp lies inside; the last row is
+    the value held at t[-1].
     """
     first = np.searchsorted(stamps, t, side='right') - 1
     held = values[first]

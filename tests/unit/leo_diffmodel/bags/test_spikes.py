@@ -8,13 +8,20 @@ import pytest
 
 from leo_diffmodel.bags.spikes import without_spikes
 from leo_diffmodel.bags.states import StateLog
+from leo_diffmodel.bags.topic_map import TopicMap
+from leo_sim.description.robot import load_robot
 
+PENDULUM = load_robot('pendulum')
 T = 0.01 * np.arange(1000)
 
 
 def log(q, dq):
     stamps = np.round(T * 1e9).astype(np.int64)
     return StateLog(stamps, stamps, stamps, q[:, None], dq[:, None], None, 0, True)
+
+
+def filtered(states):
+    return without_spikes(states, PENDULUM, TopicMap())
 
 
 def at_zero(q):
@@ -30,8 +37,9 @@ def test_spikes_of_an_encoders_zero_are_once_a_turn(wrapped, noise):
     spiked = rate.copy()
     spiked[at_zero(q)] = 80.0
     states = log(q % (2 * np.pi) if wrapped else q, spiked)
-    mended, (told,) = without_spikes(states, {'wheel': 'rad'})
-    assert '4 spikes in the rate of wheel' in told and 'up to 80 where they change by' in told
+    mended = filtered(states)
+    (told,) = mended.notes
+    assert '4 spikes in the rate of pivot' in told and 'up to 80 where they change by' in told
     assert 'once a turn at' in told
     np.testing.assert_allclose(mended.dq[:, 0], rate, atol=5 * noise + 0.01)
 
@@ -39,7 +47,8 @@ def test_spikes_of_an_encoders_zero_are_once_a_turn(wrapped, noise):
 def test_a_fast_wheel_has_many():
     q, rate = 45.0 * T, np.full_like(T, 45.0)
     rate[at_zero(q)] = -400.0
-    mended, (told,) = without_spikes(log(q, rate), {'wheel': 'rad'})
+    mended = filtered(log(q, rate))
+    (told,) = mended.notes
     assert f'{len(at_zero(q))} spikes' in told and 'once a turn at' in told
     np.testing.assert_allclose(mended.dq, 45.0)
 
@@ -47,7 +56,8 @@ def test_a_fast_wheel_has_many():
 def test_spikes_anywhere_are_not_once_a_turn():
     q, rate = 3.0 * T, np.full_like(T, 3.0)
     rate[[100, 333, 480]] = (60.0, -45.0, 50.0)
-    mended, (told,) = without_spikes(log(q, rate), {'wheel': 'rad'})
+    mended = filtered(log(q, rate))
+    (told,) = mended.notes
     assert '3 spikes' in told and 'turn at' not in told
     np.testing.assert_allclose(mended.dq, 3.0)
 
@@ -55,7 +65,7 @@ def test_spikes_anywhere_are_not_once_a_turn():
 def test_a_joint_that_swings_over_its_zero_has_them_at_one_angle():
     q, rate = np.sin(2 * T) + 6.0, 2 * np.cos(2 * T)
     rate[at_zero(q)] = 90.0
-    _, (told,) = without_spikes(log(q, rate), {'arm': 'rad'})
+    (told,) = filtered(log(q, rate)).notes
     assert f'{len(at_zero(q))} spikes' in told and ('all at' in told or 'once a turn at' in told)
 
 
@@ -74,10 +84,11 @@ def test_what_the_angle_supports_or_noise_makes_is_no_spike(case):
     if case == 'unit':
         rate = rate * 9.55
     states = log(q, rate)
-    assert without_spikes(states, {'arm': 'rad'}) == (states, [])
+    mended = filtered(states)
+    assert mended.notes == () and np.array_equal(mended.dq, states.dq)
 
 
 def test_a_rate_that_nobody_measured_has_none():
     states = log(np.sin(T), np.full_like(T, np.nan))
-    assert without_spikes(states, {'arm': 'rad'})[1] == []
-    assert without_spikes(replace(states, dq=None), {'arm': 'rad'})[1] == []
+    assert filtered(states).notes == ()
+    assert filtered(replace(states, dq=None)).notes == ()

@@ -25,7 +25,6 @@ _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,
 
 
 def steps(place: str) -> list[str]:
-    """Return the steps on the way to a place: `run`, `data`, `[0]`."""
     return _STEP.findall(place)
 
 
@@ -62,7 +61,6 @@ def expand(content: Any, place: str, log: Path) -> list[Any]:
 
 
 def is_number(value: Any) -> bool:
-    """Say whether a value is one number."""
     return isinstance(value, int | float | np.number)
 
 
@@ -75,12 +73,10 @@ def number(value: Any) -> float:
 
 
 def filled(numbers: Mapping[str, float], count: int) -> Table:
-    """Return numbers as columns, the same in every row."""
     return {name: np.full(count, value, dtype=float) for name, value in numbers.items()}
 
 
 def column(log: Path, name: str, value: Any) -> Column:
-    """Return an array of numbers as one column; refuse others."""
     try:
         return np.asarray(value, dtype=float).ravel()
     except (TypeError, ValueError, OverflowError):
@@ -105,7 +101,6 @@ def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Tab
 
 
 def _has_numbers(values: Any) -> bool:
-    """Say whether there is a number, at any depth of a list."""
     if isinstance(values, np.ndarray) and values.dtype != object:
         return values.dtype.kind in 'biuf'
     inside = values if isinstance(values, list | np.ndarray) else []
@@ -158,7 +153,6 @@ def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
 
 
 def listed(places: str | Sequence[str]) -> Sequence[str]:
-    """Return one place or several as several."""
     return [places] if isinstance(places, str) else places
 
 
@@ -173,7 +167,6 @@ def _episode(log: Path, content: Mapping[str, Any]) -> Table:
 
 
 def same_length(log: Path, table: Table) -> Table:
-    """Return a table, refusing columns that differ in length."""
     lengths = {name: len(values) for name, values in table.items()}
     if len(set(lengths.values())) > 1:
         raise UserError(f'{log}: columns differ in length: {lengths}')

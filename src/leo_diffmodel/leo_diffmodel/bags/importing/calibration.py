@@ -76,11 +76,7 @@ class Calibration(dict[str, Motor]):
 
 
 def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | None:
-    """Return the calibration of these joints in or next to the folder of a data set.
-
-    Raises:
-        UserError: there are several that differ.
-    """
+    """The calibration of these joints in or next to a data set; refuse several that differ."""
     wanted, found = list(joints), []
     for file in sorted(set(_files(folder))):
         calibration = _read(file)
@@ -101,7 +97,6 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _read(file: Path) -> Calibration | None:
-    """Return what a file says, None where it is no calibration."""
     try:
         content = json.loads(read_log_text(file))
         if not isinstance(content, Mapping) or not content:
@@ -120,8 +115,6 @@ def _short(value: float) -> float:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A calibration, and the positions and goals of the log with their roles."""
-
     calibration: Calibration
     positions: Sequence[tuple[Role, Column]]
 

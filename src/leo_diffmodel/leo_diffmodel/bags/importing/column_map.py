@@ -80,7 +80,6 @@ class ColumnSpec(Fixed):
 
     @property
     def source(self) -> str:
-        """The column or the expression."""
         return str(self.column or self.expression)
 
     @property
@@ -91,13 +90,9 @@ class ColumnSpec(Fixed):
     def values(
         self, columns: Mapping[str, Column], quantity: str, log: str, unit: str | None = None
     ) -> Column:
-        """Return the values in SI, shape (T,), NaN where there is none.
+        """The values in SI, shape (T,), NaN where there is none; `log` opens the error line.
 
-        Args:
-            columns: of the log, each of shape (T,).
-            quantity: key of `QUANTITIES`, or another with its `unit` in a bag.
-            log: opens the error line.
-            unit: that a bag has it in, where it is none of `QUANTITIES`.
+        `unit` is the one that a bag has it in, where the quantity is none of `QUANTITIES`.
         """
         targets = QUANTITIES[quantity] if unit is None else (unit,)
         where = f'{log}, {self.source}'
@@ -143,8 +138,6 @@ Interface = Literal[
 
 
 class JointColumns(Fixed):
-    """Columns of one joint."""
-
     position: Spec
     velocity: Spec | None = None
     effort: Spec | None = None

@@ -77,9 +77,8 @@ def import_logs(
 def undone_on_error(output: Path) -> Iterator[list[Path]]:
     """Yield a list for the bags that are made, and remove them again on an error or Ctrl-C.
 
-    Args:
-        output: the bag or the folder of bags; where it was not there before, it goes with those
-            above it that were made for it.
+    Where `output`, the bag or the folder of bags, was not there before, it goes with those above
+    it that were made for it.
     """
     made: list[Path] = []
     new = [folder for folder in (output, *output.parents) if not folder.exists()]
@@ -95,7 +94,6 @@ def undone_on_error(output: Path) -> Iterator[list[Path]]:
 
 
 def load_map(source: str | Path | ColumnMap) -> ColumnMap:
-    """Return a column map from a file or, by its name, one that is shipped."""
     if isinstance(source, ColumnMap):
         return source
     if Path(source).is_file():
@@ -108,13 +106,11 @@ def load_map(source: str | Path | ColumnMap) -> ColumnMap:
 
 
 def shipped_maps() -> dict[str, Path]:
-    """Return the column maps of the public data sets, by name."""
     folder = Path(str(files('leo_diffmodel.bags') / 'maps'))
     return {path.stem: path for path in sorted(folder.glob('*.yaml'))}
 
 
 def _runs(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> tuple[list[Run], list[str]]:
-    """Return a run of each table, and a line for each log of which rows are left out."""
     runs, left_out, rows = [], defaultdict[Path, LeftOut](LeftOut), Counter[Path]()
     for log, table in tables:
         run, found = _run(log, table, mapping)
@@ -148,7 +144,6 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> tuple[Run, LeftOut]:
 
 
 def _known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> dict[str, float]:
-    """Return the constants of the robot that the logs know, by path and in its units."""
     assert mapping.robot is not None
     robot, found = load_robot(mapping.robot), {}
     for path, spec in mapping.constants.items():
@@ -164,7 +159,6 @@ def _known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -
 
 
 def _single(path: str, log: Path, values: Column) -> float:
-    """Return the value in all rows of a log that have one."""
     known = values[np.isfinite(values)]
     if not known.size:
         raise UserError(f'{log} has no number for {path}')

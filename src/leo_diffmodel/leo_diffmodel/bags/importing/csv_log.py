@@ -7,8 +7,10 @@ Dates, as 2026-11-27 10:00:00.000, are seconds.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 import csv
 from datetime import datetime, UTC
+from itertools import takewhile
 from pathlib import Path
 import re
 
@@ -40,6 +42,8 @@ _CONSTANT = re.compile(
 _LETTERS = re.compile(r'[^\W\d_]+')
 _IN_NUMBERS = {'e', 'nan', 'inf', 'true', 'false'}
 DELIMITERS = (',', ';', '\t')
+SPACES = '  '
+"""Any number of them; a column map can only say one sign."""
 LOOKED_AT = 50
 """So many lines are tried."""
 _COMMA = re.compile(r'[+-]?\d*,\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
@@ -84,10 +88,9 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
 
 def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
     lines = _without_comments(lines, log_format.delimiter)
-    delimiter = log_format.delimiter
-    if delimiter is None and _spaced(lines):
+    delimiter = log_format.delimiter or _delimiter_of(lines, log_format.header, str(log))
+    if delimiter == SPACES:
         lines, delimiter = [','.join(line.split()) for line in lines], ','
-    delimiter = delimiter or _delimiter_of(lines, log_format.header, str(log))
     reader = csv.reader(lines, delimiter=delimiter)
     try:
         return [(reader.line_num, row) for row in reader if any(map(str.strip, row)) or row[1:]]
@@ -99,10 +102,8 @@ def _numbers(
     log: Path, rows: Sequence[Row], header: Sequence[str], log_format: LogFormat
 ) -> Column:
     if log_format.decimal != ',':
-        try:
+        with suppress(ValueError):
             return np.array([cells for _, cells in rows], dtype=float)
-        except ValueError:
-            pass
     decimal = log_format.decimal or _decimal_of((c for _, cells in rows for c in cells), str(log))
     return np.array([_careful(log, *row, header, decimal) for row in rows])
 
@@ -110,7 +111,6 @@ def _numbers(
 def _careful(
     log: Path, line: int, row: Sequence[str], header: Sequence[str], decimal: str
 ) -> list[float]:
-    """Convert a row with empty cells or true and false; say where a cell is no number."""
     if len(row) != len(header):
         raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
     return [
@@ -120,17 +120,12 @@ def _careful(
 
 
 def _number(cell: str, where: str, decimal: str) -> float:
-    text = cell.strip().lower()
-    try:
-        if text in _WORDS:
-            return _WORDS[text]
+    """A number, or a date with its time of day [s], which counts as one of UTC without a zone."""
+    text = cell.strip()
+    if text.lower() in _WORDS:
+        return _WORDS[text.lower()]
+    with suppress(ValueError):
         return float(text if decimal == '.' else text.translate(_COMMA_FOR_POINT))
-    except ValueError:
-        return _seconds(cell.strip(), where)
-
-
-def _seconds(text: str, where: str) -> float:
-    """Return a date with its time of day [s]; without a zone it counts as one of UTC."""
     try:
         moment = datetime.fromisoformat(text)
     except ValueError:
@@ -139,30 +134,22 @@ def _seconds(text: str, where: str) -> float:
 
 
 def _without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
-    """Return the lines with comments blanked; a header that is one stays, without its sign.
-
-    Without a delimiter from the column map all are tried.
-    """
+    """Return the lines with comments blanked; a header that is one stays, without its sign."""
     body = ['' if _is_comment(line) else line for line in lines]
-    first = next((k for k, line in enumerate(body) if line.strip()), len(body))
-    if first < len(body) and _is_numbers(body[first]):
-        rows = _first(body)
-        for k in reversed(range(first)):
+    rows = _first(body)
+    if rows and _is_numbers(rows[0]):
+        for k in reversed(range(body.index(rows[0]))):
             text = lines[k].strip().lstrip('#%/').strip()
             if text and _is_header(text, rows, delimiter):
-                return [*body[:k], text, *body[k + 1 :]]
+                body[k] = text
+                break
     return body
 
 
 def _constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
-    """Return the numbers that comments above the rows give names to, as `# mass = 0.5 kg`.
-
-    With each is its unit, '' without one.
-    """
+    """Numbers and units ('' for none) of comments above the rows, as `# mass = 0.5 kg`."""
     found: dict[str, tuple[float, str]] = {}
-    for line in lines:
-        if line.strip() and not _is_comment(line):
-            break
+    for line in takewhile(lambda line: not line.strip() or _is_comment(line), lines):
         for name, number, unit in _CONSTANT.findall(line.strip().lstrip('#%/')):
             known = canonical(unit) if is_unit(unit) else ''
             found.setdefault(name, (float(number.replace(',', '.')), known))
@@ -170,7 +157,6 @@ def _constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
 
 
 def _is_numbers(line: str) -> bool:
-    """Say whether a line has numbers and no other words."""
     words = set(_LETTERS.findall(line.lower()))
     return any(map(str.isdigit, line)) and words <= _IN_NUMBERS
 
@@ -190,38 +176,25 @@ def _is_header(text: str, rows: Sequence[str], delimiter: str | None) -> bool:
     """Say whether a comment has a name for each column of the rows, and no number."""
     if _is_numbers(text) or _CONSTANT.search(text):
         return False
-    signs = (delimiter,) if delimiter else DELIMITERS
-    if any(_width([text, *rows], sign) > 1 for sign in signs):
-        return True
-    return len({len(line.split()) for line in (text, *rows)}) == 1
+    lines, signs = [text, *rows], [delimiter] if delimiter else DELIMITERS
+    return any(_width(lines, sign) > 1 for sign in signs) or _width(lines, SPACES) > 0
 
 
 def _delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -> str:
-    """Return what parts all lines into as many columns; where nothing does, what the first has.
-
-    Raises:
-        UserError: one sign does as well as another.
-    """
+    """What parts all lines into as many columns, else what the first has; refuse two such."""
     first = _first(lines)
     counts = {sign: _width(first, sign) for sign in DELIMITERS}
     fitting = [sign for sign, count in counts.items() if count > 1]
     named = [sign for sign in fitting if header is not None and counts[sign] == len(header)]
     if len(named or fitting) > 1:
-        shown = ' and '.join(map(repr, named or fitting))
+        both = ' and '.join(map(repr, named or fitting))
         raise UserError(
-            f'{log}: {shown} both part it into columns; say which in the column map '
+            f'{log}: {both} both part it into columns; say which in the column map '
             "(delimiter: ';')"
         )
+    spaces = [SPACES] if _width(first, SPACES) > 1 else []
     there = [sign for sign in DELIMITERS if first and sign in first[0]]
-    return [*named, *fitting, *there, ','][0]
-
-
-def _spaced(lines: Sequence[str]) -> bool:
-    """Say whether spaces alone part all lines into as many columns, two at least."""
-    first = _first(lines)
-    if any(_width(first, sign) > 1 for sign in DELIMITERS):
-        return False
-    return len(counts := {len(line.split()) for line in first}) == 1 and counts.pop() > 1
+    return [*named, *fitting, *spaces, *there, ','][0]
 
 
 def _first(lines: Sequence[str]) -> list[str]:
@@ -230,25 +203,22 @@ def _first(lines: Sequence[str]) -> list[str]:
 
 def _width(lines: Sequence[str], delimiter: str) -> int:
     """Return how many columns each line has; 0 where they differ."""
+    spaced = delimiter == SPACES
     try:
-        widths = {len(row) for row in csv.reader(lines, delimiter=delimiter)}
+        rows = map(str.split, lines) if spaced else csv.reader(lines, delimiter=delimiter)
+        widths = {len(row) for row in rows}
     except csv.Error:
         return 0
     return widths.pop() if len(widths) == 1 else 0
 
 
 def _decimal_of(cells: Iterable[str], log: str) -> str:
-    """Return the decimal sign of numbers.
-
-    Raises:
-        UserError: there are both, or 1,234 may be a thousand as well as one and a bit.
-    """
+    """The decimal sign; refuse both, and 1,234, which may be a thousand or one and a bit."""
     texts = [cell.strip() for cell in cells]
     commas = [text for text in texts if _COMMA.fullmatch(text) or _THOUSANDS.fullmatch(text)]
     if not commas:
         return '.'
-    point = next((text for text in texts if _POINT.fullmatch(text)), None)
-    if point is not None:
+    if point := next(filter(_POINT.fullmatch, texts), None):
         raise UserError(
             f'{log} has numbers like {commas[0][:20]} and like {point[:20]}; which is '
             "the decimal sign? Say it in the column map (decimal: ',') and mend the "
@@ -266,8 +236,7 @@ def _notes(log: Path) -> list[str]:
     """Return what is to be known of an encoding that was guessed, and constants of comments."""
     code = encoding_of(log)
     notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
-    found = _constants(read_log_text(log).splitlines())
-    if found:
+    if found := _constants(read_log_text(log).splitlines()):
         listed = ', '.join(
             f'{shown(name)[1:-1]} = {value:.6g} {unit}'.rstrip()
             for name, (value, unit) in found.items()

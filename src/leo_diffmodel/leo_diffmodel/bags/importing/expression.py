@@ -56,9 +56,7 @@ CONSTANTS = {'pi': np.array([np.pi]), 'nan': np.array([np.nan])}
 def evaluate(text: str, columns: Mapping[str, Column]) -> Column:
     """Return the value of an expression, shape (T,); what has no value is NaN or infinite.
 
-    Args:
-        text: numbers, column names, pi, nan, + - * / % **, comparisons and `FUNCTIONS`.
-        columns: each of shape (T,); they stay as they are.
+    It may have numbers, column names, pi, nan, + - * / % **, comparisons and `FUNCTIONS`.
     """
     try:
         tree = ast.parse(text.strip(), mode='eval').body

@@ -62,7 +62,6 @@ def guess_map(
 def _read(
     paths: Sequence[Path], log_format: LogFormat, join: bool
 ) -> tuple[list[Table], list[str]]:
-    """Return the tables of the first log, or of all joined, and what is to be known of them."""
     read = [(log, read_tables(log, log_format)) for log in paths]
     notes = reader_of(paths[0], log_format).notes(paths[0])
     if len(paths) > 1 and (join or are_parts(paths, [tables[0] for _, tables in read])):
@@ -78,7 +77,6 @@ def _lines(
     robot: KnownRobot | None,
     notes: Sequence[str],
 ) -> Iterator[str]:
-    """Yield the lines of the map, from the first episode and all of them in one table."""
     table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
     roles = with_flags(roles_of(n for n in table if np.isfinite(table[n]).any()), table)
     roles = as_taken(roles, robot.takes if robot else 'position')
@@ -114,7 +112,6 @@ def _no_position(log: Path, table: Table) -> str:
 
 
 def _calibration(log: Path, roles: Roles) -> Calibration | None:
-    """Return the calibration next to a data set of an SO-100 or SO-101."""
     if not is_lerobot(log) or not ARM.fullmatch(read_info(log).robot_type or ''):
         return None
     return calibration_beside(log, [r.joint for r in roles.values() if r.quantity == 'position'])

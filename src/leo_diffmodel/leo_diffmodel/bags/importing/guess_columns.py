@@ -46,11 +46,8 @@ OVER_A_STOP = 1.1
 class KnownRobot:
     """What is needed of a robot.
 
-    Attributes:
-        ref: as the map names it: a name or a folder.
-        joints: that move, without those of a planar base.
-        limits: of each joint, lowest and highest [rad, m]; infinite for none.
-        takes: key of `column_map.QUANTITIES`, or position, that it is driven by.
+    Its name or folder as the map says it; the joints that move, without those of a planar base;
+    lowest and highest positions [rad, m], infinite for none; the quantity that it is driven by.
     """
 
     ref: str
@@ -66,7 +63,6 @@ class KnownRobot:
 
 
 def known_robot(robot: Robot, ref: str) -> KnownRobot:
-    """Return what is needed of a robot."""
     joints = tuple(name for name in robot.joint_names if name not in robot.base_joints)
     limits = {joint.name: joint.limits for joint in robot.joints}
     return KnownRobot(ref, joints, robot.slides, limits, INTERFACES[robot.input])
@@ -109,7 +105,6 @@ def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str
 
 
 def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """Return joint1, joint2, ... in the robot's order, where there are as many."""
     numbers = [re.fullmatch(r'joint_?(\d+)', name) for name in names]
     if len(names) != len(joints) or not all(numbers):
         return {}
@@ -173,7 +168,6 @@ class Chosen:
 
     @property
     def used(self) -> set[str]:
-        """The columns that stand in the map."""
         parts = (*self.joints.values(), *self.inputs.values())
         return {self.time, *(column for columns in parts for column in columns.values())}
 
@@ -229,7 +223,6 @@ def _joints(roles: Roles) -> Columns:
 
 
 def _driving(roles: Roles, joint: str, robot: KnownRobot | None) -> dict[str, str]:
-    """Return the columns of what drives a joint: first what its robot takes."""
     takes = robot.takes if robot else ''
     for quantity, goal in sorted(DRIVEN_BY, key=lambda each: each[0] != takes):
         column = _of(roles, quantity, goal).get(joint)

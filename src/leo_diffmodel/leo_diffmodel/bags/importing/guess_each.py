@@ -43,11 +43,8 @@ ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
 class Units:
     """What the units of one log are guessed from.
 
-    Attributes:
-        first: the first episode, in which speeds are compared with positions.
-        table: all episodes.
-        calibration: of a LeRobot data set, where it lies next to it.
-        is_lerobot: whether angles may be per cent.
+    `first` is the first episode, in which speeds are compared with positions, `table` all of them.
+    Angles of a LeRobot data set may be per cent, of a calibration that lies next to it.
     """
 
     first: Table
@@ -60,7 +57,6 @@ class Units:
 
     @property
     def time(self) -> Unit:
-        """The unit of the time."""
         said = self.roles[self.chosen.time].unit
         return Unit(said, 'its name says so') if said else of_time(self.first[self.chosen.time])
 
@@ -72,7 +68,6 @@ class Units:
         return self.first[self.chosen.time] * units.parse(self.time.name).factor
 
     def of(self, joint: str, quantity: str, column: str) -> Unit:
-        """Return the unit of a column as one quantity of a joint."""
         if quantity == 'enabled':
             return Unit('', '0 = motor free')
         if quantity != 'position' and is_bare_goal(column):
@@ -97,7 +92,6 @@ class Units:
         return Unit('?', f'{why}: unit: {unit}, or scale: {unit} for 1')
 
     def _may_be(self, unit: str, joint: str, quantity: str) -> bool:
-        """Say whether a unit in a name is one of the joint's; per cent of a range is none."""
         if unit == '%' and quantity == 'position':
             return False
         if self.robot and quantity in OF_SLIDES:
@@ -121,7 +115,6 @@ class Units:
         )
 
     def _are_alike(self, measured: str, goal: str) -> bool:
-        """Say whether a goal may be in the unit of the position, whose name may say it."""
         one, other = (peak_of([self.table[name]]) for name in (measured, goal))
         return one < ALIKE * other and other < ALIKE * one
 
@@ -135,7 +128,6 @@ class Units:
         return of_turns(self._t, self.first[column], dq)
 
     def _of_robot(self, joint: str, column: str) -> Unit | None:
-        """Return what the robot says of a position; None where it leaves it open."""
         if not self.robot:
             return None
         if is_clipped(self._bodies):
@@ -163,7 +155,6 @@ class Units:
 
     @property
     def _open(self) -> list[str]:
-        """Positions and goals whose unit their names leave open."""
         roles = self.roles.items()
         return [name for name, r in roles if r.quantity == 'position' and not r.unit]
 
@@ -180,7 +171,6 @@ class Units:
         return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
 
     def _velocity(self, joint: str, column: str) -> Unit:
-        """Return the unit in which the speed is the change of the position, else its angles'."""
         position = self.chosen.joints.get(joint, {}).get('position', '')
         angle = self.of(joint, 'position', position) if position else self._shared
         sliding = fits(angle.name, ('m',)) if angle.name not in ('', '?') else False

@@ -35,12 +35,10 @@ class Unit(NamedTuple):
 
     @property
     def entry(self) -> dict[str, Any]:
-        """The keys of the map."""
         return dict(self.said) or ({'unit': self.name} if self.name else {})
 
 
 def of_angles(columns: Sequence[Column]) -> Unit:
-    """Return the unit of angles that belong together: one of each joint, and their goals."""
     peak = peak_of(columns)
     if peak <= RADIANS:
         return Unit('rad', f'none is beyond {peak:.3g}, so radians')
@@ -74,7 +72,6 @@ def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | N
 
 
 def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
-    """Return the unit of angles whose change a speed in SI is; None where none is."""
     ratio = _change_over_speed(t, q, dq)
     for name in TURNS:
         if ratio and 1 / AGREES < ratio * units.parse(name).factor < AGREES:
@@ -98,7 +95,6 @@ def _change_over_speed(t: Column, q: Column, dq: Column) -> float | None:
 
 
 def of_time(column: Column) -> Unit:
-    """Return the unit in which a time goes on as robots are logged."""
     steps = np.diff(column[np.isfinite(column)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     for unit in ('s', 'ms', 'us', 'ns'):
@@ -109,7 +105,6 @@ def of_time(column: Column) -> Unit:
 
 
 def is_per_cent(column: Column) -> bool:
-    """Say whether values may be per cent from an end of a range."""
     return bool(np.nanmin(column) >= -1.0 and np.nanmax(column) <= PER_CENT)
 
 

@@ -36,12 +36,10 @@ class Part(NamedTuple):
 
     @property
     def t(self) -> Column:
-        """Its times."""
         return self.table[self.time]
 
     @property
     def rows(self) -> int:
-        """How many there are."""
         return len(next(iter(self.table.values())))
 
     def columns(self) -> Table:
@@ -68,12 +66,8 @@ def joined(
 ) -> tuple[list[Table], str]:
     """Return the joined tables of files, one for each episode, and how they were joined.
 
-    Args:
-        logs: each with its tables.
-        time: the column of the map; by default what is named as a time and rises.
-
-    Raises:
-        UserError: they have not as many episodes or rows, or do not overlap in time.
+    `time` is the column of the map; by default what is named as a time and rises. Files that have
+    not as many episodes or rows, or do not overlap in time, are refused.
     """
     if len({len(tables) for _, tables in logs}) > 1:
         counts = {log.name: len(tables) for log, tables in logs}
@@ -119,7 +113,6 @@ def _one(parts: Sequence[Part]) -> tuple[Table, str]:
 
 
 def _as_many_rows(parts: Sequence[Part]) -> None:
-    """Refuse parts to be joined row by row that differ in their rows."""
     if len({part.rows for part in parts}) > 1:
         counts = ', '.join(f'{part.log.name} has {part.rows}' for part in parts)
         raise UserError(
@@ -129,7 +122,6 @@ def _as_many_rows(parts: Sequence[Part]) -> None:
 
 
 def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.int64]:
-    """Return the rows of the clock that all parts reach."""
     low, high = max(map(np.nanmin, times)), min(map(np.nanmax, times))
     rows = np.flatnonzero((clock >= low - SAME) & (clock <= high + SAME))
     if len(rows) < 2:

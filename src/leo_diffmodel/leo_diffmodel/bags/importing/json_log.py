@@ -30,7 +30,6 @@ DEEPEST = 5
 
 
 def read_json(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return one table for each place where rows are."""
     content = json_content(log, log_format)
     if log_format.fields:
         return from_fields(log, content, log_format)
@@ -96,7 +95,6 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
 
 
 def _are_rows(value: Any) -> bool:
-    """Say whether a value is a list of lists of numbers, all of one length."""
     return (
         isinstance(value, list)
         and len(value) > 1

@@ -33,17 +33,12 @@ _NUMBERS = ('float', 'int', 'uint', 'bool')
 
 
 class Feature(BaseModel):
-    """One feature as info.json describes it."""
-
     dtype: str
     shape: list[int]
     names: list[Any] | dict[str, Any] | None = None
 
     def columns(self, name: str) -> list[str]:
-        """Return the names of its columns, by number where not each number has one of its own.
-
-        There are none where it is no row of numbers.
-        """
+        """The names of its columns, by number where not each has its own; none of a picture."""
         if not self.dtype.startswith(_NUMBERS) or len(self.shape) != 1 or self.shape[0] > WIDEST:
             return []
         width, found = self.shape[0], list(_texts(self.names))
@@ -64,8 +59,6 @@ def _texts(names: Any) -> Iterator[str]:
 
 
 class Info(BaseModel):
-    """What is needed of info.json."""
-
     codebase_version: str
     fps: float = Field(gt=0, allow_inf_nan=False)
     features: dict[str, Feature]
@@ -73,12 +66,10 @@ class Info(BaseModel):
 
 
 def is_lerobot(path: Path) -> bool:
-    """Say whether a folder is a LeRobot data set."""
     return (path / 'meta/info.json').is_file()
 
 
 def read_info(folder: Path) -> Info:
-    """Return what a data set of a version that is read says of itself."""
     file = folder / 'meta/info.json'
     try:
         content = json.loads(read_text(file))
@@ -94,7 +85,6 @@ def read_info(folder: Path) -> Info:
 
 
 def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
-    """Return one table per episode, in their order."""
     info = read_info(folder)
     files = sorted(folder.glob('data/chunk-*/*.parquet'))
     if not files:
@@ -139,11 +129,8 @@ def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
 
 
 def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
-    """Return what is stored of features, by name: numbers or lists, one for each frame."""
-    try:
-        from pyarrow import ArrowException, parquet
-    except ImportError:
-        raise UserError('reading LeRobot data sets needs pyarrow: pip install pyarrow') from None
+    from pyarrow import ArrowException, parquet
+
     try:
         return parquet.ParquetFile(file).read(columns=names).to_pydict()
     except (ArrowException, OSError, ValueError, OverflowError) as error:
@@ -160,7 +147,6 @@ def _numbers(rows: list[Any], width: int, where: str) -> Column:
 
 
 def _episodes(table: Table, folder: Path) -> Iterator[Table]:
-    """Yield the frames of each episode in their order."""
     numbers = table[EPISODE]
     if not np.isfinite(numbers).all():
         raise UserError(f'{folder}: frames without {EPISODE}; fetch the data set again')

@@ -77,7 +77,6 @@ class Reader:
 
 
 def each_once(names: Sequence[str], where: str) -> None:
-    """Refuse a name that stands above two columns, saying which."""
     for name in names:
         if name and names.count(name) > 1:
             places = ' and '.join(str(k) for k, n in enumerate(names, start=1) if n == name)
@@ -93,12 +92,10 @@ def without_infinite(values: Column) -> Column:
 
 
 def numbered(width: int) -> list[str]:
-    """Return the names of columns that have none: 0, 1, ..."""
     return [str(k) for k in range(width)]
 
 
 def canonical_index(name: str) -> str:
-    """Return the name of a matrix's column as tables have it: `data[:, 2]` of `data[:,2]`."""
     return _INDEX.sub(r'[\1, \2]', name)
 
 
@@ -129,7 +126,6 @@ def read_log_text(path: Path, encoding: str | None = None) -> str:
 
 
 def encoding_of(path: Path) -> str:
-    """Return the encoding that the bytes of a log show."""
     return _encoding(_bytes(path))
 
 

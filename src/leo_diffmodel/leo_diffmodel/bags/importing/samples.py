@@ -28,7 +28,6 @@ LeftOut = Counter[str]
 def times(
     log: Path, table: Table, mapping: ColumnMap
 ) -> tuple[Column, NDArray[np.int64], LeftOut]:
-    """Return times [s] that increase, the rows they belong to, and what is left out."""
     t = _clock(log, table, mapping)
     timed = np.flatnonzero(np.isfinite(t))
     if timed.size and not np.ptp(t[timed]) <= LONGEST:
@@ -51,7 +50,6 @@ def times(
 
 
 def _clock(log: Path, table: Table, mapping: ColumnMap) -> Column:
-    """Return the time of each row [s], NaN without one."""
     if mapping.time.period is not None:
         return np.arange(len(next(iter(table.values()))), dtype=float) * mapping.time.period
     spec = ColumnSpec(column=mapping.time.column)
@@ -72,8 +70,7 @@ def _refuse_backwards(log: Path, t: Column, rows: NDArray[np.int64], steps: Colu
 def incomplete(log: Path, run: Run, mapping: ColumnMap) -> LeftOut:
     """Return how many samples lack a position or a speed, which no reader of a bag takes.
 
-    Raises:
-        UserError: too few are left.
+    Raises UserError where too few are left.
     """
     columns = {
         spec.source: values[:, k]
@@ -106,7 +103,6 @@ def refuse_unknown_inputs(log: Path, run: Run, mapping: ColumnMap) -> None:
 
 
 def sentences(left_out: Mapping[Path, LeftOut], rows: Mapping[Path, int]) -> list[str]:
-    """Return a line for each log of which rows are left out: how many, of how many, and why."""
     return [
         f'{log}: {found.total()} of {rows[log]} rows left out: '
         + ', '.join(f'{count} {why}' for why, count in found.items() if count)

@@ -32,7 +32,6 @@ SHEETS = {'.xlsx', '.xls', '.xlsm', '.xlsb', '.ods', '.numbers'}
 
 
 def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return the tables of a log, one per episode, each with at least one column."""
     tables = reader_of(log, log_format).read(log, log_format)
     if not tables or not all(tables):
         raise UserError(f'{log} has no columns of numbers')
@@ -40,7 +39,6 @@ def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
 
 
 def reader_of(log: Path, log_format: LogFormat) -> Reader:
-    """Return what reads a log: what the map says, else what its name ends in."""
     tried = []
     for reader in chain(READERS, map(_foreign, entry_points(group=GROUP))):
         if reader.takes(log, log_format):
@@ -55,7 +53,6 @@ def reader_of(log: Path, log_format: LogFormat) -> Reader:
 
 
 def _refuse_unread(log: Path) -> None:
-    """Refuse a log that is not there, a bag, a spreadsheet, and a folder of something else."""
     if not log.exists():
         raise UserError(f'no log {log}')
     files = log.iterdir() if log.is_dir() else [log]

@@ -11,7 +11,6 @@ from leo_msgs_py.errors import UserError
 
 
 def by_word(spellings: Mapping[str, str]) -> dict[str, str]:
-    """Return what each word stands for, from the words of each meaning in one text."""
     return {word: meaning for meaning, words in spellings.items() for word in words.split()}
 
 
@@ -62,12 +61,10 @@ def canonical(unit: str) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Say whether a text is a unit, in one of the spellings."""
     return bool(text) and _is_known(canonical(text))
 
 
 def fits(unit: str, targets: Sequence[str]) -> bool:
-    """Say whether values in a known unit can be given in one of the targets."""
     return any(units.same_dimension(unit, target) for target in targets if target != 'degC')
 
 
