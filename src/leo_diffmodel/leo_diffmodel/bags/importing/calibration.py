@@ -12,7 +12,7 @@ Source: huggingface/lerobot, src/lerobot/motors/motors_bus.py (_normalize), comm
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import json
@@ -58,10 +58,9 @@ class Motor(BaseModel):
         They are from an end of the range, whose angle is `end` [rad], else from its middle.
         """
         reach = COUNT * (self.range_max - self.range_min)
-        turned = -1 if self.drive_mode else 1
         zero = end + (reach if self.drive_mode else 0.0) if from_end else 0.0
         scale = _short(reach / (100 if from_end else 200))
-        said = {'sign': turned, 'scale': scale, 'offset': _short(zero)}
+        said = {'sign': -1 if self.drive_mode else 1, 'scale': scale, 'offset': _short(zero)}
         return {key: value for key, value in said.items() if value != _PLAIN[key]}
 
 
@@ -77,23 +76,18 @@ class Calibration(dict[str, Motor]):
 
 def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | None:
     """The calibration of these joints in or next to a data set; refuse several that differ."""
-    wanted, found = list(joints), []
-    for file in sorted(set(_files(folder))):
-        calibration = _read(file)
-        if calibration and wanted and all(map(calibration.of, wanted)):
-            found.append(calibration)
+    wanted = list(joints)
+    places = (folder, folder / 'meta', folder.resolve().parent)
+    patterns = ('*.json', 'calibration/**/*.json')
+    files = {file for place in places for each in patterns for file in place.glob(each)}
+    read = filter(None, map(_read, sorted(files)))
+    found = [each for each in read if wanted and all(map(each.of, wanted))]
     if any(each != found[0] for each in found):
         raise UserError(
             f'{folder}: {found[0].file} and {found[-1].file} are calibrations of '
             'these joints and differ; leave the one that was recorded with'
         )
     return found[0] if found else None
-
-
-def _files(folder: Path) -> Iterator[Path]:
-    for place in (folder, folder / 'meta', folder.resolve().parent):
-        yield from place.glob('*.json')
-        yield from place.glob('calibration/**/*.json')
 
 
 def _read(file: Path) -> Calibration | None:

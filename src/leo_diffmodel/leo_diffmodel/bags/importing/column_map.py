@@ -39,7 +39,7 @@ from leo_sim.common.yaml_file import Fixed
 
 from .expression import evaluate
 from .log_format import canonical_index, Column, LogFormat, without_infinite
-from .unit_names import canonical
+from .unit_names import canonical, fits
 
 QUANTITIES: dict[str, tuple[str, ...]] = {
     'position': ('rad', 'm'),
@@ -181,11 +181,11 @@ def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[s
         )
     unit = canonical(unit)
     try:
-        fitting = [t for t in targets if t != 'degC' and units.same_dimension(unit, t)]
+        target = next((target for target in targets if fits(unit, (target,))), None)
     except UserError as error:
         raise UserError(f'{where}, {quantity}: {error}') from None
-    if not fitting:
+    if target is None:
         raise UserError(
             f'{where}: {unit!r} is no unit of {quantity}; give it in {" or ".join(targets)}'
         )
-    return units.conversion(unit, fitting[0], quantity)
+    return units.conversion(unit, target, quantity)

@@ -48,29 +48,25 @@ def import_logs(
         UserError: wrong map or log, time going backwards, a column without numbers, a constant
             that the robot does not have or that changes, or the folder exists.
     """
-    where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
-    mapping = load_map(column_map)
-    paths = [Path(log) for log in logs]
+    mapping, paths = load_map(column_map), [Path(log) for log in logs]
     tables, how_joined = episodes_of(paths, mapping, join)
     if not tables:
         raise UserError('no logs to import; name at least one file')
     runs, left_out = _runs(tables, mapping)
     said = [joint for joint, columns in mapping.joints.items() if columns.position.says_unit]
+    inputs = (spec for of in mapping.inputs.values() for spec in of.items())
     metadata = {
         'imported_from': ', '.join(log.name for log in paths),
-        'column_map': where,
+        'column_map': 'column map' if isinstance(column_map, ColumnMap) else str(column_map),
         'angle_units_said': ', '.join(said),
+        'left_out': '\n'.join(left_out) or None,
+        'joined': how_joined or None,
+        'inputs_from': ', '.join(spec.source for n, spec in inputs if n in APPLIED) or None,
+        'robot': mapping.robot or None,
+        'constants': json.dumps(_known_constants(tables, mapping)) if mapping.constants else None,
     }
-    inputs = (spec for of in mapping.inputs.values() for spec in of.items())
-    more = {
-        'left_out': '\n'.join(left_out),
-        'joined': how_joined,
-        'inputs_from': ', '.join(spec.source for name, spec in inputs if name in APPLIED),
-        'robot': mapping.robot or '',
-        'constants': json.dumps(_known_constants(tables, mapping)) if mapping.constants else '',
-    }
-    known = {name: text for name, text in more.items() if text}
-    return write_runs(Path(bag), runs, metadata | known)
+    known = {name: text for name, text in metadata.items() if text is not None}
+    return write_runs(Path(bag), runs, known)
 
 
 @contextmanager
@@ -134,8 +130,8 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> tuple[Run, LeftOut]:
 
     q = matrix('position')
     assert q is not None
-    inputs: dict[str, dict[str, Column]] = {
-        joint: {name: values(spec, name) for name, spec in interfaces.items()}
+    inputs = {
+        joint: {str(name): values(spec, name) for name, spec in interfaces.items()}
         for joint, interfaces in mapping.inputs.items()
     }
     run = Run(t, list(mapping.joints), q, matrix('velocity'), matrix('effort'), inputs)

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import SequenceMatcher
 import re
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,8 +42,7 @@ OVER_A_STOP = 1.1
 """So many times the angle of a stop is reached by a joint that gives, and by its calibration."""
 
 
-@dataclass(frozen=True)
-class KnownRobot:
+class KnownRobot(NamedTuple):
     """What is needed of a robot.
 
     Its name or folder as the map says it; the joints that move, without those of a planar base;
@@ -55,11 +54,6 @@ class KnownRobot:
     slides: frozenset[str]
     limits: Mapping[str, tuple[float, float]]
     takes: str
-
-    def reach(self, joint: str) -> float:
-        """Return the angle or way farthest from 0 [rad, m]; infinite without stops."""
-        low, high = self.limits.get(joint, (-np.inf, np.inf))
-        return max(abs(low), abs(high))
 
 
 def known_robot(robot: Robot, ref: str) -> KnownRobot:
@@ -105,8 +99,7 @@ def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str
 
 
 def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, str]]:
-    numbers = [re.fullmatch(r'joint_?(\d+)', name) for name in names]
-    if len(names) != len(joints) or not all(numbers):
+    if len(names) != len(joints) or not all(re.fullmatch(r'joint_?\d+', name) for name in names):
         return {}
     order = sorted(names, key=lambda name: int(re.sub(r'\D', '', name)))
     why = "in the robot's order: look it over"
@@ -124,12 +117,12 @@ def _alike(name: str, joint: str) -> float:
 
 def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
     """Return the unit in which a position is one of the joint; None where none is."""
-    reach, peak = robot.reach(joint), peak_of([values])
+    reach, peak = np.abs(robot.limits.get(joint, np.inf)).max(), peak_of([values])
     if joint in robot.slides:
         return Unit('m', f'{joint} of {robot.ref} slides')
     if not np.isfinite(reach):
-        open_one = Unit('?', f'{joint} of {robot.ref} turns round: unit: rad or deg')
-        return open_one if peak > RADIANS else None
+        why = f'{joint} of {robot.ref} turns round: unit: rad or deg'
+        return Unit('?', why) if peak > RADIANS else None
     if peak <= reach * OVER_A_STOP:
         return Unit('rad', f'within the stops of {robot.ref}, {reach:.3g} rad')
     if np.radians(peak) <= reach * OVER_A_STOP and peak > RADIANS:
@@ -154,8 +147,7 @@ def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
     )
 
 
-@dataclass(frozen=True)
-class Chosen:
+class Chosen(NamedTuple):
     """Columns with a part in the map: the time ('' for none that rises), measured ones, inputs.
 
     The notes say how names became the robot's joints.
@@ -227,15 +219,13 @@ def _driving(roles: Roles, joint: str, robot: KnownRobot | None) -> dict[str, st
     for quantity, goal in sorted(DRIVEN_BY, key=lambda each: each[0] != takes):
         column = _of(roles, quantity, goal).get(joint)
         if column is not None:
-            others = {name: _besides(roles, name, joint) for name in WITH_THE_DRIVE}
-            return {quantity: column} | {name: c for name, c in others.items() if c}
+            found = {quantity: column}
+            for name in WITH_THE_DRIVE:
+                of = _of(roles, name, goal=False)
+                other = of.get(joint) or (of.get('joint') if name in OF_ALL else None)
+                found |= {name: other} if other else {}
+            return found
     return {}
-
-
-def _besides(roles: Roles, quantity: str, joint: str) -> str | None:
-    """Return the column of a quantity for a joint, or else the one that all joints share."""
-    found = _of(roles, quantity, goal=False)
-    return found.get(joint) or (found.get('joint') if quantity in OF_ALL else None)
 
 
 def _of(roles: Roles, quantity: str, goal: bool) -> dict[str, str]:

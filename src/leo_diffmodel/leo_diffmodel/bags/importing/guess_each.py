@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,6 +11,7 @@ import numpy as np
 from leo_msgs_py import units
 
 from .calibration import Calibrated, Calibration, GRIPPER
+from .column_map import QUANTITIES
 from .guess_columns import Chosen, INPUTS, KnownRobot, of_joint, of_per_cent, Roles
 from .guess_roles import is_bare_goal
 from .guess_units import (
@@ -29,9 +29,6 @@ from .guess_units import (
 from .log_format import Column, Table
 from .unit_names import fits
 
-SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V', 'supply_voltage': 'V', 'current': 'A'}
-OF_SLIDES = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
-OF_TURNS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N m'}
 ALIKE = 20.0
 """Degrees are 57 times radians; a goal is farther from its position by less than this factor."""
 RATES = ('rad/s', 'deg/s', 'rpm')
@@ -70,53 +67,41 @@ class Units:
     def of(self, joint: str, quantity: str, column: str) -> Unit:
         if quantity == 'enabled':
             return Unit('', '0 = motor free')
-        if quantity != 'position' and is_bare_goal(column):
-            return self._as_taken(joint, quantity)
+        turning, sliding = QUANTITIES[quantity][0], QUANTITIES[quantity][-1]
+        ours = sliding if self.robot and joint in self.robot.slides else turning
+        if self.robot and quantity != 'position' and is_bare_goal(column):
+            takes = f'{self.robot.ref} takes {INPUTS[quantity]}'
+            why = f'{takes}, and the name does not say what it is'
+            return Unit('?', f'{why}: unit: {ours}, or scale: {ours} for 1')
         said = self.roles[column].unit
-        if said and self._may_be(said, joint, quantity):
+        is_other = turning != sliding and self.robot and not fits(said, (ours,))
+        if said and not is_other and (said, quantity) != ('%', 'position'):
             return Unit(said, 'its name says so')
         if quantity == 'position':
             return self._position(joint, column)
         if quantity == 'velocity':
             return self._velocity(joint, column)
-        if self.robot and joint in self.robot.slides and quantity in OF_SLIDES:
-            return Unit(OF_SLIDES[quantity], f'{joint} of {self.robot.ref} slides')
-        return Unit(SI[quantity], 'nothing says another')
-
-    def _as_taken(self, joint: str, quantity: str) -> Unit:
-        """Return what is to be filled in for a goal of which only the robot says what it is."""
-        assert self.robot
-        units_of = {**SI, **OF_SLIDES} if joint in self.robot.slides else SI
-        unit = units_of[quantity]
-        why = f'{self.robot.ref} takes {INPUTS[quantity]}, and the name does not say what it is'
-        return Unit('?', f'{why}: unit: {unit}, or scale: {unit} for 1')
-
-    def _may_be(self, unit: str, joint: str, quantity: str) -> bool:
-        if unit == '%' and quantity == 'position':
-            return False
-        if self.robot and quantity in OF_SLIDES:
-            kinds = OF_SLIDES if joint in self.robot.slides else OF_TURNS
-            return fits(unit, (kinds[quantity],))
-        return True
+        if self.robot and ours != turning:
+            return Unit(ours, f'{joint} of {self.robot.ref} slides')
+        return Unit(ours, 'nothing says another')
 
     def _position(self, joint: str, column: str) -> Unit:
         name = self.roles[column].joint
-        if self._calibrated and (found := self._calibrated.of(name, self._end(joint))):
+        low = self.robot.limits.get(joint, (0.0, 0.0))[0] if self.robot else 0.0
+        end = low if np.isfinite(low) else 0.0  # rad: its lower stop, where that is known
+        if self._calibrated and (found := self._calibrated.of(name, end)):
             return found
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
         measured = self.chosen.joints.get(joint, {}).get('position', column)
-        if measured != column and self._are_alike(measured, column):
+        one, other = (peak_of([self.table[each]]) for each in (measured, column))
+        if measured != column and one < ALIKE * other and other < ALIKE * one:
             return self.of(joint, 'position', measured)
         return (
             self._by_speed(joint, column)
             or self._of_robot(joint, column)
             or self._by_numbers(name, self.table[column])
         )
-
-    def _are_alike(self, measured: str, goal: str) -> bool:
-        one, other = (peak_of([self.table[name]]) for name in (measured, goal))
-        return one < ALIKE * other and other < ALIKE * one
 
     def _by_speed(self, joint: str, column: str) -> Unit | None:
         """Return the unit in which its change is the speed, where that has a unit in its name."""
@@ -136,11 +121,6 @@ class Units:
         if self.is_lerobot and peak_of([values]) <= PER_CENT:
             return None  # degrees as well as per cent
         return of_joint(self.robot, joint, values)
-
-    def _end(self, joint: str) -> float:
-        """Return the lower stop of a joint [rad], 0 where it is not known."""
-        low = self.robot.limits.get(joint, (0.0, 0.0))[0] if self.robot else 0.0
-        return low if np.isfinite(low) else 0.0
 
     def _by_numbers(self, name: str, values: Column) -> Unit:
         other = self._shared.name == 'deg' or peak_of([values]) > RADIANS
@@ -174,17 +154,11 @@ class Units:
         position = self.chosen.joints.get(joint, {}).get('position', '')
         angle = self.of(joint, 'position', position) if position else self._shared
         sliding = fits(angle.name, ('m',)) if angle.name not in ('', '?') else False
-        found = self._by_change(position, angle, column, SLIDING_RATES if sliding else RATES)
-        if found:
-            return found
+        if self._t is not None and position and angle.name != '?':
+            q = self.first[position] * (angle.said.get('scale') or units.parse(angle.name).factor)
+            names = SLIDING_RATES if sliding else RATES
+            if found := of_rates(self._t, q, self.first[column], names):
+                return found
         if angle.name == '?' or angle.said:
             return Unit('?', 'as the angles')
         return Unit(ANGULAR.get(angle.name, 'm/s' if sliding else 'rad/s'), 'as the angles')
-
-    def _by_change(
-        self, position: str, angle: Unit, column: str, names: Sequence[str]
-    ) -> Unit | None:
-        if self._t is None or not position or angle.name == '?':
-            return None
-        scale = angle.said.get('scale') or units.parse(angle.name).factor
-        return of_rates(self._t, self.first[position] * scale, self.first[column], names)

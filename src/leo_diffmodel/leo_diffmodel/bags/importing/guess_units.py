@@ -43,19 +43,13 @@ def of_angles(columns: Sequence[Column]) -> Unit:
     if peak <= RADIANS:
         return Unit('rad', f'none is beyond {peak:.3g}, so radians')
     if is_clipped(columns):
-        return Unit(
-            '?',
-            'they end at exactly 100: per cent of the calibrated range; '
-            'scale: rad for 1 %, and no unit',
-        )
+        why = 'they end at exactly 100: per cent of the calibrated range'
+        return Unit('?', f'{why}; scale: rad for 1 %, and no unit')
     if peak > DEGREES:
         return Unit('?', f'up to {peak:.4g}: counts of an encoder? then scale: rad for one')
     if peak > PER_CENT:
-        return Unit(
-            'deg',
-            f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent; '
-            'unit: rad for a joint that turns round',
-        )
+        why = f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent'
+        return Unit('deg', f'{why}; unit: rad for a joint that turns round')
     return Unit('?', f'up to {peak:.3g}: unit: deg, or of per cent of a range scale: rad for 1 %')
 
 
@@ -65,33 +59,29 @@ def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | N
     Times [s], angles in SI and speeds have shape (T,).
     """
     ratio = _change_over_speed(t, q, dq)
-    for name in names:
-        if ratio and 1 / AGREES < ratio / units.parse(name).factor < AGREES:
-            return Unit(name, f'in {name} it is the change of the position')
-    return None
+    agreeing = (n for n in names if 1 / AGREES < ratio / units.parse(n).factor < AGREES)
+    name = next(agreeing, '')
+    return Unit(name, f'in {name} it is the change of the position') if name else None
 
 
 def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
     ratio = _change_over_speed(t, q, dq)
-    for name in TURNS:
-        if ratio and 1 / AGREES < ratio * units.parse(name).factor < AGREES:
-            return Unit(name, f'its change in {name} is the speed')
-    return None
+    agreeing = (n for n in TURNS if 1 / AGREES < ratio * units.parse(n).factor < AGREES)
+    name = next(agreeing, '')
+    return Unit(name, f'its change in {name} is the speed') if name else None
 
 
-def _change_over_speed(t: Column, q: Column, dq: Column) -> float | None:
-    """Return how much faster positions change than the speed says; None where nothing moves."""
+def _change_over_speed(t: Column, q: Column, dq: Column) -> float:
+    """Return how much faster positions change than the speed says; 0 where nothing moves."""
     rows = np.isfinite(t) & np.isfinite(q) & np.isfinite(dq)
     t, q, dq = t[rows], q[rows], dq[rows]
     if len(t) < 2 * SPANS:
-        return None
+        return 0.0
     way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (dq[1:] + dq[:-1]) / 2)])
     span = max(1, len(t) // SPANS)
     moved, logged = np.abs(q[span:] - q[:-span]), np.abs(way[span:] - way[:-span])
     moving = logged > 0.1 * logged.max(initial=0.0)
-    if not moving.any():
-        return None
-    return float(np.median(moved[moving] / logged[moving]))
+    return float(np.median(moved[moving] / logged[moving])) if moving.any() else 0.0
 
 
 def of_time(column: Column) -> Unit:

@@ -42,6 +42,13 @@ class Part(NamedTuple):
     def rows(self) -> int:
         return len(next(iter(self.table.values())))
 
+    def at(self, clock: Column, values: Column) -> Column:
+        """Values at other times, by linear interpolation where those are others."""
+        if not self.time or _same(self.t, clock):
+            return values
+        known = np.isfinite(self.t)
+        return np.interp(clock, self.t[known], values[known])
+
     def columns(self) -> Table:
         """Return its columns but the time, with its name in front; a nameless one has it alone."""
         found = {name: c for name, c in self.table.items() if name != self.time}
@@ -58,7 +65,7 @@ def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
     named = [role_of(name).quantity for name in short_names(logs)]
     differ = len(logs) > 1 and all(named) and len(set(named)) == len(named)
     found = ({role_of(name).quantity for name in table} for table in tables)
-    return differ and all(len(of_table & {*MEASURED, 'voltage'}) < 2 for of_table in found)
+    return differ and all(len(quantities & {*MEASURED, 'voltage'}) < 2 for quantities in found)
 
 
 def joined(
@@ -108,7 +115,7 @@ def _one(parts: Sequence[Part]) -> tuple[Table, str]:
     rows = _overlap(clock.t, [part.t for part in timed], listed)
     table = {clock.time: clock.t[rows]}
     for part in parts:
-        table |= {name: _at(clock.t, part, c)[rows] for name, c in part.columns().items()}
+        table |= {name: part.at(clock.t, c)[rows] for name, c in part.columns().items()}
     return table, _how(listed, clock, parts, len(rows))
 
 
@@ -130,13 +137,6 @@ def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.
             f'the first ends at {high:.6g}; they are no parts of one run'
         )
     return rows
-
-
-def _at(clock: Column, part: Part, values: Column) -> Column:
-    if not part.time or _same(part.t, clock):
-        return values
-    known = np.isfinite(part.t)
-    return np.interp(clock, part.t[known], values[known])
 
 
 def _same(t: Column, clock: Column) -> bool:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
 import json
 from pathlib import Path
@@ -30,14 +31,13 @@ DEEPEST = 5
 
 
 def read_json(log: Path, log_format: LogFormat) -> list[Table]:
-    content = json_content(log, log_format)
+    content = _content(log, log_format)
     if log_format.fields:
         return from_fields(log, content, log_format)
     return [_table(log, content, p, log_format) for p in listed(log_format.records or '')]
 
 
-def json_content(log: Path, log_format: LogFormat) -> Any:
-    """Return what a JSON file says; refuse an object with one name twice."""
+def _content(log: Path, log_format: LogFormat) -> Any:
     try:
         text = read_log_text(log, log_format.encoding)
         return json.loads(text, object_pairs_hook=partial(_each_once, log))
@@ -50,8 +50,8 @@ def json_content(log: Path, log_format: LogFormat) -> Any:
 def _each_once(log: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
+        times = Counter(name for name, _ in pairs)
+        twice = next(name for name in times if times[name] > 1)
         raise UserError(f'{log}: {shown(twice)} stands twice in one object; rename one')
     return found
 
@@ -95,16 +95,14 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
 
 
 def _are_rows(value: Any) -> bool:
-    return (
-        isinstance(value, list)
-        and len(value) > 1
-        and all(isinstance(row, list) and row and is_number(row[0]) for row in value)
-        and len(set(map(len, value))) == 1
-    )
+    if not isinstance(value, list) or len(value) < 2:
+        return False
+    rows = all(isinstance(row, list) and row and is_number(row[0]) for row in value)
+    return rows and len(set(map(len, value))) == 1
 
 
 def _guessed(log: Path) -> LogFormat:
-    return LogFormat(records=places_of_rows(json_content(log, LogFormat())))
+    return LogFormat(records=places_of_rows(_content(log, LogFormat())))
 
 
 JSON = Reader('json', ('json',), read_json, guessed=_guessed)

@@ -97,21 +97,24 @@ def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
 
 def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
     """Return the frames of one file: the columns that it should have by info.json."""
-    wanted = {name: feature.columns(name) for name, feature in features.items()}
-    wanted = {name: columns for name, columns in wanted.items() if columns}
-    frames = _stored(file, list(wanted))
+    from pyarrow import ArrowException, parquet
+
+    every = {name: feature.columns(name) for name, feature in features.items()}
+    wanted = {name: columns for name, columns in every.items() if columns}
+    try:
+        frames = parquet.ParquetFile(file).read(columns=list(wanted)).to_pydict()
+    except (ArrowException, OSError, ValueError, OverflowError) as error:
+        raise UserError(f'{file} does not read: {one_line(error)}') from None
     for name in (*wanted, EPISODE):
         if name not in wanted or name not in frames:
             raise UserError(
                 f'{file} or meta/info.json lacks {name}; there are {", ".join(frames)}'
             )
-    return {
-        column: values
-        for name, columns in wanted.items()
-        for column, values in zip(
-            columns, _numbers(frames[name], len(columns), f'{file}, {name}'), strict=True
-        )
-    }
+    table: Table = {}
+    for name, columns in wanted.items():
+        values = _numbers(frames[name], len(columns), f'{file}, {name}')
+        table |= zip(columns, values, strict=True)
+    return table
 
 
 def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
@@ -126,15 +129,6 @@ def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
                     'this set'
                 )
             seen[number] = file
-
-
-def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
-    from pyarrow import ArrowException, parquet
-
-    try:
-        return parquet.ParquetFile(file).read(columns=names).to_pydict()
-    except (ArrowException, OSError, ValueError, OverflowError) as error:
-        raise UserError(f'{file} does not read: {one_line(error)}') from None
 
 
 def _numbers(rows: list[Any], width: int, where: str) -> Column:

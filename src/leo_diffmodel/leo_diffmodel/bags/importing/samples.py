@@ -28,7 +28,11 @@ LeftOut = Counter[str]
 def times(
     log: Path, table: Table, mapping: ColumnMap
 ) -> tuple[Column, NDArray[np.int64], LeftOut]:
-    t = _clock(log, table, mapping)
+    if mapping.time.period is not None:
+        t = np.arange(len(next(iter(table.values()))), dtype=float) * mapping.time.period
+    else:
+        factor = unit_factor(mapping.time.unit, 'time', str(log), QUANTITIES['time'])
+        t = ColumnSpec(column=mapping.time.column).values(table, 'time', str(log)) * factor
     timed = np.flatnonzero(np.isfinite(t))
     if timed.size and not np.ptp(t[timed]) <= LONGEST:
         raise UserError(
@@ -47,14 +51,6 @@ def times(
         raise UserError(f'{log}: {rows.size} samples with a time; at least {FEWEST} are needed')
     left = LeftOut({NO_TIME: len(t) - timed.size, REPEATED: timed.size - rows.size})
     return t[rows], rows, left
-
-
-def _clock(log: Path, table: Table, mapping: ColumnMap) -> Column:
-    if mapping.time.period is not None:
-        return np.arange(len(next(iter(table.values()))), dtype=float) * mapping.time.period
-    spec = ColumnSpec(column=mapping.time.column)
-    factor = unit_factor(mapping.time.unit, 'time', str(log), QUANTITIES['time'])
-    return spec.values(table, 'time', str(log)) * factor
 
 
 def _refuse_backwards(log: Path, t: Column, rows: NDArray[np.int64], steps: Column) -> None:

@@ -70,7 +70,7 @@ def _refuse_unread(log: Path) -> None:
 
 
 def _foreign(entry: EntryPoint) -> Reader:
-    """Return a reader of another package, whose errors are one line with their place."""
+    """A reader of another package, whose errors are one line with their place."""
     reader: Reader = entry.load()
     file = Path(inspect.getfile(reader.read))
     return replace(reader, read=guarded(file, 'log format', reader.read))
@@ -80,11 +80,9 @@ def episodes_of(
     logs: Sequence[Path], mapping: ColumnMap, join: bool
 ) -> tuple[list[tuple[Path, Table]], str]:
     """Return (log, table) of each episode, and how parts of one run were joined; '' where none."""
-    read = []
-    for log in logs:
-        if is_lerobot(log):
-            _refuse_open_units(log, mapping)
-        read.append((log, read_tables(log, mapping)))
+    for log in filter(is_lerobot, logs):
+        _refuse_open_units(log, mapping)
+    read = [(log, read_tables(log, mapping)) for log in logs]
     if not (join or are_parts(logs, [tables[0] for _, tables in read])):
         return [(log, _computed(log, t, mapping)) for log, tables in read for t in tables], ''
     tables, how = joined(read, mapping.time.column)
