@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import Enum
 import fcntl
@@ -43,8 +43,7 @@ def finish_bag(path: Path) -> BagState:
     """
     if find_databases(path):  # a database needs no index of ours
         return BagState.FINISHED
-    files = find_files(path)
-    states = [_finish_file(file) for file in files]
+    states = {_finish_file(file) for file in find_files(path)}
     for state in (BagState.RECORDING, BagState.DAMAGED):
         if state in states:
             return state
@@ -152,9 +151,8 @@ def write_metadata(folder: Path) -> Path:
     Raises what `mcap_file.DAMAGE` lists where a summary does not read, UserError of too many
     topics.
     """
-    files = find_files(folder)
-    summaries = [_summary(file) for file in files]
-    content = {'rosbag2_bagfile_information': _information(files, summaries)}
+    summaries = {file: _summary(file) for file in find_files(folder)}
+    content = {'rosbag2_bagfile_information': _information(summaries)}
     return write_whole(folder / 'metadata.yaml', yaml.safe_dump(content, sort_keys=False))
 
 
@@ -167,10 +165,8 @@ def _summary(file: Path) -> tuple[Summary, Statistics]:
     return summary, summary.statistics
 
 
-def _information(
-    files: tuple[Path, ...], summaries: list[tuple[Summary, Statistics]]
-) -> dict[str, Any]:
-    statistics = [s for _, s in summaries]
+def _information(summaries: Mapping[Path, tuple[Summary, Statistics]]) -> dict[str, Any]:
+    statistics = [s for _, s in summaries.values()]
     filled = [s for s in statistics if s.message_count]
     start = min((s.message_start_time for s in filled), default=0)
     end = max((s.message_end_time for s in filled), default=0)
@@ -180,11 +176,11 @@ def _information(
         'duration': {'nanoseconds': end - start},
         'starting_time': {'nanoseconds_since_epoch': start},
         'message_count': sum(s.message_count for s in statistics),
-        'topics_with_message_count': _topics(summaries),
+        'topics_with_message_count': _topics(summaries.values()),
         'compression_format': '',
         'compression_mode': '',
-        'relative_file_paths': [file.name for file in files],
-        'files': [_file_entry(file, s) for file, s in zip(files, statistics, strict=True)],
+        'relative_file_paths': [file.name for file in summaries],
+        'files': [_file_entry(file, s) for file, (_, s) in summaries.items()],
         'custom_data': None,
         'ros_distro': 'jazzy',
     }
@@ -200,22 +196,19 @@ def _file_entry(file: Path, statistics: Statistics) -> dict[str, Any]:
     }
 
 
-def _topics(summaries: list[tuple[Summary, Statistics]]) -> list[dict[str, Any]]:
+def _topics(summaries: Iterable[tuple[Summary, Statistics]]) -> list[dict[str, Any]]:
     topics: dict[str, dict[str, Any]] = {}
     for summary, statistics in summaries:
         for channel in summary.channels.values():
-            if channel.topic not in topics:
-                schema = summary.schemas.get(channel.schema_id)  # of some encodings there is none
-                metadata = {
-                    'name': channel.topic,
-                    'type': schema.name if schema else '',
-                    'serialization_format': channel.message_encoding,
-                    'offered_qos_profiles': profiles(
-                        channel.metadata.get('offered_qos_profiles', '')
-                    ),
-                    'type_description_hash': channel.metadata.get('topic_type_hash', ''),
-                }
-                topics[channel.topic] = {'topic_metadata': metadata, 'message_count': 0}
+            schema = summary.schemas.get(channel.schema_id)  # of some encodings there is none
+            metadata = {
+                'name': channel.topic,
+                'type': schema.name if schema else '',
+                'serialization_format': channel.message_encoding,
+                'offered_qos_profiles': profiles(channel.metadata.get('offered_qos_profiles', '')),
+                'type_description_hash': channel.metadata.get('topic_type_hash', ''),
+            }
+            first = {'topic_metadata': metadata, 'message_count': 0}
             count = statistics.channel_message_counts.get(channel.id, 0)
-            topics[channel.topic]['message_count'] += count
+            topics.setdefault(channel.topic, first)['message_count'] += count
     return list(topics.values())

@@ -169,7 +169,9 @@ def read_goals(
         return None
     sources = {name: _source(bag, found, name, role) for name in bag.motors}
     said_of = {name: found[source] for name, source in sources.items()}
-    parts = [_run(states, run, said_of, measured, role) for run in _runs(states)]
+    edges = [0, *(np.flatnonzero(np.diff(states.stamp_ns) < 0) + 1).tolist(), len(states.stamp_ns)]
+    runs = [slice(a, b) for a, b in pairwise(edges)]  # a restarted robot begins another
+    parts = [_run(states, run, said_of, measured, role) for run in runs]
     log, stamp, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
     if not len(log):
         return None
@@ -189,13 +191,6 @@ def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role)
             f'choose one in a topic map (topics: {{{role}: ...}})'
         )
     return topics[0]  # of a controller's state, which some publish twice, either
-
-
-def _runs(states: StateLog) -> list[slice]:
-    """Stretches of states whose stamps go forward: a restarted robot begins another."""
-    cuts = np.flatnonzero(np.diff(states.stamp_ns) < 0) + 1
-    edges = [0, *cuts.tolist(), len(states.stamp_ns)]
-    return [slice(a, b) for a, b in pairwise(edges)]
 
 
 def _run(
@@ -227,6 +222,8 @@ def _run(
 def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -> list[Leg]:
     """What the messages ask of one joint, in robot time, in the order in which it counts.
 
+    Set points that a controller says it follows are one path, straight from one to the next.
+
     `delay` is from a stamp to when it is recorded [ns]; stamps count where the states have some.
     """
     legs = []
@@ -236,10 +233,7 @@ def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -
         begin = start if role == 'controller_state' else max(start, came)
         legs.append(Leg(begin, start + a.after_ns, a.goals[:, a.names.index(name)]))
     legs.sort(key=lambda leg: leg.begin)
-    return [_path(legs)] if role == 'controller_state' and legs else legs
-
-
-def _path(legs: list[Leg]) -> Leg:
-    """Set points that a controller says it follows, as one path: straight from one to the next."""
+    if role == 'trajectory' or not legs:
+        return legs
     times, index = np.unique([leg.begin for leg in legs], return_index=True)
-    return Leg(int(times[0]), times, np.array([legs[k].goals[0] for k in index]))
+    return [Leg(int(times[0]), times, np.array([legs[k].goals[0] for k in index]))]

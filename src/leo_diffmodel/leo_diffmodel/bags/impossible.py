@@ -61,13 +61,12 @@ def input_channels(robot: Robot, kind: str) -> list[Channel]:
     """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
     unit = INPUT_UNITS[kind]
 
-    def most(motor: Actuator) -> float:
-        if kind == 'position':
-            return ABSURD
-        return motor.strongest if kind == 'voltage' else _stall(motor)
-
-    units = {a.joint: sliding(unit) if a.joint in robot.slides else unit for a in robot.actuators}
-    return [Channel(f'inputs of {a.joint}', units[a.joint], most(a)) for a in robot.actuators]
+    channels = []
+    for motor in robot.actuators:
+        most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': _stall(motor)}[kind]
+        units = sliding(unit) if motor.joint in robot.slides else unit
+        channels.append(Channel(f'inputs of {motor.joint}', units, most))
+    return channels
 
 
 def lengths(robot: Robot) -> dict[str, str]:
@@ -91,20 +90,16 @@ def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.
 def _channels(robot: Robot, seconds: float) -> tuple[list[Channel], list[Channel], list[Channel]]:
     """Positions, velocities and efforts of a robot's joints, of so long a recording [s]."""
     unit, force = lengths(robot), {'m': 'N', 'rad': 'N m'}
-    speed = dict.fromkeys(unit, FAST) | {a.joint: _free_speed(a) for a in robot.actuators}
+    speed = dict.fromkeys(unit, FAST)
+    for motor in robot.actuators:
+        if motor.supply is not None and motor.torque_constant:  # without load
+            speed[motor.joint] = max(FAST, motor.supply / motor.torque_constant)
     torque = dict.fromkeys(unit, ABSURD) | {a.joint: _stall(a) for a in robot.actuators}
     return (
         [Channel(f'positions of {n}', u, max(seconds, 1.0) * speed[n]) for n, u in unit.items()],
         [Channel(f'velocities of {n}', f'{u}/s', speed[n]) for n, u in unit.items()],
         [Channel(f'efforts of {n}', force[u], torque[n]) for n, u in unit.items()],
     )
-
-
-def _free_speed(motor: Actuator) -> float:
-    """Speed that its supply gives a motor without load [rad/s], not less than `FAST`."""
-    if motor.supply is None or not motor.torque_constant:
-        return FAST
-    return max(FAST, motor.supply / motor.torque_constant)
 
 
 def _stall(motor: Actuator) -> float:

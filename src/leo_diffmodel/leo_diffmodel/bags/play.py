@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from pathlib import Path
 import time
 from typing import TypeVar
@@ -47,7 +48,7 @@ def play(
             raise UserError(f'{bag} has no messages of a type known here')
         publishers = [publisher for publisher, _ in found]
         messages = [(m.log_ns, m.data, p) for p, topic in found for m in topic.messages]
-        messages.sort(key=lambda message: message[0])
+        messages.sort(key=itemgetter(0))
         spin_until(lambda: all(p.get_subscription_count() for p in publishers), wait)
         played = _play_once(messages, rate)
         while loop and running():

@@ -18,7 +18,7 @@ from .episode import Episode as Episode
 from .episode import Recording as Recording
 from .impossible import without_impossible
 from .inputs import InputLog, on_the_angles_turn, read_inputs
-from .mend import on_time
+from .mend import average, Held, held_inputs, on_time
 from .notes import notes_of
 from .spikes import without_spikes
 from .split import split, unwrapped
@@ -26,7 +26,6 @@ from .states import median_step, read_states, StateLog
 from .topic_map import COMMANDS, list_topics, read_topic_map, RobotBag, TopicMap
 from .types import Floats, Stamps
 from .unmeasured import without_made_rates, without_unmeasured
-from .zoh import average, Held, held_inputs
 
 SELDOM = 10.0
 """s from state to state: no motion of a robot shows in fewer."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,7 +17,7 @@ from leo_msgs_py.values import nanoseconds
 from leo_sim.description.robot import OtherRobot
 
 from .contents import Logged, TopicLog
-from .publishers import Publisher, Row, together
+from .publishers import Part, together
 from .topic_map import JointMap, TopicMap
 from .types import at_rows, Floats, JOINT_STATE, Stamps
 
@@ -58,20 +59,20 @@ class StateLog:
 
 def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> StateLog:
     """Decode the joint states of a topic; refuse it empty, without a joint or all NaN."""
-    rows = list(_rows(topic, joints, topic_map))
-    if not rows:
+    parts = _parts(topic, [topic_map.theirs(name) for name in joints], topic_map.frame_id)
+    if not parts:
         of = '' if topic_map.frame_id is None else f' of frame_id {topic_map.frame_id!r}'
         raise UserError(f'no readable messages{of} on {topic.name}; was the robot running?')
-    found = together(rows, joints, topic.name)
+    found = together(parts, joints, topic.name)
     if found is None:
-        raise _other_joints(topic, joints, topic_map, rows)
-    (log, published, stamp, columns), notes = found
-    if columns[0] is None:
+        raise _other_joints(topic, joints, topic_map, parts)
+    made, notes = found
+    if made.fields[0] is None:
         raise UserError(f'the messages on {topic.name} have {_positions(topic)}')
-    q, dq, effort = in_our_units(columns, [topic_map.joint(name) for name in joints])
-    stamped = bool(stamp.any())
-    states = StateLog(log, published, stamp if stamped else log, q, dq, effort, 0, stamped, notes)
-    return _clean(states, topic.name)
+    channels = in_our_units(made.fields, [topic_map.joint(name) for name in joints])
+    stamped = bool(made.stamp.any())
+    times = made.log, made.published, made.stamp if stamped else made.log
+    return _clean(StateLog(*times, *channels, 0, stamped, notes), topic.name)
 
 
 def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]:
@@ -125,33 +126,41 @@ def _signed(speed: Floats, joint: JointMap) -> Floats:
     return speed
 
 
-def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterator[Row]:
-    """Yield the messages, those that have none of the joints without fields."""
-    wanted = [topic_map.theirs(name) for name in joints]
-    orders: dict[tuple[str, ...], tuple[tuple[int, ...], list[int]]] = {}
+def _parts(topic: TopicLog, wanted: Sequence[str], frame_id: str | None) -> list[Part]:
+    """What each publisher sent, those of none of the joints too."""
+    sent: dict[tuple[str, tuple[str, ...]], list[tuple[Logged, Any]]] = defaultdict(list)
     for logged, message in deserialize(topic, JOINT_STATE):
-        names, frame = tuple(message.name), message.header.frame_id
-        if topic_map.frame_id not in (None, frame):
-            continue
-        if names not in orders:  # which of ours a message fills, and where in it they are
-            _refuse_twice(topic, [name for name in wanted if names.count(name) > 1])
-            ours = tuple(k for k, name in enumerate(wanted) if name in names)
-            orders[names] = ours, [names.index(wanted[k]) for k in ours]
-        ours, order = orders[names]
-        fields = (message.position, message.velocity, message.effort)
-        picked = (
-            _picked(f, ours, order, len(wanted)) if ours and len(f) == len(names) else None
-            for f in fields
-        )
-        yield Row(Publisher(frame, names), ours, logged, stamp_of(message), *picked)
+        frame = message.header.frame_id
+        if frame_id in (None, frame):
+            sent[frame, tuple(message.name)].append((logged, message))
+    return [_part(topic, *who, rows, wanted) for who, rows in sent.items()]
 
 
-def _refuse_twice(topic: TopicLog, doubled: Sequence[str]) -> None:
-    if doubled:
+def _part(
+    topic: TopicLog,
+    frame: str,
+    names: tuple[str, ...],
+    rows: Sequence[tuple[Logged, Any]],
+    wanted: Sequence[str],
+) -> Part:
+    if doubled := [name for name in wanted if names.count(name) > 1]:
         raise UserError(
             f'a message on {topic.name} names {", ".join(doubled)} twice, and nothing says which '
             'of its states is right; mend what publishes it, and record again'
         )
+    ours = tuple(k for k, name in enumerate(wanted) if name in names)
+    times = np.array([(g.log_ns, g.published_ns, stamp_of(m)) for g, m in rows], dtype=np.int64)
+    fields: list[Floats | None] = []
+    for field in ('position', 'velocity', 'effort'):
+        whole = {
+            k: v for k, (_, m) in enumerate(rows) if len(v := getattr(m, field)) == len(names)
+        }
+        values = np.full((len(rows), len(wanted)), np.nan)
+        if ours and whole:
+            theirs = [names.index(wanted[k]) for k in ours]
+            values[np.ix_(list(whole), ours)] = np.array(list(whole.values()))[:, theirs]
+        fields.append(values if ours and whole else None)
+    return Part(frame, names, ours, *times.T, tuple(fields))
 
 
 def _positions(topic: TopicLog) -> str:
@@ -162,19 +171,10 @@ def _positions(topic: TopicLog) -> str:
     return f'{positions} position(s) for {names} names of joints; each joint needs one'
 
 
-def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) -> Floats:
-    """One field in our order, NaN for joints that the message lacks."""
-    if len(ours) == width:
-        return field[order]
-    whole = np.full(width, np.nan)
-    whole[list(ours)] = field[order]
-    return whole
-
-
 def _other_joints(
-    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, rows: Sequence[Row]
+    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, parts: Sequence[Part]
 ) -> OtherRobot:
-    there = sorted({name for row in rows for name in row.publisher.names})
+    there = sorted({name for part in parts for name in part.names})
     wanted = [topic_map.theirs(name) for name in joints]
     return OtherRobot(
         f'joints {", ".join(w for w in wanted if w not in there)} are not on '

@@ -93,9 +93,8 @@ _LATCHED = to_yaml(depth=1, durability=LATCHED)
 STATES = Topic('/joint_states', JOINT_STATE, _RELIABLE)
 EPISODE = Topic('/robot/episode', UINT32, _LATCHED)
 APPLIED = {
-    'voltage': Topic('/robot/applied_voltage', JOINT_STATE, _RELIABLE),
-    'effort': Topic('/robot/applied_effort', JOINT_STATE, _RELIABLE),
-    'position': Topic('/robot/applied_position', JOINT_STATE, _RELIABLE),
+    interface: Topic(f'/robot/applied_{interface}', JOINT_STATE, _RELIABLE)
+    for interface in ('voltage', 'effort', 'position')
 }
 """What was applied by its interface: V or N m in `effort`, rad in `position`; NaN = motor free."""
 CURRENT = Topic('/robot/current', JOINT_STATE, _RELIABLE)

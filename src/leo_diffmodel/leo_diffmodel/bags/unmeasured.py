@@ -63,12 +63,13 @@ def _rates(
     rates = states.dq
     if rates is None:
         return None, []
-    missing = [name for j, name in enumerate(joints) if np.isnan(rates[:, j]).all()]
+    missing = [name for name, rate in zip(joints, rates.T, strict=True) if np.isnan(rate).all()]
     notes = [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
     still = _still_rates(states)
+    first = np.where(np.abs(rates[0]) < GARBAGE, 0.0, rates[0])
     notes += [
-        f'rates of {joints[j]} are {_constant(rates[0, j])} throughout while it moves by '
-        f'{moved[j]}: no measurement; {DIFFERENTIATED}'
+        f'rates of {joints[j]} are {first[j]:.3g} throughout while it moves by {moved[j]}: no '
+        f'measurement; {DIFFERENTIATED}'
         for j in np.flatnonzero(still).tolist()
     ]
     return _emptied(rates, np.broadcast_to(still, rates.shape)), notes
@@ -80,13 +81,15 @@ def _efforts(
     efforts = states.effort
     if efforts is None:
         return None, []
-    garbage = _garbage(efforts)
+    tiny = (efforts != 0) & (np.abs(efforts) < GARBAGE)
+    nothing_else = (tiny | (efforts == 0) | np.isnan(efforts)).all(axis=0) & tiny.any(axis=0)
+    garbage = tiny | (nothing_else & (efforts == 0))  # zeros beside nothing else are no better
     zero = (efforts == 0).all(axis=0) & (_moved(states) > MOVES)
     idle = zero & np.array([name in driven for name in joints])
     notes = [
-        f'{garbage[:, j].sum()} efforts of {joints[j]} as {_example(efforts[:, j]):.2g}: memory '
+        f'{garbage[:, j].sum()} efforts of {joints[j]} as {efforts[tiny[:, j], j][0]:.2g}: memory '
         f'that nobody wrote, {NO_INPUT}'
-        for j in np.flatnonzero(garbage.any(axis=0)).tolist()
+        for j in np.flatnonzero(tiny.any(axis=0)).tolist()
     ]
     notes += [
         f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: {NO_INPUT}'
@@ -99,13 +102,6 @@ def _emptied(values: Floats, out: NDArray[np.bool_]) -> Floats | None:
     """NaN where nothing was measured; None where nothing is left."""
     kept = np.where(out, np.nan, values)
     return None if np.isnan(kept).all() else kept
-
-
-def _garbage(values: Floats) -> NDArray[np.bool_]:
-    """Say which values of a channel (T, J) are too small for any; its zeros are no better."""
-    tiny = (values != 0) & (np.abs(values) < GARBAGE)
-    nothing_else = (tiny | (values == 0) | np.isnan(values)).all(axis=0) & tiny.any(axis=0)
-    return np.asarray(tiny | (nothing_else & (values == 0)))
 
 
 def _still_rates(states: StateLog) -> NDArray[np.bool_]:
@@ -130,14 +126,6 @@ def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
     way = np.ptp(np.vstack([np.zeros(q.shape[1]), np.cumsum(step, axis=0)]), axis=0)
     few = [len(np.unique(column)) < FEWEST for column in q.T]
     return np.where(few, 0.0, way)
-
-
-def _constant(rate: float) -> str:
-    return f'{rate if abs(rate) >= GARBAGE else 0:.3g}'
-
-
-def _example(efforts: Floats) -> float:
-    return float(efforts[(efforts != 0) & (np.abs(efforts) < GARBAGE)][0])
 
 
 def without_made_rates(states: StateLog, *_: object) -> StateLog:
@@ -178,15 +166,10 @@ def _repeats(at: Floats, difference: Floats, dq: Floats) -> bool:
     slope = np.diff(difference, axis=0) / np.diff(at)[:, None]
     rough = np.abs(np.diff(slope, axis=0)) * (at[2:] - at[:-2])[:, None] / 2
     off = np.abs(dq - difference)[1:-1]
-    speed = np.sqrt(np.mean(np.square(dq), axis=0))
-    found = (_share(off[:, j], rough[:, j], float(speed[j])) for j in range(dq.shape[1]))
-    shares = [share for share in found if share is not None]
+    moved = rough > ROUGH * np.sqrt(np.mean(np.square(dq), axis=0))
+    shares = [
+        (off[rows, j] <= ALIKE * np.median(rough[rows, j])).mean()
+        for j, rows in enumerate(moved.T)
+        if rows.sum() >= FEWEST_ROUGH
+    ]
     return bool(shares) and min(shares) >= MOST
-
-
-def _share(off: Floats, rough: Floats, speed: float) -> float | None:
-    """Return the share of rough samples (N,) that are alike; None where there are too few."""
-    moved = rough > ROUGH * speed
-    if moved.sum() < FEWEST_ROUGH:
-        return None
-    return float((off[moved] <= ALIKE * np.median(rough[moved])).mean())

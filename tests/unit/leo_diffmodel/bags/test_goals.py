@@ -24,15 +24,9 @@ VERSIONS = {
 
 def states(count=100, q=0.2, names=('pivot',)):
     """Joints that stand, recorded 3 ms late."""
-    return [
-        (
-            '/joint_states',
-            JOINT_STATE,
-            EPOCH + k * STEP + 3_000_000,
-            state(EPOCH + k * STEP, names, [q] * len(names)),
-        )
-        for k in range(count)
-    ]
+    stamps = [EPOCH + k * STEP for k in range(count)]
+    data = {stamp: state(stamp, names, [q] * len(names)) for stamp in stamps}
+    return [('/joint_states', JOINT_STATE, at + 3_000_000, each) for at, each in data.items()]
 
 
 def asks(k, points, stamp=0, names=('pivot',), topic=TOPIC):
@@ -68,15 +62,10 @@ def test_many_points_count_from_the_stamp_and_a_new_trajectory_replaces_the_rest
 
 @pytest.mark.parametrize('version', VERSIONS)
 def test_what_a_controller_follows_goes_before_what_it_was_asked(tmp_path, version):
-    follows = [
-        (
-            FOLLOWED,
-            CONTROLLER_STATE,
-            EPOCH + k * STEP,
-            controller_state(EPOCH + k * STEP, ['pivot'], [0.01 * k], VERSIONS[version]),
-        )
-        for k in range(0, 100, 2)
-    ]
+    follows = []
+    for k in range(0, 100, 2):
+        data = controller_state(EPOCH + k * STEP, ['pivot'], [0.01 * k], VERSIONS[version])
+        follows.append((FOLLOWED, CONTROLLER_STATE, EPOCH + k * STEP, data))
     log = bag_of(tmp_path, *states(), *follows, asks(0, {0: [5.0]}))
     recording = read_bag(log, SERVO)
     np.testing.assert_allclose(goals(recording)[:99], 0.01 * np.arange(99), atol=1e-12)

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.messages import bag_of, command, dynamic, message, state, trajectory
+from tests.messages import bag_of, command, dynamic, message, state, states, trajectory
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
@@ -17,11 +17,8 @@ SWING = 0.3 * np.sin(0.1 * np.arange(50))
 
 
 def bag(folder, *rows, effort=()):
-    still = [
-        ('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [q], [], effort))
-        for k, q in enumerate(SWING)
-    ]
-    return bag_of(folder, *still, *rows)
+    swing = states(50, ['pivot'], SWING[:, None], [[]] * 50, [effort] * 50)
+    return bag_of(folder, *swing, *rows)
 
 
 ASKED = ('/arm/joint_trajectory', TRAJECTORY, 0, trajectory(0, ['pivot'], {0: [1.0]}))

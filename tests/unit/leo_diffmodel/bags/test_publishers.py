@@ -19,21 +19,12 @@ STEP = 10_000_000
 def says(names, q, dq=None, step=STEP, count=200, late=0, frame=''):
     """States each `step` [ns] of q(t), with rates where dq is given."""
     stamps = [k * step + late for k in range(count * STEP // step)]
-    return [
-        (
-            '/joint_states',
-            JOINT_STATE,
-            s,
-            state(
-                s,
-                names,
-                [q(s * 1e-9)] * len(names),
-                [] if dq is None else [dq(s * 1e-9)] * len(names),
-                frame=frame,
-            ),
-        )
-        for s in stamps
-    ]
+    many, rows = len(names), []
+    for stamp in stamps:
+        rates = [] if dq is None else [dq(stamp * 1e-9)] * many
+        data = state(stamp, names, [q(stamp * 1e-9)] * many, rates, frame=frame)
+        rows.append(('/joint_states', JOINT_STATE, stamp, data))
+    return rows
 
 
 def line(t):

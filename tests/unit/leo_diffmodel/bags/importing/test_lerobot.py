@@ -27,6 +27,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
+FIVE = {'dtype': 'float32', 'shape': [5], 'names': None}
 GOAL = {'column': 'action.shoulder_pan.pos', 'unit': 'deg'}
 ANGLE = {'column': 'observation.state.shoulder_pan.pos', 'unit': 'deg'}
 MAP = ColumnMap.model_validate(
@@ -80,10 +81,7 @@ def test_a_robot_that_takes_volts_is_not_driven_by_goals(data, tmp_path):
 @pytest.mark.parametrize(
     ('unit', 'message'),
     [
-        (
-            {},
-            'say the unit of observation.state.shoulder_pan.pos: a LeRobot data set may hold degr',
-        ),
+        ({}, 'say the unit of observation.state.shoulder_pan.pos: a LeRobot data set may hold'),
         ({'unit': '%'}, 'per cent of a range is no position; give scale'),
     ],
 )
@@ -122,19 +120,8 @@ def change(data: Path, **changes: object) -> None:
         ({'features': {}}, 'lacks episode_index'),
         ({'features': []}, 'features: must be a mapping of keys to values'),
         ({'fps': 0}, 'fps: Input should be greater than 0'),
-        (
-            {'features': {'speed': {'dtype': 'float32', 'shape': [2], 'names': None}}},
-            'lacks speed',
-        ),
-        (
-            {
-                'features': {
-                    n: {'dtype': 'float32', 'shape': [5], 'names': None}
-                    for n in ('action', 'episode_index')
-                }
-            },
-            'action has not 5 numbers',
-        ),
+        ({'features': {'speed': FIVE}}, 'lacks speed'),
+        ({'features': {'action': FIVE, 'episode_index': FIVE}}, 'action has not 5 numbers'),
     ],
 )
 def test_what_info_says_and_is_not_so(data, changes, message):
@@ -185,13 +172,11 @@ def test_a_data_set_that_is_not_whole(data, tmp_path):
 def test_columns_of_anything(data, values, tmp_path):
     for file in (data / 'data/chunk-000').iterdir():
         file.unlink()
-    frames = {
-        'action': values,
-        'observation.state': [[1.0, 2.0]] * 2,
-        'episode_index': [0, 0],
-        'timestamp': [0.0, 0.1],
+    frames = {'action': values, 'observation.state': [[1.0, 2.0]] * 2, 'timestamp': [0.0, 0.1]}
+    frames |= {
         'frame_index': [0, 1],
         'index': [0, 1],
+        'episode_index': [0, 0],
         'task_index': [0, 0],
     }
     pq.write_table(pa.table(frames), data / 'data/chunk-000/file-000.parquet')
