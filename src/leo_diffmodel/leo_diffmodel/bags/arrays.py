@@ -16,8 +16,7 @@ from .types import APPLIED, CURRENT, EPISODE, Floats, STATES, SUPPLY, TEMPERATUR
 from .writer import BagWriter, whole_bag
 
 EPISODE_PAUSE_NS = 1_000_000_000
-LONGEST = 2.0**31
-"""What the seconds of a stamp can say [s]."""
+LONGEST = 2.0**31  # what the seconds of a stamp can say [s]
 
 
 @dataclass(frozen=True)
@@ -84,8 +83,7 @@ def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:
         driven = {j: columns for j, columns in run.inputs.items() if interface in columns}
         if driven:
             values = np.column_stack([columns[interface] for columns in driven.values()])
-            rows = list(values) if topic is CURRENT else _applied(values, driven)
-            yield topic, list(driven), rows
+            yield topic, [*driven], list(values) if topic is CURRENT else _applied(values, driven)
 
 
 def _applied(values: Floats, driven: Mapping[str, Mapping[str, Floats]]) -> list[Floats]:

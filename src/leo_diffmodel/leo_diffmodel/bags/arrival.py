@@ -7,8 +7,7 @@ from collections.abc import Callable, Collection
 from enum import Enum
 import time
 
-Clock = Callable[[], int]
-"""A time in ns."""
+Clock = Callable[[], int]  # a time in ns
 
 
 class ArrivalTimes:
@@ -43,11 +42,9 @@ class ArrivalTimes:
 
 SILENT = 1.0
 """A robot from which nothing comes for so long may have been killed and started again [s]."""
-LEASE = 20.0
-"""After so long the graph has forgotten one that was killed, by DDS's default [s]."""
+LEASE = 20.0  # after so long the graph has forgotten one that was killed, by DDS's default [s]
 
-Present = Callable[[], Collection[bytes]]
-"""GIDs of the publishers that the graph knows now."""
+Present = Callable[[], Collection[bytes]]  # GIDs of the publishers that the graph knows now
 
 
 class Origin(Enum):

@@ -25,8 +25,7 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.mcap_file import find_files, McapFile, refuse_many
 
 SUFFIX = '.db3'
-_HEADER = 100
-"""Bytes of SQLite's own header (sqlite.org/fileformat2.html)."""
+_HEADER = 100  # bytes of SQLite's own header (sqlite.org/fileformat2.html)
 _TOPICS = 'SELECT id, name, type, serialization_format, offered_qos_profiles FROM topics'
 _MESSAGES = 'SELECT topic_id, timestamp, data FROM messages'
 _LATEST = 2**63 - 1

@@ -17,10 +17,8 @@ from leo_sim.common.yaml_file import shown
 
 from .types import at_rows, Floats
 
-NEAR = 1.05
-"""Times: periods of one log are no further apart."""
-LEAST = 2.0
-"""s in one episode, for a rate of its own to count: less is no recording."""
+NEAR = 1.05  # times: periods of one log are no further apart
+LEAST = 2.0  # s in one episode, for a rate of its own to count: less is no recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,16 +97,13 @@ class Recording:
 def distinct(recordings: Iterable[Recording]) -> None:
     """Refuse recordings of which two have a time of the same bag."""
     for first, second in itertools.combinations(recordings, 2):
-        if first.sha256 == second.sha256 and _overlap(first, second):
+        pairs = itertools.product(first.episodes, second.episodes)
+        overlap = any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
+        if first.sha256 == second.sha256 and overlap:
             raise UserError(
                 f'{second.path} is the same bag as {first.path}; give each once, '
                 'and hold out bags that nothing is learned from'
             )
-
-
-def _overlap(a: Recording, b: Recording) -> bool:
-    pairs = itertools.product(a.episodes, b.episodes)
-    return any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
 
 
 def between(
@@ -185,9 +180,10 @@ def _parts(recording: Recording) -> list[Recording]:
             first.append(e)
     if len(first) < 2:
         return [recording]
-    rates = [next((k for k, f in enumerate(first) if _alike(e, f)), 0) for e in recording.episodes]
-    both = list(zip(rates, recording.episodes, strict=True))
-    return [_part(recording, k, [e for n, e in both if n == k]) for k in range(len(first))]
+    parts: list[list[Episode]] = [[] for _ in first]
+    for e in recording.episodes:
+        parts[next((k for k, f in enumerate(first) if _alike(e, f)), 0)].append(e)
+    return [_part(recording, number, episodes) for number, episodes in enumerate(parts)]
 
 
 def _alike(a: Episode, b: Episode) -> bool:

@@ -23,13 +23,11 @@ from .states import StateLog
 from .topic_map import TopicMap
 from .types import at_rows, Floats
 
-BEYOND = 100.0
-"""Times what is possible. Motors are overdriven and joints are hit, but by less."""
+BEYOND = 100.0  # times what is possible. Motors are overdriven and joints are hit, but by less
 ABSURD = 1e9
 """rad, rad/s, V, N m (m, m/s, N): a wheel at 3000 rad/s turns so far in four days, and no unit
 that angles, rates or inputs are logged in makes so much of them."""
-FAST = 100.0
-"""rad/s, m/s: so fast a joint may be, whatever its motor."""
+FAST = 100.0  # rad/s, m/s: so fast a joint may be, whatever its motor
 MOSTLY = 0.9
 
 

@@ -28,10 +28,8 @@ from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
 NEAR_GOAL = 1.0
 """rad: so near its goal, less whole turns, a joint mostly is where the goal counts from
 another turn."""
-MOSTLY = 0.9
-"""Share of the goals."""
-Row = tuple[list[float], list[float]]
-"""Values and enabled of one message, in actuator order."""
+MOSTLY = 0.9  # share of the goals
+Row = tuple[list[float], list[float]]  # values and enabled of one message, in actuator order
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,7 @@ def read_inputs(bag: RobotBag, states: StateLog) -> InputLog | None:
     }
     for name, read in readers.items():
         found = read() if wanted in ('auto', name) else None
-        if found is not None and found.kind == bag.robot.input:
+        if found is not None:
             return found
     if wanted == 'auto':
         refuse_driven(bag)
@@ -86,10 +84,9 @@ def _refuse_another_kind(bag: RobotBag, states: StateLog) -> None:
     for kind in sorted({'voltage', 'torque'} - {robot.input}):
         other = _Inputs(replace(bag, robot=replace(robot, input=kind)), states)
         logs = [g for g in (other.applied(), other.dynamic(), other.effort()) if g is not None]
-        driving = [g for g in logs if g.kind == kind and (g.values * g.enabled).any()]
+        driving = [g.source for g in logs if (g.values * g.enabled).any()]
         if driving:
-            told = driving[0].source
-            source = 'effort of the joint states' if told == 'effort' else told
+            source = 'effort of the joint states' if driving[0] == 'effort' else driving[0]
             raise UserError(
                 f'{bag.path} was driven by {kind} ({source}), and {robot.name} takes '
                 f'{robot.input}; give a model that takes {kind}, or say input: none in a '
@@ -136,12 +133,10 @@ class _Inputs:
         values, enabled = (np.array([r[k] for r in rows], dtype=float) for k in (2, 3))
         if not self.states.stamped or not stamp.any():
             stamp = self._to_robot_time(log)
-        kind = self.robot.input
-        return self._usable(InputLog(kind, topic.name, log, stamp, self._ours(values), enabled))
+        return self._usable(topic.name, log, stamp, self._ours(values), enabled)
 
     def commanded(self) -> InputLog | None:
-        kind = self.robot.input
-        topic = self.bag.topic('commands', COMMANDS[kind])
+        topic = self.bag.topic('commands', COMMANDS[self.robot.input])
         if topic is None:
             return None
         joints = [a.joint for a in self.robot.actuators]
@@ -160,8 +155,8 @@ class _Inputs:
             )
         log = np.array([row[0] for row in fitting], dtype=np.int64)
         values = self._ours(np.array([row[1] for row in fitting]))
-        stamp, ones, short = self._to_robot_time(log), np.ones_like(values), len(rows) - len(log)
-        return self._usable(InputLog(kind, topic.name, log, stamp, values, ones, short))
+        short = len(rows) - len(log)
+        return self._usable(topic.name, log, self._to_robot_time(log), values, dropped=short)
 
     def asked(self, role: Role) -> InputLog | None:
         robot, states = self.robot, self.states
@@ -172,9 +167,8 @@ class _Inputs:
         goals = read_goals(self.bag, role, states, measured)
         if goals is None:
             return None
-        source, log, stamp, theirs = goals
-        values = self._ours(theirs)
-        return self._usable(InputLog('position', source, log, stamp, values, np.ones_like(values)))
+        *times, theirs = goals
+        return self._usable(*times, self._ours(theirs))
 
     def effort(self) -> InputLog | None:
         robot, states = self.robot, self.states
@@ -190,8 +184,9 @@ class _Inputs:
                 f'{", ".join(unknown)}; give a model without that motor, or say in a topic map '
                 'input: effort if 0 N m is right'
             )
-        times, ones = (states.log_ns, states.stamp_ns), np.ones_like(values)
-        return self._usable(InputLog('torque', 'effort', *times, values, ones))
+        if robot.input != 'torque':
+            return None
+        return self._usable('effort', states.log_ns, states.stamp_ns, values)
 
     def _ours(self, values: Floats) -> Floats:
         joints = [a.joint for a in self.robot.actuators]
@@ -202,14 +197,25 @@ class _Inputs:
         delays = np.sort(self.states.log_ns - self.states.stamp_ns)
         return np.asarray(log - delays[len(delays) // 2])
 
-    def _usable(self, inputs: InputLog) -> InputLog | None:
-        finite = np.isfinite(inputs.values).all(axis=1)
-        beyond, notes = impossible(inputs.values, input_channels(self.robot, inputs.kind))
+    def _usable(
+        self,
+        source: str,
+        log: Stamps,
+        stamp: Stamps,
+        values: Floats,
+        enabled: Floats | None = None,
+        dropped: int = 0,
+    ) -> InputLog | None:
+        """Inputs, always enabled by default, without messages with NaN or what no robot has."""
+        kind, enabled = self.robot.input, np.ones_like(values) if enabled is None else enabled
+        finite = np.isfinite(values).all(axis=1)
+        beyond, notes = impossible(values, input_channels(self.robot, kind))
         keep = np.asarray(finite & ~beyond.any(axis=1))
         if not keep.any():
             return None
-        dropped = inputs.dropped + int(np.sum(~finite))
-        return at_rows(replace(inputs, dropped=dropped, notes=tuple(notes)), keep)
+        dropped += int(np.sum(~finite))
+        found = InputLog(kind, source, log, stamp, values, enabled, dropped, tuple(notes))
+        return at_rows(found, keep)
 
 
 def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:

@@ -18,20 +18,15 @@ from leo_msgs_py.errors import UserError
 
 from .types import Floats, Stamps
 
-FEWEST = 3
-"""Messages of a publisher; fewer are damaged ones, or latched."""
-NEAR = 1.5
-"""Periods of a half from one of its states to the next: across more nothing is made up."""
+FEWEST = 3  # messages of a publisher; fewer are damaged ones, or latched
+NEAR = 1.5  # periods of a half from one of its states to the next: across more nothing is made up
 SWITCHES = 0.2
 """Share of the states: two publishers take turns in so many; a gap, a reset or a jump is one."""
-APART = 0.02
-"""rad (m): the least that two are apart, above any encoder's resolution."""
-NEARER = 10.0
-"""Times: so much nearer than the last state is one before it where two take turns."""
+APART = 0.02  # rad (m): the least that two are apart, above any encoder's resolution
+NEARER = 10.0  # times: so much nearer than the last state is one before it where two take turns
 FASTER = 3.0
 """Times the larger speed at both ends: a joint goes no farther than that between two states."""
-FEWEST_TURNS = 20
-"""States that show whether two take turns or joints jump."""
+FEWEST_TURNS = 20  # states that show whether two take turns or joints jump
 
 
 class Part(NamedTuple):

@@ -18,12 +18,9 @@ from .arrival import Origin, Sources
 from .types import DYNAMIC_JOINT_STATE, JOINT_STATE, Topic
 from .writer import BagWriter, make_folder
 
-BACK_NS = 100_000_000
-"""Stamps this much older than the last one mean a restarted robot."""
-LATE = 1.0
-"""Messages from before a restart may arrive so long after it [s]."""
-RECENT = 5.0
-"""What has gone wrong counts as a trouble for so long [s]."""
+BACK_NS = 100_000_000  # stamps this much older than the last one mean a restarted robot
+LATE = 1.0  # messages from before a restart may arrive so long after it [s]
+RECENT = 5.0  # what has gone wrong counts as a trouble for so long [s]
 
 TWO = (
     'two robots publish the states of the same joints, and only one of them is recorded; give '
@@ -65,9 +62,8 @@ class Recorder:
         self._latched: dict[str, tuple[Topic, bytes, int]] = {}
         self._metadata: dict[str, str] = {}
         self._troubles: dict[str, float] = {}
-        self._lost_before = 0
         self.folder: Path | None = None
-        self.messages = self.lost = self.foreign = 0
+        self.messages = self.lost = self.foreign = self._lost_before = 0
         self.full = ''
         self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
 

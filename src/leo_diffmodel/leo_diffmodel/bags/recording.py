@@ -27,8 +27,7 @@ from .topic_map import COMMANDS, list_topics, read_topic_map, RobotBag, TopicMap
 from .types import Floats, Stamps
 from .unmeasured import without_made_rates, without_unmeasured
 
-SELDOM = 10.0
-"""s from state to state: no motion of a robot shows in fewer."""
+SELDOM = 10.0  # s from state to state: no motion of a robot shows in fewer
 FILTERS = (without_impossible, without_unmeasured, without_made_rates, without_spikes, unwrapped)
 """What states go through between the bag and the episodes; each adds its notes."""
 

@@ -30,8 +30,7 @@ UNSUPPORTED = 0.75
 """Of a spike that the angle must lack: a sample that is truly so fast shows half of it there."""
 MOST = 0.1
 """Share of the samples: a wheel that takes ten to a turn; more and the rate is in another unit."""
-FEWEST = 20
-"""Samples that say what is usual."""
+FEWEST = 20  # samples that say what is usual
 
 
 def without_spikes(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:

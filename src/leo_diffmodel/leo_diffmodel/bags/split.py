@@ -17,8 +17,7 @@ from .types import Floats, UINT32
 
 GAP_PERIODS = 5.0
 GAP_SECONDS = 0.025
-JUMP_FLOOR = 0.02
-"""Smallest step [rad or m] taken for a jump: above any encoder's resolution."""
+JUMP_FLOOR = 0.02  # smallest step [rad or m] taken for a jump: above any encoder's resolution
 CLEAR_TURN = np.pi / 2
 """rad: where positions and velocities disagree by more from sample to sample (degrees that are
 taken for radians), no whole turn can be seen."""
@@ -53,7 +52,10 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     period = float(np.median(forward)) if forward.size else 0.0
     gap = step > max(GAP_PERIODS * period, GAP_SECONDS * 1e9)
     cuts = {'stamps jump back': back, 'gap': gap & ~back}
-    mismatch = jump_ratio(states)
+    mismatch = np.zeros(len(step))
+    if len(step):
+        residual, tolerance, _ = _mismatch(states)
+        mismatch = (np.abs(residual) / tolerance).max(axis=1)  # 1 is what velocities allow
     if episodes is not None and episodes.messages:
         broken = back | gap | (mismatch > 1.0)
         cuts['new episode'] = _episode_cuts(states, episodes, broken, mismatch)
@@ -79,14 +81,6 @@ def unwrapped(states: StateLog, *_: object) -> StateLog:
     shift = np.cumsum(np.where(wrapped, turns, 0.0), axis=0) * 2.0 * np.pi
     q = states.q - np.vstack([np.zeros(states.q.shape[1]), shift])
     return states.noted([f'{wrapped.sum()} wraps by whole turns undone'], q=q)
-
-
-def jump_ratio(states: StateLog) -> Floats:
-    """Return how far each step is from what its velocities allow, 1 = the limit; (T - 1,)."""
-    if len(states.q) < 2:
-        return np.zeros(0)
-    residual, tolerance, _ = _mismatch(states)
-    return np.asarray((np.abs(residual) / tolerance).max(axis=1))
 
 
 def _mismatch(states: StateLog) -> tuple[Floats, Floats, Floats]:

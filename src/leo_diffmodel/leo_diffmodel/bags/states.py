@@ -104,7 +104,7 @@ def in_our_units(
     """Return angles, speeds and efforts in our units, signs and zeros."""
     q, dq, effort = columns
     if dq is not None:
-        dq = np.stack([_signed(x, m) for x, m in zip(np.asarray(dq).T, maps, strict=True)], axis=1)
+        dq = np.stack([_signed(x, m) for x, m in zip(dq.T, maps, strict=True)], axis=1)
     sign, scale, offset, fast, zero = (
         np.array([float(getattr(m, name)) for m in maps])
         for name in ('sign', 'scale', 'offset', 'speed_scale', 'speed_zero')

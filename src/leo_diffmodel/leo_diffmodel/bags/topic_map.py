@@ -46,8 +46,7 @@ from leo_sim.drivers.base import INTERFACES
 from .contents import BagContents, TopicLog
 from .types import EPISODE, Floats, STATES, TYPES
 
-MOST_LATE = 10.0
-"""s; what comes later belongs to another recording."""
+MOST_LATE = 10.0  # s; what comes later belongs to another recording
 
 
 def _no_zero(value: float) -> float:
@@ -122,17 +121,13 @@ class TopicMap(Fixed):
 
     def inputs(self, theirs: Floats, joints: Sequence[str], kind: str) -> Floats:
         """Return inputs (N, A) along our joints [V, N m or rad]; goals count from our zero."""
-        maps = [self.joint(name) for name in joints]
+        maps, sources = [self.joint(n) for n in joints], [self.input_of.get(n, n) for n in joints]
+        for name, source in zip(joints, sources, strict=True):
+            if source not in joints:
+                raise UserError(f'topic map: input_of {name}: no input of {source!r} is logged')
         factors = np.array([(m.input_sign or m.sign) * m.input_scale for m in maps])
-        columns = [self._column(name, joints) for name in joints]
-        ours = theirs[:, columns] * self.scale * factors
+        ours = theirs[:, [list(joints).index(s) for s in sources]] * self.scale * factors
         return ours + np.array([m.offset for m in maps]) if kind == 'position' else ours
-
-    def _column(self, name: str, joints: Sequence[str]) -> int:
-        other = self.input_of.get(name, name)
-        if other not in joints:
-            raise UserError(f'topic map: input_of {name}: no input of {other!r} is logged')
-        return list(joints).index(other)
 
 
 @dataclass(frozen=True)

@@ -85,8 +85,7 @@ class Topic(NamedTuple):
         return LATCHED in self.qos
 
 
-LATCHED = 'transient_local'
-"""The durability of what late readers get."""
+LATCHED = 'transient_local'  # the durability of what late readers get
 _RELIABLE = to_yaml()
 _LATCHED = to_yaml(depth=1, durability=LATCHED)
 

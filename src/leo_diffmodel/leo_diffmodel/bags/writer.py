@@ -124,12 +124,9 @@ def _index(at: int, size: int, head: bytes) -> ChunkIndex:
     )
 
 
-FLUSH_SECONDS = 0.1
-"""Longest time a message waits in this process; what `kill -9` can cost."""
-CHUNK_BYTES = 1 << 16
-"""How much is written under one checksum at most; what a damaged byte costs."""
-NUMBERS = 0xFFFFFFFF
-"""MCAP counts messages by so many bits."""
+FLUSH_SECONDS = 0.1  # longest time a message waits in this process; what `kill -9` can cost
+CHUNK_BYTES = 1 << 16  # how much is written under one checksum at most; what a damaged byte costs
+NUMBERS = 0xFFFFFFFF  # MCAP counts messages by so many bits
 
 
 def make_folder(folder: Path) -> None:

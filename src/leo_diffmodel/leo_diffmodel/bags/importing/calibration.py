@@ -31,13 +31,10 @@ from .log_format import Column, read_log_text
 COUNT = 2 * math.pi / 4095
 """Angle of one count as LeRobot has it [rad]: the resolution 4096 less one."""
 GRIPPER = 'gripper'
-ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')
-"""What `robot_type` of these arms is."""
+ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')  # what `robot_type` of these arms is
 
-BEYOND = 5.0
-"""A calibration that was moved by hand misses a stop by less than this [deg]."""
-_PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}
-"""What a map need not say."""
+BEYOND = 5.0  # a calibration that was moved by hand misses a stop by less than this [deg]
+_PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}  # what a map need not say
 
 
 class Motor(BaseModel):

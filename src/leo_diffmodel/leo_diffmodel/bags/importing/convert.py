@@ -25,8 +25,7 @@ from .log_format import Column, Table
 from .samples import incomplete, LeftOut, refuse_unknown_inputs, sentences, times
 from .tables import episodes_of
 
-SAME = 1e-9
-"""Of a constant: what is less is no difference between two rows or logs."""
+SAME = 1e-9  # of a constant: what is less is no difference between two rows or logs
 
 
 def import_logs(

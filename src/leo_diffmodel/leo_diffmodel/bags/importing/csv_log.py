@@ -19,17 +19,8 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .log_format import (
-    Column,
-    each_once,
-    encoding_of,
-    LogFormat,
-    numbered,
-    read_log_text,
-    Reader,
-    Table,
-    WINDOWS,
-)
+from . import log_format as logs
+from .log_format import Column, LogFormat, Reader, Table
 from .unit_names import canonical, is_unit
 
 COMMENT = ('#', '%', '//')
@@ -42,26 +33,23 @@ _CONSTANT = re.compile(
 _LETTERS = re.compile(r'[^\W\d_]+')
 _IN_NUMBERS = {'e', 'nan', 'inf', 'true', 'false'}
 DELIMITERS = (',', ';', '\t')
-SPACES = '  '
-"""Any number of them; a column map can only say one sign."""
-LOOKED_AT = 50
-"""So many lines are tried."""
+SPACES = '  '  # any number of them; a column map can only say one sign
+LOOKED_AT = 50  # so many lines are tried
 _COMMA = re.compile(r'[+-]?\d*,\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
 _POINT = re.compile(r'[+-]?\d*\.\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
 _THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}(,\d{3})+', re.ASCII)
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 _COMMA_FOR_POINT = str.maketrans(',.', '.,')
-Row = tuple[int, list[str]]
-"""Number of a line, and its cells."""
+Row = tuple[int, list[str]]  # number of a line, and its cells
 
 
 def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
     """Return the one table of a CSV log; constants of its comments are columns of one value."""
-    lines = read_log_text(log, log_format.encoding).splitlines()
+    lines = logs.read_log_text(log, log_format.encoding).splitlines()
     header, rows = _headed(_rows(log, lines, log_format), log_format)
     if not rows:
         raise UserError(f'{log} {"has a head but no rows" if header else "is empty"}')
-    each_once(header, str(log))
+    logs.each_once(header, str(log))
     numbers = _numbers(log, rows, header, log_format)
     if numbers.shape[1] != len(header):
         raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
@@ -77,8 +65,8 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
     if log_format.header is not None:
         named = any(map(str.isalpha, ''.join(cells))) and not any(map(_is_numbers, cells))
         return log_format.header, rows[1:] if named else rows
-    if _is_numbers(' '.join(cells)) and cells != numbered(len(cells)):
-        return numbered(len(cells)), rows
+    if _is_numbers(' '.join(cells)) and cells != logs.numbered(len(cells)):
+        return logs.numbered(len(cells)), rows
     units = _units_in(rows[1][1]) if len(rows) > 1 else []
     if units and len(units) == len(cells):
         names = (f'{n} [{u}]' if u else n for n, u in zip(cells, units, strict=True))
@@ -234,9 +222,9 @@ def _decimal_of(cells: Iterable[str], log: str) -> str:
 
 def _notes(log: Path) -> list[str]:
     """Return what is to be known of an encoding that was guessed, and constants of comments."""
-    code = encoding_of(log)
-    notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
-    if found := _constants(read_log_text(log).splitlines()):
+    code = logs.encoding_of(log.read_bytes())
+    notes = [f'read as {code}: it is no UTF-8'] if code == logs.WINDOWS else []
+    if found := _constants(logs.read_log_text(log).splitlines()):
         listed = ', '.join(
             f'{shown(name)[1:-1]} = {value:.6g} {unit}'.rstrip()
             for name, (value, unit) in found.items()

@@ -31,11 +31,9 @@ INPUTS = {interface: name for name, interface in INTERFACES.items()}
 """What `leo robot init --input` calls them."""
 WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')
 """Quantities of the motor that an input has besides."""
-OF_ALL = ('enabled', 'supply_voltage')
-"""Quantities that all joints share where no joint is named."""
+OF_ALL = ('enabled', 'supply_voltage')  # quantities that all joints share where no joint is named
 Roles = Mapping[str, Role]
-Columns = dict[str, dict[str, str]]
-"""Columns by joint and quantity."""
+Columns = dict[str, dict[str, str]]  # columns by joint and quantity
 SIMILAR = 0.6
 """Share of letters in the same order from which two names are one: difflib's own bound."""
 OVER_A_STOP = 1.1

@@ -10,22 +10,12 @@ import numpy as np
 
 from leo_msgs_py import units
 
+from . import guess_units as numbers
 from .calibration import Calibrated, Calibration, GRIPPER
 from .column_map import QUANTITIES
 from .guess_columns import Chosen, INPUTS, KnownRobot, of_joint, of_per_cent, Roles
 from .guess_roles import is_bare_goal
-from .guess_units import (
-    is_clipped,
-    is_per_cent,
-    of_angles,
-    of_rates,
-    of_time,
-    of_turns,
-    peak_of,
-    PER_CENT,
-    RADIANS,
-    Unit,
-)
+from .guess_units import Unit
 from .log_format import Column, Table
 from .unit_names import fits
 
@@ -55,7 +45,11 @@ class Units:
     @property
     def time(self) -> Unit:
         said = self.roles[self.chosen.time].unit
-        return Unit(said, 'its name says so') if said else of_time(self.first[self.chosen.time])
+        return (
+            Unit(said, 'its name says so')
+            if said
+            else numbers.of_time(self.first[self.chosen.time])
+        )
 
     @cached_property
     def _t(self) -> Column | None:
@@ -94,7 +88,7 @@ class Units:
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
         measured = self.chosen.joints.get(joint, {}).get('position', column)
-        one, other = (peak_of([self.table[each]]) for each in (measured, column))
+        one, other = (numbers.peak_of([self.table[each]]) for each in (measured, column))
         if measured != column and one < ALIKE * other and other < ALIKE * one:
             return self.of(joint, 'position', measured)
         return (
@@ -110,28 +104,28 @@ class Units:
         if not said or not fits(said, ('rad/s',)) or self._t is None:
             return None
         dq = self.first[speed] * units.parse(said).factor
-        return of_turns(self._t, self.first[column], dq)
+        return numbers.of_turns(self._t, self.first[column], dq)
 
     def _of_robot(self, joint: str, column: str) -> Unit | None:
         if not self.robot:
             return None
-        if is_clipped(self._bodies):
+        if numbers.is_clipped(self._bodies):
             return of_per_cent(self.robot, joint)
         values = self.table[column]
-        if self.is_lerobot and peak_of([values]) <= PER_CENT:
+        if self.is_lerobot and numbers.peak_of([values]) <= numbers.PER_CENT:
             return None  # degrees as well as per cent
         return of_joint(self.robot, joint, values)
 
     def _by_numbers(self, name: str, values: Column) -> Unit:
-        other = self._shared.name == 'deg' or peak_of([values]) > RADIANS
-        if GRIPPER in name and other and is_per_cent(values):
+        other = self._shared.name == 'deg' or numbers.peak_of([values]) > numbers.RADIANS
+        if GRIPPER in name and other and numbers.is_per_cent(values):
             return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
         return self._shared
 
     @cached_property
     def _shared(self) -> Unit:
         """The unit that all angles without one in their name share; a gripper may have another."""
-        return of_angles(self._bodies or [self.table[name] for name in self._open])
+        return numbers.of_angles(self._bodies or [self.table[name] for name in self._open])
 
     @property
     def _open(self) -> list[str]:
@@ -157,7 +151,7 @@ class Units:
         if self._t is not None and position and angle.name != '?':
             q = self.first[position] * (angle.said.get('scale') or units.parse(angle.name).factor)
             names = SLIDING_RATES if sliding else RATES
-            if found := of_rates(self._t, q, self.first[column], names):
+            if found := numbers.of_rates(self._t, q, self.first[column], names):
                 return found
         if angle.name == '?' or angle.said:
             return Unit('?', 'as the angles')

@@ -22,8 +22,7 @@ from .guess_columns import MEASURED, rising
 from .guess_roles import role_of
 from .log_format import Column, Table
 
-SAME = 1e-9
-"""Times that differ by less are the same [of a file's unit]."""
+SAME = 1e-9  # times that differ by less are the same [of a file's unit]
 
 
 class Part(NamedTuple):

@@ -12,19 +12,7 @@ from typing import Any
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .arrays_log import (
-    columns,
-    filled,
-    follow,
-    from_fields,
-    from_rows,
-    into,
-    is_number,
-    listed,
-    number,
-    same_length,
-    steps,
-)
+from . import arrays_log as arrays
 from .log_format import LogFormat, read_log_text, Reader, Table
 
 DEEPEST = 5
@@ -33,8 +21,8 @@ DEEPEST = 5
 def read_json(log: Path, log_format: LogFormat) -> list[Table]:
     content = _content(log, log_format)
     if log_format.fields:
-        return from_fields(log, content, log_format)
-    return [_table(log, content, p, log_format) for p in listed(log_format.records or '')]
+        return arrays.from_fields(log, content, log_format)
+    return [_table(log, content, p, log_format) for p in arrays.listed(log_format.records or '')]
 
 
 def _content(log: Path, log_format: LogFormat) -> Any:
@@ -57,20 +45,20 @@ def _each_once(log: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
-    rows = follow(content, place, log)
+    rows = arrays.follow(content, place, log)
     if isinstance(rows, dict):
-        return same_length(log, columns(log, rows, log_format))
-    table = from_rows(log, rows, place, log_format)
-    return filled(_on_the_way(content, place), len(rows)) | table
+        return arrays.same_length(log, arrays.columns(log, rows, log_format))
+    table = arrays.from_rows(log, rows, place, log_format)
+    return arrays.filled(_on_the_way(content, place), len(rows)) | table
 
 
 def _on_the_way(content: Any, place: str) -> dict[str, float]:
     """Return the numbers that a log has at each level on the way to its records."""
     found: dict[str, float] = {}
-    for step in steps(place):
+    for step in arrays.steps(place):
         if isinstance(content, dict):
-            found |= {name: number(v) for name, v in content.items() if is_number(v)}
-        content = into(content, step)
+            found |= {name: arrays.number(v) for name, v in content.items() if arrays.is_number(v)}
+        content = arrays.into(content, step)
     return found
 
 
@@ -84,7 +72,7 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
         return place if records or _are_rows(content) else None
     if not isinstance(content, dict) or deep > DEEPEST:
         return None
-    if any(isinstance(v, list) and v and is_number(v[0]) for v in content.values()):
+    if any(isinstance(v, list) and v and arrays.is_number(v[0]) for v in content.values()):
         return place
     inside = {key: f'{place}.{key}'.lstrip('.') for key in content}
     episodes = [inside[key] for key, value in content.items() if _are_rows(value)]
@@ -97,7 +85,7 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
 def _are_rows(value: Any) -> bool:
     if not isinstance(value, list) or len(value) < 2:
         return False
-    rows = all(isinstance(row, list) and row and is_number(row[0]) for row in value)
+    rows = all(isinstance(row, list) and row and arrays.is_number(row[0]) for row in value)
     return rows and len(set(map(len, value))) == 1
 
 

@@ -27,8 +27,7 @@ from leo_sim.common.yaml_file import check, read_text, shown
 from .log_format import Column, LogFormat, Reader, Table
 
 EPISODE, FRAME = 'episode_index', 'frame_index'
-WIDEST = 1000
-"""A feature of more numbers than a robot has joints is none of its state."""
+WIDEST = 1000  # a feature of more numbers than a robot has joints is none of its state
 _NUMBERS = ('float', 'int', 'uint', 'bool')
 
 

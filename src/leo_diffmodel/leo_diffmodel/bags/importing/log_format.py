@@ -19,8 +19,7 @@ from leo_sim.common.yaml_file import Fixed, shown
 from ..types import Floats
 
 Column = Floats
-Table = dict[str, Column]
-"""Columns by name, all of one length."""
+Table = dict[str, Column]  # columns by name, all of one length
 _INDEX = re.compile(r'\[\s*(:|\d+)\s*,\s*(:|\d+)\s*\]')
 
 
@@ -101,14 +100,16 @@ def canonical_index(name: str) -> str:
 
 _MARKS = {BOM_UTF8: 'utf-8-sig', BOM_UTF16_LE: 'utf-16', BOM_UTF16_BE: 'utf-16'}
 """What a file may begin with, and what that says."""
-WINDOWS = 'cp1252'
-"""What spreadsheets and older programs of western Europe write."""
+WINDOWS = 'cp1252'  # what spreadsheets and older programs of western Europe write
 
 
 def read_log_text(path: Path, encoding: str | None = None) -> str:
     """Return a log's text without a byte-order mark; by default its bytes show the encoding."""
-    raw = _bytes(path)
-    code = encoding or _encoding(raw)
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise UserError(f'cannot read {path}: {error.strerror}') from error
+    code = encoding or encoding_of(raw)
     try:
         text = raw.decode(code).removeprefix('\ufeff')
     except LookupError:
@@ -125,18 +126,7 @@ def read_log_text(path: Path, encoding: str | None = None) -> str:
     return text
 
 
-def encoding_of(path: Path) -> str:
-    return _encoding(_bytes(path))
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise UserError(f'cannot read {path}: {error.strerror}') from error
-
-
-def _encoding(raw: bytes) -> str:
+def encoding_of(raw: bytes) -> str:
     """Return UTF-8 for what can be read so, else UTF-16 or the Windows one."""
     for mark, code in _MARKS.items():
         if raw.startswith(mark):

@@ -17,12 +17,10 @@ from ..types import APPLIED
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .log_format import Column, Table
 
-FEWEST = 2
-"""Samples of a run."""
+FEWEST = 2  # samples of a run
 NO_TIME = 'without a time'
 REPEATED = 'with the time of the row before'
-LeftOut = Counter[str]
-"""How many rows for each reason."""
+LeftOut = Counter[str]  # how many rows for each reason
 
 
 def times(

@@ -25,8 +25,7 @@ from .log_format import LogFormat, Reader, Table, without_infinite
 from .mat_log import MAT
 
 READERS = CSV, JSON, MAT, LEROBOT
-GROUP = 'leo.log_formats'
-"""Entry points by which other packages register a `Reader`."""
+GROUP = 'leo.log_formats'  # entry points by which other packages register a `Reader`
 BAGS = {'.mcap', '.db3'}
 SHEETS = {'.xlsx', '.xls', '.xlsm', '.xlsb', '.ods', '.numbers'}
 
