@@ -36,7 +36,8 @@ _STATES = {
 }
 
 
-class TopicInfo(NamedTuple):
+@dataclass(frozen=True)
+class TopicInfo:
     """One topic; rate in messages per second of log time."""
 
     name: str
@@ -165,7 +166,8 @@ def show(info: BagInfo, console: Console) -> None:
         write(f'and {len(info.metadata) - _MOST_FACTS} more facts')
     table = Table('topic', 'type', *figures('messages', 'Hz'))
     for topic in info.topics:
-        table.add_row(*topic[:2], str(topic.count), f'{topic.rate:.1f}' if topic.rate else '')
+        rate = f'{topic.rate:.1f}' if topic.rate else ''
+        table.add_row(topic.name, topic.type, str(topic.count), rate)
     console.print(table)
     if info.episodes:
         found = [f'{n} x {kind}' for kind, n in info.breaks.items() if kind != 'new episode']

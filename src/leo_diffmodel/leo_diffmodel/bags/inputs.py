@@ -167,8 +167,8 @@ class _Inputs:
         goals = read_goals(self.bag, role, states, measured)
         if goals is None:
             return None
-        *times, theirs = goals
-        return self._usable(*times, self._ours(theirs))
+        source, log, stamp, theirs = goals
+        return self._usable(source, log, stamp, self._ours(theirs))
 
     def effort(self) -> InputLog | None:
         robot, states = self.robot, self.states

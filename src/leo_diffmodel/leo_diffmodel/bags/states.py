@@ -149,7 +149,8 @@ def _part(
             'of its states is right; mend what publishes it, and record again'
         )
     ours = tuple(k for k, name in enumerate(wanted) if name in names)
-    times = np.array([(g.log_ns, g.published_ns, stamp_of(m)) for g, m in rows], dtype=np.int64)
+    times = [(logged.log_ns, logged.published_ns, stamp_of(m)) for logged, m in rows]
+    log, published, stamp = np.array(times, dtype=np.int64).T
     fields: list[Floats | None] = []
     for field in ('position', 'velocity', 'effort'):
         whole = {
@@ -160,7 +161,7 @@ def _part(
             theirs = [names.index(wanted[k]) for k in ours]
             values[np.ix_(list(whole), ours)] = np.array(list(whole.values()))[:, theirs]
         fields.append(values if ours and whole else None)
-    return Part(frame, names, ours, *times.T, tuple(fields))
+    return Part(frame, names, ours, log, published, stamp, tuple(fields))
 
 
 def _positions(topic: TopicLog) -> str:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import SequenceMatcher
 import re
@@ -34,6 +35,9 @@ WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')
 OF_ALL = ('enabled', 'supply_voltage')  # quantities that all joints share where no joint is named
 Roles = Mapping[str, Role]
 Columns = dict[str, dict[str, str]]  # columns by joint and quantity
+ByQuantity = dict[tuple[str, bool], dict[str, str]]
+"""The first column of each joint by quantity and whether it is a goal; one without a joint is of
+`joint`."""
 SIMILAR = 0.6
 """Share of letters in the same order from which two names are one: difflib's own bound."""
 OVER_A_STOP = 1.1
@@ -88,12 +92,8 @@ def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str
 
     known = [role_of(joint).joint or joint for joint in joints]
     alike = np.array([[_alike(name, joint) for joint in known] for name in names])
-    rows, columns = linear_sum_assignment(alike, maximize=True)
-    return {
-        names[i]: (joints[j], 'by its name')
-        for i, j in zip(rows, columns, strict=True)
-        if alike[i, j] >= SIMILAR
-    }
+    pairs = zip(*linear_sum_assignment(alike, maximize=True), strict=True)
+    return {names[i]: (joints[j], 'by its name') for i, j in pairs if alike[i, j] >= SIMILAR}
 
 
 def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, str]]:
@@ -124,25 +124,20 @@ def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
     if peak <= reach * OVER_A_STOP:
         return Unit('rad', f'within the stops of {robot.ref}, {reach:.3g} rad')
     if np.radians(peak) <= reach * OVER_A_STOP and peak > RADIANS:
-        return Unit(
-            'deg',
-            f'within the stops of {robot.ref}, {np.degrees(reach):.0f} deg; '
-            'of per cent of a range scale: rad for 1 %',
-        )
+        why = f'within the stops of {robot.ref}, {np.degrees(reach):.0f} deg'
+        return Unit('deg', f'{why}; of per cent of a range scale: rad for 1 %')
     return None
 
 
 def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
     """Return what per cent would be if the calibrated range went from stop to stop."""
     low, high = robot.limits.get(joint, (-np.inf, np.inf))
-    if not np.isfinite(high - low):
-        return None
-    return Unit(
-        '?',
-        'numbers end at exactly 100: per cent of the calibrated range; from stop '
-        f'to stop of {robot.ref} scale: {(high - low) / 200:.4g} for -100 to 100,'
-        f' {(high - low) / 100:.4g} for 0 to 100',
+    way = high - low
+    why = (
+        'numbers end at exactly 100: per cent of the calibrated range; from stop to stop of '
+        f'{robot.ref} scale: {way / 200:.4g} for -100 to 100, {way / 100:.4g} for 0 to 100'
     )
+    return Unit('?', why) if np.isfinite(way) else None
 
 
 class Chosen(NamedTuple):
@@ -165,14 +160,19 @@ class Chosen(NamedTuple):
 def choose(first: Table, roles: Roles, robot: KnownRobot | None) -> Chosen:
     """Return the columns that say something, for the joints of a robot where it is known."""
     notes: tuple[str, ...] = ()
-    positions = _of(roles, 'position', goal=False)
+    positions = _by_quantity(roles)['position', False]
     if robot and positions:
         every = {role.joint or 'joint' for role in roles.values() if role.quantity}
         pairs = matched(sorted(every) if len(robot.joints) == 1 else list(positions), robot)
         notes = tuple(_notes({name: pairs[name] for name in positions if name in pairs}, robot))
         roles = _renamed(roles, {name: joint for name, (joint, _) in pairs.items()})
-    joints = _joints(roles)
-    inputs = {joint: found for joint in joints if (found := _driving(roles, joint, robot))}
+    found = _by_quantity(roles)
+    joints = {
+        joint: {of: found[of, False][joint] for of in MEASURED if joint in found[of, False]}
+        for joint in found['position', False]
+    }
+    driven = {joint: _driving(found, joint, robot) for joint in joints}
+    inputs = {joint: columns for joint, columns in driven.items() if columns}
     return Chosen(rising(first, roles), joints, inputs, notes)
 
 
@@ -193,43 +193,31 @@ def _notes(pairs: Mapping[str, tuple[str, str]], robot: KnownRobot) -> Iterable[
 
 def _renamed(roles: Roles, names: Mapping[str, str]) -> Roles:
     """Return the roles with the robot's joints; columns of none of them have no part."""
-    return {
-        column: role
-        if role.quantity == 'time' or (role.quantity in OF_ALL and not role.joint)
-        else role._replace(
-            joint=names.get(role.joint or 'joint', ''),
-            quantity=role.quantity if (role.joint or 'joint') in names else '',
-        )
-        for column, role in roles.items()
-    }
+    renamed = dict(roles)
+    for column, role in roles.items():
+        if role.quantity != 'time' and (role.joint or role.quantity not in OF_ALL):
+            joint = names.get(role.joint or 'joint', '')
+            renamed[column] = role._replace(joint=joint, quantity=role.quantity if joint else '')
+    return renamed
 
 
-def _joints(roles: Roles) -> Columns:
-    found = {quantity: _of(roles, quantity, goal=False) for quantity in MEASURED}
-    return {
-        joint: {quantity: of[joint] for quantity, of in found.items() if joint in of}
-        for joint in found['position']
-    }
-
-
-def _driving(roles: Roles, joint: str, robot: KnownRobot | None) -> dict[str, str]:
+def _driving(found: ByQuantity, joint: str, robot: KnownRobot | None) -> dict[str, str]:
+    """The columns of what drives a joint, first what its robot takes, and of its motor."""
     takes = robot.takes if robot else ''
-    for quantity, goal in sorted(DRIVEN_BY, key=lambda each: each[0] != takes):
-        column = _of(roles, quantity, goal).get(joint)
-        if column is not None:
-            found = {quantity: column}
-            for name in WITH_THE_DRIVE:
-                of = _of(roles, name, goal=False)
-                other = of.get(joint) or (of.get('joint') if name in OF_ALL else None)
-                found |= {name: other} if other else {}
-            return found
-    return {}
+    ways = sorted(DRIVEN_BY, key=lambda way: way[0] != takes)
+    driven = next((way for way in ways if joint in found[way]), None)
+    if driven is None:
+        return {}
+    columns = {driven[0]: found[driven][joint]}
+    for name in WITH_THE_DRIVE:
+        of = found[name, False]
+        if column := of.get(joint) or (of.get('joint') if name in OF_ALL else None):
+            columns[name] = column
+    return columns
 
 
-def _of(roles: Roles, quantity: str, goal: bool) -> dict[str, str]:
-    """Return the first column of a quantity for each joint; a joint without a name is `joint`."""
-    found: dict[str, str] = {}
+def _by_quantity(roles: Roles) -> ByQuantity:
+    found: ByQuantity = defaultdict(dict)
     for name, role in roles.items():
-        if (role.quantity, role.is_goal) == (quantity, goal):
-            found.setdefault(role.joint or 'joint', name)
+        found[role.quantity, role.is_goal].setdefault(role.joint or 'joint', name)
     return found

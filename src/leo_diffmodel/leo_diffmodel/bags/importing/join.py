@@ -78,10 +78,11 @@ def joined(
     if len({len(tables) for _, tables in logs}) > 1:
         counts = {log.name: len(tables) for log, tables in logs}
         raise UserError(f'parts of one run differ in their number of episodes: {counts}')
-    names = short_names([log for log, _ in logs])
+    paths, tables = zip(*logs, strict=True)
+    named = list(zip(paths, short_names(paths), strict=True))
     found = [
-        _one([Part(logs[k][0], names[k], t, _time(t, time)) for k, t in enumerate(tables)])
-        for tables in zip(*(tables for _, tables in logs), strict=True)
+        _one([Part(*who, t, _time(t, time)) for who, t in zip(named, episode, strict=True)])
+        for episode in zip(*tables, strict=True)
     ]
     return [table for table, _ in found], found[0][1]
 
@@ -143,10 +144,12 @@ def _same(t: Column, clock: Column) -> bool:
 
 
 def _how(listed: str, clock: Part, parts: Sequence[Part], rows: int) -> str:
-    moved = [p.log.name for p in parts if p.time and not _same(p.t, clock.t)]
-    plain = [p.log.name for p in parts if not p.time]
-    notes = [f'joined {listed} by the times of {clock.log.name}']
-    notes += [f'{", ".join(moved)} interpolated'] if moved else []
-    notes += [f'{", ".join(plain)} row by row'] if plain else []
-    notes += [f'{clock.rows - rows} rows left out that not all have'] if rows < clock.rows else []
-    return '; '.join(notes)
+    moved = ', '.join(p.log.name for p in parts if p.time and not _same(p.t, clock.t))
+    plain = ', '.join(p.log.name for p in parts if not p.time)
+    notes = {
+        f'joined {listed} by the times of {clock.log.name}': True,
+        f'{moved} interpolated': moved,
+        f'{plain} row by row': plain,
+        f'{clock.rows - rows} rows left out that not all have': rows < clock.rows,
+    }
+    return '; '.join(note for note, holds in notes.items() if holds)

@@ -121,13 +121,11 @@ def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
     seen: dict[float, Path] = {}
     for file, part in zip(files, parts, strict=True):
         for number in np.unique(part[EPISODE][np.isfinite(part[EPISODE])]):
-            if number in seen:
+            if seen.setdefault(number, file) != file:
                 raise UserError(
-                    f'{seen[number]} and {file} both have episode {number:.0f}; '
-                    'number the episodes anew, or take out the file that is not of '
-                    'this set'
+                    f'{seen[number]} and {file} both have episode {number:.0f}; number the '
+                    'episodes anew, or take out the file that is not of this set'
                 )
-            seen[number] = file
 
 
 def _numbers(rows: list[Any], width: int, where: str) -> Column:
