@@ -115,8 +115,8 @@ def between(
     after the begin, or fewer than two samples lie between.
     """
     low, high = check(begin, end)
-    found = [(e.t >= low - 1e-9) & (e.t <= high + 1e-9) for e in recording.episodes]
-    parts = [at_rows(e, m) for e, m in zip(recording.episodes, found, strict=True) if m.sum() >= 2]
+    found = [at_rows(e, (e.t >= low - 1e-9) & (e.t <= high + 1e-9)) for e in recording.episodes]
+    parts = [e for e in found if len(e.t) > 1]
     if not parts:
         last = max(float(e.t[-1]) for e in recording.episodes)
         raise UserError(
@@ -137,18 +137,14 @@ def kept(
     recording: Recording, out: Sequence[tuple[float, float]], least: float
 ) -> Recording | None:
     """A recording less stretches of time [s] that are apart, and pieces under `least` [s]."""
-    pieces = [p for e in recording.episodes for p in _pieces(e, out, least)]
-    return replace(recording, episodes=tuple(pieces)) if pieces else None
-
-
-def _pieces(e: Episode, out: Sequence[tuple[float, float]], least: float) -> list[Episode]:
-    number = np.zeros(len(e.t), dtype=int)
-    stays = np.ones(len(e.t), dtype=bool)
-    for begin, end in out:
-        number += e.t > end
-        stays &= (e.t < begin) | (e.t > end)
-    groups = [np.flatnonzero(stays & (number == n)) for n in range(len(out) + 1)]
-    return [at_rows(e, g) for g in groups if len(g) > 1 and e.t[g[-1]] - e.t[g[0]] >= least]
+    begins, ends = [-np.inf, *(end for _, end in out)], [*(begin for begin, _ in out), np.inf]
+    pieces = [
+        at_rows(e, (e.t > begin) & (e.t < end))
+        for e in recording.episodes
+        for begin, end in zip(begins, ends, strict=True)
+    ]
+    left = tuple(p for p in pieces if len(p.t) > 1 and p.t[-1] - p.t[0] >= least)
+    return replace(recording, episodes=left) if left else None
 
 
 def merged(

@@ -73,12 +73,8 @@ Seconds = Annotated[float, Field(ge=-MOST_LATE, le=MOST_LATE, allow_inf_nan=Fals
 class JointMap(Fixed):
     """Where one of our joints is in the bag, and how its channels are to be mended.
 
-    angle = sign * scale * theirs + offset; speed(t) = sign * speed_scale *
-    (theirs(t + speed_late) - speed_zero), or the slope of the angle where `speed` is none; its
-    input is multiplied by input_scale and by input_sign (else sign), and acts input_late later.
-    Theirs, of a negative speed that was logged as a positive number, is first made negative: what
-    is above half of speed_wraps is that much less, or what is above speed_sign_at counts down from
-    there.
+    speed(t) = sign * speed_scale * (theirs(t + speed_late) - speed_zero). Before, what is above
+    half of speed_wraps is that much less, or what is above speed_sign_at counts down from there.
     """
 
     name: str | None = None

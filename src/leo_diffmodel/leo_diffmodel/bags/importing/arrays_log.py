@@ -122,19 +122,17 @@ def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
 
 def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
     """Return records, or rows that are lists of one length; without a header they are counted."""
-    is_list = isinstance(rows, list) and bool(rows)
-    if is_list and all(isinstance(row, dict) for row in rows):
+    kinds, where = set(map(type, rows)) if isinstance(rows, list) else set(), place or 'the top'
+    if kinds == {dict}:
         names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
         return {name: np.array([number(row.get(name)) for row in rows]) for name in names}
-    if not is_list or not all(isinstance(row, list) for row in rows):
-        raise UserError(f'{log}: no list of records at {place or "the top"!r}')
+    if kinds != {list}:
+        raise UserError(f'{log}: no list of records at {where!r}')
     names = log_format.header or numbered(len(rows[0]))
     each_once(names, str(log))
     for k, row in enumerate(rows, start=1):
         if len(row) != len(names):
-            raise UserError(
-                f'{log}: row {k} at {place or "the top"!r} has {len(row)} values, not {len(names)}'
-            )
+            raise UserError(f'{log}: row {k} at {where!r} has {len(row)} values, not {len(names)}')
     return {name: np.array([number(row[k]) for row in rows]) for k, name in enumerate(names)}
 
 
@@ -159,10 +157,10 @@ def listed(places: str | Sequence[str]) -> Sequence[str]:
 def _episode(log: Path, content: Mapping[str, Any]) -> Table:
     """Return the columns of one episode; a single number is the same in all rows."""
     numbers = {name: number(value) for name, value in content.items() if is_number(value)}
-    arrays = {n: column(log, n, v) for n, v in content.items() if n not in numbers}
-    if not arrays:
+    table = {name: column(log, name, v) for name, v in content.items() if name not in numbers}
+    if not table:
         raise UserError(f'{log}: fields lead to single numbers, not to columns')
-    table = same_length(log, arrays)
+    same_length(log, table)
     return filled(numbers, len(next(iter(table.values())))) | table
 
 

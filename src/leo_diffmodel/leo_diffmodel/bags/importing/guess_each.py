@@ -68,7 +68,7 @@ class Units:
             why = f'{takes}, and the name does not say what it is'
             return Unit('?', f'{why}: unit: {ours}, or scale: {ours} for 1')
         said = self.roles[column].unit
-        is_other = turning != sliding and self.robot and not fits(said, (ours,))
+        is_other = said and turning != sliding and self.robot and not fits(said, (ours,))
         if said and not is_other and (said, quantity) != ('%', 'position'):
             return Unit(said, 'its name says so')
         if quantity == 'position':

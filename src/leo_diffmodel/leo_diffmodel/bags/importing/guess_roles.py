@@ -105,11 +105,13 @@ def role_of(column: str) -> Role:
     words = words_of(name)
     is_goal = bool(GOAL & set(words))
     quantity = _quantity(words, unit, letter)
-    if letter and not _has(quantity, words, letter):
+    turns = letter == 'm' and ANGLES & set(words)
+    if letter and (turns or not fits_quantity(letter, quantity)):
         words, letter = words + [letter.lower()], ''
-    if is_goal and not quantity:
-        quantity = 'position'
-    return Role(quantity, is_goal, _joint(words, unit or letter), unit or letter)
+    spent = {*MEANING, *GOAL, *BESIDES, *(SYMBOLS if unit or letter else ())}
+    joint = '_'.join(word for word in words if word not in spent)
+    joint = f'joint{joint}' if joint.isdecimal() else joint
+    return Role(quantity or ('position' if is_goal else ''), is_goal, joint, unit or letter)
 
 
 def roles_of(columns: Iterable[str]) -> dict[str, Role]:
@@ -176,11 +178,8 @@ def _unit(column: str) -> tuple[str, str, str]:
         if said and len(words) > count:
             return ' '.join(words[:-count]), said, ''
     if said := next((word.lower() for word in words if word.lower() in ANYWHERE), ''):
-        return (
-            ' '.join(word for word in words if word.lower() not in ANYWHERE),
-            canonical(said),
-            '',
-        )
+        rest = ' '.join(word for word in words if word.lower() not in ANYWHERE)
+        return rest, canonical(said), ''
     letter = words[-1] if re.search(r'[^\W_]+[_ .][msNVA]$', column) else ''
     return ' '.join(words[:-1]) if letter else column, '', letter
 
@@ -198,16 +197,3 @@ def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
     if symbol and fits_quantity(unit, symbol):
         return symbol
     return next((q for q in BY_UNIT if unit not in ('%', '1') and fits_quantity(unit, q)), '')
-
-
-def _has(quantity: str, words: Sequence[str], letter: str) -> bool:
-    """Say whether a last letter is the unit of a quantity with these words."""
-    if not quantity or (letter == 'm' and ANGLES & set(words)):
-        return False
-    return fits_quantity(letter, quantity)
-
-
-def _joint(words: Sequence[str], unit: str) -> str:
-    spent = {*MEANING, *GOAL, *BESIDES, *(SYMBOLS if unit else ())}
-    rest = '_'.join(word for word in words if word not in spent)
-    return f'joint{rest}' if rest.isdecimal() else rest
