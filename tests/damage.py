@@ -15,6 +15,8 @@ from xml.etree import ElementTree
 import numpy as np
 import yaml
 
+from leo_msgs_py.errors import UserError
+
 Rng = np.random.Generator
 JUNK: tuple[Any, ...] = (
     *json.loads('[null, true, -1, 0, 1e308, -1e308, 1e-320, NaN, Infinity]'),
@@ -48,6 +50,16 @@ class Damage:
 
     what: str
     start: int
+
+
+def one_line(read: Callable[[], Any]) -> None:
+    """Do something that works, or says in one line what is wrong."""
+    said = ''
+    try:
+        read()
+    except UserError as error:
+        said = str(error)
+    assert '\n' not in said
 
 
 def damage_bytes(path: Path, rng: Rng) -> Damage:

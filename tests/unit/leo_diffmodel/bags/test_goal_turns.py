@@ -18,9 +18,8 @@ def wrapped(angle):
 
 def recorded(folder, q, dq, goal, enabled=None):
     on = np.ones_like(T) if enabled is None else enabled
-    run = Run(
-        T, ['pivot'], q[:, None], dq[:, None], inputs={'pivot': {'position': goal, 'enabled': on}}
-    )
+    inputs = {'pivot': {'position': goal, 'enabled': on}}
+    run = Run(T, ['pivot'], q[:, None], dq[:, None], inputs=inputs)
     return read_bag(write_runs(folder / 'bag', [run], {}), SERVO)
 
 

@@ -100,11 +100,8 @@ def test_a_second_publisher_is_named_and_left_out(tmp_path, names, frame):
 
 
 def test_a_frame_id_that_changes_with_a_restart_is_no_second_publisher(tmp_path):
-    log = bag_of(
-        tmp_path,
-        *says(['pivot'], line, count=100, frame='a'),
-        *says(['pivot'], line, frame='b')[100:],
-    )
+    first, again = (says(['pivot'], line, frame=frame) for frame in 'ab')
+    log = bag_of(tmp_path, *first[:100], *again[100:])
     recording = read_bag(log, PENDULUM)
     assert len(recording.episodes[0].t) == 200
     assert not any('publishers' in w for w in recording.warnings)
@@ -129,8 +126,7 @@ def test_two_clocks_that_take_turns_are_refused(tmp_path):
 def test_a_joint_that_chatters_is_no_second_publisher(tmp_path):
     """It goes to and fro within four states, as fast as its own speed says."""
     pace = 2 * np.pi / (4 * STEP * 1e-9)
-    chatter = says(
-        ['pivot'], lambda t: 0.05 * np.sin(pace * t), lambda t: 0.05 * pace * np.cos(pace * t)
-    )
+    way, rate = lambda t: 0.05 * np.sin(pace * t), lambda t: 0.05 * pace * np.cos(pace * t)
+    chatter = says(['pivot'], way, rate)
     (episode,) = read_bag(bag_of(tmp_path, *chatter), PENDULUM).episodes
     assert len(episode.t) == 200

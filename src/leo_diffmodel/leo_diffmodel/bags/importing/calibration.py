@@ -12,9 +12,7 @@ Source: huggingface/lerobot, src/lerobot/motors/motors_bus.py (_normalize), comm
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Mapping
 import json
 import math
 from pathlib import Path
@@ -24,9 +22,7 @@ from pydantic import BaseModel, ValidationError
 
 from leo_msgs_py.errors import UserError
 
-from .guess_roles import Role
-from .guess_units import is_clipped, peak_of, Unit
-from .log_format import Column, read_log_text
+from .log_format import read_log_text
 
 COUNT = 2 * math.pi / 4095
 """Angle of one count as LeRobot has it [rad]: the resolution 4096 less one."""
@@ -102,46 +98,3 @@ def _read(file: Path) -> Calibration | None:
 def _short(value: float) -> float:
     """Return a number to six digits, less than a thousandth of a count."""
     return float(f'{value:.6g}')
-
-
-@dataclass(frozen=True)
-class Calibrated:
-    calibration: Calibration
-    positions: Sequence[tuple[Role, Column]]
-
-    def of(self, name: str, end: float) -> Unit | None:
-        """Return what makes angles of a joint's numbers; None where it has no calibration.
-
-        A gripper has 0 % at the angle `end` [rad].
-        """
-        motor, file = self.calibration.of(name), self.calibration.file.name
-        if motor is None:
-            return None
-        if GRIPPER in name:
-            why = f'per cent of the range in {file}, from {end:.4g} rad'
-            return Unit('', why, motor.per_cent(True, end))
-        per_cent, why = self._are_per_cent
-        if per_cent:
-            why += f': per cent of the range in {file}, 0 its middle'
-            return Unit('', why, motor.per_cent(False))
-        if per_cent is None:
-            scale = motor.per_cent(False)['scale']
-            return Unit('?', f'{why}: unit: deg, or of per cent scale: {scale:.6g} ({file})')
-        return Unit('deg', f'{why}; 0 is the middle of the range in {file}')
-
-    @cached_property
-    def _are_per_cent(self) -> tuple[bool | None, str]:
-        """Whether the numbers are per cent, None where they may be either; and why."""
-        bodies = [(role, values) for role, values in self.positions if GRIPPER not in role.joint]
-        measured = [(role.joint, values) for role, values in bodies if not role.is_goal]
-        states = [values for _, values in measured]
-        if is_clipped(states) or is_clipped([values for _, values in bodies]):
-            return True, 'they end at exactly 100'
-        peak = peak_of(states)
-        if peak > 100.0:
-            return False, f'up to {peak:.4g}, beyond per cent'
-        for joint, values in measured:
-            motor, far = self.calibration.of(joint), peak_of([values])
-            if motor and far > motor.degrees + BEYOND:
-                return True, f'{joint} goes to {far:.4g}, beyond its {motor.degrees:.4g} deg'
-        return None, f'up to {peak:.4g}, within either'

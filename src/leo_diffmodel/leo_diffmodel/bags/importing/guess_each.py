@@ -11,7 +11,7 @@ import numpy as np
 from leo_msgs_py import units
 
 from . import guess_units as numbers
-from .calibration import Calibrated, Calibration, GRIPPER
+from .calibration import BEYOND, Calibration, GRIPPER
 from .column_map import QUANTITIES
 from .guess_columns import Chosen, INPUTS, KnownRobot, of_joint, of_per_cent, Roles
 from .guess_roles import is_bare_goal
@@ -83,7 +83,7 @@ class Units:
         name = self.roles[column].joint
         low = self.robot.limits.get(joint, (0.0, 0.0))[0] if self.robot else 0.0
         end = low if np.isfinite(low) else 0.0  # rad: its lower stop, where that is known
-        if self._calibrated and (found := self._calibrated.of(name, end)):
+        if self.calibration and (found := self._calibrated(self.calibration, name, end)):
             return found
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
@@ -132,17 +132,47 @@ class Units:
         roles = self.roles.items()
         return [name for name, r in roles if r.quantity == 'position' and not r.unit]
 
-    @cached_property
-    def _calibrated(self) -> Calibrated | None:
-        if self.calibration is None:
-            return None
-        positions = [(self.roles[name], self.table[name]) for name in self._open]
-        return Calibrated(self.calibration, positions)
-
     @property
     def _bodies(self) -> list[Column]:
         """The same but for the gripper, which is in per cent in any case."""
         return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
+
+    def _calibrated(self, calibration: Calibration, name: str, end: float) -> Unit | None:
+        """Return what makes angles of a joint's numbers; None where it has no calibration.
+
+        A gripper has 0 % at the angle `end` [rad].
+        """
+        motor, file = calibration.of(name), calibration.file.name
+        if motor is None:
+            return None
+        if GRIPPER in name:
+            why = f'per cent of the range in {file}, from {end:.4g} rad'
+            return Unit('', why, motor.per_cent(True, end))
+        per_cent, why = self._are_per_cent(calibration)
+        if per_cent:
+            why += f': per cent of the range in {file}, 0 its middle'
+            return Unit('', why, motor.per_cent(False))
+        if per_cent is None:
+            scale = motor.per_cent(False)['scale']
+            return Unit('?', f'{why}: unit: deg, or of per cent scale: {scale:.6g} ({file})')
+        return Unit('deg', f'{why}; 0 is the middle of the range in {file}')
+
+    def _are_per_cent(self, calibration: Calibration) -> tuple[bool | None, str]:
+        """Whether the numbers are per cent, None where they may be either; and why."""
+        roles = [(self.roles[name], self.table[name]) for name in self._open]
+        bodies = [(role, values) for role, values in roles if GRIPPER not in role.joint]
+        measured = [(role.joint, values) for role, values in bodies if not role.is_goal]
+        states = [values for _, values in measured]
+        if numbers.is_clipped(states) or numbers.is_clipped(self._bodies):
+            return True, 'they end at exactly 100'
+        peak = numbers.peak_of(states)
+        if peak > 100.0:
+            return False, f'up to {peak:.4g}, beyond per cent'
+        for joint, values in measured:
+            motor, far = calibration.of(joint), numbers.peak_of([values])
+            if motor and far > motor.degrees + BEYOND:
+                return True, f'{joint} goes to {far:.4g}, beyond its {motor.degrees:.4g} deg'
+        return None, f'up to {peak:.4g}, within either'
 
     def _velocity(self, joint: str, column: str) -> Unit:
         position = self.chosen.joints.get(joint, {}).get('position', '')
