@@ -71,26 +71,26 @@ class Sources:
     def __init__(self) -> None:
         self._ours: bytes | None = None
         self._former: bytes | None = None
-        self._heard = 0.0
+        self._last = 0.0
         self.refused: dict[bytes, float] = {}
 
     def origin(self, publisher: bytes, now: float, present: Present) -> Origin:
         """Say whose message one is, by its GID; `now` [s] is of a clock that nobody sets."""
         if publisher == self._former and self._ours is not None:
             self.refused[self._ours] = now
-            self._ours, self._former, self._heard = publisher, None, now
+            self._ours, self._former, self._last = publisher, None, now
             return Origin.OURS_AGAIN
         if self._ours not in (None, publisher):
             if not self._has_ended(publisher, now, present):
                 return Origin.OTHER
             self._former = self._ours
-        self._ours, self._heard = publisher, now
+        self._ours, self._last = publisher, now
         return Origin.OURS
 
     def _has_ended(self, newcomer: bytes, now: float, present: Present) -> bool:
         """Say whether the robot that is recorded has ended, now that a newcomer speaks."""
-        overlaps = self.refused.setdefault(newcomer, now) < self._heard
-        silent = now - self._heard
+        overlaps = self.refused.setdefault(newcomer, now) < self._last
+        silent = now - self._last
         if silent > (LEASE if overlaps else SILENT):
             return True
         if overlaps and silent < SILENT:

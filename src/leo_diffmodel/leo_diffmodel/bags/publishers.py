@@ -96,10 +96,10 @@ def _joined(
     used = [part for part in parts if any(part is s for s in source.values())]
     columns = [[j for j, s in source.items() if s is part] for part in used]
     words = []
-    for half, mine in zip(used, columns, strict=True):
-        only = half._replace(fields=tuple(f if f is None else f[:, mine] for f in half.fields))
-        _refuse_turns(only, [joints[j] for j in mine], topic)
-        words.append(f'{", ".join(joints[j] for j in sorted(mine))} at {half.rate:.3g} Hz')
+    for half, own in zip(used, columns, strict=True):
+        only = half._replace(fields=tuple(f if f is None else f[:, own] for f in half.fields))
+        _refuse_turns(only, [joints[j] for j in own], topic)
+        words.append(f'{", ".join(joints[j] for j in sorted(own))} at {half.rate:.3g} Hz')
     doubled = [
         [a, b] for a, b in combinations(parts, 2) if set(a.ours) & set(b.ours) and _overlap(a, b)
     ]
@@ -136,13 +136,13 @@ def _at_the_fastest(parts: list[Part], columns: list[list[int]]) -> Part:
     shape, known = (len(t), sum(map(len, columns))), np.ones(len(t), dtype=bool)
     absent = [all(half.fields[k] is None for half in parts) for k in range(3)]
     fields = [None if nowhere else np.full(shape, np.nan) for nowhere in absent]
-    for half, mine in zip(parts, columns, strict=True):
-        own = getattr(half, clock)
-        known &= True if half is base else _near(t, own)
+    for half, own in zip(parts, columns, strict=True):
+        at = getattr(half, clock)
+        known &= True if half is base else _near(t, at)
         for whole, values in zip(fields, half.fields, strict=True):
             if whole is not None and values is not None:
-                part = values[:, mine]
-                whole[:, mine] = part if half is base else _at(t, own, part)
+                part = values[:, own]
+                whole[:, own] = part if half is base else _at(t, at, part)
     kept = tuple(None if f is None else f[known] for f in fields)
     return Part(*base[:3], base.log[known], base.published[known], base.stamp[known], kept)
 

@@ -1,30 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """How another robot's bag maps to ours: names, signs, offsets, when an input acts.
 
-A topic map, every key optional:
+A topic map has any of these keys; docs/your_robot.md explains all of them:
 
     topics: {joint_states: /arm/joint_states, commands: /arm/pwm_controller/commands}
-    joints:
-      pivot: {name: joint_1, sign: -1, offset: 0.1}   # ours = sign * theirs + offset [rad]
-      # input_sign: -1         of its input, where that differs from the sign of its angle
-      # scale: 0.01745         ours = sign * scale * theirs + offset
-      # speed_scale: 0.1047    rad/s for 1 of theirs; speed_zero: what theirs says at rest
-      # speed_late: 0.02       s; a speed that is measured so much later than its angle
-      # speed: none            differentiate the angle instead
-      # goal_is_angle: true    its angle stands where its goal should, and the goal where it
-      # speed_wraps: 1500      rad/s of theirs: -1 is logged as 1499; speed_sign_at: 750: as 751
-      # input_scale: 0.5       besides `scale` below, of this joint; input_late: 0.1 [s]
-    input_of: {elbow: wrist, wrist: elbow}   # whose column an input of ours stands in
-    input: commands          # or auto, applied, dynamic_joint_states, controller_state,
-                             # trajectory, effort, none
-    interface: voltage       # its name on the dynamic joint states
-    command_order: [pivot]   # joints of the command topic
-    scale: 0.0156            # V, N m or rad for 1 of theirs: supply / 885 of a PWM in counts
-    frame_id: left           # of the joint states, where several publish the same joints
-    hold: previous           # a stamp means the period before it
-    held: true               # the base was held; by default what the bag's recorder noted
-    time_scale: 0.8          # s for 1 s of its stamps
-    input_late: 0.1          # s by which all inputs act after their stamps, besides their own
+    joints: {pivot: {name: joint_1, sign: -1, offset: 0.1}}  # ours = sign * theirs + offset [rad]
+    command_order: [pivot]                                   # joints of the command topic
+    scale: 0.0156                                            # supply / 885 of a PWM in counts
 """
 
 from __future__ import annotations
@@ -94,20 +76,20 @@ class JointMap(Fixed):
 
 
 class TopicMap(Fixed):
-    """Names, signs and timing of a foreign bag (module docstring shows the file)."""
+    """Names, signs and timing of a foreign bag."""
 
     topics: dict[Role, str] = Field(default_factory=dict)
     joints: dict[str, JointMap] = Field(default_factory=dict)
     input: Literal['auto', Input, 'effort', 'none'] = 'auto'
-    interface: str | None = None
+    interface: str | None = None  # its name on the dynamic joint states
     command_order: list[str] | None = None
-    frame_id: str | None = None
-    scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
-    hold: Literal['next', 'previous'] = 'next'
-    held: bool | None = None
-    input_of: dict[str, str] = Field(default_factory=dict)
-    time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
-    input_late: Seconds = 0.0
+    frame_id: str | None = None  # of the joint states, where several publish the same joints
+    scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)  # V, N m, rad for 1 of theirs
+    hold: Literal['next', 'previous'] = 'next'  # previous: a stamp means the period before it
+    held: bool | None = None  # whether the base was; None: what the bag's recorder noted
+    input_of: dict[str, str] = Field(default_factory=dict)  # whose column an input of ours is in
+    time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)  # s for 1 s of its stamps
+    input_late: Seconds = 0.0  # by which all inputs act after their stamps, besides their own
 
     def joint(self, name: str) -> JointMap:
         return self.joints.get(name, JointMap())

@@ -1,27 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The column map of `leo import`: which columns are what, in which unit and sign.
 
-    robot: servo_pendulum                  # optional, for the record and the next command
-    records: entries                       # JSON: where the list of rows is; [a, b]: episodes
-    header: [time, angle]                  # names for columns that have none; else 0, 1, ...
-    fields: {angle: 'Y[*][0]'}             # JSON, MATLAB: arrays; [*] = one episode each
-    columns: {duty: load / 885}            # computed, may use those before
-    time: {column: time, unit: ms}         # or {period: 0.001}
-    joints:
-      pivot:
-        position: {column: angle, unit: deg, sign: -1, offset: 3.14159}
-        velocity: speed                    # short for {column: speed}; may be left out
-        effort: 'data[:, 2]'               # the third column of a matrix in a MATLAB file
-    inputs:                                # left out for a passive log
-      pivot:
-        voltage: {expression: duty * supply}   # or effort; or position, the goal of a servo
-        enabled: torque_on                 # 0 = motor free
-    constants:                             # of the robot, what the log knows of them
-      links.weight.mass: {column: payload, unit: g}
-
-Numbers that a log has besides its rows, as a head does, are columns with one value in all rows.
-
-A value is sign * scale * (column in SI) + offset, the offset in SI.
+`leo import --help` shows one. Besides: `records: [a, b]` and `fields: {angle: 'Y[*][0]'}`, arrays
+of JSON and MATLAB, have an episode for each place or [*]; `time: {period: 0.001}`; a name alone is
+short for {column: name}. Computed columns may use those before. Numbers that a log has besides its
+rows, as a head does, are columns with one value in all rows. A value is
+sign * scale * (column in SI) + offset, the offset in SI.
 """
 
 from __future__ import annotations
@@ -144,8 +128,6 @@ class JointColumns(Fixed):
 
 
 class ColumnMap(LogFormat):
-    """A whole column map (module docstring shows the file)."""
-
     robot: str | None = None
     columns: dict[str, str] = Field(default_factory=dict)
     time: Time
