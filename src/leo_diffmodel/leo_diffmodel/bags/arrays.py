@@ -48,16 +48,13 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
 
 
 def _write(writer: BagWriter, runs: Sequence[Run]) -> None:
-    channels: dict[Topic, int] = {}
     start = 0
     for number, run in enumerate(runs, start=1):
         if start * 1e-9 + run.t[-1] - run.t[0] > LONGEST:
             raise UserError(f'the runs take more than {LONGEST:g} s; which unit is time in?')
         stamps = start + np.round((run.t - run.t[0]) * 1e9).astype(np.int64)
         for topic, stamp, data in _messages(run, number, stamps.tolist()):
-            if topic not in channels:
-                channels[topic] = writer.add_topic(*topic)
-            writer.write(channels[topic], data, stamp)
+            writer.write(writer.add_topic(*topic), data, stamp)
         start = int(stamps[-1]) + EPISODE_PAUSE_NS
 
 

@@ -40,8 +40,7 @@ class ArrivalTimes:
         return self._start + min(max(received_ns - self._offset, self._since), self._now)
 
 
-SILENT = 1.0
-"""A robot from which nothing comes for so long may have been killed and started again [s]."""
+SILENT = 1.0  # s: so long silent, a robot may have been killed and started again
 LEASE = 20.0  # after so long the graph has forgotten one that was killed, by DDS's default [s]
 
 Present = Callable[[], Collection[bytes]]  # GIDs of the publishers that the graph knows now

@@ -18,13 +18,14 @@ import struct
 from typing import Any, NamedTuple
 
 import numpy as np
+from rosbags.serde import SerdeError
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import nanoseconds
 
-from .contents import Logged, TopicLog
+from .contents import TopicLog
 from .states import deserialize, stamp_of, StateLog
 from .topic_map import RobotBag, Role
 from .types import Floats, Stamps, TRAJECTORY, TYPES
@@ -81,12 +82,7 @@ def _trajectories(topic: TopicLog) -> Iterator[Asked]:
 
 
 def _set_points(topic: TopicLog) -> Iterator[Asked]:
-    topic.broken = 0
-    for logged in topic.messages:
-        message = _begin_of(logged)
-        if message is None:
-            topic.broken += 1
-            continue
+    for logged, message in deserialize(topic, _FOLLOWS, _begin_of):
         names, goal = tuple(message.joint_names), message.reference.positions
         if names and len(goal) == len(names) and np.isfinite(goal).all():
             now = np.zeros(1, dtype=np.int64)
@@ -100,16 +96,16 @@ def _store() -> Typestore:
     return store
 
 
-def _begin_of(logged: Logged) -> Any | None:
-    """The begin of a controller's state, up to its set point; None where it does not decode."""
-    data, kind = logged.data, _store().get_msgdef(_FOLLOWS)
+def _begin_of(data: bytes, type_name: str) -> Any:
+    """The begin of a controller's state, up to its set point."""
+    kind = _store().get_msgdef(type_name)
     if len(data) < 4 or data[:2] not in (b'\x00\x00', b'\x00\x01'):
-        return None
+        raise SerdeError('no CDR')
     read = kind.deserialize_cdr_le if data[1] else kind.deserialize_cdr_be
     try:
         return read(memoryview(data)[4:], 0, kind.cls, _store())[0]
-    except (struct.error, UnicodeDecodeError, ValueError):
-        return None
+    except (struct.error, UnicodeDecodeError, ValueError) as error:
+        raise SerdeError(str(error)) from None
 
 
 class Leg(NamedTuple):

@@ -37,8 +37,7 @@ def average(t: Stamps, stamps: Stamps, values: Floats) -> Floats:
     return held
 
 
-Held = tuple[Stamps, Floats, Floats]
-"""Inputs by stamps [ns] that increase (N,): values (N, A), enabled (N, A)."""
+Held = tuple[Stamps, Floats, Floats]  # stamps [ns] that increase (N,); values, enabled (N, A)
 
 
 def held_inputs(

@@ -23,8 +23,7 @@ from .types import profiles
 
 Policy = TypeVar('Policy', HistoryPolicy, ReliabilityPolicy, DurabilityPolicy)
 DISCOVERY_SECONDS = 1.0
-ACKNOWLEDGE_SECONDS = 4.0
-"""Fast DDS by itself asks its readers every 3 s what they have, with our profile every 0.1 s."""
+ACKNOWLEDGE_SECONDS = 4.0  # Fast DDS asks its readers every 3 s, with our profile every 0.1 s
 DEPTH = 1000
 
 

@@ -20,12 +20,10 @@ from .types import Floats, Stamps
 
 FEWEST = 3  # messages of a publisher; fewer are damaged ones, or latched
 NEAR = 1.5  # periods of a half from one of its states to the next: across more nothing is made up
-SWITCHES = 0.2
-"""Share of the states: two publishers take turns in so many; a gap, a reset or a jump is one."""
+SWITCHES = 0.2  # share of the states where two take turns; a gap, reset or jump is one state
 APART = 0.02  # rad (m): the least that two are apart, above any encoder's resolution
 NEARER = 10.0  # times: so much nearer than the last state is one before it where two take turns
-FASTER = 3.0
-"""Times the larger speed at both ends: a joint goes no farther than that between two states."""
+FASTER = 3.0  # times the larger speed at both ends: no joint goes farther in a step
 FEWEST_TURNS = 20  # states that show whether two take turns or joints jump
 
 

@@ -53,7 +53,6 @@ class Recorder:
         first.rmdir()
         self._base = base
         self._writer: BagWriter | None = None
-        self._channels: dict[str, int] = {}
         self._sources: dict[tuple[str, bytes], Sources] = {}
         self._leads: dict[str, Sources] = {}
         self._last_stamp: dict[str, int] = {}
@@ -165,7 +164,6 @@ class Recorder:
 
     def _open(self, logged_ns: int) -> None:
         is_first, self.folder = self.folder is None, free_folder(self._base)
-        self._channels.clear()
         try:
             self._writer = BagWriter(self.folder)
         except UserError as error:
@@ -215,10 +213,9 @@ class Recorder:
             self._write(writer, topic, data, logged_ns, published_ns)
 
     def _write(self, writer: BagWriter, topic: Topic, data: bytes, *times: int) -> None:
-        if topic.name not in self._channels:
-            self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)
+        channel = writer.add_topic(*topic)
         with self._disk():
-            writer.write(self._channels[topic.name], data, *times)
+            writer.write(channel, data, *times)
 
     def _is_left_over(self, topic: Topic, data: bytes) -> bool:
         """Whether a topic still goes on where it was when another one jumped back."""

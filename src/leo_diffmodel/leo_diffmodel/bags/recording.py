@@ -94,6 +94,8 @@ def held_each_way(
     segments = split(states, bag.topic('episode'))
     inputs = on_the_angles_turn(read_inputs(bag, states), states, robot)
     digest, facts = sha256(contents.files), contents.metadata.get('leo', {})
+    if mapping.held is not None:
+        facts = {**facts, 'held': str(mapping.held).lower()}
     for hold in holds:
         held = held_inputs(states, inputs, segments.slices, hold == 'previous')
         found = (
@@ -112,9 +114,7 @@ def held_each_way(
             input=inputs.kind if inputs else 'none',
             command_period=_command_period(bag, states, inputs),
             episodes=episodes,
-            metadata=facts
-            if mapping.held is None
-            else {**facts, 'held': str(mapping.held).lower()},
+            metadata=facts,
             warnings=notes_of(bag, states, segments, inputs, used),
             rates=states.rates,
         )

@@ -20,16 +20,11 @@ from .states import StateLog
 from .topic_map import TopicMap
 from .types import Floats
 
-SIGMAS = 10.0
-"""Robust standard deviations of the rate from the rates around: no noise reaches so far."""
-COUNTS = 5.0
-"""Steps of the rate's resolution: what a coarse rate that is right flickers by is less."""
-OF_FASTEST = 1.0
-"""Of the joint's fastest rate otherwise: what is smaller may be the sensor's coarse noise."""
-UNSUPPORTED = 0.75
-"""Of a spike that the angle must lack: a sample that is truly so fast shows half of it there."""
-MOST = 0.1
-"""Share of the samples: a wheel that takes ten to a turn; more and the rate is in another unit."""
+SIGMAS = 10.0  # robust standard deviations from the rates around: no noise reaches so far
+COUNTS = 5.0  # steps of the rate's resolution: a coarse rate that is right flickers by less
+OF_FASTEST = 1.0  # of the joint's fastest rate otherwise: less may be the sensor's noise
+UNSUPPORTED = 0.75  # of a spike that the angle must lack: one that is true shows half there
+MOST = 0.1  # share of the samples: a wheel has ten to a turn; more is another unit
 FEWEST = 20  # samples that say what is usual
 
 

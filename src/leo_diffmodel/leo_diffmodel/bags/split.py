@@ -21,8 +21,7 @@ JUMP_FLOOR = 0.02  # smallest step [rad or m] taken for a jump: above any encode
 CLEAR_TURN = np.pi / 2
 """rad: where positions and velocities disagree by more from sample to sample (degrees that are
 taken for radians), no whole turn can be seen."""
-CLOCK_SET_NS = 1_000_000_000
-"""Publish times that go back by more than this were taken by a clock that was set."""
+CLOCK_SET_NS = 1_000_000_000  # publish times that go back by more: a clock was set
 _JUMP_SIGMAS = 10.0
 _NEAR = 3
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -75,12 +75,14 @@ def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> 
     return _clean(StateLog(*times, *channels, 0, stamped, notes), topic.name)
 
 
-def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]:
+def deserialize(
+    topic: TopicLog, type_name: str, decoder: Callable[[bytes, str], Any] = decode
+) -> Iterator[tuple[Logged, Any]]:
     """Yield (logged, message) of a topic; what cannot be decoded is counted in its `broken`."""
     topic.broken = 0
     for message in topic.messages:
         try:
-            decoded = decode(message.data, type_name)
+            decoded = decoder(message.data, type_name)
         except SerdeError:
             topic.broken += 1
         else:

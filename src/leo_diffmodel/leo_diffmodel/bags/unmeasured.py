@@ -25,14 +25,12 @@ from .states import StateLog
 from .topic_map import TopicMap
 from .types import Floats, Stamps
 
-GARBAGE = 1e-300
-"""N m, rad/s (N, m/s): what is smaller and not 0 is memory that nobody wrote, no sensor's."""
+GARBAGE = 1e-300  # N m, rad/s (N, m/s): less, and not 0, is memory that nobody wrote
 MOVES = 0.02  # rad (m): what is more is a motion, above any encoder's resolution
 FEWEST = 3  # values of an angle from which on it moves; two are a reset
 JUMP = 20.0  # times the usual step: a reset, no motion
 ALIKE = 0.02  # of the roughness of a difference: what a speed that is made of it may be off by
-ROUGH = 1e-4
-"""Of the speed: what is smoother has no noise to know it by, and its differences are good."""
+ROUGH = 1e-4  # of the speed: smoother ones have no noise to know them by
 MOST = 0.9
 FEWEST_ROUGH = 20
 NO_INPUT = 'no measurement; taken as not measured, never as an input'

@@ -66,8 +66,7 @@ class Spool:
 
 
 _FRAME = struct.Struct('<BQ')
-_CHUNK = struct.Struct('<QQQIIQ')
-"""Of a chunk without compression: first and last time, size, CRC, length of '', length."""
+_CHUNK = struct.Struct('<QQQIIQ')  # first and last time, size, CRC, length of the name, length
 _CHANNEL = struct.Struct('<H')
 _MOST = _FRAME.size + _CHUNK.size
 
@@ -164,19 +163,22 @@ class BagWriter:
         self._writer._Writer__chunk_indices = chunks  # type: ignore[attr-defined]
         self._writer.start(profile='ros2', library='leo_diffmodel')
         self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
         self._flushed = time.monotonic()
         if metadata:
             self.add_metadata(metadata)
 
     def add_topic(self, name: str, type_name: str, qos: str = '') -> int:
-        """Add a topic and return its channel; `qos` is the text of `offered_qos_profiles`."""
-        text, digest = definition(type_name)
-        if type_name not in self._schemas:
-            self._schemas[type_name] = self._writer.register_schema(
+        """Return the channel of a topic, of one that is new with `offered_qos_profiles`."""
+        if name not in self._channels:
+            text, digest = definition(type_name)
+            schema = self._schemas.get(type_name) or self._writer.register_schema(
                 type_name, 'ros2msg', text.encode()
             )
-        facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
-        return self._writer.register_channel(name, 'cdr', self._schemas[type_name], facts)
+            self._schemas[type_name] = schema
+            facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
+            self._channels[name] = self._writer.register_channel(name, 'cdr', schema, facts)
+        return self._channels[name]
 
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
         """Add a `leo` metadata record; of several the last one counts."""

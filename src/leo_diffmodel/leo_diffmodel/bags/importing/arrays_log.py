@@ -19,8 +19,7 @@ from leo_msgs_py.errors import UserError
 
 from .log_format import Column, each_once, LogFormat, numbered, Table
 
-WIDEST = 1000
-"""A matrix of more columns than a robot has sensors is a picture or a table of something else."""
+WIDEST = 1000  # a matrix of more columns than a robot has sensors is something else
 _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,\s*:\s*\]')
 
 

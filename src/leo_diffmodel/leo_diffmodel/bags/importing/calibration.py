@@ -24,8 +24,7 @@ from leo_msgs_py.errors import UserError
 
 from .log_format import read_log_text
 
-COUNT = 2 * math.pi / 4095
-"""Angle of one count as LeRobot has it [rad]: the resolution 4096 less one."""
+COUNT = 2 * math.pi / 4095  # rad for one count as LeRobot has it: the resolution 4096 less one
 GRIPPER = 'gripper'
 ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')  # what `robot_type` of these arms is
 

@@ -28,20 +28,16 @@ DRIVEN_BY = (
     ('effort', False),
 )
 """Quantities that drive a joint and whether as a goal: of several the first is taken."""
-INPUTS = {interface: name for name, interface in INTERFACES.items()}
-"""What `leo robot init --input` calls them."""
-WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')
-"""Quantities of the motor that an input has besides."""
+INPUTS = {interface: name for name, interface in INTERFACES.items()}  # as `robot init --input`
+WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')  # that an input has besides
 OF_ALL = ('enabled', 'supply_voltage')  # quantities that all joints share where no joint is named
 Roles = Mapping[str, Role]
 Columns = dict[str, dict[str, str]]  # columns by joint and quantity
 ByQuantity = dict[tuple[str, bool], dict[str, str]]
 """The first column of each joint by quantity and whether it is a goal; one without a joint is of
 `joint`."""
-SIMILAR = 0.6
-"""Share of letters in the same order from which two names are one: difflib's own bound."""
-OVER_A_STOP = 1.1
-"""So many times the angle of a stop is reached by a joint that gives, and by its calibration."""
+SIMILAR = 0.6  # share of letters in one order from which names are one: as difflib has it
+OVER_A_STOP = 1.1  # times the angle of a stop that a joint reaches, which gives
 
 
 class KnownRobot(NamedTuple):

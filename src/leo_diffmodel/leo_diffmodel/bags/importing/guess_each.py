@@ -19,8 +19,7 @@ from .guess_units import Unit
 from .log_format import Column, Table
 from .unit_names import fits
 
-ALIKE = 20.0
-"""Degrees are 57 times radians; a goal is farther from its position by less than this factor."""
+ALIKE = 20.0  # degrees are 57 times radians; a goal is less far from its position
 RATES = ('rad/s', 'deg/s', 'rpm')
 SLIDING_RATES = ('m/s', 'mm/s')
 ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}

@@ -56,8 +56,7 @@ BESIDES = _words(
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')
 """Words of a flag that says whether a motor is on."""
-MOTORS = ('motor', 'motors', 'servo', 'servos', 'drive')
-"""What a flag of all joints may name besides."""
+MOTORS = ('motor', 'motors', 'servo', 'servos', 'drive')  # what a flag of all may name
 _PARTS = sorted(
     _words(
         'soll ist ziel dreh gelenk motor winkel drehzahl geschwindigkeit moment kraft spannung '
@@ -77,8 +76,7 @@ LAST = {
     )
 } | {'n_m': 'N m', 'rad_s_2': 'rad/s2', 'm_s_2': 'm/s2'}
 """Words that are a unit where a name ends in them."""
-BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')
-"""Quantities that a unit alone shows."""
+BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')  # that a unit alone shows
 _IN_BRACKETS = re.compile(r'[\[(]\s*([^\])]*?)\s*[\])]\s*$')
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 _PART = re.compile('|'.join(_PARTS))

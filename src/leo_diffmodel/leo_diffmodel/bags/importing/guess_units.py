@@ -17,8 +17,7 @@ RADIANS = 4 * np.pi  # angles of joints seldom go beyond two turns
 PER_CENT = 100.5
 DEGREES = 720.0
 FASTEST, SLOWEST = 20e3, 2.0  # rates at which robots are logged [Hz]
-AGREES = 1.3
-"""Units of a speed are six times apart and more; filters and gaps take less than this factor."""
+AGREES = 1.3  # units of a speed are six times apart and more; filters and gaps take less
 TURNS = ('rad', 'deg', 'rev')
 SPANS = 50  # a log is compared in so many parts, which are longer than its noise
 
