@@ -205,14 +205,15 @@ class _Inputs:
         dropped: int = 0,
     ) -> InputLog | None:
         """Inputs, always enabled by default, without messages with NaN or what no robot has."""
-        kind, enabled = self.robot.input, np.ones_like(values) if enabled is None else enabled
+        kind = self.robot.input
         finite = np.isfinite(values).all(axis=1)
         beyond, notes = impossible(values, input_channels(self.robot, kind))
         keep = np.asarray(finite & ~beyond.any(axis=1))
         if not keep.any():
             return None
         dropped += int(np.sum(~finite))
-        found = InputLog(kind, source, log, stamp, values, enabled, dropped, tuple(notes))
+        on = np.ones_like(values) if enabled is None else enabled
+        found = InputLog(kind, source, log, stamp, values, on, dropped, tuple(notes))
         return at_rows(found, keep)
 
 

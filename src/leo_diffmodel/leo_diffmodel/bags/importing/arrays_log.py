@@ -121,7 +121,8 @@ def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
 
 def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
     """Return records, or rows that are lists of one length; without a header they are counted."""
-    kinds, where = set(map(type, rows)) if isinstance(rows, list) else set(), place or 'the top'
+    where = place or 'the top'
+    kinds = {type(row) for row in rows} if isinstance(rows, list) else set()
     if kinds == {dict}:
         names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
         return {name: np.array([number(row.get(name)) for row in rows]) for name in names}

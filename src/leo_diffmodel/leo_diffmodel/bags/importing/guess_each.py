@@ -44,11 +44,9 @@ class Units:
     @property
     def time(self) -> Unit:
         said = self.roles[self.chosen.time].unit
-        return (
-            Unit(said, 'its name says so')
-            if said
-            else numbers.of_time(self.first[self.chosen.time])
-        )
+        if said:
+            return Unit(said, 'its name says so')
+        return numbers.of_time(self.first[self.chosen.time])
 
     @cached_property
     def _t(self) -> Column | None:
