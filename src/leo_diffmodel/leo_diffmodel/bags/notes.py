@@ -43,8 +43,10 @@ def _of_states(
     lost = contents.metadata.get('leo', {}).get('lost')
     said = any(DIFFERENTIATED in text for text in states.notes)
     gaps, jumps = segments.breaks.get('gap', 0), segments.breaks.get('jump', 0)
+    recorded = any(map(is_recording, contents.files))
+    cut = 'cut short (the recorder was killed?); read up to the cut'
     found = [
-        (not contents.finished, _unfinished(contents)),
+        (not contents.finished, 'still being recorded; read up to now' if recorded else cut),
         (contents.damaged, f'damaged in {contents.damaged} places; what is there was left out'),
         (lost, f'{lost} messages were lost while it was recorded, as the disk was full'),
         (broken, f'{broken} messages could not be decoded; left out'),
@@ -137,9 +139,3 @@ def _there(topic: TopicLog) -> str:
         return ', '.join(joints) or 'nothing'
     pairs = zip(joints, getattr(message, 'interface_values', []), strict=False)
     return '; '.join(f'{n}: {", ".join(v.interface_names)}' for n, v in pairs) or 'nothing'
-
-
-def _unfinished(contents: BagContents) -> str:
-    if any(map(is_recording, contents.files)):
-        return 'still being recorded; read up to now'
-    return 'cut short (the recorder was killed?); read up to the cut'

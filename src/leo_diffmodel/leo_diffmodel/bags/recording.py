@@ -72,7 +72,12 @@ def held_each_way(
     """Decode once; yield the recording, as `read_bag`, with its inputs held in each way."""
     path = contents.path
     if not contents.message_count:
-        raise UserError(f'{path} {_why_nothing(contents)}')
+        if contents.finished or not any(file.stat().st_size for file in contents.files):
+            raise UserError(f'{path} is empty: nothing was recorded; was the robot running?')
+        raise UserError(
+            f'{path} is damaged, or was cut before the first message: nothing in it reads; '
+            'record again'
+        )
     bag = RobotBag(contents, robot, mapping)
     topic = bag.topic('joint_states')
     if topic is None:
@@ -119,12 +124,6 @@ def held_each_way(
             rates=states.rates,
         )
         yield on_time(recording, mapping)
-
-
-def _why_nothing(contents: BagContents) -> str:
-    if contents.finished or not any(file.stat().st_size for file in contents.files):
-        return 'is empty: nothing was recorded; was the robot running?'
-    return 'is damaged, or was cut before the first message: nothing in it reads; record again'
 
 
 def _episode(

@@ -93,18 +93,13 @@ def _numbers(
         with suppress(ValueError):
             return np.array([cells for _, cells in rows], dtype=float)
     decimal = log_format.decimal or _decimal_of((c for _, cells in rows for c in cells), str(log))
-    return np.array([_careful(log, *row, header, decimal) for row in rows])
-
-
-def _careful(
-    log: Path, line: int, row: Sequence[str], header: Sequence[str], decimal: str
-) -> list[float]:
-    if len(row) != len(header):
-        raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
-    return [
-        _number(cell, f'{log} line {line}, {name}', decimal)
-        for cell, name in zip(row, header, strict=True)
-    ]
+    numbers = []
+    for line, row in rows:
+        if len(row) != len(header):
+            raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
+        named = zip(row, header, strict=True)
+        numbers.append([_number(cell, f'{log} line {line}, {n}', decimal) for cell, n in named])
+    return np.array(numbers)
 
 
 def _number(cell: str, where: str, decimal: str) -> float:
@@ -225,12 +220,11 @@ def _notes(log: Path) -> list[str]:
     code = logs.encoding_of(log.read_bytes())
     notes = [f'read as {code}: it is no UTF-8'] if code == logs.WINDOWS else []
     if found := _constants(logs.read_log_text(log).splitlines()):
-        listed = ', '.join(
-            f'{shown(name)[1:-1]} = {value:.6g} {unit}'.rstrip()
-            for name, (value, unit) in found.items()
+        said = (
+            f'{shown(name)[1:-1]} = {v:.6g} {unit}'.rstrip() for name, (v, unit) in found.items()
         )
         notes.append(
-            f'its comments say {listed}: columns of one value; where the robot has it: '
+            f'its comments say {", ".join(said)}: columns of one value; where the robot has it: '
             'constants: {links.LINK.mass: {column: mass, unit: kg}}'
         )
     return notes

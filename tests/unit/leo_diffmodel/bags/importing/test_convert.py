@@ -3,7 +3,6 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,7 +17,7 @@ from leo_diffmodel.bags.importing.expression import evaluate
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import Actuator, load_robot
+from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 TORQUE = load_robot('torque_pendulum')
@@ -247,19 +246,6 @@ def test_logs_of_one_name_become_bags_with_the_names_of_their_folders(tmp_path):
         main([logs[0], logs[0], *into])
 
 
-def robot(joints: tuple[str, ...], drive: str) -> SimpleNamespace:
-    """As much of a robot as reading needs."""
-    return SimpleNamespace(
-        joint_names=joints,
-        joints=[SimpleNamespace(name=j, kind='revolute') for j in joints],
-        slides=frozenset(),
-        actuated=tuple(range(len(joints))),
-        actuators=[Actuator(j, None, None, 10.0, None, 0.0) for j in joints],
-        input=drive,
-        control_period=0.01,
-    )
-
-
 @pytest.mark.skipif(not REAL_DATA.is_dir(), reason=f'no measurements in {REAL_DATA}')
 class TestRealMeasurements:
     """The public recordings, through the shipped maps."""
@@ -278,9 +264,8 @@ class TestRealMeasurements:
 
     def test_bam_xl330(self, tmp_path):
         logs = sorted((REAL_DATA / 'bam_xl330').glob('*.json'))
-        recording = read_bag(
-            import_logs(logs, 'bam_xl330', tmp_path / 'bag'), robot(('pivot',), 'voltage')
-        )
+        bag = import_logs(logs, 'bam_xl330', tmp_path / 'bag')
+        recording = read_bag(bag, load_robot('servo_pendulum'))
         assert len(recording.episodes) == len(logs) == 12 and recording.warnings == ()
         for log, episode in zip(logs, recording.episodes, strict=True):
             entries = json.loads(log.read_text())['entries']
@@ -293,10 +278,8 @@ class TestRealMeasurements:
 
     def test_dfki_double_pendulum(self, tmp_path):
         logs = sorted((REAL_DATA / 'dfki_double_pendulum').glob('*_measured.csv'))
-        recording = read_bag(
-            import_logs(logs, 'dfki_double_pendulum', tmp_path / 'bag'),
-            robot(('shoulder', 'elbow'), 'torque'),
-        )
+        bag = import_logs(logs, 'dfki_double_pendulum', tmp_path / 'bag')
+        recording = read_bag(bag, load_robot('double_pendulum'))
         assert len(recording.episodes) == len(logs) == 7 and recording.warnings == ()
         expected = np.loadtxt(logs[0], delimiter=',', skiprows=1)
         np.testing.assert_array_equal(recording.episodes[0].q, expected[:, 1:3])
