@@ -57,9 +57,7 @@ def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
 
 def input_channels(robot: Robot, kind: str) -> list[Channel]:
     """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
-    unit = INPUT_UNITS[kind]
-
-    channels = []
+    unit, channels = INPUT_UNITS[kind], []
     for motor in robot.actuators:
         most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': _stall(motor)}[kind]
         units = sliding(unit) if motor.joint in robot.slides else unit

@@ -59,8 +59,12 @@ def _rates(
         return None, []
     missing = [name for name, rate in zip(joints, rates.T, strict=True) if np.isnan(rate).all()]
     notes = [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
-    still = _still_rates(states)
-    first = np.where(np.abs(rates[0]) < GARBAGE, 0.0, rates[0])
+    written = np.where(np.abs(rates) < GARBAGE, 0.0, rates)
+    first, constant = written[0], (written == written[0]).all(axis=0)
+    moves = _moved(states, np.where(constant, first, 0.0)) > MOVES
+    if not written.any():  # of all joints: any change of any angle shows it
+        moves |= len(np.unique(states.q, axis=0)) >= FEWEST
+    still = constant & moves
     notes += [
         f'rates of {joints[j]} are {first[j]:.3g} throughout while it moves by {moved[j]}: no '
         f'measurement; {DIFFERENTIATED}'
@@ -96,16 +100,6 @@ def _emptied(values: Floats, out: NDArray[np.bool_]) -> Floats | None:
     """NaN where nothing was measured; None where nothing is left."""
     kept = np.where(out, np.nan, values)
     return None if np.isnan(kept).all() else kept
-
-
-def _still_rates(states: StateLog) -> NDArray[np.bool_]:
-    dq = np.asarray(states.dq)
-    rate = np.where(np.abs(dq) < GARBAGE, 0.0, dq)
-    constant = (rate == rate[0]).all(axis=0)
-    moves = _moved(states, np.where(constant, rate[0], 0.0)) > MOVES
-    if not rate.any():  # of all joints: any change of any angle shows it
-        moves |= len(np.unique(states.q, axis=0)) >= FEWEST
-    return np.asarray(constant & moves)
 
 
 def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
