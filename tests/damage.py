@@ -15,67 +15,25 @@ from xml.etree import ElementTree
 import numpy as np
 import yaml
 
+from leo_msgs_py.errors import UserError
+
 Rng = np.random.Generator
 JUNK: tuple[Any, ...] = (
-    None,
-    True,
-    -1,
-    0,
-    1e308,
-    -1e308,
-    1e-320,
-    float('nan'),
-    float('inf'),
+    *json.loads('[null, true, -1, 0, 1e308, -1e308, 1e-320, NaN, Infinity]'),
     10**400,
-    '',
-    ' ',
-    '-',
-    'N m',
-    'kg',
-    'pivot',
-    '/',
-    '../..',
+    *json.loads('["", " ", "-", "N m", "kg", "pivot", "/", "../.."]'),
     'x' * 500,
-    [],
-    {},
-    [1],
-    [2, 1],
-    [1, 2, 3],
-    {'a': 1},
-    {'value': 1},
-    {'value': 'two', 'unit': 'V'},
-    {'value': 1e300, 'unit': 'N m'},
-    [None],
-    [[[]]],
+    *json.loads('[[], {}, [1], [2, 1], [1, 2, 3], {"a": 1}, {"value": 1}]'),
+    *json.loads(
+        '[{"value": "two", "unit": "V"}, {"value": 1e300, "unit": "N m"}, [null], [[[]]]]'
+    ),
 )
 TEXTS = (
-    '',
-    ' ',
-    '\n',
-    '---',
-    '[',
-    '{',
-    '- a\n- b\n',
-    ':',
-    '\t',
-    'a: b: c',
-    '? [a]',
-    '&a [*a]',
-    '!!python/object:os.system x',
-    '2001-99-99',
-    '0b',
-    '!!binary x',
-    '[' * 3000,
-    '{a: ' * 2000,
-    '&a {<<: *a}',
+    *json.loads(r'["", " ", "\n", "---", "[", "{", "- a\n- b\n", ":", "\t", "a: b: c", "? [a]"]'),
+    *('&a [*a]', '!!python/object:os.system x', '2001-99-99', '0b', '!!binary x', '[' * 3000),
+    *('{a: ' * 2000, '&a {<<: *a}'),
     'a: &a [x,x]\nb: &b [*a,*a]\nc: &c [*b,*b]\nd: [*c,*c]',
-    '\ufeff',
-    '%YAML 9.9',
-    "'",
-    '"\\xZZ"',
-    'robot: ' + '9' * 5000,
-    'null',
-    '3',
+    *('\ufeff', '%YAML 9.9', "'", '"\\xZZ"', 'robot: ' + '9' * 5000, 'null', '3'),
     'robot: {robot: {robot: pendulum}}',
 )
 WORDS = ('', 'x', 'nan', 'inf', '-1', '1e308', '0 0', '0 0 0', '1 2 3 4', 'é', '-0', '1e-320')
@@ -94,93 +52,63 @@ class Damage:
     start: int
 
 
+def one_line(read: Callable[[], Any]) -> None:
+    """Do something that works, or says in one line what is wrong."""
+    said = ''
+    try:
+        read()
+    except UserError as error:
+        said = str(error)
+    assert '\n' not in said
+
+
 def damage_bytes(path: Path, rng: Rng) -> Damage:
     """Do to a file what disks, cables and people do."""
-    kinds = (_cut, _flip, _zero, _noise, _insert, _remove, _repeat)
-    kind = kinds[rng.integers(len(kinds))]
+    name, change = list(CHANGES.items())[rng.integers(len(CHANGES))]
     content = path.read_bytes()
     start = int(rng.integers(len(content))) if content else 0
     length = int(min(2 ** rng.uniform(0, 16), len(content) - start))
-    path.write_bytes(kind(content, start, length, rng))
-    return Damage(f'{kind.__name__[1:]} {length} bytes at {start} of {path.name}', start)
+    path.write_bytes(change(content, start, length, rng))
+    return Damage(f'{name} {length} bytes at {start} of {path.name}', start)
 
 
-def _cut(content: bytes, start: int, length: int, rng: Rng) -> bytes:
-    return content[:start]
-
-
-def _flip(content: bytes, start: int, length: int, rng: Rng) -> bytes:
+def _flip(content: bytes, start: int, _: int, rng: Rng) -> bytes:
     changed = bytearray(content)
     changed[start] ^= 1 << int(rng.integers(8))
     return bytes(changed)
 
 
-def _zero(content: bytes, start: int, length: int, rng: Rng) -> bytes:
-    return content[:start] + bytes(length) + content[start + length :]
-
-
-def _noise(content: bytes, start: int, length: int, rng: Rng) -> bytes:
-    return content[:start] + rng.bytes(length) + content[start + length :]
-
-
-def _insert(content: bytes, start: int, length: int, rng: Rng) -> bytes:
-    return content[:start] + rng.bytes(length) + content[start:]
-
-
-def _remove(content: bytes, start: int, length: int, rng: Rng) -> bytes:
-    return content[:start] + content[start + length :]
-
-
-def _repeat(content: bytes, start: int, length: int, rng: Rng) -> bytes:
-    return content[: start + length] + content[start:]
+CHANGES: dict[str, Callable[[bytes, int, int, Rng], bytes]] = {
+    'cut': lambda content, start, length, rng: content[:start],
+    'flip': _flip,
+    'zero': lambda content, start, n, rng: content[:start] + bytes(n) + content[start + n :],
+    'noise': lambda content, start, n, rng: content[:start] + rng.bytes(n) + content[start + n :],
+    'insert': lambda content, start, n, rng: content[:start] + rng.bytes(n) + content[start:],
+    'remove': lambda content, start, n, rng: content[:start] + content[start + n :],
+    'repeat': lambda content, start, n, rng: content[: start + n] + content[start:],
+}
 
 
 def damage_path(path: Path, rng: Rng) -> Damage:
     """Put something else where a file was."""
-    kinds: tuple[Callable[[Path], Any], ...] = (
-        Path.unlink,
-        _as_folder,
-        _as_loop,
-        _as_dangling,
-        _as_empty,
-        _as_null,
-        _as_self,
-    )
-    kind = kinds[rng.integers(len(kinds))]
-    kind(path)
-    return Damage(f'{kind.__name__} {path.name}', 0)
-
-
-def _as_folder(path: Path) -> None:
+    name = OTHERS[rng.integers(len(OTHERS))]
     path.unlink()
-    path.mkdir()
+    if name == 'a folder':
+        path.mkdir()
+    elif name == 'a loop':
+        other = path.with_name(f'{path.name}.loop')
+        other.symlink_to(path)
+        path.symlink_to(other)
+    elif name in ('nowhere', '/dev/null'):
+        path.symlink_to(name)
+    elif name == 'empty':
+        path.touch()
+    elif name == 'another file':
+        shutil.copy(__file__, path)
+    return Damage(f'{name} in the place of {path.name}', 0)
 
 
-def _as_loop(path: Path) -> None:
-    path.unlink()
-    other = path.with_name(f'{path.name}.loop')
-    other.symlink_to(path)
-    path.symlink_to(other)
-
-
-def _as_dangling(path: Path) -> None:
-    path.unlink()
-    path.symlink_to('nowhere')
-
-
-def _as_empty(path: Path) -> None:
-    path.write_bytes(b'')
-
-
-def _as_null(path: Path) -> None:
-    path.unlink()
-    path.symlink_to('/dev/null')
-
-
-def _as_self(path: Path) -> None:
-    """Another file under its name."""
-    path.unlink()
-    shutil.copy(__file__, path)
+OTHERS = ('nothing', 'a folder', 'a loop', 'nowhere', 'empty', '/dev/null', 'another file')
 
 
 def damage_yaml(path: Path, rng: Rng) -> Damage:

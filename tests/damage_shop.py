@@ -6,17 +6,16 @@ import json
 from pathlib import Path
 import shutil
 
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType
 import numpy as np
+from tests.messages import bag_of, states
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.bags.types import definition, JOINT_STATE
 from leo_learner.ddpg.agent import Training
 from leo_learner.ddpg.configs import RECOMMENDED
 from leo_learner.environment.env import ModelEnv
 from leo_learner.learning.checkpoint import save_checkpoint
 from leo_learner.learning.policy import save_policy
-from leo_msgs_py.cdr import joint_state
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 
@@ -114,14 +113,7 @@ def _swing(count: int = 300) -> Run:
 
 def _chunked(folder: Path, compression: CompressionType) -> None:
     """A bag of another writer: small compressed chunks, no metadata.yaml."""
-    folder.mkdir()
-    with (folder / 'bag_0.mcap').open('wb') as stream:
-        writer = Writer(stream, compression=compression, chunk_size=2000)
-        writer.start('ros2')
-        text, _ = definition(JOINT_STATE)
-        schema = writer.register_schema(JOINT_STATE, 'ros2msg', text.encode())
-        channel = writer.register_channel('/joint_states', 'cdr', schema)
-        for k in range(400):
-            data = joint_state(k * 10**7, ['pivot'], [np.sin(0.01 * k)], [np.cos(0.01 * k)])
-            writer.add_message(channel, k * 10**7, data, k * 10**7)
-        writer.finish()
+    t = 0.01 * np.arange(400)[:, None]
+    swing = states(400, ['pivot'], np.sin(t), np.cos(t))
+    bag = bag_of(folder, *swing, compression=compression, chunk_size=2000)
+    bag.rename(folder / 'bag_0.mcap')

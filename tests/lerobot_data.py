@@ -4,12 +4,14 @@
 from collections.abc import Sequence
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 JOINTS = ('shoulder_pan', 'gripper')
+INDICES = ('frame_index', 'episode_index', 'index', 'task_index')
 
 
 def write_lerobot(
@@ -20,7 +22,7 @@ def write_lerobot(
     files: int = 1,
 ) -> Path:
     """Write episodes of (observation.state, action), each of shape (T, J) in their units."""
-    info = {
+    info: dict[str, Any] = {
         'codebase_version': 'v3.0',
         'robot_type': 'so101_follower',
         'fps': fps,
@@ -28,26 +30,14 @@ def write_lerobot(
         'chunks_size': 1000,
         'data_path': 'data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet',
         'features': {
-            name: {
-                'dtype': 'float32',
-                'shape': [len(joints)],
-                'names': [f'{joint}.pos' for joint in joints],
-            }
-            for name in ('action', 'observation.state')
-        }
-        | {
-            'observation.images.front': {
-                'dtype': 'video',
-                'shape': [480, 640, 3],
-                'names': ['height', 'width', 'channels'],
-            },
-            'timestamp': {'dtype': 'float32', 'shape': [1], 'names': None},
-        }
-        | {
-            name: {'dtype': 'int64', 'shape': [1], 'names': None}
-            for name in ('frame_index', 'episode_index', 'index', 'task_index')
+            'action': _feature('float32', *(f'{joint}.pos' for joint in joints)),
+            'observation.state': _feature('float32', *(f'{joint}.pos' for joint in joints)),
+            'observation.images.front': _feature('video', 'height', 'width', 'channels'),
+            'timestamp': _feature('float32'),
+            **dict.fromkeys(INDICES, _feature('int64')),
         },
     }
+    info['features']['observation.images.front']['shape'] = [480, 640, 3]
     (folder / 'meta').mkdir(parents=True)
     (folder / 'meta/info.json').write_text(json.dumps(info))
     (folder / 'data/chunk-000').mkdir(parents=True)
@@ -56,6 +46,10 @@ def write_lerobot(
         file = folder / f'data/chunk-000/file-{k:03d}.parquet'
         pq.write_table(pa.concat_tables(frames), file)
     return folder
+
+
+def _feature(dtype: str, *names: str) -> dict[str, Any]:
+    return {'dtype': dtype, 'shape': [len(names) or 1], 'names': list(names) or None}
 
 
 def _frames(number: int, state: np.ndarray, action: np.ndarray, fps: float) -> pa.Table:

@@ -10,7 +10,7 @@ from mcap.writer import Writer
 import numpy as np
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
-from leo_diffmodel.bags.types import CONTROLLER_STATE
+from leo_diffmodel.bags.types import CONTROLLER_STATE, JOINT_STATE
 from leo_msgs_py import cdr
 
 
@@ -85,6 +85,15 @@ def _point(goal: Sequence[float], after_ns: int) -> object:
     return kinds['trajectory_msgs/msg/JointTrajectoryPoint'](
         np.array(goal, float), none, none, none, after
     )
+
+
+def states(
+    count: int, names: Sequence[str], *columns: Any, step: int = 10**7
+) -> list[tuple[str, str, int, bytes]]:
+    """Rows of `bag_of`: joint states each `step` [ns] of columns (T, J): q, dq, effort."""
+    rows = [[column[k] for column in columns] for k in range(count)]
+    made = [state(k * step, names, *row) for k, row in enumerate(rows)]
+    return [('/joint_states', JOINT_STATE, k * step, data) for k, data in enumerate(made)]
 
 
 def bag_of(folder: Path, *messages: tuple[str, str, int, bytes], **options: Any) -> Path:

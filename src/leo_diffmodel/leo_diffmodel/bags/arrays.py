@@ -16,23 +16,17 @@ from .types import APPLIED, CURRENT, EPISODE, Floats, STATES, SUPPLY, TEMPERATUR
 from .writer import BagWriter, whole_bag
 
 EPISODE_PAUSE_NS = 1_000_000_000
-LONGEST = 2.0**31
-"""What the seconds of a stamp can say [s]."""
+LONGEST = 2.0**31  # what the seconds of a stamp can say [s]
 
 
 @dataclass(frozen=True)
 class Run:
-    """One uninterrupted run; becomes one episode.
+    """One uninterrupted run of T samples and J joints; becomes one episode.
 
-    Attributes:
-        t: [s], shape (T,), increasing; its zero does not matter.
-        joints: names, length J.
-        q: positions [rad, m], shape (T, J).
-        dq: velocities [rad/s, m/s], shape (T, J), or None.
-        effort: measured torques [N m], shape (T, J), or None.
-        inputs: per actuated joint its interfaces, each shape (T,): `voltage` [V], `effort`
-            [N m] or `position` [rad] (NaN = not known), `enabled` (1 or 0), `supply_voltage`
-            [V], `current` [A], `temperature` [degC]; empty for a passive run.
+    Times [s] increase, their zero does not matter; positions [rad, m], velocities [rad/s, m/s] and
+    measured torques [N m] have shape (T, J). `inputs` has for each actuated joint its interfaces,
+    shape (T,): `voltage` [V], `effort` [N m] or `position` [rad] (NaN = not known), `enabled` (1
+    or 0), `supply_voltage` [V], `current` [A], `temperature` [degC]; empty for a passive run.
     """
 
     t: Floats
@@ -46,8 +40,7 @@ class Run:
 def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -> Path:
     """Write runs to a new bag, one episode each, on one continuous clock that starts at 0.
 
-    Raises:
-        UserError: the folder exists or cannot be made, or stamps cannot say so long a time.
+    Raises UserError where the folder cannot be made, or stamps cannot say so long a time.
     """
     with whole_bag(folder, metadata) as writer:
         _write(writer, runs)
@@ -55,16 +48,13 @@ def write_runs(folder: Path, runs: Sequence[Run], metadata: Mapping[str, str]) -
 
 
 def _write(writer: BagWriter, runs: Sequence[Run]) -> None:
-    channels: dict[Topic, int] = {}
     start = 0
     for number, run in enumerate(runs, start=1):
         if start * 1e-9 + run.t[-1] - run.t[0] > LONGEST:
             raise UserError(f'the runs take more than {LONGEST:g} s; which unit is time in?')
         stamps = start + np.round((run.t - run.t[0]) * 1e9).astype(np.int64)
         for topic, stamp, data in _messages(run, number, stamps.tolist()):
-            if topic not in channels:
-                channels[topic] = writer.add_topic(*topic)
-            writer.write(channels[topic], data, stamp)
+            writer.write(writer.add_topic(*topic), data, stamp)
         start = int(stamps[-1]) + EPISODE_PAUSE_NS
 
 
@@ -90,8 +80,7 @@ def _columns(run: Run) -> Iterator[tuple[Topic, list[str], Sequence[Floats]]]:
         driven = {j: columns for j, columns in run.inputs.items() if interface in columns}
         if driven:
             values = np.column_stack([columns[interface] for columns in driven.values()])
-            rows = list(values) if topic is CURRENT else _applied(values, driven)
-            yield topic, list(driven), rows
+            yield topic, [*driven], list(values) if topic is CURRENT else _applied(values, driven)
 
 
 def _applied(values: Floats, driven: Mapping[str, Mapping[str, Floats]]) -> list[Floats]:

@@ -7,16 +7,14 @@ from collections.abc import Callable, Collection
 from enum import Enum
 import time
 
-Clock = Callable[[], int]
-"""A time in ns."""
+Clock = Callable[[], int]  # a time in ns
 
 
 class ArrivalTimes:
     """Log times that go on evenly while the clock on the wall is set.
 
-    The middleware says when a message arrived by the clock on the wall. Here that is brought to
-    a time since the start by a steady clock, which never jumps, and into the span in which it
-    must have arrived.
+    The middleware says when a message arrived by that clock. Here that is brought to a time since
+    the start by a steady clock, and into the span in which it must have arrived.
     """
 
     def __init__(self, wall: Clock = time.time_ns, steady: Clock = time.monotonic_ns) -> None:
@@ -42,19 +40,16 @@ class ArrivalTimes:
         return self._start + min(max(received_ns - self._offset, self._since), self._now)
 
 
-SILENT = 1.0
-"""A robot from which nothing comes for so long may have been killed and started again [s]."""
-LEASE = 20.0
-"""After so long the graph has forgotten one that was killed, by DDS's default [s]."""
+SILENT = 1.0  # s: so long silent, a robot may have been killed and started again
+LEASE = 20.0  # after so long the graph has forgotten one that was killed, by DDS's default [s]
 
-Present = Callable[[], Collection[bytes]]
-"""GIDs of the publishers that the graph knows now."""
+Present = Callable[[], Collection[bytes]]  # GIDs of the publishers that the graph knows now
 
 
 class Origin(Enum):
     """Whose message one is.
 
-    Of the robot that is recorded; of another publisher; of the robot that is recorded again,
+    Of the robot that is recorded, of another publisher, or of the robot that is recorded again,
     since the other one was not itself after a restart.
     """
 
@@ -69,35 +64,32 @@ class Sources:
     A newcomer is the robot started again where the graph has lost the former one, or nothing has
     come from it for a while; where that one then goes on, it is recorded again. One that has
     spoken at the same time as the robot is believed only when the robot has left the graph, or
-    would have.
-
-    Attributes:
-        refused: by GID when each other one was first refused [s].
+    would have. `refused` has by GID when each other one was first refused [s].
     """
 
     def __init__(self) -> None:
         self._ours: bytes | None = None
         self._former: bytes | None = None
-        self._heard = 0.0
+        self._last = 0.0
         self.refused: dict[bytes, float] = {}
 
     def origin(self, publisher: bytes, now: float, present: Present) -> Origin:
         """Say whose message one is, by its GID; `now` [s] is of a clock that nobody sets."""
         if publisher == self._former and self._ours is not None:
             self.refused[self._ours] = now
-            self._ours, self._former, self._heard = publisher, None, now
+            self._ours, self._former, self._last = publisher, None, now
             return Origin.OURS_AGAIN
         if self._ours not in (None, publisher):
             if not self._has_ended(publisher, now, present):
                 return Origin.OTHER
             self._former = self._ours
-        self._ours, self._heard = publisher, now
+        self._ours, self._last = publisher, now
         return Origin.OURS
 
     def _has_ended(self, newcomer: bytes, now: float, present: Present) -> bool:
         """Say whether the robot that is recorded has ended, now that a newcomer speaks."""
-        overlaps = self.refused.setdefault(newcomer, now) < self._heard
-        silent = now - self._heard
+        overlaps = self.refused.setdefault(newcomer, now) < self._last
+        silent = now - self._last
         if silent > (LEASE if overlaps else SILENT):
             return True
         if overlaps and silent < SILENT:

@@ -25,8 +25,7 @@ from leo_msgs_py.errors import one_line, UserError
 from leo_msgs_py.mcap_file import find_files, McapFile, refuse_many
 
 SUFFIX = '.db3'
-_HEADER = 100
-"""Bytes of SQLite's own header (sqlite.org/fileformat2.html)."""
+_HEADER = 100  # bytes of SQLite's own header (sqlite.org/fileformat2.html)
 _TOPICS = 'SELECT id, name, type, serialization_format, offered_qos_profiles FROM topics'
 _MESSAGES = 'SELECT topic_id, timestamp, data FROM messages'
 _LATEST = 2**63 - 1
@@ -53,15 +52,10 @@ class TopicLog:
 
 @dataclass(frozen=True)
 class BagContents:
-    """A bag in memory.
+    """A bag in memory: its MCAP or SQLite files in order, topics and metadata records by name.
 
-    Attributes:
-        path: the folder or file that was asked for.
-        files: its MCAP (or SQLite) files in order.
-        topics: by name.
-        metadata: metadata records by name; `leo` is ours.
-        finished: whether every file has its footer.
-        damaged: records that do not read, and chunks that are not what was written; left out.
+    `leo` is our record. `finished`: every file has its footer. `damaged`: how many records do not
+    read and chunks are not what was written; they are left out.
     """
 
     path: Path
@@ -73,11 +67,9 @@ class BagContents:
 
     @property
     def message_count(self) -> int:
-        """Number of messages over all topics."""
         return sum(len(topic.messages) for topic in self.topics.values())
 
     def of_type(self, type_name: str) -> tuple[TopicLog, ...]:
-        """Return the topics of a message type."""
         return tuple(topic for topic in self.topics.values() if topic.type == type_name)
 
 
@@ -138,11 +130,8 @@ def find_databases(path: Path) -> tuple[Path, ...]:
 def _load_database(path: Path, topics: dict[str, TopicLog]) -> int:
     """Add what a SQLite file holds in CDR, up to where it is damaged, or cut.
 
-    Returns:
-        how many of its rows are no message, and 1 more where it ends too early.
-
-    Raises:
-        UserError: not a rosbag2 SQLite file, or one of too many topics.
+    Returns how many of its rows are no message, and 1 more where it ends too early. Raises
+    UserError where it is no rosbag2 file, or one of too many topics.
     """
     try:
         with closing(_opened(path)) as database:
@@ -170,7 +159,6 @@ def _opened(path: Path) -> sqlite3.Connection:
 
 
 def _channels(rows: list[Any], topics: dict[str, TopicLog]) -> dict[int, list[Logged]]:
-    """Return where the messages of each topic that is in CDR go, by its number."""
     channels = {}
     for number, *texts in rows:
         name, kind, encoding, qos = map(str, texts)

@@ -30,15 +30,10 @@ def cut_bag(
 ) -> int:
     """Write what lies between `begin` and `end` and in none of the stretches `out`.
 
-    Times count from the first joint state [s], as recordings do; they are those at which
-    messages were logged. Of a latched topic, and of the episode number, the last message before
-    the part is kept too, logged where the part begins.
-
-    Returns:
-        How many messages were written.
-
-    Raises:
-        UserError: no such bag, nothing in it then, or the new folder exists.
+    Times count from the first joint state [s], as recordings do; they are those at which messages
+    were logged. Of a latched topic, and of the episode number, the last message before the part is
+    kept too, logged where the part begins. Raises UserError where there is no bag, or nothing in
+    it then, or the new folder exists. Returns how many messages were written.
     """
     low, high = check(begin, end)
     contents = load(path)

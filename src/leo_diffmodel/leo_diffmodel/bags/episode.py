@@ -17,10 +17,8 @@ from leo_sim.common.yaml_file import shown
 
 from .types import at_rows, Floats
 
-NEAR = 1.05
-"""Times: periods of one log are no further apart."""
-LEAST = 2.0
-"""s in one episode, for a rate of its own to count: less is no recording."""
+NEAR = 1.05  # times: periods of one log are no further apart
+LEAST = 2.0  # s in one episode, for a rate of its own to count: less is no recording
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +74,6 @@ class Recording:
 
     @property
     def name(self) -> str:
-        """The last part of its path."""
         return self.path.name
 
     @property
@@ -100,16 +97,13 @@ class Recording:
 def distinct(recordings: Iterable[Recording]) -> None:
     """Refuse recordings of which two have a time of the same bag."""
     for first, second in itertools.combinations(recordings, 2):
-        if first.sha256 == second.sha256 and _overlap(first, second):
+        pairs = itertools.product(first.episodes, second.episodes)
+        overlap = any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
+        if first.sha256 == second.sha256 and overlap:
             raise UserError(
                 f'{second.path} is the same bag as {first.path}; give each once, '
                 'and hold out bags that nothing is learned from'
             )
-
-
-def _overlap(a: Recording, b: Recording) -> bool:
-    pairs = itertools.product(a.episodes, b.episodes)
-    return any(max(e.t[0], f.t[0]) < min(e.t[-1], f.t[-1]) for e, f in pairs)
 
 
 def between(
@@ -117,14 +111,12 @@ def between(
 ) -> Recording:
     """The part of a recording from `begin` to `end` [s], both included; None for an open end.
 
-    Times count from the first state, and stay as they are.
-
-    Raises:
-        UserError: the end is not after the begin, or fewer than two samples lie between.
+    Times count from the first state, and stay as they are. Raises UserError where the end is not
+    after the begin, or fewer than two samples lie between.
     """
     low, high = check(begin, end)
-    found = [(e.t >= low - 1e-9) & (e.t <= high + 1e-9) for e in recording.episodes]
-    parts = [at_rows(e, m) for e, m in zip(recording.episodes, found, strict=True) if m.sum() >= 2]
+    found = [at_rows(e, (e.t >= low - 1e-9) & (e.t <= high + 1e-9)) for e in recording.episodes]
+    parts = [e for e in found if len(e.t) > 1]
     if not parts:
         last = max(float(e.t[-1]) for e in recording.episodes)
         raise UserError(
@@ -144,22 +136,15 @@ def check(begin: float | None, end: float | None) -> tuple[float, float]:
 def kept(
     recording: Recording, out: Sequence[tuple[float, float]], least: float
 ) -> Recording | None:
-    """A recording less stretches of time [s], in order and apart; None if nothing is left.
-
-    Pieces shorter than `least` [s] are dropped.
-    """
-    pieces = [p for e in recording.episodes for p in _pieces(e, out, least)]
-    return replace(recording, episodes=tuple(pieces)) if pieces else None
-
-
-def _pieces(e: Episode, out: Sequence[tuple[float, float]], least: float) -> list[Episode]:
-    number = np.zeros(len(e.t), dtype=int)
-    stays = np.ones(len(e.t), dtype=bool)
-    for begin, end in out:
-        number += e.t > end
-        stays &= (e.t < begin) | (e.t > end)
-    groups = [np.flatnonzero(stays & (number == n)) for n in range(len(out) + 1)]
-    return [at_rows(e, g) for g in groups if len(g) > 1 and e.t[g[-1]] - e.t[g[0]] >= least]
+    """A recording less stretches of time [s] that are apart, and pieces under `least` [s]."""
+    begins, ends = [-np.inf, *(end for _, end in out)], [*(begin for begin, _ in out), np.inf]
+    pieces = [
+        at_rows(e, (e.t > begin) & (e.t < end))
+        for e in recording.episodes
+        for begin, end in zip(begins, ends, strict=True)
+    ]
+    left = tuple(p for p in pieces if len(p.t) > 1 and p.t[-1] - p.t[0] >= least)
+    return replace(recording, episodes=left) if left else None
 
 
 def merged(
@@ -191,13 +176,13 @@ def _parts(recording: Recording) -> list[Recording]:
             first.append(e)
     if len(first) < 2:
         return [recording]
-    rates = [next((k for k, f in enumerate(first) if _alike(e, f)), 0) for e in recording.episodes]
-    both = list(zip(rates, recording.episodes, strict=True))
-    return [_part(recording, k, [e for n, e in both if n == k]) for k in range(len(first))]
+    parts: list[list[Episode]] = [[] for _ in first]
+    for e in recording.episodes:
+        parts[next((k for k, f in enumerate(first) if _alike(e, f)), 0)].append(e)
+    return [_part(recording, number, episodes) for number, episodes in enumerate(parts)]
 
 
 def _alike(a: Episode, b: Episode) -> bool:
-    """Whether the usual step of one is among the middle half of the other's, or near it."""
     low, usual, high = np.quantile(np.diff(a.t), (0.25, 0.5, 0.75))
     other_low, other, other_high = np.quantile(np.diff(b.t), (0.25, 0.5, 0.75))
     return bool(

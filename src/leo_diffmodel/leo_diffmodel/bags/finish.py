@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import Enum
 import fcntl
@@ -28,8 +28,6 @@ _FOOTER_SIZE = 9 + 20 + 8
 
 
 class BagState(Enum):
-    """How a bag was found."""
-
     FINISHED = 'finished'
     REPAIRED = 'repaired'
     RECORDING = 'recording'
@@ -39,18 +37,13 @@ class BagState(Enum):
 def finish_bag(path: Path) -> BagState:
     """Give an unfinished bag its index and metadata.yaml; leave all others as they are.
 
-    Of a single .mcap only the index is made. A bag that another process is writing is left
-    alone, and so is one that is damaged. Each file is replaced in one step, by a copy that is
-    already on disk: a kill while finishing loses nothing.
-
-    Raises:
-        UserError: there is no bag at `path`.
-        OSError: the folder is read-only, or the disk full.
+    Of a single .mcap only the index is made. A bag that another process is writing, or one that is
+    damaged, is left alone. Each file is replaced in one step, by a copy that is already on disk: a
+    kill while finishing loses nothing. Raises UserError without a bag, OSError without room.
     """
     if find_databases(path):  # a database needs no index of ours
         return BagState.FINISHED
-    files = find_files(path)
-    states = [_finish_file(file) for file in files]
+    states = {_finish_file(file) for file in find_files(path)}
     for state in (BagState.RECORDING, BagState.DAMAGED):
         if state in states:
             return state
@@ -65,10 +58,7 @@ def finish_bag(path: Path) -> BagState:
 
 
 def finish_left_over(base: Path) -> list[Path]:
-    """Finish the bags of killed recorders with this base name and return their folders.
-
-    Those for which there is no room stay as they are.
-    """
+    """Finish the bags of killed recorders with this base name, where there is room."""
     found = []
     for bag in recorded(base):
         with suppress(OSError):
@@ -84,7 +74,6 @@ def recorded(base: Path) -> list[Path]:
 
 
 def is_finished(file: Path) -> bool:
-    """Say whether an MCAP file ends in a footer."""
     with file.open('rb') as stream:
         size = stream.seek(0, os.SEEK_END)
         stream.seek(max(size - _FOOTER_SIZE, 0))
@@ -93,7 +82,6 @@ def is_finished(file: Path) -> bool:
 
 
 def is_recording(file: Path) -> bool:
-    """Say whether a process is writing an MCAP file now."""
     with file.open('rb') as stream, _lock(stream) as ours:
         return not ours
 
@@ -127,11 +115,7 @@ def _lock(stream: IO[bytes]) -> Iterator[bool]:
 
 
 def _copy(source: Path, target: Path) -> bool:
-    """Copy every whole record to a new, indexed file and wait until it is on disk.
-
-    Returns:
-        Whether all that is there could be read.
-    """
+    """Copy all whole records to a new, indexed file on disk; say whether all could be read."""
     file = McapFile(source)
     with target.open('wb') as stream:
         writer = Writer(stream, compression=CompressionType.NONE)
@@ -164,13 +148,11 @@ def _copy_records(records: Iterator[McapRecord], writer: Writer) -> None:
 def write_metadata(folder: Path) -> Path:
     """Write metadata.yaml of a bag in one step and return its path.
 
-    Raises:
-        McapError, ...: a summary does not read (`mcap_file.DAMAGE`).
-        UserError: one has too many topics.
+    Raises what `mcap_file.DAMAGE` lists where a summary does not read, UserError of too many
+    topics.
     """
-    files = find_files(folder)
-    summaries = [_summary(file) for file in files]
-    content = {'rosbag2_bagfile_information': _information(files, summaries)}
+    summaries = {file: _summary(file) for file in find_files(folder)}
+    content = {'rosbag2_bagfile_information': _information(summaries)}
     return write_whole(folder / 'metadata.yaml', yaml.safe_dump(content, sort_keys=False))
 
 
@@ -183,10 +165,8 @@ def _summary(file: Path) -> tuple[Summary, Statistics]:
     return summary, summary.statistics
 
 
-def _information(
-    files: tuple[Path, ...], summaries: list[tuple[Summary, Statistics]]
-) -> dict[str, Any]:
-    statistics = [s for _, s in summaries]
+def _information(summaries: Mapping[Path, tuple[Summary, Statistics]]) -> dict[str, Any]:
+    statistics = [s for _, s in summaries.values()]
     filled = [s for s in statistics if s.message_count]
     start = min((s.message_start_time for s in filled), default=0)
     end = max((s.message_end_time for s in filled), default=0)
@@ -196,11 +176,11 @@ def _information(
         'duration': {'nanoseconds': end - start},
         'starting_time': {'nanoseconds_since_epoch': start},
         'message_count': sum(s.message_count for s in statistics),
-        'topics_with_message_count': _topics(summaries),
+        'topics_with_message_count': _topics(summaries.values()),
         'compression_format': '',
         'compression_mode': '',
-        'relative_file_paths': [file.name for file in files],
-        'files': [_file_entry(file, s) for file, s in zip(files, statistics, strict=True)],
+        'relative_file_paths': [file.name for file in summaries],
+        'files': [_file_entry(file, s) for file, (_, s) in summaries.items()],
         'custom_data': None,
         'ros_distro': 'jazzy',
     }
@@ -216,23 +196,19 @@ def _file_entry(file: Path, statistics: Statistics) -> dict[str, Any]:
     }
 
 
-def _topics(summaries: list[tuple[Summary, Statistics]]) -> list[dict[str, Any]]:
-    """Return the topics with their message counts over all files."""
+def _topics(summaries: Iterable[tuple[Summary, Statistics]]) -> list[dict[str, Any]]:
     topics: dict[str, dict[str, Any]] = {}
     for summary, statistics in summaries:
         for channel in summary.channels.values():
-            if channel.topic not in topics:
-                schema = summary.schemas.get(channel.schema_id)  # of some encodings there is none
-                metadata = {
-                    'name': channel.topic,
-                    'type': schema.name if schema else '',
-                    'serialization_format': channel.message_encoding,
-                    'offered_qos_profiles': profiles(
-                        channel.metadata.get('offered_qos_profiles', '')
-                    ),
-                    'type_description_hash': channel.metadata.get('topic_type_hash', ''),
-                }
-                topics[channel.topic] = {'topic_metadata': metadata, 'message_count': 0}
+            schema = summary.schemas.get(channel.schema_id)  # of some encodings there is none
+            metadata = {
+                'name': channel.topic,
+                'type': schema.name if schema else '',
+                'serialization_format': channel.message_encoding,
+                'offered_qos_profiles': profiles(channel.metadata.get('offered_qos_profiles', '')),
+                'type_description_hash': channel.metadata.get('topic_type_hash', ''),
+            }
+            first = {'topic_metadata': metadata, 'message_count': 0}
             count = statistics.channel_message_counts.get(channel.id, 0)
-            topics[channel.topic]['message_count'] += count
+            topics.setdefault(channel.topic, first)['message_count'] += count
     return list(topics.values())

@@ -18,15 +18,16 @@ import struct
 from typing import Any, NamedTuple
 
 import numpy as np
+from rosbags.serde import SerdeError
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosbags.typesys.store import Typestore
 
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.values import nanoseconds
 
-from .contents import BagContents, Logged, TopicLog
+from .contents import TopicLog
 from .states import deserialize, stamp_of, StateLog
-from .topic_map import find_topic, Role, TopicMap
+from .topic_map import RobotBag, Role
 from .types import Floats, Stamps, TRAJECTORY, TYPES
 
 _FOLLOWS = 'leo_msgs/msg/Followed'
@@ -39,14 +40,11 @@ is the set point, `desired` up to Galactic and `reference` from Humble on; what 
 
 
 class Asked(NamedTuple):
-    """What one message asks.
+    """What one message asks of n joints.
 
-    Attributes:
-        log_ns: when it was recorded.
-        stamp_ns: from when on it counts by its header; 0 for as soon as it comes.
-        names: of the joints, n of them.
-        after_ns: when after that they are to be there, shape (K,), increasing.
-        goals: rad (m), shape (K, n).
+    `log_ns` is when it was recorded, `stamp_ns` from when on it counts by its header (0: as soon
+    as it comes), `after_ns` when after that they are to be there, shape (K,), increasing; `goals`
+    are in rad (m), shape (K, n).
     """
 
     log_ns: int
@@ -56,23 +54,21 @@ class Asked(NamedTuple):
     goals: Floats
 
 
-def goal_topics(contents: BagContents, role: Role, topic_map: TopicMap) -> list[TopicLog]:
+def goal_topics(bag: RobotBag, role: Role) -> list[TopicLog]:
     """The topics of a role, the one that the map names or all of its type, by name."""
-    if role in topic_map.topics:
-        named = find_topic(contents, role, topic_map)
+    if role in bag.map.topics:
+        named = bag.topic(role)
         return [] if named is None else [named]
-    found = (topic for topic in contents.of_type(TYPES[role]) if topic.messages)
+    found = (topic for topic in bag.contents.of_type(TYPES[role]) if topic.messages)
     return sorted(found, key=lambda topic: topic.name)
 
 
 def names_joints(topic: TopicLog, names: Sequence[str]) -> bool:
-    """Say whether a topic of trajectories or controller states has goals of any of the joints."""
     return any(set(a.names) & set(names) for a in _asked(topic))
 
 
 def _asked(topic: TopicLog) -> list[Asked]:
-    read = _trajectories if topic.type == TRAJECTORY else _set_points
-    return list(read(topic))
+    return list(_trajectories(topic) if topic.type == TRAJECTORY else _set_points(topic))
 
 
 def _trajectories(topic: TopicLog) -> Iterator[Asked]:
@@ -86,12 +82,7 @@ def _trajectories(topic: TopicLog) -> Iterator[Asked]:
 
 
 def _set_points(topic: TopicLog) -> Iterator[Asked]:
-    topic.broken = 0
-    for logged in topic.messages:
-        message = _begin_of(logged)
-        if message is None:
-            topic.broken += 1
-            continue
+    for logged, message in deserialize(topic, _FOLLOWS, _begin_of):
         names, goal = tuple(message.joint_names), message.reference.positions
         if names and len(goal) == len(names) and np.isfinite(goal).all():
             now = np.zeros(1, dtype=np.int64)
@@ -105,25 +96,23 @@ def _store() -> Typestore:
     return store
 
 
-def _begin_of(logged: Logged) -> Any | None:
-    """The begin of a controller's state, up to its set point; None where it does not decode."""
-    data, kind = logged.data, _store().get_msgdef(_FOLLOWS)
+def _begin_of(data: bytes, type_name: str) -> Any:
+    """The begin of a controller's state, up to its set point."""
+    kind = _store().get_msgdef(type_name)
     if len(data) < 4 or data[:2] not in (b'\x00\x00', b'\x00\x01'):
-        return None
+        raise SerdeError('no CDR')
     read = kind.deserialize_cdr_le if data[1] else kind.deserialize_cdr_be
     try:
         return read(memoryview(data)[4:], 0, kind.cls, _store())[0]
-    except (struct.error, UnicodeDecodeError, ValueError):
-        return None
+    except (struct.error, UnicodeDecodeError, ValueError) as error:
+        raise SerdeError(str(error)) from None
 
 
 class Leg(NamedTuple):
     """What one message asks of a joint.
 
-    Attributes:
-        begin: from when on it counts [ns].
-        times: when the joint is to be there [ns], shape (K,), increasing.
-        goals: where [rad, m], shape (K,), K at least 1.
+    From `begin` [ns] on it counts; at `times` [ns] (K,), which increase, the joint is to be at
+    `goals` [rad, m] (K,), K at least 1.
     """
 
     begin: int
@@ -146,7 +135,6 @@ def _sampled(legs: Sequence[Leg], stamps: Stamps, first: float) -> Floats:
 
 
 def _along(leg: Leg, was: float, stamps: Stamps) -> Floats:
-    """The goal of one leg that leads away from `was`."""
     ahead = leg.times > leg.begin
     at_once = was
     if not ahead.any() or (leg.times == leg.begin).any():  # a point of now, or the last of all
@@ -157,89 +145,64 @@ def _along(leg: Leg, was: float, stamps: Stamps) -> Floats:
 
 
 def read_goals(
-    contents: BagContents,
-    role: Role,
-    states: StateLog,
-    names: Sequence[str],
-    measured: Floats,
-    topic_map: TopicMap,
+    bag: RobotBag, role: Role, states: StateLog, measured: Floats
 ) -> tuple[str, Stamps, Stamps, Floats] | None:
     """Read the goals of joints, each from the topic that names it; None where none does.
 
-    Args:
-        contents: the bag.
-        role: `trajectory` or `controller_state`.
-        states: of the robot, T of them.
-        names: the joints with a motor, as the bag calls them, A of them.
-        measured: their angles, in their signs and zeros, shape (T, A).
-        topic_map: may name the topic.
+    `measured` are the angles of the motors' joints, in the bag's signs and zeros, shape (T, A).
 
     Returns:
         The topics; log times and stamps [ns], shape (N,), in log order; goals at the times of the
-        states and where they turn, each held to the next, in their signs and zeros [rad, m],
+        states and where they turn, each held to the next, in the bag's signs and zeros [rad, m],
         shape (N, A).
 
     Raises:
         UserError: a joint has no goal, or two topics' trajectories.
     """
-    found = {t.name: said for t in goal_topics(contents, role, topic_map) if (said := _asked(t))}
-    if not any(name in a.names for said in found.values() for a in said for name in names):
+    found = {topic.name: said for topic in goal_topics(bag, role) if (said := _asked(topic))}
+    named = {name for said in found.values() for a in said for name in a.names}
+    if not named & set(bag.motors):
         return None
-    sources = [_source(contents, found, name, role) for name in names]
-    parts = [
-        _run(states, run, [found[s] for s in sources], names, measured, role)
-        for run in _runs(states)
-    ]
+    sources = {name: _source(bag, found, name, role) for name in bag.motors}
+    said_of = {name: found[source] for name, source in sources.items()}
+    edges = [0, *(np.flatnonzero(np.diff(states.stamp_ns) < 0) + 1).tolist(), len(states.stamp_ns)]
+    runs = [slice(a, b) for a, b in pairwise(edges)]  # a restarted robot begins another
+    parts = [_run(states, run, said_of, measured, role) for run in runs]
     log, stamp, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
     if not len(log):
         return None
-    return ', '.join(dict.fromkeys(sources)), log, stamp, values
+    return ', '.join(dict.fromkeys(sources.values())), log, stamp, values
 
 
-def _source(contents: BagContents, found: dict[str, list[Asked]], name: str, role: Role) -> str:
+def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role) -> str:
     topics = [topic for topic, said in found.items() if any(name in a.names for a in said)]
     if not topics:
         raise UserError(
-            f'{contents.path} has goals on {", ".join(found)}, and none for {name}; '
+            f'{bag.path} has goals on {", ".join(found)}, and none for {name}; '
             'give a model without that motor, or record its goals'
         )
     if len(topics) > 1 and role == 'trajectory':
         raise UserError(
-            f'{contents.path} has trajectories of {name} on {" and ".join(topics)}; '
+            f'{bag.path} has trajectories of {name} on {" and ".join(topics)}; '
             f'choose one in a topic map (topics: {{{role}: ...}})'
         )
     return topics[0]  # of a controller's state, which some publish twice, either
 
 
-def _runs(states: StateLog) -> list[slice]:
-    """Stretches of states whose stamps go forward: a restarted robot begins another."""
-    cuts = np.flatnonzero(np.diff(states.stamp_ns) < 0) + 1
-    edges = [0, *cuts.tolist(), len(states.stamp_ns)]
-    return [slice(a, b) for a, b in pairwise(edges)]
-
-
 def _run(
-    states: StateLog,
-    run: slice,
-    said: list[list[Asked]],
-    names: Sequence[str],
-    measured: Floats,
-    role: Role,
+    states: StateLog, run: slice, said_of: dict[str, list[Asked]], measured: Floats, role: Role
 ) -> tuple[Stamps, Stamps, Floats]:
     """Log times, stamps and goals of one run; none before all joints have one."""
     t = states.stamp_ns[run]
     first = states.log_ns[run.start] if run.start else np.iinfo(np.int64).min
     last = states.log_ns[run.stop] if run.stop < len(states.log_ns) else np.iinfo(np.int64).max
-    now = [
-        [a for a in of if first <= a.log_ns < last and name in a.names]
-        for of, name in zip(said, names, strict=True)
-    ]
     delay = int(np.median(states.log_ns[run] - t))
-    legs = [
-        _legs(of, name, delay, states.stamped, role) for of, name in zip(now, names, strict=True)
-    ]
+    legs = []
+    for name, said in said_of.items():
+        now = [a for a in said if first <= a.log_ns < last and name in a.names]
+        legs.append(_legs(now, name, delay, states.stamped, role))
     if not all(legs):
-        return t[:0], t[:0], np.zeros((0, len(names)))
+        return t[:0], t[:0], np.zeros((0, len(legs)))
     turns = [np.r_[leg.begin, leg.times] for of in legs for leg in of]
     inside = np.concatenate([t, *turns])
     begin = max(of[0].begin for of in legs)
@@ -255,6 +218,8 @@ def _run(
 def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -> list[Leg]:
     """What the messages ask of one joint, in robot time, in the order in which it counts.
 
+    Set points that a controller says it follows are one path, straight from one to the next.
+
     `delay` is from a stamp to when it is recorded [ns]; stamps count where the states have some.
     """
     legs = []
@@ -264,10 +229,7 @@ def _legs(said: list[Asked], name: str, delay: int, stamped: bool, role: Role) -
         begin = start if role == 'controller_state' else max(start, came)
         legs.append(Leg(begin, start + a.after_ns, a.goals[:, a.names.index(name)]))
     legs.sort(key=lambda leg: leg.begin)
-    return [_path(legs)] if role == 'controller_state' and legs else legs
-
-
-def _path(legs: list[Leg]) -> Leg:
-    """Set points that a controller says it follows, as one path: straight from one to the next."""
+    if role == 'trajectory' or not legs:
+        return legs
     times, index = np.unique([leg.begin for leg in legs], return_index=True)
-    return Leg(int(times[0]), times, np.array([legs[k].goals[0] for k in index]))
+    return [Leg(int(times[0]), times, np.array([legs[k].goals[0] for k in index]))]

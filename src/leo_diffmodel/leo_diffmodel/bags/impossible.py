@@ -20,31 +20,25 @@ from leo_sim.description.joint import sliding
 from leo_sim.description.robot import Actuator, Robot
 
 from .states import StateLog
+from .topic_map import TopicMap
 from .types import at_rows, Floats
 
-BEYOND = 100.0
-"""Times what is possible. Motors are overdriven and joints are hit, but by less."""
+BEYOND = 100.0  # times what is possible. Motors are overdriven and joints are hit, but by less
 ABSURD = 1e9
 """rad, rad/s, V, N m (m, m/s, N): a wheel at 3000 rad/s turns so far in four days, and no unit
 that angles, rates or inputs are logged in makes so much of them."""
-FAST = 100.0
-"""rad/s, m/s: so fast a joint may be, whatever its motor."""
+FAST = 100.0  # rad/s, m/s: so fast a joint may be, whatever its motor
 MOSTLY = 0.9
 
 
 class Channel(NamedTuple):
-    """A column of a recording: what it is, its unit, and the most that is possible in it."""
-
     name: str
     unit: str
     most: float
 
 
-def without_impossible(states: StateLog, robot: Robot) -> tuple[StateLog, list[str]]:
-    """Leave out states that no robot has; also return how many of which channel, in words.
-
-    An effort alone becomes NaN, not measured. It is an error where none is left.
-    """
+def without_impossible(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
+    """Leave out states that no robot has, and efforts alone; refuse a log without others."""
     seconds = float(np.ptp(states.stamp_ns)) * 1e-9
     positions, velocities, efforts = _channels(robot, seconds)
     out, notes = impossible(states.q, positions)
@@ -58,20 +52,17 @@ def without_impossible(states: StateLog, robot: Robot) -> tuple[StateLog, list[s
     keep = np.asarray(~out.any(axis=1))
     if not keep.any():
         raise UserError(f'no joint state is left: {notes[0]}; which unit is it in?')
-    return at_rows(states, keep), notes
+    return at_rows(states.noted(notes), keep)
 
 
 def input_channels(robot: Robot, kind: str) -> list[Channel]:
     """Inputs of a robot's actuators, in their order; `kind` is voltage, torque or position."""
-    unit = INPUT_UNITS[kind]
-
-    def most(motor: Actuator) -> float:
-        if kind == 'position':
-            return ABSURD
-        return motor.strongest if kind == 'voltage' else _stall(motor)
-
-    units = {a.joint: sliding(unit) if a.joint in robot.slides else unit for a in robot.actuators}
-    return [Channel(f'inputs of {a.joint}', units[a.joint], most(a)) for a in robot.actuators]
+    unit, channels = INPUT_UNITS[kind], []
+    for motor in robot.actuators:
+        most = {'position': ABSURD, 'voltage': motor.strongest, 'torque': _stall(motor)}[kind]
+        units = sliding(unit) if motor.joint in robot.slides else unit
+        channels.append(Channel(f'inputs of {motor.joint}', units, most))
+    return channels
 
 
 def lengths(robot: Robot) -> dict[str, str]:
@@ -95,20 +86,16 @@ def impossible(values: Floats, channels: Sequence[Channel]) -> tuple[NDArray[np.
 def _channels(robot: Robot, seconds: float) -> tuple[list[Channel], list[Channel], list[Channel]]:
     """Positions, velocities and efforts of a robot's joints, of so long a recording [s]."""
     unit, force = lengths(robot), {'m': 'N', 'rad': 'N m'}
-    speed = dict.fromkeys(unit, FAST) | {a.joint: _free_speed(a) for a in robot.actuators}
+    speed = dict.fromkeys(unit, FAST)
+    for motor in robot.actuators:
+        if motor.supply is not None and motor.torque_constant:  # without load
+            speed[motor.joint] = max(FAST, motor.supply / motor.torque_constant)
     torque = dict.fromkeys(unit, ABSURD) | {a.joint: _stall(a) for a in robot.actuators}
     return (
         [Channel(f'positions of {n}', u, max(seconds, 1.0) * speed[n]) for n, u in unit.items()],
         [Channel(f'velocities of {n}', f'{u}/s', speed[n]) for n, u in unit.items()],
         [Channel(f'efforts of {n}', force[u], torque[n]) for n, u in unit.items()],
     )
-
-
-def _free_speed(motor: Actuator) -> float:
-    """Speed that its supply gives a motor without load [rad/s], not less than `FAST`."""
-    if motor.supply is None or not motor.torque_constant:
-        return FAST
-    return max(FAST, motor.supply / motor.torque_constant)
 
 
 def _stall(motor: Actuator) -> float:

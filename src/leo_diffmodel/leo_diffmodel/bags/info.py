@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -45,8 +46,7 @@ class TopicInfo:
     rate: float
 
 
-@dataclass(frozen=True)
-class EpisodeInfo:
+class EpisodeInfo(NamedTuple):
     """One unbroken stretch of joint states [s since the first], and how many they are."""
 
     start: float
@@ -58,17 +58,10 @@ class EpisodeInfo:
 class BagInfo:
     """Summary of a bag.
 
-    Attributes:
-        state: finished, repaired (finished just now), recording, unfinished where the folder is
-            read-only or the disk full, or damaged where it cannot be finished for that.
-        damaged: records and chunks that do not read or whose checksum fails.
-        size: bytes.
-        duration: log time from the first to the last message [s].
-        joints: names on the joint state topic.
-        state_rate: joint states per second of robot time.
-        breaks: how often each kind of break came (new episode, gap, jump, stamps jump back).
-        metadata: the `leo` record.
-        told: what was done about several publishers of joint states, or why none were read.
+    `state` is a key of `_STATES`, `size` in bytes, `duration` the log time from the first to the
+    last message [s], `state_rate` in joint states per second of robot time, `breaks` how often
+    each kind of break came. `told` is what was done about several publishers, or why no states
+    were read.
     """
 
     path: Path
@@ -95,7 +88,7 @@ def bag_info(path: Path) -> BagInfo:
     contents = load(path)
     logged = [m.log_ns for topic in contents.topics.values() for m in topic.messages]
     joints, states, notes = _states(contents)
-    segments = split(states, contents.topics.get(DEFAULT_NAMES['episode'])) if states else None
+    rate, episodes, breaks = _parts(contents, states) if states else (0.0, (), {})
     return BagInfo(
         path=path,
         state=state if contents.finished or state != 'finished' else 'unfinished',
@@ -104,9 +97,9 @@ def bag_info(path: Path) -> BagInfo:
         messages=contents.message_count,
         topics=tuple(_topic(topic) for _, topic in sorted(contents.topics.items())),
         joints=joints,
-        state_rate=_rate(states),
-        episodes=_episodes(states, segments.slices) if states and segments else (),
-        breaks={k: n for k, n in segments.breaks.items() if n} if segments else {},
+        state_rate=rate,
+        episodes=episodes,
+        breaks=breaks,
         metadata=contents.metadata.get('leo', {}),
         damaged=contents.damaged,
         told=notes,
@@ -121,11 +114,9 @@ def _topic(topic: TopicLog) -> TopicInfo:
 
 
 def _states(contents: BagContents) -> tuple[tuple[str, ...], StateLog | None, tuple[str, ...]]:
-    """Return joints and states of the joint state topic, with notes; None if none has two."""
     topics = [topic for topic in contents.of_type(JOINT_STATE) if len(topic.messages) > 1]
-    topics.sort(key=lambda topic: topic.name != DEFAULT_NAMES['joint_states'])
     why = ''
-    for topic in topics:
+    for topic in sorted(topics, key=lambda each: each.name != DEFAULT_NAMES['joint_states']):
         joints = _joints(topic)
         try:
             states = read_states(topic, joints, TopicMap()) if joints else None
@@ -151,23 +142,19 @@ def _joints(topic: TopicLog) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def _rate(states: StateLog | None) -> float:
-    if states is None:
-        return 0.0
+def _parts(
+    contents: BagContents, states: StateLog
+) -> tuple[float, tuple[EpisodeInfo, ...], Mapping[str, int]]:
+    """Rate of the states [Hz], episodes, and how often each kind of break came."""
+    segments = split(states, contents.topics.get(DEFAULT_NAMES['episode']))
     steps = np.diff(states.stamp_ns)
-    return float(1e9 / np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-
-
-def _episodes(states: StateLog, slices: tuple[slice, ...]) -> tuple[EpisodeInfo, ...]:
-    t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
-    return tuple(
-        EpisodeInfo(float(t[part.start]), float(t[part.stop - 1]), part.stop - part.start)
-        for part in slices
-    )
+    rate = float(1e9 / np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    t = ((states.stamp_ns - states.stamp_ns[0]) * 1e-9).tolist()
+    episodes = (EpisodeInfo(t[s.start], t[s.stop - 1], s.stop - s.start) for s in segments.slices)
+    return rate, tuple(episodes), {kind: n for kind, n in segments.breaks.items() if n}
 
 
 def show(info: BagInfo, console: Console) -> None:
-    """Print a summary, the topics and the episodes of a bag."""
     write = partial(console.print, highlight=False)
     write(f'{info.path}: {_STATES[info.state]}')
     write(f'{info.duration:.2f} s, {info.messages} messages, {info.size / 1e6:.2f} MB')
@@ -177,7 +164,11 @@ def show(info: BagInfo, console: Console) -> None:
         write(f'{key}: {value}')
     if len(info.metadata) > _MOST_FACTS:
         write(f'and {len(info.metadata) - _MOST_FACTS} more facts')
-    console.print(_topic_table(info))
+    table = Table('topic', 'type', *figures('messages', 'Hz'))
+    for topic in info.topics:
+        rate = f'{topic.rate:.1f}' if topic.rate else ''
+        table.add_row(topic.name, topic.type, str(topic.count), rate)
+    console.print(table)
     if info.episodes:
         found = [f'{n} x {kind}' for kind, n in info.breaks.items() if kind != 'new episode']
         also = f'also split at {", ".join(found)}' if found else 'no gaps'
@@ -190,19 +181,10 @@ def show(info: BagInfo, console: Console) -> None:
         write(text)
 
 
-def _topic_table(info: BagInfo) -> Table:
-    table = Table('topic', 'type', *figures('messages', 'Hz'))
-    for topic in info.topics:
-        rate = f'{topic.rate:.1f}' if topic.rate else ''
-        table.add_row(topic.name, topic.type, str(topic.count), rate)
-    return table
-
-
 def _episode_table(episodes: tuple[EpisodeInfo, ...]) -> Table:
     table = Table(*figures('episode', 'from s', 'to s', 'samples'))
-    for number, episode in enumerate(episodes[:_MANY], start=1):
-        start, end = f'{episode.start:.3f}', f'{episode.end:.3f}'
-        table.add_row(str(number), start, end, str(episode.samples))
+    for number, (start, end, samples) in enumerate(episodes[:_MANY], start=1):
+        table.add_row(str(number), f'{start:.3f}', f'{end:.3f}', str(samples))
     if len(episodes) > _MANY:
         table.add_row(f'and {len(episodes) - _MANY} more', '', '', '')
     return table

@@ -17,34 +17,26 @@ from leo_msgs_py.values import field_of
 from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 
-from .contents import BagContents, TopicLog
+from .contents import TopicLog
 from .goals import read_goals
 from .impossible import impossible, input_channels
-from .passive import joint_names, refuse_driven
+from .passive import refuse_driven
 from .states import deserialize, stamp_of, StateLog
-from .topic_map import COMMANDS, find_topic, Role, TopicMap
+from .topic_map import COMMANDS, RobotBag, Role
 from .types import APPLIED, at_rows, FLOAT64_ARRAY, Floats, Stamps
 
-NEAR_GOAL = 1.0
-"""rad: so near its goal, less whole turns, a joint mostly is where the goal counts from
-another turn."""
-MOSTLY = 0.9
-"""Share of the goals."""
-Row = tuple[list[float], list[float]]
-"""Values and enabled of one message, in actuator order."""
+NEAR_GOAL = 1.0  # rad: so near its goal, less whole turns, a joint mostly is
+MOSTLY = 0.9  # share of the goals
+Row = tuple[list[float], list[float]]  # values and enabled of one message, in actuator order
 
 
 @dataclass(frozen=True)
 class InputLog:
     """Inputs in log order, row i acting from its stamp to the next.
 
-    Attributes:
-        kind: `voltage` [V], `torque` [N m] or `position` [rad].
-        source: topic they come from.
-        log_ns, stamp_ns: shape (N,).
-        values, enabled: shape (N, A) in actuator order; enabled 1 or 0.
-        dropped: messages left out for a NaN or a wrong length.
-        notes: which values no robot has, and are left out; which goals were wrapped; a line each.
+    `kind` is `voltage` [V], `torque` [N m] or `position` [rad], `source` the topic. Values and
+    enabled (1 or 0) have shape (N, A), in actuator order. `dropped` messages had a NaN or a wrong
+    length; `notes` say which values no robot has, and which goals were wrapped, a line each.
     """
 
     kind: str
@@ -57,87 +49,81 @@ class InputLog:
     notes: tuple[str, ...] = ()
 
 
-def read_inputs(
-    contents: BagContents, states: StateLog, robot: Robot, topic_map: TopicMap
-) -> InputLog | None:
+def read_inputs(bag: RobotBag, states: StateLog) -> InputLog | None:
     """Return the best inputs a bag has, None for a passive one.
 
-    Raises:
-        UserError: the topic map asks for inputs that are not there, or the robot was driven by
-            what its model cannot take, or by what looks like a command and is not read.
+    Raises UserError where the topic map asks for inputs that are not there, or the robot was
+    driven by what its model cannot take, or by what looks like a command and is not read.
     """
-    bag = _Bag(contents, states, robot, topic_map)
+    inputs, wanted = _Inputs(bag, states), bag.map.input
     readers: dict[str, Callable[[], InputLog | None]] = {
-        'applied': bag.applied,
-        'dynamic_joint_states': bag.dynamic,
-        'commands': bag.commanded,
-        'controller_state': partial(bag.asked, 'controller_state'),
-        'trajectory': partial(bag.asked, 'trajectory'),
-        'effort': bag.effort,
+        'applied': inputs.applied,
+        'dynamic_joint_states': inputs.dynamic,
+        'commands': inputs.commanded,
+        'controller_state': partial(inputs.asked, 'controller_state'),
+        'trajectory': partial(inputs.asked, 'trajectory'),
+        'effort': inputs.effort,
     }
-    wanted = topic_map.input
     for name, read in readers.items():
         found = read() if wanted in ('auto', name) else None
-        if found is not None and found.kind == robot.input:
+        if found is not None:
             return found
     if wanted == 'auto':
-        refuse_driven(contents, robot, topic_map)
+        refuse_driven(bag)
     if wanted in ('auto', 'effort'):
-        _refuse_another_kind(bag)
+        _refuse_another_kind(bag, states)
     if wanted in readers:
-        raise UserError(f'{contents.path} has no input on {wanted}, which the topic map asks for')
+        raise UserError(f'{bag.path} has no input on {wanted}, which the topic map asks for')
     return None
 
 
-def _refuse_another_kind(bag: _Bag) -> None:
-    """Refuse a bag that says what drove the robot, but not in what its model takes."""
+def _refuse_another_kind(bag: RobotBag, states: StateLog) -> None:
     robot = bag.robot
     for kind in sorted({'voltage', 'torque'} - {robot.input}):
-        other = replace(bag, robot=replace(robot, input=kind))
+        other = _Inputs(replace(bag, robot=replace(robot, input=kind)), states)
         logs = [g for g in (other.applied(), other.dynamic(), other.effort()) if g is not None]
-        driving = [g for g in logs if g.kind == kind and (g.values * g.enabled).any()]
+        driving = [g.source for g in logs if (g.values * g.enabled).any()]
         if driving:
-            told = driving[0].source
-            source = 'effort of the joint states' if told == 'effort' else told
+            source = 'effort of the joint states' if driving[0] == 'effort' else driving[0]
             raise UserError(
-                f'{bag.contents.path} was driven by {kind} ({source}), and {robot.name} takes '
+                f'{bag.path} was driven by {kind} ({source}), and {robot.name} takes '
                 f'{robot.input}; give a model that takes {kind}, or say input: none in a '
                 'topic map if the motors were off'
             )
 
 
 @dataclass(frozen=True)
-class _Bag:
+class _Inputs:
     """Reads each kind of input; None where the bag has none of it."""
 
-    contents: BagContents
+    bag: RobotBag
     states: StateLog
-    robot: Robot
-    topic_map: TopicMap
+
+    @property
+    def robot(self) -> Robot:
+        return self.bag.robot
 
     def applied(self) -> InputLog | None:
         interface = INTERFACES[self.robot.input]
-        topic = find_topic(self.contents, 'applied', self.topic_map, APPLIED[interface].name)
-        row = partial(_applied_row, field_of(interface))
-        return None if topic is None else self._stated(topic, row)
+        topic = self.bag.topic('applied', APPLIED[interface].name)
+        return self._stated(topic, partial(_applied_row, field_of(interface)))
 
     def dynamic(self) -> InputLog | None:
-        named = self.topic_map.interface
+        named = self.bag.map.interface
         if self.robot.input == 'position' and named is None:
             return None  # the positions there are measured ones, no goals
-        topic = find_topic(self.contents, 'dynamic_joint_states', self.topic_map)
-        row = partial(_dynamic_row, named or INTERFACES[self.robot.input])
-        return None if topic is None else self._stated(topic, row)
+        topic = self.bag.topic('dynamic_joint_states')
+        return self._stated(topic, partial(_dynamic_row, named or INTERFACES[self.robot.input]))
 
     def _stated(
-        self, topic: TopicLog, row: Callable[[Any, Sequence[str]], Row | None]
+        self, topic: TopicLog | None, row: Callable[[Any, Sequence[str]], Row | None]
     ) -> InputLog | None:
-        """Read a topic that says what was applied: the messages with all actuators."""
-        wanted = joint_names(self.robot, self.topic_map)
+        if topic is None:
+            return None
         rows = [
             (logged.log_ns, stamp_of(message), *found)
             for logged, message in deserialize(topic, topic.type)
-            if (found := row(message, wanted)) is not None
+            if (found := row(message, self.bag.motors)) is not None
         ]
         if not rows:
             return None
@@ -145,16 +131,14 @@ class _Bag:
         values, enabled = (np.array([r[k] for r in rows], dtype=float) for k in (2, 3))
         if not self.states.stamped or not stamp.any():
             stamp = self._to_robot_time(log)
-        kind = self.robot.input
-        return self._usable(InputLog(kind, topic.name, log, stamp, self._ours(values), enabled))
+        return self._usable(topic.name, log, stamp, self._ours(values), enabled)
 
     def commanded(self) -> InputLog | None:
-        kind = self.robot.input
-        topic = find_topic(self.contents, 'commands', self.topic_map, COMMANDS[kind])
+        topic = self.bag.topic('commands', COMMANDS[self.robot.input])
         if topic is None:
             return None
         joints = [a.joint for a in self.robot.actuators]
-        order = self.topic_map.command_order or joints
+        order = self.bag.map.command_order or joints
         if missing := [joint for joint in joints if joint not in order]:
             raise UserError(f'command_order in the topic map lacks {", ".join(missing)}')
         picks = [order.index(joint) for joint in joints]
@@ -169,23 +153,20 @@ class _Bag:
             )
         log = np.array([row[0] for row in fitting], dtype=np.int64)
         values = self._ours(np.array([row[1] for row in fitting]))
-        stamp, ones, short = self._to_robot_time(log), np.ones_like(values), len(rows) - len(log)
-        return self._usable(InputLog(kind, topic.name, log, stamp, values, ones, short))
+        short = len(rows) - len(log)
+        return self._usable(topic.name, log, self._to_robot_time(log), values, dropped=short)
 
     def asked(self, role: Role) -> InputLog | None:
-        """Read the goals of servos from trajectories or from what their controllers follow."""
         robot, states = self.robot, self.states
         if robot.input != 'position' or not robot.actuators:
             return None
         zero, one = (self._ours(np.full((1, len(robot.actuators)), x)) for x in (0, 1))
         measured = (states.q[:, list(robot.actuated)] - zero) / (one - zero)
-        names = joint_names(robot, self.topic_map)
-        goals = read_goals(self.contents, role, states, names, measured, self.topic_map)
+        goals = read_goals(self.bag, role, states, measured)
         if goals is None:
             return None
         source, log, stamp, theirs = goals
-        values = self._ours(theirs)
-        return self._usable(InputLog('position', source, log, stamp, values, np.ones_like(values)))
+        return self._usable(source, log, stamp, self._ours(theirs))
 
     def effort(self) -> InputLog | None:
         robot, states = self.robot, self.states
@@ -197,32 +178,43 @@ class _Bag:
         motors = zip(robot.actuators, values.T, strict=True)
         if unknown := [a.joint for a, v in motors if np.isnan(v).all()]:
             raise UserError(
-                f'{self.contents.path} has efforts of some motors and none of '
+                f'{self.bag.path} has efforts of some motors and none of '
                 f'{", ".join(unknown)}; give a model without that motor, or say in a topic map '
                 'input: effort if 0 N m is right'
             )
-        ones = np.ones_like(values)
-        found = InputLog('torque', 'effort', states.log_ns, states.stamp_ns, values, ones)
-        return self._usable(found)
+        if robot.input != 'torque':
+            return None
+        return self._usable('effort', states.log_ns, states.stamp_ns, values)
 
     def _ours(self, values: Floats) -> Floats:
         joints = [a.joint for a in self.robot.actuators]
-        return self.topic_map.inputs(values, joints, self.robot.input)
+        return self.bag.map.inputs(values, joints, self.robot.input)
 
     def _to_robot_time(self, log: Stamps) -> Stamps:
         """Map log times to the robot's clock by the median delay of the states."""
         delays = np.sort(self.states.log_ns - self.states.stamp_ns)
         return np.asarray(log - delays[len(delays) // 2])
 
-    def _usable(self, inputs: InputLog) -> InputLog | None:
-        """Drop messages with NaN or what no robot has; None where nothing is left."""
-        finite = np.isfinite(inputs.values).all(axis=1)
-        beyond, notes = impossible(inputs.values, input_channels(self.robot, inputs.kind))
+    def _usable(
+        self,
+        source: str,
+        log: Stamps,
+        stamp: Stamps,
+        values: Floats,
+        enabled: Floats | None = None,
+        dropped: int = 0,
+    ) -> InputLog | None:
+        """Inputs, always enabled by default, without messages with NaN or what no robot has."""
+        kind = self.robot.input
+        finite = np.isfinite(values).all(axis=1)
+        beyond, notes = impossible(values, input_channels(self.robot, kind))
         keep = np.asarray(finite & ~beyond.any(axis=1))
         if not keep.any():
             return None
-        dropped = inputs.dropped + int(np.sum(~finite))
-        return at_rows(replace(inputs, dropped=dropped, notes=tuple(notes)), keep)
+        dropped += int(np.sum(~finite))
+        on = np.ones_like(values) if enabled is None else enabled
+        found = InputLog(kind, source, log, stamp, values, on, dropped, tuple(notes))
+        return at_rows(found, keep)
 
 
 def _applied_row(field: str, message: Any, wanted: Sequence[str]) -> Row | None:

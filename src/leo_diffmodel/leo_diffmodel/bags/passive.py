@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from leo_msgs_py.cdr import typestore
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import Robot
 
-from .contents import BagContents, TopicLog
+from .contents import TopicLog
 from .goals import goal_topics, names_joints
 from .states import deserialize
-from .topic_map import Role, TopicMap
+from .topic_map import RobotBag, Role
 from .types import APPLIED, FLOAT64_ARRAY, JOINT_STATE, TRAJECTORY
 
 WORDS = ('command', 'cmd', 'goal', 'reference', 'desired', 'target', 'setpoint')
@@ -37,56 +36,39 @@ _OTHERS = (
 """Types of commands that are not read."""
 
 
-def refuse_driven(contents: BagContents, robot: Robot, topic_map: TopicMap) -> None:
-    """Refuse a bag without an input whose robot was driven after all.
-
-    Raises:
-        UserError: it was, by goals that its model cannot take or by what looks like a command.
-    """
+def refuse_driven(bag: RobotBag) -> None:
+    """Refuse a bag whose robot was driven by goals its model cannot take, or unread commands."""
+    robot = bag.robot
     if not robot.actuators:
         return
-    if robot.input != 'position' and (topic := _goals(contents, robot, topic_map)):
+    if robot.input != 'position' and (topic := _goals(bag)):
         raise UserError(
-            f'{contents.path} was driven by position goals ({topic.name}), and {robot.name} takes '
+            f'{bag.path} was driven by position goals ({topic.name}), and {robot.name} takes '
             f'{robot.input}; give a model of the servos themselves, with input: position'
         )
-    unread = unread_commands(contents, robot, topic_map)
-    if unread:
+    if unread := unread_commands(bag):
         hint = _HINTS.get(unread[0].type, '').format(unread[0].name)
         how = f'say in a topic map what it is ({hint})' if hint else f'write it as {FLOAT64_ARRAY}'
         raise UserError(
-            f'{contents.path} has no input that is read, and it was not passive: {named(unread)}; '
+            f'{bag.path} has no input that is read, and it was not passive: {named(unread)}; '
             f'{how}, or say input: none in a topic map if the motors were off'
         )
 
 
-def _goals(contents: BagContents, robot: Robot, topic_map: TopicMap) -> TopicLog | None:
-    stated = contents.topics.get(APPLIED['position'].name)
+def _goals(bag: RobotBag) -> TopicLog | None:
+    stated = bag.contents.topics.get(APPLIED['position'].name)
     if stated is not None and stated.messages:
         return stated
-    names = joint_names(robot, topic_map)
     roles: tuple[Role, ...] = ('controller_state', 'trajectory')
-    found = (t for role in roles for t in goal_topics(contents, role, topic_map))
-    return next((topic for topic in found if names_joints(topic, names)), None)
+    found = (topic for role in roles for topic in goal_topics(bag, role))
+    return next((topic for topic in found if names_joints(topic, bag.motors)), None)
 
 
-def joint_names(robot: Robot, topic_map: TopicMap) -> list[str]:
-    """The joints with a motor, as the bag calls them."""
-    return [topic_map.theirs(a.joint) for a in robot.actuators]
-
-
-def unread_commands(
-    contents: BagContents, robot: Robot, topic_map: TopicMap, source: str = ''
-) -> list[TopicLog]:
+def unread_commands(bag: RobotBag, source: str = '') -> list[TopicLog]:
     """The topics that look like commands of this robot, other than those that are its input."""
-    names = joint_names(robot, topic_map)
-    states = topic_map.topics.get('joint_states')
-    taken = {*source.split(', '), states}
-    return [
-        topic
-        for topic in contents.topics.values()
-        if topic.name not in taken and _looks_like_one(topic, names)
-    ]
+    taken = {*source.split(', '), bag.map.topics.get('joint_states')}
+    topics = (topic for topic in bag.contents.topics.values() if topic.name not in taken)
+    return [topic for topic in topics if _looks_like_one(topic, bag.motors)]
 
 
 def _looks_like_one(topic: TopicLog, names: list[str]) -> bool:
@@ -103,7 +85,6 @@ def _looks_like_one(topic: TopicLog, names: list[str]) -> bool:
 
 
 def named(topics: list[TopicLog]) -> str:
-    """Topics that look like commands, in words."""
     words = ', '.join(f'{t.name} ({t.type}, {len(t.messages)} messages)' for t in topics)
     what = 'looks like a command and is' if len(topics) == 1 else 'look like commands and are'
     return f'{words} {what} not read'

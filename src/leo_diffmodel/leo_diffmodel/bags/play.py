@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from pathlib import Path
 import time
 from typing import TypeVar
@@ -22,22 +23,17 @@ from .types import profiles
 
 Policy = TypeVar('Policy', HistoryPolicy, ReliabilityPolicy, DurabilityPolicy)
 DISCOVERY_SECONDS = 1.0
-ACKNOWLEDGE_SECONDS = 4.0
-"""Fast DDS by itself asks its readers every 3 s what they have, with our profile every 0.1 s."""
+ACKNOWLEDGE_SECONDS = 4.0  # Fast DDS asks its readers every 3 s, with our profile every 0.1 s
 DEPTH = 1000
 
 
 def play(
     bag: Path, rate: float, loop: bool, ros_args: list[str], wait: float = DISCOVERY_SECONDS
 ) -> int:
-    """Publish a bag and return how many messages that were.
+    """Publish a bag at a speed (1 = as logged), again and again until SIGINT with `loop`.
 
-    Args:
-        bag: a rosbag2 folder or .mcap file.
-        rate: speed; 1 = as logged.
-        loop: again and again until SIGINT.
-        ros_args: `--ros-args ...`, remaps for instance.
-        wait: so long for a reader of every topic before the first message [s].
+    It waits up to `wait` [s] for a reader of every topic. Returns how many messages were
+    published.
     """
     if not rate > 0.0:
         raise UserError(f'--rate {rate:g} is not a speed; give a number above 0')
@@ -51,7 +47,7 @@ def play(
             raise UserError(f'{bag} has no messages of a type known here')
         publishers = [publisher for publisher, _ in found]
         messages = [(m.log_ns, m.data, p) for p, topic in found for m in topic.messages]
-        messages.sort(key=lambda message: message[0])
+        messages.sort(key=itemgetter(0))
         spin_until(lambda: all(p.get_subscription_count() for p in publishers), wait)
         played = _play_once(messages, rate)
         while loop and running():
@@ -99,7 +95,6 @@ def _policy(default: Policy, recorded: str | int | None) -> Policy:
 
 
 def _play_once(messages: list[tuple[int, bytes, Publisher]], rate: float) -> int:
-    """Publish messages at their distances in time until the process shall end; return how many."""
     first, began = messages[0][0], time.monotonic()
     for played, (log_ns, data, publisher) in enumerate(messages):
         due = began + (log_ns - first) * 1e-9 / rate

@@ -7,9 +7,8 @@ joints one is read. Two that no message tells apart are refused, as their states
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
-from itertools import chain
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -17,185 +16,145 @@ from numpy.typing import NDArray
 
 from leo_msgs_py.errors import UserError
 
-from .contents import Logged
 from .types import Floats, Stamps
 
-FEWEST = 3
-"""Messages of a publisher; fewer are damaged ones, or latched."""
-NEAR = 1.5
-"""Periods of a half from one of its states to the next: across more nothing is made up."""
-SWITCHES = 0.2
-"""Share of the states: two publishers take turns in so many; a gap, a reset or a jump is one."""
-APART = 0.02
-"""rad (m): the least that two are apart, above any encoder's resolution."""
-NEARER = 10.0
-"""Times: so much nearer than the last state is one before it where two take turns."""
-FASTER = 3.0
-"""Times the larger speed at both ends: a joint goes no farther than that between two states."""
-FEWEST_TURNS = 20
-"""States that show whether two take turns or joints jump."""
+FEWEST = 3  # messages of a publisher; fewer are damaged ones, or latched
+NEAR = 1.5  # periods of a half from one of its states to the next: across more nothing is made up
+SWITCHES = 0.2  # share of the states where two take turns; a gap, reset or jump is one state
+APART = 0.02  # rad (m): the least that two are apart, above any encoder's resolution
+NEARER = 10.0  # times: so much nearer than the last state is one before it where two take turns
+FASTER = 3.0  # times the larger speed at both ends: no joint goes farther in a step
+FEWEST_TURNS = 20  # states that show whether two take turns or joints jump
 
 
-class Publisher(NamedTuple):
-    """Who sent a state, as far as the message says: its frame_id, its names of joints."""
+class Part(NamedTuple):
+    """What one publisher sent, which its frame_id and its names of joints tell from others.
+
+    Times [ns] have shape (T,). Positions, velocities and efforts have shape (T, J) in our order,
+    NaN but for the columns `ours`; None where no message has one.
+    """
 
     frame: str
     names: tuple[str, ...]
-
-
-class Row(NamedTuple):
-    """One message: its sender, the columns it fills, its fields in our order (NaN elsewhere)."""
-
-    publisher: Publisher
     ours: tuple[int, ...]
-    logged: Logged
-    stamp_ns: int
-    position: Floats | None
-    velocity: Floats | None
-    effort: Floats | None
-
-
-class Table(NamedTuple):
-    """Rows as columns: times [ns] (T,), fields (T, J) or None where no message has one."""
-
     log: Stamps
     published: Stamps
     stamp: Stamps
     fields: tuple[Floats | None, ...]
 
+    @property
+    def rate(self) -> float:
+        """Messages per second of log time; 0 for one."""
+        seconds = (self.log[-1] - self.log[0]) * 1e-9
+        return (len(self.log) - 1) / seconds if seconds > 0 else 0.0
+
 
 def together(
-    rows: Sequence[Row], joints: Sequence[str], topic: str
-) -> tuple[Table, tuple[str, ...]] | None:
+    parts: Sequence[Part], joints: Sequence[str], topic: str
+) -> tuple[Part, tuple[str, ...]] | None:
     """All joints' states, and what was done about several publishers, one line each.
 
     None where some joint is in no message; two publishers that nothing tells apart are refused.
     """
-    parts: dict[Publisher, list[Row]] = defaultdict(list)
-    for row in rows:
-        if row.ours:
-            parts[row.publisher].append(row)
-    found = sorted(parts.values(), key=len, reverse=True)
-    whole = [part for part in found if len(part[0].ours) == len(joints)]
+    found = sorted((p for p in parts if p.ours), key=lambda part: len(part.log), reverse=True)
+    whole = [part for part in found if len(part.ours) == len(joints)]
     return _one(whole, joints, topic) if whole else _joined(found, joints, topic)
 
 
-def _one(
-    parts: list[list[Row]], joints: Sequence[str], topic: str
-) -> tuple[Table, tuple[str, ...]]:
+def _one(parts: list[Part], joints: Sequence[str], topic: str) -> tuple[Part, tuple[str, ...]]:
     """The publisher with the most messages, with those that spoke before or after it."""
-    first = parts[0]
-    rivals = [part for part in parts[1:] if _overlap(first, part)]
-    others = [part for part in parts[1:] if not _overlap(first, part)]
-    kept = sorted(chain(first, *others), key=lambda row: row.logged.log_ns)
-    made = _table(kept, len(joints))
+    rivals = [part for part in parts[1:] if _overlap(parts[0], part)]
+    others = [part for part in parts[1:] if not _overlap(parts[0], part)]
+    made = _concatenated([parts[0], *others])
     _refuse_turns(made, joints, topic)
-    return made, (_second([first, *rivals], joints, topic),) if rivals else ()
+    return made, (_second([parts[0], *rivals], joints, topic),) if rivals else ()
+
+
+def _concatenated(parts: list[Part]) -> Part:
+    order = np.argsort(np.concatenate([part.log for part in parts]), kind='stable')
+    log, published, stamp = (np.concatenate([part[k] for part in parts])[order] for k in (3, 4, 5))
+    fields: list[Floats | None] = []
+    for columns in zip(*(part.fields for part in parts), strict=True):
+        width = next((column.shape[1] for column in columns if column is not None), None)
+        whole = [
+            np.full((len(part.log), width or 0), np.nan) if column is None else column
+            for part, column in zip(parts, columns, strict=True)
+        ]
+        fields.append(None if width is None else np.concatenate(whole)[order])
+    return Part(*parts[0][:3], log, published, stamp, tuple(fields))
 
 
 def _joined(
-    parts: list[list[Row]], joints: Sequence[str], topic: str
-) -> tuple[Table, tuple[str, ...]] | None:
+    parts: list[Part], joints: Sequence[str], topic: str
+) -> tuple[Part, tuple[str, ...]] | None:
     """Halves of a robot: each joint from who says it most often, at the times of the fastest."""
-    source = {j: part for part in reversed(parts) for j in part[0].ours}
+    source = {j: part for part in reversed(parts) for j in part.ours}
     if len(source) < len(joints):
         return None
     used = [part for part in parts if any(part is s for s in source.values())]
-    doubled = [
-        [a, b]
-        for k, a in enumerate(parts)
-        for b in parts[k + 1 :]
-        if set(a[0].ours) & set(b[0].ours) and _overlap(a, b)
-    ]
-    tables = [_table(part, len(joints)) for part in used]
     columns = [[j for j, s in source.items() if s is part] for part in used]
-    for half, mine in zip(tables, columns, strict=True):
-        only = half._replace(fields=tuple(f if f is None else f[:, mine] for f in half.fields))
-        _refuse_turns(only, [joints[j] for j in mine], topic)
-    words = '; '.join(
-        f'{", ".join(joints[j] for j in sorted(mine))} at {_rate(part):.3g} Hz'
-        for part, mine in zip(used, columns, strict=True)
-    )
-    return _at_the_fastest(tables, columns), (
+    words = []
+    for half, own in zip(used, columns, strict=True):
+        only = half._replace(fields=tuple(f if f is None else f[:, own] for f in half.fields))
+        _refuse_turns(only, [joints[j] for j in own], topic)
+        words.append(f'{", ".join(joints[j] for j in sorted(own))} at {half.rate:.3g} Hz')
+    doubled = [
+        [a, b] for a, b in combinations(parts, 2) if set(a.ours) & set(b.ours) and _overlap(a, b)
+    ]
+    return _at_the_fastest(used, columns), (
         *(_second(pair, joints, topic) for pair in doubled),
-        f'{len(used)} publishers on {topic} have a part of the joints each ({words}); '
+        f'{len(used)} publishers on {topic} have a part of the joints each ({"; ".join(words)}); '
         'joined by time, the slower ones interpolated',
     )
 
 
-def _table(rows: Sequence[Row], width: int) -> Table:
-    missing = np.full(width, np.nan)
-    fields = (
-        None
-        if all(row[k] is None for row in rows)
-        else np.array([missing if row[k] is None else row[k] for row in rows], dtype=float)
-        for k in (4, 5, 6)
-    )
-    log = np.array([row.logged.log_ns for row in rows], dtype=np.int64)
-    published = np.array([row.logged.published_ns for row in rows], dtype=np.int64)
-    stamp = np.array([row.stamp_ns for row in rows], dtype=np.int64)
-    return Table(log, published, stamp, tuple(fields))
-
-
-def _overlap(a: list[Row], b: list[Row]) -> bool:
-    """Say whether two publishers spoke at the same time, and not one after the other."""
-    if min(len(a), len(b)) < FEWEST:
+def _overlap(a: Part, b: Part) -> bool:
+    if min(len(a.log), len(b.log)) < FEWEST:
         return False
-    return a[0].logged.log_ns < b[-1].logged.log_ns and b[0].logged.log_ns < a[-1].logged.log_ns
+    return bool(a.log[0] < b.log[-1] and b.log[0] < a.log[-1])
 
 
-def _second(parts: list[list[Row]], joints: Sequence[str], topic: str) -> str:
-    common = set.intersection(*(set(part[0].ours) for part in parts))
-    words = ' and '.join(f'{_described(part)} at {_rate(part):.3g} Hz' for part in parts)
+def _second(parts: list[Part], joints: Sequence[str], topic: str) -> str:
+    common = set.intersection(*(set(part.ours) for part in parts))
+    words = ' and '.join(
+        f'frame_id {p.frame!r} with {len(p.names)} joint{"s" * (len(p.names) > 1)} at '
+        f'{p.rate:.3g} Hz'
+        for p in parts
+    )
     return (
         f'{len(parts)} publishers of {", ".join(joints[j] for j in sorted(common))} on {topic}: '
         f'{words}; the first is read (frame_id: in a topic map chooses another)'
     )
 
 
-def _described(part: list[Row]) -> str:
-    frame, names = part[0].publisher
-    return f'frame_id {frame!r} with {len(names)} joint{"s" * (len(names) > 1)}'
-
-
-def _rate(part: list[Row]) -> float:
-    """Messages per second of log time; 0 for one."""
-    seconds = (part[-1].logged.log_ns - part[0].logged.log_ns) * 1e-9
-    return (len(part) - 1) / seconds if seconds > 0 else 0.0
-
-
-def _at_the_fastest(tables: list[Table], columns: list[list[int]]) -> Table:
+def _at_the_fastest(parts: list[Part], columns: list[list[int]]) -> Part:
     """The columns of all halves at the times of the first, where each says something near."""
-    clock, base, width = _clock(tables), tables[0], sum(map(len, columns))
-    fields: list[Floats | None] = [
-        None
-        if all(half.fields[k] is None for half in tables)
-        else np.full((len(base.log), width), np.nan)
-        for k in range(3)
-    ]
-    known = np.ones(len(base.log), dtype=bool)
-    for half, mine in zip(tables, columns, strict=True):
-        at, own = getattr(base, clock), getattr(half, clock)
-        known &= True if half is base else _near(at, own)
+    clock, base = _clock(parts), parts[0]
+    t = getattr(base, clock)
+    shape, known = (len(t), sum(map(len, columns))), np.ones(len(t), dtype=bool)
+    absent = [all(half.fields[k] is None for half in parts) for k in range(3)]
+    fields = [None if nowhere else np.full(shape, np.nan) for nowhere in absent]
+    for half, own in zip(parts, columns, strict=True):
+        at = getattr(half, clock)
+        known &= True if half is base else _near(t, at)
         for whole, values in zip(fields, half.fields, strict=True):
             if whole is not None and values is not None:
-                part = values[:, mine]
-                whole[:, mine] = part if half is base else _at(at, own, part)
+                part = values[:, own]
+                whole[:, own] = part if half is base else _at(t, at, part)
     kept = tuple(None if f is None else f[known] for f in fields)
-    return Table(base.log[known], base.published[known], base.stamp[known], kept)
+    return Part(*base[:3], base.log[known], base.published[known], base.stamp[known], kept)
 
 
-def _clock(tables: list[Table]) -> str:
+def _clock(parts: list[Part]) -> str:
     """`stamp` where all stamps go forward on one clock, by the time they took; else `log`."""
-    if any((np.diff(half.stamp) < 0).any() or not half.stamp.any() for half in tables):
+    if any((np.diff(half.stamp) < 0).any() or not half.stamp.any() for half in parts):
         return 'log'
-    delays = [float(np.median(half.log - half.stamp)) for half in tables]
-    steps = [float(np.median(np.diff(half.log))) if len(half.log) > 1 else 0.0 for half in tables]
+    delays = [float(np.median(half.log - half.stamp)) for half in parts]
+    steps = [float(np.median(np.diff(half.log))) if len(half.log) > 1 else 0.0 for half in parts]
     return 'log' if np.ptp(delays) > max(steps) else 'stamp'
 
 
 def _at(t: Stamps, own: Stamps, values: Floats) -> Floats:
-    """Values (N, K) of one clock [ns] (N,) at other times [ns] (T,)."""
     at, x = (t - own[0]).astype(float), (own - own[0]).astype(float)
     return np.column_stack([np.interp(at, x, column) for column in values.T])
 
@@ -211,8 +170,7 @@ def _near(t: Stamps, own: Stamps) -> NDArray[np.bool_]:
     return np.asarray(((after > 0) & (after < len(own)) & follow) | np.isin(t, own))
 
 
-def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
-    """Refuse states of two publishers that take turns, by their values or their stamps."""
+def _refuse_turns(made: Part, joints: Sequence[str], topic: str) -> None:
     q = made.fields[0]
     if q is None or len(q) < FEWEST_TURNS:
         return
@@ -233,7 +191,7 @@ def _refuse_turns(made: Table, joints: Sequence[str], topic: str) -> None:
     )
 
 
-def _moved(made: Table, q: Floats) -> NDArray[np.bool_]:
+def _moved(made: Part, q: Floats) -> NDArray[np.bool_]:
     """Say which of these steps the joint made by its own speed, as one that chatters does."""
     dq = made.fields[1]
     if dq is None:

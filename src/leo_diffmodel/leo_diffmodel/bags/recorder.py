@@ -18,12 +18,9 @@ from .arrival import Origin, Sources
 from .types import DYNAMIC_JOINT_STATE, JOINT_STATE, Topic
 from .writer import BagWriter, make_folder
 
-BACK_NS = 100_000_000
-"""Stamps this much older than the last one mean a restarted robot."""
-LATE = 1.0
-"""Messages from before a restart may arrive so long after it [s]."""
-RECENT = 5.0
-"""What has gone wrong counts as a trouble for so long [s]."""
+BACK_NS = 100_000_000  # stamps this much older than the last one mean a restarted robot
+LATE = 1.0  # messages from before a restart may arrive so long after it [s]
+RECENT = 5.0  # what has gone wrong counts as a trouble for so long [s]
 
 TWO = (
     'two robots publish the states of the same joints, and only one of them is recorded; give '
@@ -50,17 +47,12 @@ class Recorder:
     """
 
     def __init__(self, base: Path) -> None:
-        """Take the folder for the first bag; `base_1`, `base_2`, ... follow where it exists.
-
-        Raises:
-            UserError: it cannot be made.
-        """
+        """Take the folder for the first bag; `base_1`, `base_2`, ... follow where it exists."""
         first = free_folder(base)
         make_folder(first)
         first.rmdir()
         self._base = base
         self._writer: BagWriter | None = None
-        self._channels: dict[str, int] = {}
         self._sources: dict[tuple[str, bytes], Sources] = {}
         self._leads: dict[str, Sources] = {}
         self._last_stamp: dict[str, int] = {}
@@ -69,9 +61,8 @@ class Recorder:
         self._latched: dict[str, tuple[Topic, bytes, int]] = {}
         self._metadata: dict[str, str] = {}
         self._troubles: dict[str, float] = {}
-        self._lost_before = 0
         self.folder: Path | None = None
-        self.messages = self.lost = self.foreign = 0
+        self.messages = self.lost = self.foreign = self._lost_before = 0
         self.full = ''
         self.publishers: Callable[[str], Collection[bytes]] = lambda _: ()
 
@@ -86,17 +77,10 @@ class Recorder:
     ) -> None:
         """Write one CDR message; not one of a second robot or sent before a restart.
 
-        Args:
-            topic: where it came from.
-            data: encapsulation header first.
-            published_ns: by the publisher's clock, which orders what one node published on
-                several topics; 0 where unknown.
-            logged_ns: when it arrived; 0 for now.
-            number: how many its publisher has sent on the topic; 0 where unknown.
-            publisher: its GID.
-
-        Raises:
-            UserError: the first bag cannot be made any more.
+        `published_ns` is by the publisher's clock, which orders what one node published on several
+        topics, `number` how many it has sent on the topic (both 0 where unknown), `logged_ns` when
+        the message arrived (0 for now), `publisher` its GID. Raises UserError where the first bag
+        cannot be made any more.
         """
         logged_ns = logged_ns or time.time_ns()
         if not self._is_ours(topic, data, publisher, logged_ns) or self._is_left_over(topic, data):
@@ -129,7 +113,6 @@ class Recorder:
 
     @property
     def troubles(self) -> list[str]:
-        """What is or has just gone wrong, each in words."""
         now = time.monotonic()
         full = [f'nothing can be written, messages are lost: {self.full}'] if self.full else []
         return [*full, *(text for text, at in self._troubles.items() if now - at < RECENT)]
@@ -152,7 +135,6 @@ class Recorder:
 
     @property
     def strangers(self) -> int:
-        """How many other publishers were refused."""
         return len(set().union(*(sources.refused for sources in self._sources.values())))
 
     def _is_ours(self, topic: Topic, data: bytes, publisher: bytes, logged_ns: int) -> bool:
@@ -171,7 +153,6 @@ class Recorder:
         return origin is not Origin.OTHER
 
     def _next_bag(self, logged_ns: int, topic: Topic | None = None) -> None:
-        """Begin a bag; `topic` is the one whose message asks for it."""
         self.close()
         self._lost_before = self.lost
         self._old_stamp, self._last_stamp = self._last_stamp, {}
@@ -183,7 +164,6 @@ class Recorder:
 
     def _open(self, logged_ns: int) -> None:
         is_first, self.folder = self.folder is None, free_folder(self._base)
-        self._channels.clear()
         try:
             self._writer = BagWriter(self.folder)
         except UserError as error:
@@ -216,7 +196,6 @@ class Recorder:
 
     @contextmanager
     def _disk(self) -> Iterator[None]:
-        """Note where the disk takes nothing now."""
         try:
             yield
         except OSError as error:
@@ -234,11 +213,9 @@ class Recorder:
             self._write(writer, topic, data, logged_ns, published_ns)
 
     def _write(self, writer: BagWriter, topic: Topic, data: bytes, *times: int) -> None:
-        """Write a message with its times and number, as `BagWriter.write` takes them."""
-        if topic.name not in self._channels:
-            self._channels[topic.name] = writer.add_topic(topic.name, topic.type, topic.qos)
+        channel = writer.add_topic(*topic)
         with self._disk():
-            writer.write(self._channels[topic.name], data, *times)
+            writer.write(channel, data, *times)
 
     def _is_left_over(self, topic: Topic, data: bytes) -> bool:
         """Whether a topic still goes on where it was when another one jumped back."""

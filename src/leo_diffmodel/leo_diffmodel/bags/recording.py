@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,20 +16,20 @@ from leo_sim.description.robot import load_robot, Robot
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
-from .impossible import lengths, without_impossible
+from .impossible import without_impossible
 from .inputs import InputLog, on_the_angles_turn, read_inputs
-from .mend import on_time
-from .notes import input_notes, reading_notes
+from .mend import average, Held, held_inputs, on_time
+from .notes import notes_of
 from .spikes import without_spikes
 from .split import split, unwrapped
 from .states import median_step, read_states, StateLog
-from .topic_map import COMMANDS, find_topic, list_topics, read_topic_map, TopicMap
+from .topic_map import COMMANDS, list_topics, read_topic_map, RobotBag, TopicMap
 from .types import Floats, Stamps
 from .unmeasured import without_made_rates, without_unmeasured
-from .zoh import average, Held, held_inputs
 
-SELDOM = 10.0
-"""s from state to state: no motion of a robot shows in fewer."""
+SELDOM = 10.0  # s from state to state: no motion of a robot shows in fewer
+FILTERS = (without_impossible, without_unmeasured, without_made_rates, without_spikes, unwrapped)
+"""What states go through between the bag and the episodes; each adds its notes."""
 
 
 def read_bag(
@@ -72,20 +72,23 @@ def held_each_way(
     """Decode once; yield the recording, as `read_bag`, with its inputs held in each way."""
     path = contents.path
     if not contents.message_count:
-        raise UserError(f'{path} {_why_nothing(contents)}')
-    topic = find_topic(contents, 'joint_states', mapping)
+        if contents.finished or not any(file.stat().st_size for file in contents.files):
+            raise UserError(f'{path} is empty: nothing was recorded; was the robot running?')
+        raise UserError(
+            f'{path} is damaged, or was cut before the first message: nothing in it reads; '
+            'record again'
+        )
+    bag = RobotBag(contents, robot, mapping)
+    topic = bag.topic('joint_states')
     if topic is None:
         raise UserError(
             f'{path} has no topic /joint_states; it has {list_topics(contents)}. '
             'Name the one to use in a topic map (topics: {joint_states: ...})'
         )
     try:
-        states, beyond = without_impossible(read_states(topic, robot.joint_names, mapping), robot)
-        motors = () if mapping.input == 'effort' else [a.joint for a in robot.actuators]
-        states, unmeasured = without_unmeasured(states, lengths(robot), motors)
-        states, made = without_made_rates(states)
-        states, spikes = without_spikes(states, lengths(robot))
-        states, turns = unwrapped(states)
+        states = read_states(topic, robot.joint_names, mapping)
+        for filtered in FILTERS:
+            states = filtered(states, robot, mapping)
     except UserError as error:
         raise type(error)(f'{path}: {error}') from error
     if (step := median_step(states.stamp_ns)) > SELDOM:
@@ -93,9 +96,11 @@ def held_each_way(
             f'{path}: states come {step:.4g} s apart, and beyond {SELDOM:g} s no '
             'motion of a robot shows; which unit is its time in?'
         )
-    segments = split(states, find_topic(contents, 'episode', mapping))
-    inputs = on_the_angles_turn(read_inputs(contents, states, robot, mapping), states, robot)
-    digest, notes = sha256(contents.files), [*beyond, *unmeasured, *spikes]
+    segments = split(states, bag.topic('episode'))
+    inputs = on_the_angles_turn(read_inputs(bag, states), states, robot)
+    digest, facts = sha256(contents.files), contents.metadata.get('leo', {})
+    if mapping.held is not None:
+        facts = {**facts, 'held': str(mapping.held).lower()}
     for hold in holds:
         held = held_inputs(states, inputs, segments.slices, hold == 'previous')
         found = (
@@ -106,39 +111,24 @@ def held_each_way(
         if not episodes:
             raise UserError(f'{path}: no joint states while inputs were recorded; record both')
         used = sum(len(episode.t) for episode in episodes)
-        warnings = reading_notes(contents, states, segments, turns, used, made, notes)
-        warnings += input_notes(contents, robot, mapping, inputs, unmeasured)
         recording = Recording(
             path=path,
             sha256=digest,
             joints=tuple(robot.joint_names),
             actuators=tuple(a.joint for a in robot.actuators),
             input=inputs.kind if inputs else 'none',
-            command_period=_command_period(contents, robot, mapping, states, inputs),
+            command_period=_command_period(bag, states, inputs),
             episodes=episodes,
-            metadata=_metadata(contents, mapping),
-            warnings=tuple(warnings),
-            rates='made' if made else 'measured' if states.dq is not None else 'absent',
+            metadata=facts,
+            warnings=notes_of(bag, states, segments, inputs, used),
+            rates=states.rates,
         )
         yield on_time(recording, mapping)
-
-
-def _metadata(contents: BagContents, mapping: TopicMap) -> Mapping[str, str]:
-    """Return the `leo` record; whether the base was held is what the topic map says."""
-    facts = contents.metadata.get('leo', {})
-    return facts if mapping.held is None else {**facts, 'held': str(mapping.held).lower()}
-
-
-def _why_nothing(contents: BagContents) -> str:
-    if contents.finished or not any(file.stat().st_size for file in contents.files):
-        return 'is empty: nothing was recorded; was the robot running?'
-    return 'is damaged, or was cut before the first message: nothing in it reads; record again'
 
 
 def _episode(
     states: StateLog, part: slice, held: Held | None, actuators: int, time_scale: float
 ) -> Episode | None:
-    """Cut one episode out, from the first known input on; None where nothing is left."""
     if held is not None:
         first = held[0][0] if len(held[0]) else np.iinfo(np.int64).max
         part = slice(part.start + int((states.stamp_ns[part] < first).sum()), part.stop)
@@ -167,22 +157,16 @@ def _rates(t: Stamps, q: Floats, dq: Floats | None, time_scale: float) -> Floats
     return slope if dq is None else np.where(np.isnan(dq), slope, dq)
 
 
-def _command_period(
-    contents: BagContents,
-    robot: Robot,
-    topic_map: TopicMap,
-    states: StateLog,
-    inputs: InputLog | None,
-) -> float:
-    """Return the control period [s].
+def _command_period(bag: RobotBag, states: StateLog, inputs: InputLog | None) -> float:
+    """The control period [s]: that of the robot for bags its recorder made.
 
-    That of the robot for bags its recorder made. For foreign bags the median distance of the
-    commands in robot time (whole state periods), else of the inputs, else of the states.
+    For foreign bags the median distance of the commands in robot time (whole state periods), else
+    of the inputs, else of the states.
     """
-    metadata = contents.metadata.get('leo', {})
+    metadata = bag.contents.metadata.get('leo', {})
     if 'robot' in metadata and 'imported_from' not in metadata:
-        return float(robot.control_period)
-    topic = find_topic(contents, 'commands', topic_map, COMMANDS[robot.input])
+        return float(bag.robot.control_period)
+    topic = bag.topic('commands', COMMANDS[bag.robot.input])
     state_period = median_step(states.stamp_ns)
     if topic is not None and len(topic.messages) > 2:
         return max(round(_commanded(topic, states) / state_period), 1) * state_period

@@ -7,41 +7,34 @@ counts says so fast a rate for one sample; the angle, put right elsewhere, knows
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from leo_sim.description.robot import Robot
+
+from .impossible import lengths
 from .states import StateLog
+from .topic_map import TopicMap
 from .types import Floats
 
-SIGMAS = 10.0
-"""Robust standard deviations of the rate from the rates around: no noise reaches so far."""
-COUNTS = 5.0
-"""Steps of the rate's resolution: what a coarse rate that is right flickers by is less."""
-OF_FASTEST = 1.0
-"""Of the joint's fastest rate otherwise: what is smaller may be the sensor's coarse noise."""
-UNSUPPORTED = 0.75
-"""Of a spike that the angle must lack: a sample that is truly so fast shows half of it there."""
-MOST = 0.1
-"""Share of the samples: a wheel that takes ten to a turn; more and the rate is in another unit."""
-FEWEST = 20
-"""Samples that say what is usual."""
+SIGMAS = 10.0  # robust standard deviations from the rates around: no noise reaches so far
+COUNTS = 5.0  # steps of the rate's resolution: a coarse rate that is right flickers by less
+OF_FASTEST = 1.0  # of the joint's fastest rate otherwise: less may be the sensor's noise
+UNSUPPORTED = 0.75  # of a spike that the angle must lack: one that is true shows half there
+MOST = 0.1  # share of the samples: a wheel has ten to a turn; more is another unit
+FEWEST = 20  # samples that say what is usual
 
 
-def without_spikes(states: StateLog, lengths: Mapping[str, str]) -> tuple[StateLog, list[str]]:
-    """Replace spikes of the rates by the slope of the angle; also count them, in words.
-
-    Angles may still be wrapped; `lengths` are the joints with the units of their positions.
-    """
+def without_spikes(states: StateLog, robot: Robot, _: TopicMap) -> StateLog:
+    """Replace spikes of the rates by the slope of the angle, which may still be wrapped."""
     if states.dq is None or len(states.q) < FEWEST:
-        return states, []
+        return states
     dq, notes = states.dq.copy(), list[str]()
     t = (states.stamp_ns - states.stamp_ns[0]) * 1e-9
-    for j, (name, unit) in enumerate(lengths.items()):
+    for j, (name, unit) in enumerate(lengths(robot).items()):
         q, rate = states.q[:, j], states.dq[:, j]
         if np.isfinite(rate).all():
             slope, wide = _slopes(t, q, rate)
@@ -49,7 +42,7 @@ def without_spikes(states: StateLog, lengths: Mapping[str, str]) -> tuple[StateL
             dq[at, j] = slope[at]
             if at.size:
                 notes.append(_note(name, f'{unit}/s', rate, q, dq[:, j], at, t))
-    return (replace(states, dq=dq), notes) if notes else (states, [])
+    return states.noted(notes, dq=dq)
 
 
 def _slopes(t: Floats, q: Floats, rate: Floats) -> tuple[Floats, NDArray[np.bool_]]:

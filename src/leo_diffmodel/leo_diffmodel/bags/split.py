@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -17,13 +17,11 @@ from .types import Floats, UINT32
 
 GAP_PERIODS = 5.0
 GAP_SECONDS = 0.025
-JUMP_FLOOR = 0.02
-"""Smallest step [rad or m] taken for a jump: above any encoder's resolution."""
+JUMP_FLOOR = 0.02  # smallest step [rad or m] taken for a jump: above any encoder's resolution
 CLEAR_TURN = np.pi / 2
 """rad: where positions and velocities disagree by more from sample to sample (degrees that are
 taken for radians), no whole turn can be seen."""
-CLOCK_SET_NS = 1_000_000_000
-"""Publish times that go back by more than this were taken by a clock that was set."""
+CLOCK_SET_NS = 1_000_000_000  # publish times that go back by more: a clock was set
 _JUMP_SIGMAS = 10.0
 _NEAR = 3
 
@@ -53,7 +51,10 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     period = float(np.median(forward)) if forward.size else 0.0
     gap = step > max(GAP_PERIODS * period, GAP_SECONDS * 1e9)
     cuts = {'stamps jump back': back, 'gap': gap & ~back}
-    mismatch = jump_ratio(states)
+    mismatch = np.zeros(len(step))
+    if len(step):
+        residual, tolerance, _ = _mismatch(states)
+        mismatch = (np.abs(residual) / tolerance).max(axis=1)  # 1 is what velocities allow
     if episodes is not None and episodes.messages:
         broken = back | gap | (mismatch > 1.0)
         cuts['new episode'] = _episode_cuts(states, episodes, broken, mismatch)
@@ -66,27 +67,19 @@ def split(states: StateLog, episodes: TopicLog | None) -> Segments:
     return Segments(_slices(cuts, len(states.q)), breaks, set_back)
 
 
-def unwrapped(states: StateLog) -> tuple[StateLog, int]:
-    """Undo angles wrapped by whole turns where the velocity goes on; also return how many."""
+def unwrapped(states: StateLog, *_: object) -> StateLog:
+    """Undo angles wrapped by whole turns where the velocity goes on."""
     if len(states.q) < 2:
-        return states, 0
+        return states
     residual, tolerance, impulse = _mismatch(states)
     turns = np.round(residual / (2.0 * np.pi))
     wrapped = (turns != 0) & (np.abs(residual - 2.0 * np.pi * turns) <= tolerance)
     wrapped &= (impulse <= JUMP_FLOOR) & (tolerance < CLEAR_TURN)
     if not wrapped.any():
-        return states, 0
+        return states
     shift = np.cumsum(np.where(wrapped, turns, 0.0), axis=0) * 2.0 * np.pi
     q = states.q - np.vstack([np.zeros(states.q.shape[1]), shift])
-    return replace(states, q=q), int(wrapped.sum())
-
-
-def jump_ratio(states: StateLog) -> Floats:
-    """Return how far each step is from what its velocities allow, 1 = the limit; (T - 1,)."""
-    if len(states.q) < 2:
-        return np.zeros(0)
-    residual, tolerance, _ = _mismatch(states)
-    return np.asarray((np.abs(residual) / tolerance).max(axis=1))
+    return states.noted([f'{wrapped.sum()} wraps by whole turns undone'], q=q)
 
 
 def _mismatch(states: StateLog) -> tuple[Floats, Floats, Floats]:
@@ -142,7 +135,6 @@ def _episode_cuts(
 
 
 def _slices(cuts: dict[str, NDArray[np.bool_]], count: int) -> tuple[slice, ...]:
-    """Return the stretches of at least two samples between the cuts."""
     anywhere = np.logical_or.reduce(list(cuts.values()))
     edges = [0, *(np.flatnonzero(anywhere) + 1).tolist(), count]
     found = [slice(a, b) for a, b in pairwise(edges) if b - a >= 2]

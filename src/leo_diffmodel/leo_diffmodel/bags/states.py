@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +17,7 @@ from leo_msgs_py.values import nanoseconds
 from leo_sim.description.robot import OtherRobot
 
 from .contents import Logged, TopicLog
-from .publishers import Publisher, Row, together
+from .publishers import Part, together
 from .topic_map import JointMap, TopicMap
 from .types import at_rows, Floats, JOINT_STATE, Stamps
 
@@ -26,14 +27,13 @@ class StateLog:
     """Joint states in log order; angles in rad (m), rates in rad/s (m/s), torques in N m.
 
     Attributes:
-        log_ns: when recorded, shape (T,).
-        published_ns: when published by the publisher's clock, shape (T,).
-        stamp_ns: when measured, shape (T,); repeats of a state are gone.
+        log_ns, published_ns, stamp_ns: when recorded, published by the publisher's clock, and
+            measured (log_ns if not `stamped`), shape (T,); repeats of a state are gone.
         q, dq, effort: shape (T, J); dq or effort is None where the bag has none.
             A column of NaN is a joint whose rate or effort nobody measures.
         dropped: samples left out for a NaN.
-        stamped: whether the headers had stamps (else stamp_ns is log_ns).
-        notes: what was done about several publishers, one line each.
+        notes: what was done about several publishers and by filters, one line each.
+        made: the rates were differences of the positions, and were left out.
     """
 
     log_ns: Stamps
@@ -45,36 +45,44 @@ class StateLog:
     dropped: int
     stamped: bool
     notes: tuple[str, ...] = ()
+    made: bool = False
+
+    @property
+    def rates(self) -> str:
+        if self.made:
+            return 'made'
+        return 'absent' if self.dq is None else 'measured'
+
+    def noted(self, notes: Sequence[str], **changed: Any) -> StateLog:
+        return replace(self, notes=(*self.notes, *notes), **changed)
 
 
 def read_states(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> StateLog:
-    """Decode the joint states of a topic.
-
-    Raises:
-        UserError: empty, joints missing (listing those there are), or nothing but NaN.
-    """
-    rows = list(_rows(topic, joints, topic_map))
-    if not rows:
+    """Decode the joint states of a topic; refuse it empty, without a joint or all NaN."""
+    parts = _parts(topic, [topic_map.theirs(name) for name in joints], topic_map.frame_id)
+    if not parts:
         of = '' if topic_map.frame_id is None else f' of frame_id {topic_map.frame_id!r}'
         raise UserError(f'no readable messages{of} on {topic.name}; was the robot running?')
-    found = together(rows, joints, topic.name)
+    found = together(parts, joints, topic.name)
     if found is None:
-        raise _other_joints(topic, joints, topic_map, rows)
-    (log, published, stamp, columns), notes = found
-    if columns[0] is None:
+        raise _other_joints(topic, joints, topic_map, parts)
+    made, notes = found
+    if made.fields[0] is None:
         raise UserError(f'the messages on {topic.name} have {_positions(topic)}')
-    q, dq, effort = in_our_units(columns, [topic_map.joint(name) for name in joints])
-    stamped = bool(stamp.any())
-    states = StateLog(log, published, stamp if stamped else log, q, dq, effort, 0, stamped, notes)
-    return _clean(states, topic.name)
+    channels = in_our_units(made.fields, [topic_map.joint(name) for name in joints])
+    stamped = bool(made.stamp.any())
+    times = made.log, made.published, made.stamp if stamped else made.log
+    return _clean(StateLog(*times, *channels, 0, stamped, notes), topic.name)
 
 
-def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]:
+def deserialize(
+    topic: TopicLog, type_name: str, decoder: Callable[[bytes, str], Any] = decode
+) -> Iterator[tuple[Logged, Any]]:
     """Yield (logged, message) of a topic; what cannot be decoded is counted in its `broken`."""
     topic.broken = 0
     for message in topic.messages:
         try:
-            decoded = decode(message.data, type_name)
+            decoded = decoder(message.data, type_name)
         except SerdeError:
             topic.broken += 1
         else:
@@ -82,7 +90,6 @@ def deserialize(topic: TopicLog, type_name: str) -> Iterator[tuple[Logged, Any]]
 
 
 def stamp_of(message: Any) -> int:
-    """Return the header stamp of a message in ns."""
     return nanoseconds(message.header.stamp)
 
 
@@ -99,7 +106,7 @@ def in_our_units(
     """Return angles, speeds and efforts in our units, signs and zeros."""
     q, dq, effort = columns
     if dq is not None:
-        dq = np.stack([_signed(x, m) for x, m in zip(np.asarray(dq).T, maps, strict=True)], axis=1)
+        dq = np.stack([_signed(x, m) for x, m in zip(dq.T, maps, strict=True)], axis=1)
     sign, scale, offset, fast, zero = (
         np.array([float(getattr(m, name)) for m in maps])
         for name in ('sign', 'scale', 'offset', 'speed_scale', 'speed_zero')
@@ -121,37 +128,45 @@ def _signed(speed: Floats, joint: JointMap) -> Floats:
     return speed
 
 
-def _rows(topic: TopicLog, joints: Sequence[str], topic_map: TopicMap) -> Iterator[Row]:
-    """Yield the messages, those that have none of the joints without fields."""
-    wanted = [topic_map.theirs(name) for name in joints]
-    orders: dict[tuple[str, ...], tuple[tuple[int, ...], list[int]]] = {}
+def _parts(topic: TopicLog, wanted: Sequence[str], frame_id: str | None) -> list[Part]:
+    """What each publisher sent, those of none of the joints too."""
+    sent: dict[tuple[str, tuple[str, ...]], list[tuple[Logged, Any]]] = defaultdict(list)
     for logged, message in deserialize(topic, JOINT_STATE):
-        names, frame = tuple(message.name), message.header.frame_id
-        if topic_map.frame_id not in (None, frame):
-            continue
-        if names not in orders:  # which of ours a message fills, and where in it they are
-            _refuse_twice(topic, [name for name in wanted if names.count(name) > 1])
-            ours = tuple(k for k, name in enumerate(wanted) if name in names)
-            orders[names] = ours, [names.index(wanted[k]) for k in ours]
-        ours, order = orders[names]
-        fields = (message.position, message.velocity, message.effort)
-        picked = (
-            _picked(f, ours, order, len(wanted)) if ours and len(f) == len(names) else None
-            for f in fields
-        )
-        yield Row(Publisher(frame, names), ours, logged, stamp_of(message), *picked)
+        frame = message.header.frame_id
+        if frame_id in (None, frame):
+            sent[frame, tuple(message.name)].append((logged, message))
+    return [_part(topic, *who, rows, wanted) for who, rows in sent.items()]
 
 
-def _refuse_twice(topic: TopicLog, doubled: Sequence[str]) -> None:
-    if doubled:
+def _part(
+    topic: TopicLog,
+    frame: str,
+    names: tuple[str, ...],
+    rows: Sequence[tuple[Logged, Any]],
+    wanted: Sequence[str],
+) -> Part:
+    if doubled := [name for name in wanted if names.count(name) > 1]:
         raise UserError(
             f'a message on {topic.name} names {", ".join(doubled)} twice, and nothing says which '
             'of its states is right; mend what publishes it, and record again'
         )
+    ours = tuple(k for k, name in enumerate(wanted) if name in names)
+    times = [(logged.log_ns, logged.published_ns, stamp_of(m)) for logged, m in rows]
+    log, published, stamp = np.array(times, dtype=np.int64).T
+    fields: list[Floats | None] = []
+    for field in ('position', 'velocity', 'effort'):
+        whole = {
+            k: v for k, (_, m) in enumerate(rows) if len(v := getattr(m, field)) == len(names)
+        }
+        values = np.full((len(rows), len(wanted)), np.nan)
+        if ours and whole:
+            theirs = [names.index(wanted[k]) for k in ours]
+            values[np.ix_(list(whole), ours)] = np.array(list(whole.values()))[:, theirs]
+        fields.append(values if ours and whole else None)
+    return Part(frame, names, ours, log, published, stamp, tuple(fields))
 
 
 def _positions(topic: TopicLog) -> str:
-    """How many positions the messages have, in words, where they have not one for each joint."""
     counts = [(len(m.position), len(m.name)) for _, m in deserialize(topic, JOINT_STATE)]
     positions, names = max(counts)
     if not positions:
@@ -159,19 +174,10 @@ def _positions(topic: TopicLog) -> str:
     return f'{positions} position(s) for {names} names of joints; each joint needs one'
 
 
-def _picked(field: Floats, ours: tuple[int, ...], order: list[int], width: int) -> Floats:
-    """One field in our order, NaN for joints that the message lacks."""
-    if len(ours) == width:
-        return field[order]
-    whole = np.full(width, np.nan)
-    whole[list(ours)] = field[order]
-    return whole
-
-
 def _other_joints(
-    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, rows: Sequence[Row]
+    topic: TopicLog, joints: Sequence[str], topic_map: TopicMap, parts: Sequence[Part]
 ) -> OtherRobot:
-    there = sorted({name for row in rows for name in row.publisher.names})
+    there = sorted({name for part in parts for name in part.names})
     wanted = [topic_map.theirs(name) for name in joints]
     return OtherRobot(
         f'joints {", ".join(w for w in wanted if w not in there)} are not on '

@@ -1,35 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """How another robot's bag maps to ours: names, signs, offsets, when an input acts.
 
-A topic map, every key optional:
+A topic map has any of these keys; docs/your_robot.md explains all of them:
 
     topics: {joint_states: /arm/joint_states, commands: /arm/pwm_controller/commands}
-    joints:
-      pivot: {name: joint_1, sign: -1, offset: 0.1}   # ours = sign * theirs + offset [rad]
-      # input_sign: -1         of its input, where that differs from the sign of its angle
-      # scale: 0.01745         ours = sign * scale * theirs + offset
-      # speed_scale: 0.1047    rad/s for 1 of theirs; speed_zero: what theirs says at rest
-      # speed_late: 0.02       s; a speed that is measured so much later than its angle
-      # speed: none            differentiate the angle instead
-      # goal_is_angle: true    its angle stands where its goal should, and the goal where it
-      # speed_wraps: 1500      rad/s of theirs: -1 is logged as 1499; speed_sign_at: 750: as 751
-      # input_scale: 0.5       besides `scale` below, of this joint; input_late: 0.1 [s]
-    input_of: {elbow: wrist, wrist: elbow}   # whose column an input of ours stands in
-    input: commands          # or auto, applied, dynamic_joint_states, controller_state,
-                             # trajectory, effort, none
-    interface: voltage       # its name on the dynamic joint states
-    command_order: [pivot]   # joints of the command topic
-    scale: 0.0156            # V, N m or rad for 1 of theirs: supply / 885 of a PWM in counts
-    frame_id: left           # of the joint states, where several publish the same joints
-    hold: previous           # a stamp means the period before it
-    held: true               # the base was held; by default what the bag's recorder noted
-    time_scale: 0.8          # s for 1 s of its stamps
-    input_late: 0.1          # s by which all inputs act after their stamps, besides their own
+    joints: {pivot: {name: joint_1, sign: -1, offset: 0.1}}  # ours = sign * theirs + offset [rad]
+    command_order: [pivot]                                   # joints of the command topic
+    scale: 0.0156                                            # supply / 885 of a PWM in counts
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Literal
@@ -39,13 +22,13 @@ from pydantic import AfterValidator, Field
 
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import Fixed, read
+from leo_sim.description.robot import Robot
 from leo_sim.drivers.base import INTERFACES
 
 from .contents import BagContents, TopicLog
 from .types import EPISODE, Floats, STATES, TYPES
 
-MOST_LATE = 10.0
-"""s; what comes later belongs to another recording."""
+MOST_LATE = 10.0  # s; what comes later belongs to another recording
 
 
 def _no_zero(value: float) -> float:
@@ -72,12 +55,8 @@ Seconds = Annotated[float, Field(ge=-MOST_LATE, le=MOST_LATE, allow_inf_nan=Fals
 class JointMap(Fixed):
     """Where one of our joints is in the bag, and how its channels are to be mended.
 
-    angle = sign * scale * theirs + offset; speed(t) = sign * speed_scale *
-    (theirs(t + speed_late) - speed_zero), or the slope of the angle where `speed` is none; its
-    input is multiplied by input_scale and by input_sign (else sign), and acts input_late later.
-    Theirs, of a negative speed that was logged as a positive number, is first made negative: what
-    is above half of speed_wraps is that much less, or what is above speed_sign_at counts down from
-    there.
+    speed(t) = sign * speed_scale * (theirs(t + speed_late) - speed_zero). Before, what is above
+    half of speed_wraps is that much less, or what is above speed_sign_at counts down from there.
     """
 
     name: str | None = None
@@ -97,46 +76,60 @@ class JointMap(Fixed):
 
 
 class TopicMap(Fixed):
-    """Names, signs and timing of a foreign bag (module docstring shows the file)."""
+    """Names, signs and timing of a foreign bag."""
 
     topics: dict[Role, str] = Field(default_factory=dict)
     joints: dict[str, JointMap] = Field(default_factory=dict)
     input: Literal['auto', Input, 'effort', 'none'] = 'auto'
-    interface: str | None = None
+    interface: str | None = None  # its name on the dynamic joint states
     command_order: list[str] | None = None
-    frame_id: str | None = None
-    scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
-    hold: Literal['next', 'previous'] = 'next'
-    held: bool | None = None
-    input_of: dict[str, str] = Field(default_factory=dict)
-    time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
-    input_late: Seconds = 0.0
+    frame_id: str | None = None  # of the joint states, where several publish the same joints
+    scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)  # V, N m, rad for 1 of theirs
+    hold: Literal['next', 'previous'] = 'next'  # previous: a stamp means the period before it
+    held: bool | None = None  # whether the base was; None: what the bag's recorder noted
+    input_of: dict[str, str] = Field(default_factory=dict)  # whose column an input of ours is in
+    time_scale: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)  # s for 1 s of its stamps
+    input_late: Seconds = 0.0  # by which all inputs act after their stamps, besides their own
 
     def joint(self, name: str) -> JointMap:
-        """Return the mapping of one of our joints, the identity where none is given."""
         return self.joints.get(name, JointMap())
 
     def theirs(self, name: str) -> str:
-        """Return what the bag calls one of our joints."""
         return self.joint(name).name or name
 
     def inputs(self, theirs: Floats, joints: Sequence[str], kind: str) -> Floats:
         """Return inputs (N, A) along our joints [V, N m or rad]; goals count from our zero."""
-        maps = [self.joint(name) for name in joints]
+        maps, sources = [self.joint(n) for n in joints], [self.input_of.get(n, n) for n in joints]
+        for name, source in zip(joints, sources, strict=True):
+            if source not in joints:
+                raise UserError(f'topic map: input_of {name}: no input of {source!r} is logged')
         factors = np.array([(m.input_sign or m.sign) * m.input_scale for m in maps])
-        columns = [self._column(name, joints) for name in joints]
-        ours = theirs[:, columns] * self.scale * factors
+        ours = theirs[:, [list(joints).index(s) for s in sources]] * self.scale * factors
         return ours + np.array([m.offset for m in maps]) if kind == 'position' else ours
 
-    def _column(self, name: str, joints: Sequence[str]) -> int:
-        other = self.input_of.get(name, name)
-        if other not in joints:
-            raise UserError(f'topic map: input_of {name}: no input of {other!r} is logged')
-        return list(joints).index(other)
+
+@dataclass(frozen=True)
+class RobotBag:
+    """A bag, the robot that it is read for, and how it maps to that."""
+
+    contents: BagContents
+    robot: Robot
+    map: TopicMap
+
+    @property
+    def path(self) -> Path:
+        return self.contents.path
+
+    @property
+    def motors(self) -> list[str]:
+        """The joints with a motor, as the bag calls them."""
+        return [self.map.theirs(a.joint) for a in self.robot.actuators]
+
+    def topic(self, role: Role, name: str | None = None) -> TopicLog | None:
+        return find_topic(self.contents, role, self.map, name)
 
 
 def read_topic_map(source: str | Path | TopicMap | None) -> TopicMap:
-    """Return a topic map from a YAML file; the empty one for None."""
     if isinstance(source, TopicMap):
         return source
     return TopicMap() if source is None else read(Path(source), TopicMap)
@@ -147,8 +140,8 @@ def find_topic(
 ) -> TopicLog | None:
     """Return the topic that plays a role, or None; refuse another type, and several that fit.
 
-    The name is the map's, else the default one, else that of the only topic of the right type
-    that ends in it (a namespace).
+    The name is the map's, else the default one, else that of the only topic of the right type that
+    ends in it (a namespace).
     """
     if role in topic_map.topics:
         return _named(contents, topic_map.topics[role], TYPES[role])
@@ -174,6 +167,5 @@ def _named(contents: BagContents, name: str, type_name: str) -> TopicLog:
 
 
 def list_topics(contents: BagContents) -> str:
-    """Return the topics of a bag in words."""
     found = [f'{topic.name} ({topic.type})' for topic in contents.topics.values()]
     return ', '.join(found) or 'no topics'

@@ -82,21 +82,18 @@ class Topic(NamedTuple):
 
     @property
     def latched(self) -> bool:
-        """Whether late readers get its last messages."""
         return LATCHED in self.qos
 
 
-LATCHED = 'transient_local'
-"""The durability of what late readers get."""
+LATCHED = 'transient_local'  # the durability of what late readers get
 _RELIABLE = to_yaml()
 _LATCHED = to_yaml(depth=1, durability=LATCHED)
 
 STATES = Topic('/joint_states', JOINT_STATE, _RELIABLE)
 EPISODE = Topic('/robot/episode', UINT32, _LATCHED)
 APPLIED = {
-    'voltage': Topic('/robot/applied_voltage', JOINT_STATE, _RELIABLE),
-    'effort': Topic('/robot/applied_effort', JOINT_STATE, _RELIABLE),
-    'position': Topic('/robot/applied_position', JOINT_STATE, _RELIABLE),
+    interface: Topic(f'/robot/applied_{interface}', JOINT_STATE, _RELIABLE)
+    for interface in ('voltage', 'effort', 'position')
 }
 """What was applied by its interface: V or N m in `effort`, rad in `position`; NaN = motor free."""
 CURRENT = Topic('/robot/current', JOINT_STATE, _RELIABLE)
@@ -113,11 +110,7 @@ def at_rows(log: Log, rows: NDArray[Any]) -> Log:
 
 @cache
 def definition(type_name: str) -> tuple[str, str]:
-    """Return the `ros2msg` text (dependencies appended) and the RIHS01 hash of a type.
-
-    Raises:
-        UserError: the type is not known, naming the nearest.
-    """
+    """The `ros2msg` text (dependencies appended) and RIHS01 hash; refuse an unknown type."""
     known = typestore().fielddefs
     if type_name not in known:
         near = difflib.get_close_matches(type_name, known, n=1)

@@ -11,52 +11,44 @@ the angle, and not only the motion, is those differences.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
 import math
 from warnings import catch_warnings
 
 import numpy as np
 from numpy.typing import NDArray
 
+from leo_sim.description.robot import Robot
+
+from .impossible import lengths
 from .states import StateLog
+from .topic_map import TopicMap
 from .types import Floats, Stamps
 
-GARBAGE = 1e-300
-"""N m, rad/s (N, m/s): what is smaller and not 0 is memory that nobody wrote, no sensor's."""
-MOVES = 0.02
-"""rad (m): what is more is a motion, above any encoder's resolution."""
-FEWEST = 3
-"""Values of an angle from which on it moves; two are a reset."""
-JUMP = 20.0
-"""Times the usual step: a reset, no motion."""
-ALIKE = 0.02
-"""Of the roughness of a difference: what a speed that is made of it may be off by."""
-ROUGH = 1e-4
-"""Of the speed: what is smoother has no noise to know it by, and its differences are good."""
+GARBAGE = 1e-300  # N m, rad/s (N, m/s): less, and not 0, is memory that nobody wrote
+MOVES = 0.02  # rad (m): what is more is a motion, above any encoder's resolution
+FEWEST = 3  # values of an angle from which on it moves; two are a reset
+JUMP = 20.0  # times the usual step: a reset, no motion
+ALIKE = 0.02  # of the roughness of a difference: what a speed that is made of it may be off by
+ROUGH = 1e-4  # of the speed: smoother ones have no noise to know them by
 MOST = 0.9
 FEWEST_ROUGH = 20
 NO_INPUT = 'no measurement; taken as not measured, never as an input'
 DIFFERENTIATED = 'differentiated from the positions'
 
 
-def without_unmeasured(
-    states: StateLog, lengths: Mapping[str, str], driven: Collection[str]
-) -> tuple[StateLog, list[str]]:
-    """Make NaN of rates and efforts that are no measurement; also say which, one line each.
+def without_unmeasured(states: StateLog, robot: Robot, topic_map: TopicMap) -> StateLog:
+    """Make NaN of rates and efforts that are no measurement.
 
-    Args:
-        states: as read, T of them.
-        lengths: the columns' joints with the unit of their positions.
-        driven: those whose motor moves them, so that 0 N m is no measurement.
+    0 N m is one where no motor moves the joint, or where the topic map takes it for the input.
     """
-    moved = [
-        f'{way:.2g} {unit}' for unit, way in zip(lengths.values(), _moved(states), strict=True)
-    ]
-    rates, of_rates = _rates(states, list(lengths), moved)
-    efforts, of_efforts = _efforts(states, list(lengths), moved, driven)
+    units = lengths(robot)
+    moved = [f'{way:.2g} {u}' for u, way in zip(units.values(), _moved(states), strict=True)]
+    driven = set() if topic_map.input == 'effort' else {a.joint for a in robot.actuators}
+    rates, of_rates = _rates(states, list(units), moved)
+    efforts, of_efforts = _efforts(states, list(units), moved, driven)
     notes = of_rates + of_efforts
-    return (replace(states, dq=rates, effort=efforts), notes) if notes else (states, notes)
+    return states.noted(notes, dq=rates, effort=efforts) if notes else states
 
 
 def _rates(
@@ -65,12 +57,17 @@ def _rates(
     rates = states.dq
     if rates is None:
         return None, []
-    missing = [name for j, name in enumerate(joints) if np.isnan(rates[:, j]).all()]
+    missing = [name for name, rate in zip(joints, rates.T, strict=True) if np.isnan(rate).all()]
     notes = [f'no velocities of {", ".join(missing)}; {DIFFERENTIATED}'] if missing else []
-    still = _still_rates(states)
+    written = np.where(np.abs(rates) < GARBAGE, 0.0, rates)
+    first, constant = written[0], (written == written[0]).all(axis=0)
+    moves = _moved(states, np.where(constant, first, 0.0)) > MOVES
+    if not written.any():  # of all joints: any change of any angle shows it
+        moves |= len(np.unique(states.q, axis=0)) >= FEWEST
+    still = constant & moves
     notes += [
-        f'rates of {joints[j]} are {_constant(rates[0, j])} throughout while it moves by '
-        f'{moved[j]}: no measurement; {DIFFERENTIATED}'
+        f'rates of {joints[j]} are {first[j]:.3g} throughout while it moves by {moved[j]}: no '
+        f'measurement; {DIFFERENTIATED}'
         for j in np.flatnonzero(still).tolist()
     ]
     return _emptied(rates, np.broadcast_to(still, rates.shape)), notes
@@ -82,13 +79,15 @@ def _efforts(
     efforts = states.effort
     if efforts is None:
         return None, []
-    garbage = _garbage(efforts)
+    tiny = (efforts != 0) & (np.abs(efforts) < GARBAGE)
+    nothing_else = (tiny | (efforts == 0) | np.isnan(efforts)).all(axis=0) & tiny.any(axis=0)
+    garbage = tiny | (nothing_else & (efforts == 0))  # zeros beside nothing else are no better
     zero = (efforts == 0).all(axis=0) & (_moved(states) > MOVES)
     idle = zero & np.array([name in driven for name in joints])
     notes = [
-        f'{garbage[:, j].sum()} efforts of {joints[j]} as {_example(efforts[:, j]):.2g}: memory '
+        f'{garbage[:, j].sum()} efforts of {joints[j]} as {efforts[tiny[:, j], j][0]:.2g}: memory '
         f'that nobody wrote, {NO_INPUT}'
-        for j in np.flatnonzero(garbage.any(axis=0)).tolist()
+        for j in np.flatnonzero(tiny.any(axis=0)).tolist()
     ]
     notes += [
         f'efforts of {joints[j]} are 0 while it moves by {moved[j]}: {NO_INPUT}'
@@ -101,24 +100,6 @@ def _emptied(values: Floats, out: NDArray[np.bool_]) -> Floats | None:
     """NaN where nothing was measured; None where nothing is left."""
     kept = np.where(out, np.nan, values)
     return None if np.isnan(kept).all() else kept
-
-
-def _garbage(values: Floats) -> NDArray[np.bool_]:
-    """Say which values of a channel (T, J) are too small for any; its zeros are no better."""
-    tiny = (values != 0) & (np.abs(values) < GARBAGE)
-    nothing_else = (tiny | (values == 0) | np.isnan(values)).all(axis=0) & tiny.any(axis=0)
-    return np.asarray(tiny | (nothing_else & (values == 0)))
-
-
-def _still_rates(states: StateLog) -> NDArray[np.bool_]:
-    """Say of which joints (J,) the rate never changes, unlike their angle's."""
-    dq = np.asarray(states.dq)
-    rate = np.where(np.abs(dq) < GARBAGE, 0.0, dq)
-    constant = (rate == rate[0]).all(axis=0)
-    moves = _moved(states, np.where(constant, rate[0], 0.0)) > MOVES
-    if not rate.any():  # of all joints: any change of any angle shows it
-        moves |= len(np.unique(states.q, axis=0)) >= FEWEST
-    return np.asarray(constant & moves)
 
 
 def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
@@ -135,22 +116,15 @@ def _moved(states: StateLog, rates: Floats | float = 0.0) -> Floats:
     return np.where(few, 0.0, way)
 
 
-def _constant(rate: float) -> str:
-    return f'{rate if abs(rate) >= GARBAGE else 0:.3g}'
-
-
-def _example(efforts: Floats) -> float:
-    return float(efforts[(efforts != 0) & (np.abs(efforts) < GARBAGE)][0])
-
-
-def without_made_rates(states: StateLog) -> tuple[StateLog, str]:
-    """Leave out velocities that are differences of the positions; also return which ones ('')."""
+def without_made_rates(states: StateLog, *_: object) -> StateLog:
+    """Leave out velocities that are differences of the positions."""
     if states.dq is None:
-        return states, ''
+        return states
     there = np.isfinite(states.dq).all(axis=0)
     with np.errstate(all='ignore'):  # whatever numbers a bag holds
         found = made_from(states.stamp_ns, states.q[:, there], states.dq[:, there])
-    return (replace(states, dq=None), found) if found else (states, '')
+    note = f'the velocities are {found} differences of the positions; differentiated anew'
+    return states.noted([note], dq=None, made=True) if found else states
 
 
 def made_from(stamp_ns: Stamps, q: Floats, dq: Floats) -> str:
@@ -180,15 +154,10 @@ def _repeats(at: Floats, difference: Floats, dq: Floats) -> bool:
     slope = np.diff(difference, axis=0) / np.diff(at)[:, None]
     rough = np.abs(np.diff(slope, axis=0)) * (at[2:] - at[:-2])[:, None] / 2
     off = np.abs(dq - difference)[1:-1]
-    speed = np.sqrt(np.mean(np.square(dq), axis=0))
-    found = (_share(off[:, j], rough[:, j], float(speed[j])) for j in range(dq.shape[1]))
-    shares = [share for share in found if share is not None]
+    moved = rough > ROUGH * np.sqrt(np.mean(np.square(dq), axis=0))
+    shares = [
+        (off[rows, j] <= ALIKE * np.median(rough[rows, j])).mean()
+        for j, rows in enumerate(moved.T)
+        if rows.sum() >= FEWEST_ROUGH
+    ]
     return bool(shares) and min(shares) >= MOST
-
-
-def _share(off: Floats, rough: Floats, speed: float) -> float | None:
-    """Return the share of rough samples (N,) that are alike; None where there are too few."""
-    moved = rough > ROUGH * speed
-    if moved.sum() < FEWEST_ROUGH:
-        return None
-    return float((off[moved] <= ALIKE * np.median(rough[moved])).mean())

@@ -51,11 +51,9 @@ class Spool:
         return os.pread(self._file.fileno(), size, offset)
 
     def tell(self) -> int:
-        """Bytes taken so far."""
         return self._taken
 
     def fileno(self) -> int:
-        """File descriptor."""
         return self._file.fileno()
 
     def close(self) -> None:
@@ -64,13 +62,11 @@ class Spool:
 
     @property
     def written(self) -> int:
-        """Bytes in the file."""
         return self._taken - len(self._waiting)
 
 
 _FRAME = struct.Struct('<BQ')
-_CHUNK = struct.Struct('<QQQIIQ')
-"""Of a chunk without compression: first and last time, size, CRC, length of '', length."""
+_CHUNK = struct.Struct('<QQQIIQ')  # first and last time, size, CRC, length of the name, length
 _CHANNEL = struct.Struct('<H')
 _MOST = _FRAME.size + _CHUNK.size
 
@@ -90,7 +86,6 @@ class ChunksOfFile:
         """Keep nothing: the chunk is in the file."""
 
     def __iter__(self) -> Iterator[ChunkIndex]:
-        """Yield the index of each chunk that the file holds, which has no compression."""
         index: ChunkIndex | None = None
         for at, opcode, size, head in self._records():
             if index is not None and opcode == Opcode.MESSAGE_INDEX:
@@ -128,20 +123,13 @@ def _index(at: int, size: int, head: bytes) -> ChunkIndex:
     )
 
 
-FLUSH_SECONDS = 0.1
-"""Longest time a message waits in this process; what `kill -9` can cost."""
-CHUNK_BYTES = 1 << 16
-"""How much is written under one checksum at most; what a damaged byte costs."""
-NUMBERS = 0xFFFFFFFF
-"""MCAP counts messages by so many bits."""
+FLUSH_SECONDS = 0.1  # longest time a message waits in this process; what `kill -9` can cost
+CHUNK_BYTES = 1 << 16  # how much is written under one checksum at most; what a damaged byte costs
+NUMBERS = 0xFFFFFFFF  # MCAP counts messages by so many bits
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, with those above it.
-
-    Raises:
-        UserError: it exists or cannot be made.
-    """
+    """Make a folder, with those above it; refuse one that exists or cannot be made."""
     try:
         folder.mkdir(parents=True)
     except FileExistsError:
@@ -151,23 +139,15 @@ def make_folder(folder: Path) -> None:
 
 
 class BagWriter:
-    """One bag folder being written.
+    """One bag folder being written, with how many messages, and how many that are not on disk yet.
 
     Messages reach the operating system in small whole chunks at most `FLUSH_SECONDS` after they
     came, as long as `flush` is also called when none come. While open, the file is locked, which
     is how `leo bag info` knows a live bag from a dead one.
-
-    Attributes:
-        count: messages written.
-        unsaved: how many of them the operating system has not taken yet.
     """
 
     def __init__(self, folder: Path, metadata: Mapping[str, str] | None = None) -> None:
-        """Create the folder, which must not exist, with a `leo` record; more may follow later.
-
-        Raises:
-            UserError: the folder exists or cannot be made.
-        """
+        """Create the folder, which must not exist, with a `leo` record; more may follow later."""
         self.folder = folder
         self.file = folder / f'{folder.name}_0.mcap'
         make_folder(folder)
@@ -183,19 +163,22 @@ class BagWriter:
         self._writer._Writer__chunk_indices = chunks  # type: ignore[attr-defined]
         self._writer.start(profile='ros2', library='leo_diffmodel')
         self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
         self._flushed = time.monotonic()
         if metadata:
             self.add_metadata(metadata)
 
     def add_topic(self, name: str, type_name: str, qos: str = '') -> int:
-        """Add a topic and return its channel; `qos` is the text of `offered_qos_profiles`."""
-        text, digest = definition(type_name)
-        if type_name not in self._schemas:
-            self._schemas[type_name] = self._writer.register_schema(
+        """Return the channel of a topic, of one that is new with `offered_qos_profiles`."""
+        if name not in self._channels:
+            text, digest = definition(type_name)
+            schema = self._schemas.get(type_name) or self._writer.register_schema(
                 type_name, 'ros2msg', text.encode()
             )
-        facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
-        return self._writer.register_channel(name, 'cdr', self._schemas[type_name], facts)
+            self._schemas[type_name] = schema
+            facts = {'offered_qos_profiles': qos, 'topic_type_hash': digest}
+            self._channels[name] = self._writer.register_channel(name, 'cdr', schema, facts)
+        return self._channels[name]
 
     def add_metadata(self, metadata: Mapping[str, str]) -> None:
         """Add a `leo` metadata record; of several the last one counts."""
@@ -208,15 +191,9 @@ class BagWriter:
     ) -> None:
         """Write one CDR message (4-byte header included).
 
-        Args:
-            channel: from `add_topic`.
-            data: encapsulation header first.
-            log_ns: when it was recorded.
-            published_ns: when it was published; 0 where unknown.
-            number: how many its publisher has sent on the topic; 0 where unknown.
-
-        Raises:
-            OSError: the disk takes nothing now; the message waits for the next `flush`.
+        `log_ns` is when it was recorded, `published_ns` when it was published, `number` how many
+        its publisher has sent on the topic (both 0 where unknown). OSError: the disk takes nothing
+        now; the message waits for the next `flush`.
         """
         self._writer.add_message(channel, log_ns, data, published_ns or log_ns, number & NUMBERS)
         self.count += 1
@@ -225,14 +202,12 @@ class BagWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Hand everything to the operating system; what it does not take now (OSError) waits."""
         self._writer.flush()
         self._flushed = time.monotonic()
         self.unsaved = 0
 
     @property
     def size(self) -> int:
-        """Bytes on disk."""
         return self._stream.written
 
     @property
@@ -245,15 +220,10 @@ class BagWriter:
 
     @property
     def is_removed(self) -> bool:
-        """Whether the file is nowhere any more."""
         return os.fstat(self._stream.fileno()).st_nlink == 0
 
     def close(self) -> None:
-        """Write the index, and metadata.yaml where the folder is; close the file in any case.
-
-        Raises:
-            OSError: the disk does not take them.
-        """
+        """Write the index, and metadata.yaml where the folder is; close the file in any case."""
         try:
             self._writer.flush()
             self._writer.finish()

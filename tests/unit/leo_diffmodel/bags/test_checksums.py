@@ -10,13 +10,12 @@ import zlib
 from mcap.writer import CompressionType
 import numpy as np
 import pytest
-from tests.messages import bag_of
+from tests.messages import bag_of, states
 import zstandard
 
 from leo_diffmodel.bags.contents import load
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.types import JOINT_STATE
-from leo_msgs_py.cdr import joint_state
 from leo_msgs_py.cli import main
 from leo_msgs_py.mcap_file import LARGEST_CHUNK
 from leo_sim.description.robot import load_robot
@@ -28,16 +27,13 @@ PAGE = 4096
 MIB = 1 << 20
 
 
-def state(k: int) -> bytes:
-    return joint_state(k * 10**7, ['pivot'], [np.sin(0.01 * k)], [np.cos(0.01 * k)])
-
-
 def write(
     folder: Path, compression: CompressionType = CompressionType.NONE, crc: bool = True
 ) -> Path:
     """A bag file of 400 states, 2000 bytes in a chunk."""
-    states = (('/joint_states', JOINT_STATE, k * 10**7, state(k)) for k in range(400))
-    return bag_of(folder, *states, chunk_size=2000, compression=compression, enable_crcs=crc)
+    t = 0.01 * np.arange(400)[:, None]
+    swing = states(400, ['pivot'], np.sin(t), np.cos(t))
+    return bag_of(folder, *swing, chunk_size=2000, compression=compression, enable_crcs=crc)
 
 
 def chunks(content: bytes) -> list[int]:
@@ -76,7 +72,7 @@ def test_a_flipped_bit_costs_its_chunk_and_is_counted(kind, place, tmp_path):
 def test_a_flipped_exponent_is_not_believed(tmp_path, capsys):
     file = write(tmp_path)
     content = bytearray(file.read_bytes())
-    q = struct.pack('<d', np.sin(0.01 * 200))
+    q = struct.pack('<d', np.sin(0.01 * np.arange(400))[200])
     content[content.index(q) + 7] ^= 0x20  # 0.9 becomes about 1e154
     file.write_bytes(content)
     assert np.abs(positions(file)).max() <= 1.0

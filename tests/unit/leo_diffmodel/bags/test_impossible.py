@@ -28,15 +28,10 @@ def columns() -> dict[str, np.ndarray]:
 
 def write(folder: Path, **found: np.ndarray) -> Path:
     """A bag of the swing, some of its columns as given."""
-    q, dq, effort, volts = {**columns(), **found}.values()
-    run = Run(
-        0.01 * np.arange(COUNT),
-        ['pivot'],
-        q[:, None],
-        dq[:, None],
-        effort[:, None],
-        {'pivot': {'voltage': volts, 'enabled': np.ones(COUNT)}},
-    )
+    *measured, volts = {**columns(), **found}.values()
+    inputs = {'pivot': {'voltage': volts, 'enabled': np.ones(COUNT)}}
+    channels = (column[:, None] for column in measured)
+    run = Run(0.01 * np.arange(COUNT), ['pivot'], *channels, inputs=inputs)
     return write_runs(folder, [run], {'robot': 'pendulum'})
 
 

@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.serde import SerdeError
-from tests.messages import bag_of, dynamic
+from tests.messages import bag_of, dynamic, states
 import yaml
 
 from leo_diffmodel.bags.arrays import Run, write_runs
@@ -63,11 +63,8 @@ def test_rosbags_reads_ours(bag, run):
             reader.deserialize(data, c.msgtype).position[0]
             for c, _, data in reader.messages(states)
         ]
-        durability = [
-            c.ext.offered_qos_profiles[0].durability.name
-            for c in reader.connections
-            if c.topic == '/robot/episode'
-        ]
+        (episode,) = (c for c in reader.connections if c.topic == '/robot/episode')
+        durability = episode.ext.offered_qos_profiles[0].durability.name
     assert counts == {
         '/robot/episode': ('std_msgs/msg/UInt32', 1),
         '/joint_states': (JOINT_STATE, COUNT),
@@ -76,24 +73,18 @@ def test_rosbags_reads_ours(bag, run):
         '/robot/supply': ('sensor_msgs/msg/BatteryState', COUNT),
         '/robot/temperature': ('sensor_msgs/msg/Temperature', COUNT),
     }
-    assert q == run.q[:, 0].tolist() and durability == ['TRANSIENT_LOCAL']
+    assert q == run.q[:, 0].tolist() and durability == 'TRANSIENT_LOCAL'
 
 
 def test_mcap_ros2_reads_ours(bag, run):
     with (bag / 'bag_0.mcap').open('rb') as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         assert reader.get_header().profile == 'ros2'
-        read = {
-            topic: [message for _, _, _, message in reader.iter_decoded_messages([topic])]
-            for topic in (
-                '/robot/applied_voltage',
-                '/robot/current',
-                '/robot/temperature',
-                '/robot/supply',
-            )
-        }
+        volts, current, warm, supply = (
+            [message for _, _, _, message in reader.iter_decoded_messages([f'/robot/{topic}'])]
+            for topic in ('applied_voltage', 'current', 'temperature', 'supply')
+        )
         channels = reader.get_summary().channels.values()
-    volts, current, warm, supply = read.values()
     columns = run.inputs['pivot']
     assert [message.effort[0] for message in volts] == columns['voltage'].tolist()
     assert [message.effort[0] for message in current] == columns['current'].tolist()
@@ -116,13 +107,9 @@ def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, r
     with RosbagsWriter(
         tmp_path / 'foreign', version=9, storage_plugin=StoragePlugin.MCAP
     ) as writer:
+        text, digest = definition(JOINT_STATE)
         connections = {
-            topic: writer.add_connection(
-                topic,
-                JOINT_STATE,
-                msgdef=definition(JOINT_STATE)[0],
-                rihs01=definition(JOINT_STATE)[1],
-            )
+            topic: writer.add_connection(topic, JOINT_STATE, msgdef=text, rihs01=digest)
             for topic in ('/arm/states', '/arm/applied')
         }
         for k in range(200):
@@ -146,11 +133,9 @@ def test_a_rosbags_bag_under_other_names_is_read_through_a_topic_map(tmp_path, r
 
 @pytest.mark.parametrize('compression', list(CompressionType))
 def test_a_cut_chunk_is_read_up_to_the_cut(tmp_path, compression):
-    states = [
-        ('/joint_states', JOINT_STATE, k * 10**7, cdr.joint_state(k * 10**7, ('pivot',), q, dq))
-        for k, (q, dq) in enumerate(np.random.default_rng(0).normal(0, 1e-4, (5000, 2, 1)))
-    ]
-    whole = bag_of(tmp_path, *states, compression=compression, chunk_size=1 << 24)
+    noise = np.random.default_rng(0).normal(0, 1e-4, (2, 5000, 1))
+    rows = states(5000, ['pivot'], *noise)
+    whole = bag_of(tmp_path, *rows, compression=compression, chunk_size=1 << 24)
     content = whole.read_bytes()
     cut = tmp_path / 'cut.mcap'
     cut.write_bytes(content[: int(0.6 * len(content))])
@@ -192,14 +177,9 @@ def test_info_says_what_is_there(bag):
     assert (info.state, info.messages, info.joints) == ('finished', 5 * COUNT + 1, ('pivot',))
     assert info.state_rate == pytest.approx(100.0) and info.metadata == {'robot': 'pendulum'}
     assert [(e.start, e.samples) for e in info.episodes] == [(0.0, COUNT)]
-    assert [t.name for t in info.topics] == [
-        '/joint_states',
-        '/robot/applied_voltage',
-        '/robot/current',
-        '/robot/episode',
-        '/robot/supply',
-        '/robot/temperature',
-    ]
+    names = [topic.name.removeprefix('/robot/') for topic in info.topics]
+    robot = ['applied_voltage', 'current', 'episode', 'supply', 'temperature']
+    assert names == ['/joint_states', *robot]
 
 
 def test_info_of_a_channel_without_a_schema(tmp_path):

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from tests.messages import bag_of, command, dynamic, message, state, trajectory
+from tests.messages import bag_of, command, dynamic, message, state, states, trajectory
 
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.bags.topic_map import TopicMap
@@ -17,11 +17,8 @@ SWING = 0.3 * np.sin(0.1 * np.arange(50))
 
 
 def bag(folder, *rows, effort=()):
-    still = [
-        ('/joint_states', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [q], [], effort))
-        for k, q in enumerate(SWING)
-    ]
-    return bag_of(folder, *still, *rows)
+    swing = states(50, ['pivot'], SWING[:, None], [[]] * 50, [effort] * 50)
+    return bag_of(folder, *swing, *rows)
 
 
 ASKED = ('/arm/joint_trajectory', TRAJECTORY, 0, trajectory(0, ['pivot'], {0: [1.0]}))
@@ -42,15 +39,12 @@ def test_goals_are_refused_where_the_model_takes_no_goals(tmp_path, robot):
 
 
 def pushed(kind, *values):
+    topic, type_name = f'/robot/applied_{kind}', JOINT_STATE
+    data = [state(k * STEP, ['pivot'], [], [], [v]) for k, v in enumerate(values)]
     if kind == 'dynamic':
-        rows = [dynamic(k * STEP, {'pivot': {'effort': v}}) for k, v in enumerate(values)]
-        return [
-            ('/dynamic_joint_states', DYNAMIC_JOINT_STATE, k * STEP, d) for k, d in enumerate(rows)
-        ]
-    return [
-        (f'/robot/applied_{kind}', JOINT_STATE, k * STEP, state(k * STEP, ['pivot'], [], [], [v]))
-        for k, v in enumerate(values)
-    ]
+        topic, type_name = '/dynamic_joint_states', DYNAMIC_JOINT_STATE
+        data = [dynamic(k * STEP, {'pivot': {'effort': v}}) for k, v in enumerate(values)]
+    return [(topic, type_name, k * STEP, each) for k, each in enumerate(data)]
 
 
 @pytest.mark.parametrize(
@@ -78,18 +72,13 @@ def test_a_measured_torque_is_no_voltage(tmp_path):
 
 
 def test_what_an_amplifier_that_is_off_reads_drives_nothing(tmp_path):
-    off = {'pivot': {'effort': 0.02, 'enabled': 0.0}}
-    rows = [
-        ('/dynamic_joint_states', DYNAMIC_JOINT_STATE, k * STEP, dynamic(k * STEP, off))
-        for k in range(3)
-    ]
+    off = dynamic(0, {'pivot': {'effort': 0.02, 'enabled': 0.0}})
+    rows = [('/dynamic_joint_states', DYNAMIC_JOINT_STATE, k * STEP, off) for k in range(3)]
     assert read_bag(bag(tmp_path, *rows), PENDULUM).input == 'none'
 
 
 def test_a_command_that_is_not_read_is_named_before_a_measured_torque(tmp_path):
-    log = bag(
-        tmp_path, ('/arm/commands', *LOOKS['/arm/commands'][:1], 0, command(1.0)), effort=[0.3]
-    )
+    log = bag(tmp_path, ('/arm/commands', FLOAT64_ARRAY, 0, command(1.0)), effort=[0.3])
     with pytest.raises(UserError, match='not passive: /arm/commands'):
         read_bag(log, PENDULUM)
 
@@ -108,9 +97,8 @@ def test_what_looks_like_a_command_is_named_and_the_bag_not_passive(tmp_path, to
 def test_beside_an_input_it_is_named_once(tmp_path):
     names = ('/a/cmd', '/b/cmd')
     rows = [(name, FLOAT64_ARRAY, k, command(1.0)) for k in (0, 1) for name in names]
-    (told,) = [
-        w for w in read_bag(bag(tmp_path, *rows, effort=[0.1]), TORQUE).warnings if 'look' in w
-    ]
+    recording = read_bag(bag(tmp_path, *rows, effort=[0.1]), TORQUE)
+    (told,) = [w for w in recording.warnings if 'look' in w]
     assert '/a/cmd (std_msgs/msg/Float64MultiArray, 2 messages), /b/cmd' in told
     assert told.endswith('look like commands and are not read; inputs taken from: effort')
 

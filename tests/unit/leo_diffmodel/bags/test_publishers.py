@@ -19,21 +19,12 @@ STEP = 10_000_000
 def says(names, q, dq=None, step=STEP, count=200, late=0, frame=''):
     """States each `step` [ns] of q(t), with rates where dq is given."""
     stamps = [k * step + late for k in range(count * STEP // step)]
-    return [
-        (
-            '/joint_states',
-            JOINT_STATE,
-            s,
-            state(
-                s,
-                names,
-                [q(s * 1e-9)] * len(names),
-                [] if dq is None else [dq(s * 1e-9)] * len(names),
-                frame=frame,
-            ),
-        )
-        for s in stamps
-    ]
+    many, rows = len(names), []
+    for stamp in stamps:
+        rates = [] if dq is None else [dq(stamp * 1e-9)] * many
+        data = state(stamp, names, [q(stamp * 1e-9)] * many, rates, frame=frame)
+        rows.append(('/joint_states', JOINT_STATE, stamp, data))
+    return rows
 
 
 def line(t):
@@ -109,11 +100,8 @@ def test_a_second_publisher_is_named_and_left_out(tmp_path, names, frame):
 
 
 def test_a_frame_id_that_changes_with_a_restart_is_no_second_publisher(tmp_path):
-    log = bag_of(
-        tmp_path,
-        *says(['pivot'], line, count=100, frame='a'),
-        *says(['pivot'], line, frame='b')[100:],
-    )
+    first, again = (says(['pivot'], line, frame=frame) for frame in 'ab')
+    log = bag_of(tmp_path, *first[:100], *again[100:])
     recording = read_bag(log, PENDULUM)
     assert len(recording.episodes[0].t) == 200
     assert not any('publishers' in w for w in recording.warnings)
@@ -138,8 +126,7 @@ def test_two_clocks_that_take_turns_are_refused(tmp_path):
 def test_a_joint_that_chatters_is_no_second_publisher(tmp_path):
     """It goes to and fro within four states, as fast as its own speed says."""
     pace = 2 * np.pi / (4 * STEP * 1e-9)
-    chatter = says(
-        ['pivot'], lambda t: 0.05 * np.sin(pace * t), lambda t: 0.05 * pace * np.cos(pace * t)
-    )
+    way, rate = lambda t: 0.05 * np.sin(pace * t), lambda t: 0.05 * pace * np.cos(pace * t)
+    chatter = says(['pivot'], way, rate)
     (episode,) = read_bag(bag_of(tmp_path, *chatter), PENDULUM).episodes
     assert len(episode.t) == 200

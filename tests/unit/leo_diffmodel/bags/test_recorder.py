@@ -86,18 +86,18 @@ def test_kill_9_costs_at_most_0_2_s_and_the_bag_reads_and_finishes(tmp_path):
 
 
 def test_a_killed_finisher_leaves_the_bag_as_it_was(tmp_path):
-    writer = BagWriter(tmp_path / 'bag')
+    writer, dead = BagWriter(tmp_path / 'bag'), tmp_path / 'dead'
     channel = writer.add_topic(STATES.name, STATES.type)
     for k in range(10):
         writer.write(channel, state(k * 10**7), k * 10**7)
     writer.flush()
     content = writer.file.read_bytes()
-    (tmp_path / 'dead').mkdir()
-    (tmp_path / 'dead' / 'dead_0.mcap').write_bytes(content)
-    (tmp_path / 'dead' / '.dead_0.mcap.finishing').write_bytes(content[:50])
-    assert len(load(tmp_path / 'dead').topics['/joint_states'].messages) == 10
-    assert finish_bag(tmp_path / 'dead') is BagState.REPAIRED
-    assert len(load(tmp_path / 'dead').topics['/joint_states'].messages) == 10
+    dead.mkdir()
+    (dead / 'dead_0.mcap').write_bytes(content)
+    (dead / '.dead_0.mcap.finishing').write_bytes(content[:50])
+    assert len(load(dead).topics['/joint_states'].messages) == 10
+    assert finish_bag(dead) is BagState.REPAIRED
+    assert len(load(dead).topics['/joint_states'].messages) == 10
     writer.close()
 
 
@@ -200,12 +200,8 @@ def test_recording_for_long_costs_no_memory_and_every_chunk_is_in_the_index(tmp_
     with find_files(tmp_path / 'bag')[0].open('rb') as stream:
         reader = make_reader(stream, validate_crcs=True)
         summary = reader.get_summary()
-        read = [
-            m.log_time
-            for _, _, m in reader.iter_messages(
-                '/joint_states', starting_at=101, ending_before=201
-            )
-        ]
+        part = reader.iter_messages('/joint_states', starting_at=101, ending_before=201)
+        read = [message.log_time for _, _, message in part]
     assert len(summary.chunk_indexes) == summary.statistics.chunk_count >= 300
     assert all(len(index.message_index_offsets) == 2 for index in summary.chunk_indexes)
     assert read == [*range(101, 201)]

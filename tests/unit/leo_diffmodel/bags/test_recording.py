@@ -124,13 +124,9 @@ def test_applied_voltages_and_dynamic_joint_states_read_alike(tmp_path):
         (VOLTS, k * PERIOD, applied(k * PERIOD, v if on else NAN))
         for k, (v, on) in enumerate(free)
     ]
+    said = [{'pivot': {'voltage': v, 'enabled': on}} for v, on in free]
     old = [
-        (
-            '/dynamic_joint_states',
-            k * PERIOD,
-            dynamic(k * PERIOD, {'pivot': {'voltage': v, 'enabled': on}}),
-        )
-        for k, (v, on) in enumerate(free)
+        ('/dynamic_joint_states', k * PERIOD, dynamic(k * PERIOD, s)) for k, s in enumerate(said)
     ]
     for name, log in (('new', new), ('old', old), ('both', new + old[:1])):
         recording = read_bag(write_messages(tmp_path / name, still(4) + log), PENDULUM)
@@ -289,10 +285,9 @@ def test_stamps_jumping_back_split_and_keep_their_inputs(tmp_path):
 
 @pytest.mark.parametrize('late', [-2, -1, 0, 1, 2])
 def test_an_episode_number_that_comes_early_or_late_still_cuts_at_the_reset(tmp_path, late):
-    log = [('/robot/episode', 0, uint32(4))]
-    log += [
-        ('/joint_states', k * PERIOD, state(k * PERIOD, 2.0 if k < 30 else 0.0)) for k in range(60)
-    ]
+    reset = [2.0] * 30 + [0.0] * 30
+    log = [('/joint_states', k * PERIOD, state(k * PERIOD, q)) for k, q in enumerate(reset)]
+    log.append(('/robot/episode', 0, uint32(4)))
     log.append(('/robot/episode', (30 + late) * PERIOD - 1, uint32(5)))
     recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
     assert [float(np.ptp(episode.q)) for episode in recording.episodes] == [0.0, 0.0]
@@ -315,10 +310,8 @@ def test_without_episodes_a_jump_splits_but_noise_and_impacts_do_not(tmp_path):
 def test_wrapped_angles_are_unwrapped(tmp_path):
     t = np.arange(300) * 0.01
     q = 5.0 * t
-    log = [
-        ('/joint_states', k * PERIOD, state(k * PERIOD, (q[k] + np.pi) % (2 * np.pi) - np.pi, 5.0))
-        for k in range(len(t))
-    ]
+    read = (q + np.pi) % (2 * np.pi) - np.pi
+    log = [('/joint_states', k * PERIOD, state(k * PERIOD, x, 5.0)) for k, x in enumerate(read)]
     recording = read_bag(write_messages(tmp_path / 'bag', log), PENDULUM)
     np.testing.assert_allclose(recording.episodes[0].q[:, 0], q, atol=1e-9)
     assert '2 wraps' in recording.warnings[0]
@@ -332,20 +325,17 @@ def test_nan_is_dropped_and_counted(tmp_path):
     assert '1 samples with NaN left out' in recording.warnings[0]
 
 
-def test_missing_velocities_are_differentiated_and_said(tmp_path):
-    run = replace(swing(), dq=None)
-    recording = read_bag(write_runs(tmp_path / 'bag', [run], {}), PENDULUM)
-    np.testing.assert_allclose(recording.episodes[0].dq[1:-1, 0], np.cos(run.t)[1:-1], atol=1e-4)
-    assert 'no velocities' in recording.warnings[0]
-
-
 @pytest.mark.parametrize(
     'mapping',
     [TopicMap(time_scale=0.5), TopicMap(joints={'pivot': JointMap(scale=0.02, sign=-1)})],
 )
 def test_rates_that_nobody_measured_follow_the_mended_angles_and_time(tmp_path, mapping):
-    bag = write_runs(tmp_path / 'bag', [replace(swing(), dq=None)], {})
-    for recording in (read_bag(bag, PENDULUM, mapping), mended(read_bag(bag, PENDULUM), mapping)):
+    run = replace(swing(), dq=None)
+    bag = write_runs(tmp_path / 'bag', [run], {})
+    plain = read_bag(bag, PENDULUM)
+    np.testing.assert_allclose(plain.episodes[0].dq[1:-1, 0], np.cos(run.t)[1:-1], atol=1e-4)
+    assert 'no velocities' in plain.warnings[0]
+    for recording in (read_bag(bag, PENDULUM, mapping), mended(plain, mapping)):
         (episode,) = recording.episodes
         np.testing.assert_allclose(episode.dq, np.gradient(episode.q, episode.t, axis=0))
 
@@ -364,14 +354,15 @@ def test_uneven_rates_and_states_before_the_first_input(tmp_path):
     [
         (
             [('/chatter', 0, message('std_msgs/msg/String', 'x'))],
-            r'no topic /joint_states; it has /chatter',
+            'no topic /joint_states; it has /',
         ),
         (
             [('/joint_states', 0, joint_state(0, ['elbow'], [0.0]))],
-            r'joints pivot are not on /joint_states; there are elbow',
+            'pivot are not on .* are elbow',
         ),
         ([('/joint_states', 0, state(0, NAN))], 'every sample.* NaN'),
         (still(1), 'record longer'),
+        ([], 'is empty: nothing was recorded'),
     ],
 )
 def test_unusable_bags_are_refused_in_one_line(tmp_path, log, message):
@@ -398,11 +389,6 @@ def test_wrong_topic_maps_are_refused(tmp_path, text, message):
     with pytest.raises(UserError) as refusal:
         read_bag(bag, PENDULUM, tmp_path / 'map.yaml')
     assert message in str(refusal.value) and '\n' not in str(refusal.value)
-
-
-def test_an_empty_bag_is_refused(tmp_path):
-    with pytest.raises(UserError, match='is empty: nothing was recorded'):
-        read_bag(write_messages(tmp_path / 'bag', []), PENDULUM)
 
 
 def test_applied_inputs_of_other_joints_are_never_passed_over_in_silence(tmp_path):

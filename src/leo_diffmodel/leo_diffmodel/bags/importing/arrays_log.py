@@ -19,13 +19,11 @@ from leo_msgs_py.errors import UserError
 
 from .log_format import Column, each_once, LogFormat, numbered, Table
 
-WIDEST = 1000
-"""A matrix of more columns than a robot has sensors is a picture or a table of something else."""
+WIDEST = 1000  # a matrix of more columns than a robot has sensors is something else
 _STEP = re.compile(r'[^.\[\]]+|\[\d+\]|\[\*\]|\[\s*:\s*,\s*\d+\s*\]|\[\s*\d+\s*,\s*:\s*\]')
 
 
 def steps(place: str) -> list[str]:
-    """Return the steps on the way to a place: `run`, `data`, `[0]`."""
     return _STEP.findall(place)
 
 
@@ -62,7 +60,6 @@ def expand(content: Any, place: str, log: Path) -> list[Any]:
 
 
 def is_number(value: Any) -> bool:
-    """Say whether a value is one number."""
     return isinstance(value, int | float | np.number)
 
 
@@ -75,12 +72,10 @@ def number(value: Any) -> float:
 
 
 def filled(numbers: Mapping[str, float], count: int) -> Table:
-    """Return numbers as columns, the same in every row."""
     return {name: np.full(count, value, dtype=float) for name, value in numbers.items()}
 
 
 def column(log: Path, name: str, value: Any) -> Column:
-    """Return an array of numbers as one column; refuse others."""
     try:
         return np.asarray(value, dtype=float).ravel()
     except (TypeError, ValueError, OverflowError):
@@ -105,7 +100,6 @@ def columns(log: Path, content: Mapping[str, Any], log_format: LogFormat) -> Tab
 
 
 def _has_numbers(values: Any) -> bool:
-    """Say whether there is a number, at any depth of a list."""
     if isinstance(values, np.ndarray) and values.dtype != object:
         return values.dtype.kind in 'biuf'
     inside = values if isinstance(values, list | np.ndarray) else []
@@ -127,19 +121,18 @@ def _split(name: str, flat: Column, shape: tuple[int, ...]) -> Table:
 
 def from_rows(log: Path, rows: Any, place: str, log_format: LogFormat) -> Table:
     """Return records, or rows that are lists of one length; without a header they are counted."""
-    is_list = isinstance(rows, list) and bool(rows)
-    if is_list and all(isinstance(row, dict) for row in rows):
+    where = place or 'the top'
+    kinds = {type(row) for row in rows} if isinstance(rows, list) else set()
+    if kinds == {dict}:
         names = [name for name, v in rows[0].items() if not isinstance(v, list | dict)]
         return {name: np.array([number(row.get(name)) for row in rows]) for name in names}
-    if not is_list or not all(isinstance(row, list) for row in rows):
-        raise UserError(f'{log}: no list of records at {place or "the top"!r}')
+    if kinds != {list}:
+        raise UserError(f'{log}: no list of records at {where!r}')
     names = log_format.header or numbered(len(rows[0]))
     each_once(names, str(log))
     for k, row in enumerate(rows, start=1):
         if len(row) != len(names):
-            raise UserError(
-                f'{log}: row {k} at {place or "the top"!r} has {len(row)} values, not {len(names)}'
-            )
+            raise UserError(f'{log}: row {k} at {where!r} has {len(row)} values, not {len(names)}')
     return {name: np.array([number(row[k]) for row in rows]) for k, name in enumerate(names)}
 
 
@@ -158,22 +151,20 @@ def from_fields(log: Path, content: Any, log_format: LogFormat) -> list[Table]:
 
 
 def listed(places: str | Sequence[str]) -> Sequence[str]:
-    """Return one place or several as several."""
     return [places] if isinstance(places, str) else places
 
 
 def _episode(log: Path, content: Mapping[str, Any]) -> Table:
     """Return the columns of one episode; a single number is the same in all rows."""
     numbers = {name: number(value) for name, value in content.items() if is_number(value)}
-    arrays = {n: column(log, n, v) for n, v in content.items() if n not in numbers}
-    if not arrays:
+    table = {name: column(log, name, v) for name, v in content.items() if name not in numbers}
+    if not table:
         raise UserError(f'{log}: fields lead to single numbers, not to columns')
-    table = same_length(log, arrays)
+    same_length(log, table)
     return filled(numbers, len(next(iter(table.values())))) | table
 
 
 def same_length(log: Path, table: Table) -> Table:
-    """Return a table, refusing columns that differ in length."""
     lengths = {name: len(values) for name, values in table.items()}
     if len(set(lengths.values())) > 1:
         raise UserError(f'{log}: columns differ in length: {lengths}')

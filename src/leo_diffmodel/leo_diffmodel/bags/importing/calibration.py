@@ -12,9 +12,7 @@ Source: huggingface/lerobot, src/lerobot/motors/motors_bus.py (_normalize), comm
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Mapping
 import json
 import math
 from pathlib import Path
@@ -24,20 +22,14 @@ from pydantic import BaseModel, ValidationError
 
 from leo_msgs_py.errors import UserError
 
-from .guess_roles import Role
-from .guess_units import is_clipped, peak_of, Unit
-from .log_format import Column, read_log_text
+from .log_format import read_log_text
 
-COUNT = 2 * math.pi / 4095
-"""Angle of one count as LeRobot has it [rad]: the resolution 4096 less one."""
+COUNT = 2 * math.pi / 4095  # rad for one count as LeRobot has it: the resolution 4096 less one
 GRIPPER = 'gripper'
-ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')
-"""What `robot_type` of these arms is."""
+ARM = re.compile(r'so(_?arm)?(10[01])?(_follower)?')  # what `robot_type` of these arms is
 
-BEYOND = 5.0
-"""A calibration that was moved by hand misses a stop by less than this [deg]."""
-_PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}
-"""What a map need not say."""
+BEYOND = 5.0  # a calibration that was moved by hand misses a stop by less than this [deg]
+_PLAIN = {'sign': 1, 'scale': 1.0, 'offset': 0.0}  # what a map need not say
 
 
 class Motor(BaseModel):
@@ -58,10 +50,9 @@ class Motor(BaseModel):
         They are from an end of the range, whose angle is `end` [rad], else from its middle.
         """
         reach = COUNT * (self.range_max - self.range_min)
-        turned = -1 if self.drive_mode else 1
         zero = end + (reach if self.drive_mode else 0.0) if from_end else 0.0
         scale = _short(reach / (100 if from_end else 200))
-        said = {'sign': turned, 'scale': scale, 'offset': _short(zero)}
+        said = {'sign': -1 if self.drive_mode else 1, 'scale': scale, 'offset': _short(zero)}
         return {key: value for key, value in said.items() if value != _PLAIN[key]}
 
 
@@ -76,16 +67,13 @@ class Calibration(dict[str, Motor]):
 
 
 def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | None:
-    """Return the calibration of these joints in or next to the folder of a data set.
-
-    Raises:
-        UserError: there are several that differ.
-    """
-    wanted, found = list(joints), []
-    for file in sorted(set(_files(folder))):
-        calibration = _read(file)
-        if calibration and wanted and all(map(calibration.of, wanted)):
-            found.append(calibration)
+    """The calibration of these joints in or next to a data set; refuse several that differ."""
+    wanted = list(joints)
+    places = (folder, folder / 'meta', folder.resolve().parent)
+    patterns = ('*.json', 'calibration/**/*.json')
+    files = {file for place in places for each in patterns for file in place.glob(each)}
+    read = filter(None, map(_read, sorted(files)))
+    found = [each for each in read if wanted and all(map(each.of, wanted))]
     if any(each != found[0] for each in found):
         raise UserError(
             f'{folder}: {found[0].file} and {found[-1].file} are calibrations of '
@@ -94,14 +82,7 @@ def calibration_beside(folder: Path, joints: Iterable[str]) -> Calibration | Non
     return found[0] if found else None
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    for place in (folder, folder / 'meta', folder.resolve().parent):
-        yield from place.glob('*.json')
-        yield from place.glob('calibration/**/*.json')
-
-
 def _read(file: Path) -> Calibration | None:
-    """Return what a file says, None where it is no calibration."""
     try:
         content = json.loads(read_log_text(file))
         if not isinstance(content, Mapping) or not content:
@@ -116,48 +97,3 @@ def _read(file: Path) -> Calibration | None:
 def _short(value: float) -> float:
     """Return a number to six digits, less than a thousandth of a count."""
     return float(f'{value:.6g}')
-
-
-@dataclass(frozen=True)
-class Calibrated:
-    """A calibration, and the positions and goals of the log with their roles."""
-
-    calibration: Calibration
-    positions: Sequence[tuple[Role, Column]]
-
-    def of(self, name: str, end: float) -> Unit | None:
-        """Return what makes angles of a joint's numbers; None where it has no calibration.
-
-        A gripper has 0 % at the angle `end` [rad].
-        """
-        motor, file = self.calibration.of(name), self.calibration.file.name
-        if motor is None:
-            return None
-        if GRIPPER in name:
-            why = f'per cent of the range in {file}, from {end:.4g} rad'
-            return Unit('', why, motor.per_cent(True, end))
-        per_cent, why = self._are_per_cent
-        if per_cent:
-            why += f': per cent of the range in {file}, 0 its middle'
-            return Unit('', why, motor.per_cent(False))
-        if per_cent is None:
-            scale = motor.per_cent(False)['scale']
-            return Unit('?', f'{why}: unit: deg, or of per cent scale: {scale:.6g} ({file})')
-        return Unit('deg', f'{why}; 0 is the middle of the range in {file}')
-
-    @cached_property
-    def _are_per_cent(self) -> tuple[bool | None, str]:
-        """Whether the numbers are per cent, None where they may be either; and why."""
-        bodies = [(role, values) for role, values in self.positions if GRIPPER not in role.joint]
-        measured = [(role.joint, values) for role, values in bodies if not role.is_goal]
-        states = [values for _, values in measured]
-        if is_clipped(states) or is_clipped([values for _, values in bodies]):
-            return True, 'they end at exactly 100'
-        peak = peak_of(states)
-        if peak > 100.0:
-            return False, f'up to {peak:.4g}, beyond per cent'
-        for joint, values in measured:
-            motor, far = self.calibration.of(joint), peak_of([values])
-            if motor and far > motor.degrees + BEYOND:
-                return True, f'{joint} goes to {far:.4g}, beyond its {motor.degrees:.4g} deg'
-        return None, f'up to {peak:.4g}, within either'

@@ -1,27 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The column map of `leo import`: which columns are what, in which unit and sign.
 
-    robot: servo_pendulum                  # optional, for the record and the next command
-    records: entries                       # JSON: where the list of rows is; [a, b]: episodes
-    header: [time, angle]                  # names for columns that have none; else 0, 1, ...
-    fields: {angle: 'Y[*][0]'}             # JSON, MATLAB: arrays; [*] = one episode each
-    columns: {duty: load / 885}            # computed, may use those before
-    time: {column: time, unit: ms}         # or {period: 0.001}
-    joints:
-      pivot:
-        position: {column: angle, unit: deg, sign: -1, offset: 3.14159}
-        velocity: speed                    # short for {column: speed}; may be left out
-        effort: 'data[:, 2]'               # the third column of a matrix in a MATLAB file
-    inputs:                                # left out for a passive log
-      pivot:
-        voltage: {expression: duty * supply}   # or effort; or position, the goal of a servo
-        enabled: torque_on                 # 0 = motor free
-    constants:                             # of the robot, what the log knows of them
-      links.weight.mass: {column: payload, unit: g}
-
-Numbers that a log has besides its rows, as a head does, are columns with one value in all rows.
-
-A value is sign * scale * (column in SI) + offset, the offset in SI.
+`leo import --help` shows one. Besides: `records: [a, b]` and `fields: {angle: 'Y[*][0]'}`, arrays
+of JSON and MATLAB, have an episode for each place or [*]; `time: {period: 0.001}`; a name alone is
+short for {column: name}. Computed columns may use those before. Numbers that a log has besides its
+rows, as a head does, are columns with one value in all rows. A value is
+sign * scale * (column in SI) + offset, the offset in SI.
 """
 
 from __future__ import annotations
@@ -39,7 +23,7 @@ from leo_sim.common.yaml_file import Fixed
 
 from .expression import evaluate
 from .log_format import canonical_index, Column, LogFormat, without_infinite
-from .unit_names import canonical
+from .unit_names import canonical, fits
 
 QUANTITIES: dict[str, tuple[str, ...]] = {
     'position': ('rad', 'm'),
@@ -80,7 +64,6 @@ class ColumnSpec(Fixed):
 
     @property
     def source(self) -> str:
-        """The column or the expression."""
         return str(self.column or self.expression)
 
     @property
@@ -91,13 +74,9 @@ class ColumnSpec(Fixed):
     def values(
         self, columns: Mapping[str, Column], quantity: str, log: str, unit: str | None = None
     ) -> Column:
-        """Return the values in SI, shape (T,), NaN where there is none.
+        """The values in SI, shape (T,), NaN where there is none; `log` opens the error line.
 
-        Args:
-            columns: of the log, each of shape (T,).
-            quantity: key of `QUANTITIES`, or another with its `unit` in a bag.
-            log: opens the error line.
-            unit: that a bag has it in, where it is none of `QUANTITIES`.
+        `unit` is the one that a bag has it in, where the quantity is none of `QUANTITIES`.
         """
         targets = QUANTITIES[quantity] if unit is None else (unit,)
         where = f'{log}, {self.source}'
@@ -143,16 +122,12 @@ Interface = Literal[
 
 
 class JointColumns(Fixed):
-    """Columns of one joint."""
-
     position: Spec
     velocity: Spec | None = None
     effort: Spec | None = None
 
 
 class ColumnMap(LogFormat):
-    """A whole column map (module docstring shows the file)."""
-
     robot: str | None = None
     columns: dict[str, str] = Field(default_factory=dict)
     time: Time
@@ -188,11 +163,11 @@ def unit_factor(unit: str | None, quantity: str, where: str, targets: Sequence[s
         )
     unit = canonical(unit)
     try:
-        fitting = [t for t in targets if t != 'degC' and units.same_dimension(unit, t)]
+        target = next((target for target in targets if fits(unit, (target,))), None)
     except UserError as error:
         raise UserError(f'{where}, {quantity}: {error}') from None
-    if not fitting:
+    if target is None:
         raise UserError(
             f'{where}: {unit!r} is no unit of {quantity}; give it in {" or ".join(targets)}'
         )
-    return units.conversion(unit, fitting[0], quantity)
+    return units.conversion(unit, target, quantity)

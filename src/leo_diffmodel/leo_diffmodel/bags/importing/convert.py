@@ -25,8 +25,7 @@ from .log_format import Column, Table
 from .samples import incomplete, LeftOut, refuse_unknown_inputs, sentences, times
 from .tables import episodes_of
 
-SAME = 1e-9
-"""Of a constant: what is less is no difference between two rows or logs."""
+SAME = 1e-9  # of a constant: what is less is no difference between two rows or logs
 
 
 def import_logs(
@@ -48,38 +47,33 @@ def import_logs(
         UserError: wrong map or log, time going backwards, a column without numbers, a constant
             that the robot does not have or that changes, or the folder exists.
     """
-    where = str(column_map) if not isinstance(column_map, ColumnMap) else 'column map'
-    mapping = load_map(column_map)
-    paths = [Path(log) for log in logs]
+    mapping, paths = load_map(column_map), [Path(log) for log in logs]
     tables, how_joined = episodes_of(paths, mapping, join)
     if not tables:
         raise UserError('no logs to import; name at least one file')
     runs, left_out = _runs(tables, mapping)
     said = [joint for joint, columns in mapping.joints.items() if columns.position.says_unit]
+    inputs = (spec for of in mapping.inputs.values() for spec in of.items())
     metadata = {
         'imported_from': ', '.join(log.name for log in paths),
-        'column_map': where,
+        'column_map': 'column map' if isinstance(column_map, ColumnMap) else str(column_map),
         'angle_units_said': ', '.join(said),
+        'left_out': '\n'.join(left_out) or None,
+        'joined': how_joined or None,
+        'inputs_from': ', '.join(spec.source for n, spec in inputs if n in APPLIED) or None,
+        'robot': mapping.robot or None,
+        'constants': json.dumps(_known_constants(tables, mapping)) if mapping.constants else None,
     }
-    inputs = (spec for of in mapping.inputs.values() for spec in of.items())
-    more = {
-        'left_out': '\n'.join(left_out),
-        'joined': how_joined,
-        'inputs_from': ', '.join(spec.source for name, spec in inputs if name in APPLIED),
-        'robot': mapping.robot or '',
-        'constants': json.dumps(_known_constants(tables, mapping)) if mapping.constants else '',
-    }
-    known = {name: text for name, text in more.items() if text}
-    return write_runs(Path(bag), runs, metadata | known)
+    known = {name: text for name, text in metadata.items() if text is not None}
+    return write_runs(Path(bag), runs, known)
 
 
 @contextmanager
 def undone_on_error(output: Path) -> Iterator[list[Path]]:
     """Yield a list for the bags that are made, and remove them again on an error or Ctrl-C.
 
-    Args:
-        output: the bag or the folder of bags; where it was not there before, it goes with those
-            above it that were made for it.
+    Where `output`, the bag or the folder of bags, was not there before, it goes with those above
+    it that were made for it.
     """
     made: list[Path] = []
     new = [folder for folder in (output, *output.parents) if not folder.exists()]
@@ -95,7 +89,6 @@ def undone_on_error(output: Path) -> Iterator[list[Path]]:
 
 
 def load_map(source: str | Path | ColumnMap) -> ColumnMap:
-    """Return a column map from a file or, by its name, one that is shipped."""
     if isinstance(source, ColumnMap):
         return source
     if Path(source).is_file():
@@ -108,13 +101,11 @@ def load_map(source: str | Path | ColumnMap) -> ColumnMap:
 
 
 def shipped_maps() -> dict[str, Path]:
-    """Return the column maps of the public data sets, by name."""
     folder = Path(str(files('leo_diffmodel.bags') / 'maps'))
     return {path.stem: path for path in sorted(folder.glob('*.yaml'))}
 
 
 def _runs(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> tuple[list[Run], list[str]]:
-    """Return a run of each table, and a line for each log of which rows are left out."""
     runs, left_out, rows = [], defaultdict[Path, LeftOut](LeftOut), Counter[Path]()
     for log, table in tables:
         run, found = _run(log, table, mapping)
@@ -138,8 +129,8 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> tuple[Run, LeftOut]:
 
     q = matrix('position')
     assert q is not None
-    inputs: dict[str, dict[str, Column]] = {
-        joint: {name: values(spec, name) for name, spec in interfaces.items()}
+    inputs = {
+        joint: {str(name): values(spec, name) for name, spec in interfaces.items()}
         for joint, interfaces in mapping.inputs.items()
     }
     run = Run(t, list(mapping.joints), q, matrix('velocity'), matrix('effort'), inputs)
@@ -148,7 +139,6 @@ def _run(log: Path, table: Table, mapping: ColumnMap) -> tuple[Run, LeftOut]:
 
 
 def _known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -> dict[str, float]:
-    """Return the constants of the robot that the logs know, by path and in its units."""
     assert mapping.robot is not None
     robot, found = load_robot(mapping.robot), {}
     for path, spec in mapping.constants.items():
@@ -164,7 +154,6 @@ def _known_constants(tables: Sequence[tuple[Path, Table]], mapping: ColumnMap) -
 
 
 def _single(path: str, log: Path, values: Column) -> float:
-    """Return the value in all rows of a log that have one."""
     known = values[np.isfinite(values)]
     if not known.size:
         raise UserError(f'{log} has no number for {path}')

@@ -7,8 +7,10 @@ Dates, as 2026-11-27 10:00:00.000, are seconds.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 import csv
 from datetime import datetime, UTC
+from itertools import takewhile
 from pathlib import Path
 import re
 
@@ -17,17 +19,8 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .log_format import (
-    Column,
-    each_once,
-    encoding_of,
-    LogFormat,
-    numbered,
-    read_log_text,
-    Reader,
-    Table,
-    WINDOWS,
-)
+from . import log_format as logs
+from .log_format import Column, LogFormat, Reader, Table
 from .unit_names import canonical, is_unit
 
 COMMENT = ('#', '%', '//')
@@ -40,24 +33,23 @@ _CONSTANT = re.compile(
 _LETTERS = re.compile(r'[^\W\d_]+')
 _IN_NUMBERS = {'e', 'nan', 'inf', 'true', 'false'}
 DELIMITERS = (',', ';', '\t')
-LOOKED_AT = 50
-"""So many lines are tried."""
+SPACES = '  '  # any number of them; a column map can only say one sign
+LOOKED_AT = 50  # so many lines are tried
 _COMMA = re.compile(r'[+-]?\d*,\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
 _POINT = re.compile(r'[+-]?\d*\.\d+(e[+-]?\d+)?', re.ASCII | re.IGNORECASE)
 _THOUSANDS = re.compile(r'[+-]?[1-9]\d{0,2}(,\d{3})+', re.ASCII)
 _WORDS = {'true': 1.0, 'false': 0.0, '': float('nan')}
 _COMMA_FOR_POINT = str.maketrans(',.', '.,')
-Row = tuple[int, list[str]]
-"""Number of a line, and its cells."""
+Row = tuple[int, list[str]]  # number of a line, and its cells
 
 
 def read_csv(log: Path, log_format: LogFormat) -> list[Table]:
     """Return the one table of a CSV log; constants of its comments are columns of one value."""
-    lines = read_log_text(log, log_format.encoding).splitlines()
+    lines = logs.read_log_text(log, log_format.encoding).splitlines()
     header, rows = _headed(_rows(log, lines, log_format), log_format)
     if not rows:
         raise UserError(f'{log} {"has a head but no rows" if header else "is empty"}')
-    each_once(header, str(log))
+    logs.each_once(header, str(log))
     numbers = _numbers(log, rows, header, log_format)
     if numbers.shape[1] != len(header):
         raise UserError(f'{log} has {numbers.shape[1]} columns, its header {len(header)}')
@@ -73,8 +65,8 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
     if log_format.header is not None:
         named = any(map(str.isalpha, ''.join(cells))) and not any(map(_is_numbers, cells))
         return log_format.header, rows[1:] if named else rows
-    if _is_numbers(' '.join(cells)) and cells != numbered(len(cells)):
-        return numbered(len(cells)), rows
+    if _is_numbers(' '.join(cells)) and cells != logs.numbered(len(cells)):
+        return logs.numbered(len(cells)), rows
     units = _units_in(rows[1][1]) if len(rows) > 1 else []
     if units and len(units) == len(cells):
         names = (f'{n} [{u}]' if u else n for n, u in zip(cells, units, strict=True))
@@ -84,10 +76,9 @@ def _headed(rows: Sequence[Row], log_format: LogFormat) -> tuple[list[str], Sequ
 
 def _rows(log: Path, lines: Sequence[str], log_format: LogFormat) -> list[Row]:
     lines = _without_comments(lines, log_format.delimiter)
-    delimiter = log_format.delimiter
-    if delimiter is None and _spaced(lines):
+    delimiter = log_format.delimiter or _delimiter_of(lines, log_format.header, str(log))
+    if delimiter == SPACES:
         lines, delimiter = [','.join(line.split()) for line in lines], ','
-    delimiter = delimiter or _delimiter_of(lines, log_format.header, str(log))
     reader = csv.reader(lines, delimiter=delimiter)
     try:
         return [(reader.line_num, row) for row in reader if any(map(str.strip, row)) or row[1:]]
@@ -99,38 +90,25 @@ def _numbers(
     log: Path, rows: Sequence[Row], header: Sequence[str], log_format: LogFormat
 ) -> Column:
     if log_format.decimal != ',':
-        try:
+        with suppress(ValueError):
             return np.array([cells for _, cells in rows], dtype=float)
-        except ValueError:
-            pass
     decimal = log_format.decimal or _decimal_of((c for _, cells in rows for c in cells), str(log))
-    return np.array([_careful(log, *row, header, decimal) for row in rows])
-
-
-def _careful(
-    log: Path, line: int, row: Sequence[str], header: Sequence[str], decimal: str
-) -> list[float]:
-    """Convert a row with empty cells or true and false; say where a cell is no number."""
-    if len(row) != len(header):
-        raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
-    return [
-        _number(cell, f'{log} line {line}, {name}', decimal)
-        for cell, name in zip(row, header, strict=True)
-    ]
+    numbers = []
+    for line, row in rows:
+        if len(row) != len(header):
+            raise UserError(f'{log} line {line}: {len(row)} values, {len(header)} columns')
+        named = zip(row, header, strict=True)
+        numbers.append([_number(cell, f'{log} line {line}, {n}', decimal) for cell, n in named])
+    return np.array(numbers)
 
 
 def _number(cell: str, where: str, decimal: str) -> float:
-    text = cell.strip().lower()
-    try:
-        if text in _WORDS:
-            return _WORDS[text]
+    """A number, or a date with its time of day [s], which counts as one of UTC without a zone."""
+    text = cell.strip()
+    if text.lower() in _WORDS:
+        return _WORDS[text.lower()]
+    with suppress(ValueError):
         return float(text if decimal == '.' else text.translate(_COMMA_FOR_POINT))
-    except ValueError:
-        return _seconds(cell.strip(), where)
-
-
-def _seconds(text: str, where: str) -> float:
-    """Return a date with its time of day [s]; without a zone it counts as one of UTC."""
     try:
         moment = datetime.fromisoformat(text)
     except ValueError:
@@ -139,30 +117,22 @@ def _seconds(text: str, where: str) -> float:
 
 
 def _without_comments(lines: Sequence[str], delimiter: str | None) -> list[str]:
-    """Return the lines with comments blanked; a header that is one stays, without its sign.
-
-    Without a delimiter from the column map all are tried.
-    """
+    """Return the lines with comments blanked; a header that is one stays, without its sign."""
     body = ['' if _is_comment(line) else line for line in lines]
-    first = next((k for k, line in enumerate(body) if line.strip()), len(body))
-    if first < len(body) and _is_numbers(body[first]):
-        rows = _first(body)
-        for k in reversed(range(first)):
+    rows = _first(body)
+    if rows and _is_numbers(rows[0]):
+        for k in reversed(range(body.index(rows[0]))):
             text = lines[k].strip().lstrip('#%/').strip()
             if text and _is_header(text, rows, delimiter):
-                return [*body[:k], text, *body[k + 1 :]]
+                body[k] = text
+                break
     return body
 
 
 def _constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
-    """Return the numbers that comments above the rows give names to, as `# mass = 0.5 kg`.
-
-    With each is its unit, '' without one.
-    """
+    """Numbers and units ('' for none) of comments above the rows, as `# mass = 0.5 kg`."""
     found: dict[str, tuple[float, str]] = {}
-    for line in lines:
-        if line.strip() and not _is_comment(line):
-            break
+    for line in takewhile(lambda line: not line.strip() or _is_comment(line), lines):
         for name, number, unit in _CONSTANT.findall(line.strip().lstrip('#%/')):
             known = canonical(unit) if is_unit(unit) else ''
             found.setdefault(name, (float(number.replace(',', '.')), known))
@@ -170,7 +140,6 @@ def _constants(lines: Sequence[str]) -> dict[str, tuple[float, str]]:
 
 
 def _is_numbers(line: str) -> bool:
-    """Say whether a line has numbers and no other words."""
     words = set(_LETTERS.findall(line.lower()))
     return any(map(str.isdigit, line)) and words <= _IN_NUMBERS
 
@@ -190,38 +159,25 @@ def _is_header(text: str, rows: Sequence[str], delimiter: str | None) -> bool:
     """Say whether a comment has a name for each column of the rows, and no number."""
     if _is_numbers(text) or _CONSTANT.search(text):
         return False
-    signs = (delimiter,) if delimiter else DELIMITERS
-    if any(_width([text, *rows], sign) > 1 for sign in signs):
-        return True
-    return len({len(line.split()) for line in (text, *rows)}) == 1
+    lines, signs = [text, *rows], [delimiter] if delimiter else DELIMITERS
+    return any(_width(lines, sign) > 1 for sign in signs) or _width(lines, SPACES) > 0
 
 
 def _delimiter_of(lines: Sequence[str], header: Sequence[str] | None, log: str) -> str:
-    """Return what parts all lines into as many columns; where nothing does, what the first has.
-
-    Raises:
-        UserError: one sign does as well as another.
-    """
+    """What parts all lines into as many columns, else what the first has; refuse two such."""
     first = _first(lines)
     counts = {sign: _width(first, sign) for sign in DELIMITERS}
     fitting = [sign for sign, count in counts.items() if count > 1]
     named = [sign for sign in fitting if header is not None and counts[sign] == len(header)]
     if len(named or fitting) > 1:
-        shown = ' and '.join(map(repr, named or fitting))
+        both = ' and '.join(map(repr, named or fitting))
         raise UserError(
-            f'{log}: {shown} both part it into columns; say which in the column map '
+            f'{log}: {both} both part it into columns; say which in the column map '
             "(delimiter: ';')"
         )
+    spaces = [SPACES] if _width(first, SPACES) > 1 else []
     there = [sign for sign in DELIMITERS if first and sign in first[0]]
-    return [*named, *fitting, *there, ','][0]
-
-
-def _spaced(lines: Sequence[str]) -> bool:
-    """Say whether spaces alone part all lines into as many columns, two at least."""
-    first = _first(lines)
-    if any(_width(first, sign) > 1 for sign in DELIMITERS):
-        return False
-    return len(counts := {len(line.split()) for line in first}) == 1 and counts.pop() > 1
+    return [*named, *fitting, *spaces, *there, ','][0]
 
 
 def _first(lines: Sequence[str]) -> list[str]:
@@ -230,25 +186,22 @@ def _first(lines: Sequence[str]) -> list[str]:
 
 def _width(lines: Sequence[str], delimiter: str) -> int:
     """Return how many columns each line has; 0 where they differ."""
+    spaced = delimiter == SPACES
     try:
-        widths = {len(row) for row in csv.reader(lines, delimiter=delimiter)}
+        rows = map(str.split, lines) if spaced else csv.reader(lines, delimiter=delimiter)
+        widths = {len(row) for row in rows}
     except csv.Error:
         return 0
     return widths.pop() if len(widths) == 1 else 0
 
 
 def _decimal_of(cells: Iterable[str], log: str) -> str:
-    """Return the decimal sign of numbers.
-
-    Raises:
-        UserError: there are both, or 1,234 may be a thousand as well as one and a bit.
-    """
+    """The decimal sign; refuse both, and 1,234, which may be a thousand or one and a bit."""
     texts = [cell.strip() for cell in cells]
     commas = [text for text in texts if _COMMA.fullmatch(text) or _THOUSANDS.fullmatch(text)]
     if not commas:
         return '.'
-    point = next((text for text in texts if _POINT.fullmatch(text)), None)
-    if point is not None:
+    if point := next(filter(_POINT.fullmatch, texts), None):
         raise UserError(
             f'{log} has numbers like {commas[0][:20]} and like {point[:20]}; which is '
             "the decimal sign? Say it in the column map (decimal: ',') and mend the "
@@ -264,16 +217,14 @@ def _decimal_of(cells: Iterable[str], log: str) -> str:
 
 def _notes(log: Path) -> list[str]:
     """Return what is to be known of an encoding that was guessed, and constants of comments."""
-    code = encoding_of(log)
-    notes = [f'read as {code}: it is no UTF-8'] if code == WINDOWS else []
-    found = _constants(read_log_text(log).splitlines())
-    if found:
-        listed = ', '.join(
-            f'{shown(name)[1:-1]} = {value:.6g} {unit}'.rstrip()
-            for name, (value, unit) in found.items()
+    code = logs.encoding_of(log.read_bytes())
+    notes = [f'read as {code}: it is no UTF-8'] if code == logs.WINDOWS else []
+    if found := _constants(logs.read_log_text(log).splitlines()):
+        said = (
+            f'{shown(name)[1:-1]} = {v:.6g} {unit}'.rstrip() for name, (v, unit) in found.items()
         )
         notes.append(
-            f'its comments say {listed}: columns of one value; where the robot has it: '
+            f'its comments say {", ".join(said)}: columns of one value; where the robot has it: '
             'constants: {links.LINK.mass: {column: mass, unit: kg}}'
         )
     return notes

@@ -6,7 +6,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Mapping
 import operator
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -56,14 +56,12 @@ CONSTANTS = {'pi': np.array([np.pi]), 'nan': np.array([np.nan])}
 def evaluate(text: str, columns: Mapping[str, Column]) -> Column:
     """Return the value of an expression, shape (T,); what has no value is NaN or infinite.
 
-    Args:
-        text: numbers, column names, pi, nan, + - * / % **, comparisons and `FUNCTIONS`.
-        columns: each of shape (T,); they stay as they are.
+    It may have numbers, column names, pi, nan, + - * / % **, comparisons and `FUNCTIONS`.
     """
     try:
         tree = ast.parse(text.strip(), mode='eval').body
         with np.errstate(all='ignore'):
-            value = _Evaluator(text, columns).visit(tree)
+            value = _value(tree, {**CONSTANTS, **columns}, shown(text))
     except (SyntaxError, ValueError, OverflowError):
         raise UserError(f'expression {shown(text)} is not arithmetic') from None
     except (RecursionError, MemoryError):
@@ -74,63 +72,45 @@ def evaluate(text: str, columns: Mapping[str, Column]) -> Column:
     return np.array(np.broadcast_to(value, (length,)), dtype=float)
 
 
-class _Evaluator(ast.NodeVisitor):
-    """Computes a tree of the few allowed nodes, refuses every other one.
+def _value(node: ast.AST, names: Mapping[str, Column], text: str) -> Any:
+    """Compute a tree of the few allowed nodes, refuse every other one.
 
     All values are arrays, (1,) or (T,), so that NumPy's rules hold for all of them: 0 / 0 is NaN.
     """
 
-    def __init__(self, text: str, columns: Mapping[str, Column]) -> None:
-        self._text = shown(text)
-        self._names = {**CONSTANTS, **columns}
+    def applied(operator: ast.AST, *operands: ast.AST) -> Any:
+        values = [1.0 * _value(operand, names, text) for operand in operands]
+        return (_OPERATORS.get(type(operator)) or _refuse(operator, text))(*values)
 
-    def generic_visit(self, node: ast.AST) -> Any:
-        raise UserError(
-            f'expression {self._text}: {type(node).__name__} is not allowed; use numbers, '
-            f'columns, + - * / % **, comparisons and {", ".join(FUNCTIONS)}'
-        )
+    match node:
+        case ast.Constant(value=int() | float() as number):
+            return np.array([float(number)])
+        case ast.Name() | ast.Attribute() | ast.Subscript():  # q, action.elbow, data[:, 2]
+            return _column(canonical_index(ast.unparse(node)), names, text)
+        case ast.UnaryOp():
+            return applied(node.op, node.operand)
+        case ast.BinOp():
+            return applied(node.op, node.left, node.right)
+        case ast.Compare(ops=[operator], comparators=[right]):
+            return applied(operator, node.left, right)
+        case ast.Call(func=ast.Name(id=name), keywords=[]) if name in FUNCTIONS:
+            function, takes = FUNCTIONS[name]
+            if len(node.args) != takes:
+                raise UserError(
+                    f'expression {text}: {name} takes {takes} arguments, found {len(node.args)}'
+                )
+            return function(*(1.0 * _value(argument, names, text) for argument in node.args))
+    return _refuse(node, text)
 
-    def visit_Constant(self, node: ast.Constant) -> Any:
-        if isinstance(node.value, int | float):
-            return np.array([float(node.value)])
-        return self.generic_visit(node)
 
-    def visit_Name(self, node: ast.Name) -> Any:
-        if node.id not in self._names:
-            raise UserError(
-                f'expression {self._text}: no column {node.id!r}{nearest(node.id, self._names)}'
-            )
-        return self._names[node.id]
+def _column(name: str, names: Mapping[str, Column], text: str) -> Column:
+    if name not in names:
+        raise UserError(f'expression {text}: no column {name!r}{nearest(name, names)}')
+    return names[name]
 
-    def visit_Attribute(self, node: ast.Attribute) -> Any:
-        return self.visit_Name(ast.Name(ast.unparse(node)))  # a column named as action.elbow
 
-    def visit_Subscript(self, node: ast.Subscript) -> Any:
-        return self.visit_Name(ast.Name(canonical_index(ast.unparse(node))))  # data[:, 2]
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
-        return self._operator(node.op)(1.0 * self.visit(node.operand))
-
-    def visit_BinOp(self, node: ast.BinOp) -> Any:
-        left, right = self.visit(node.left), self.visit(node.right)
-        return self._operator(node.op)(1.0 * left, 1.0 * right)
-
-    def visit_Compare(self, node: ast.Compare) -> Any:
-        if len(node.ops) != 1:
-            return self.generic_visit(node)
-        left, right = self.visit(node.left), self.visit(node.comparators[0])
-        return self._operator(node.ops[0])(left, right)
-
-    def visit_Call(self, node: ast.Call) -> Any:
-        if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS or node.keywords:
-            return self.generic_visit(node)
-        function, takes = FUNCTIONS[node.func.id]
-        if len(node.args) != takes:
-            raise UserError(
-                f'expression {self._text}: {node.func.id} takes {takes} arguments, '
-                f'found {len(node.args)}'
-            )
-        return function(*(1.0 * self.visit(argument) for argument in node.args))
-
-    def _operator(self, node: ast.AST) -> Callable[..., Any]:
-        return _OPERATORS.get(type(node)) or self.generic_visit(node)
+def _refuse(node: ast.AST, text: str) -> NoReturn:
+    raise UserError(
+        f'expression {text}: {type(node).__name__} is not allowed; use numbers, '
+        f'columns, + - * / % **, comparisons and {", ".join(FUNCTIONS)}'
+    )

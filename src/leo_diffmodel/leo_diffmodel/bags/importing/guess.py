@@ -20,8 +20,8 @@ from leo_msgs_py.whole_file import write_whole
 from leo_sim.common.yaml_file import shown
 from leo_sim.description.robot import Robot
 
-from .calibration import ARM, Calibration, calibration_beside
-from .guess_columns import choose, Columns, INPUTS, known_robot, KnownRobot, Roles
+from .calibration import ARM, calibration_beside
+from .guess_columns import choose, Columns, INPUTS, known_robot, KnownRobot
 from .guess_each import Units
 from .guess_roles import as_taken, roles_of, with_flags
 from .join import are_parts, joined
@@ -62,7 +62,6 @@ def guess_map(
 def _read(
     paths: Sequence[Path], log_format: LogFormat, join: bool
 ) -> tuple[list[Table], list[str]]:
-    """Return the tables of the first log, or of all joined, and what is to be known of them."""
     read = [(log, read_tables(log, log_format)) for log in paths]
     notes = reader_of(paths[0], log_format).notes(paths[0])
     if len(paths) > 1 and (join or are_parts(paths, [tables[0] for _, tables in read])):
@@ -78,22 +77,28 @@ def _lines(
     robot: KnownRobot | None,
     notes: Sequence[str],
 ) -> Iterator[str]:
-    """Yield the lines of the map, from the first episode and all of them in one table."""
     table = {name: np.concatenate([each[name] for each in tables]) for name in tables[0]}
     roles = with_flags(roles_of(n for n in table if np.isfinite(table[n]).any()), table)
     roles = as_taken(roles, robot.takes if robot else 'position')
     chosen = choose(tables[0], roles, robot)
     if not chosen.joints:
         raise UserError(_no_position(log, table))
-    calibration = _calibration(log, roles)
+    kind = read_info(log).robot_type if is_lerobot(log) else None
+    measured = [role.joint for role in roles.values() if role.quantity == 'position']
+    calibration = calibration_beside(log, measured) if ARM.fullmatch(kind or '') else None
     units = Units(tables[0], table, roles, chosen, robot, calibration, is_lerobot(log))
     yield f'# guessed from {shown(log.name)} by leo import --guess: look over every line;'
     yield "# a unit '?' is to be filled in, and joints get the names that your model has for them"
     yield from map(_note, (*notes, *chosen.notes))
-    yield f'robot: {_text(robot.ref)}' if robot else _robot_line(log)
+    said = f'; info.json says {shown(kind)}' if kind else ''
+    yield f'robot: {_text(robot.ref)}' if robot else f'# robot: NAME  # of the model{said}'
     if log_format.records:
         yield _entry('records', log_format.records, 'the first list of rows')
-    yield _time(units)
+    if chosen.time:
+        time = {'column': chosen.time, 'unit': units.time.name}
+        yield _entry('time', time, units.time.why)
+    else:
+        yield 'time: {period: null}  # no column is named as a time and rises: fill in seconds'
     yield from _part('joints', chosen.joints, units)
     yield from _other_input(chosen.inputs, robot)
     yield from _part('inputs', chosen.inputs, units)
@@ -111,25 +116,6 @@ def _no_position(log: Path, table: Table) -> str:
         f'{log}: no column is named as a position is; there are {_named(table)}. Write the '
         'map by hand: leo import --help shows one'
     )
-
-
-def _calibration(log: Path, roles: Roles) -> Calibration | None:
-    """Return the calibration next to a data set of an SO-100 or SO-101."""
-    if not is_lerobot(log) or not ARM.fullmatch(read_info(log).robot_type or ''):
-        return None
-    return calibration_beside(log, [r.joint for r in roles.values() if r.quantity == 'position'])
-
-
-def _robot_line(log: Path) -> str:
-    kind = read_info(log).robot_type if is_lerobot(log) else None
-    return f'# robot: NAME  # of the model{f"; info.json says {shown(kind)}" if kind else ""}'
-
-
-def _time(units: Units) -> str:
-    if not units.chosen.time:
-        return 'time: {period: null}  # no column is named as a time and rises: fill in seconds'
-    unit = units.time
-    return _entry('time', {'column': units.chosen.time, 'unit': unit.name}, unit.why)
 
 
 def _part(name: str, joints: Columns, units: Units) -> Iterator[str]:

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import SequenceMatcher
 import re
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,30 +28,23 @@ DRIVEN_BY = (
     ('effort', False),
 )
 """Quantities that drive a joint and whether as a goal: of several the first is taken."""
-INPUTS = {interface: name for name, interface in INTERFACES.items()}
-"""What `leo robot init --input` calls them."""
-WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')
-"""Quantities of the motor that an input has besides."""
-OF_ALL = ('enabled', 'supply_voltage')
-"""Quantities that all joints share where no joint is named."""
+INPUTS = {interface: name for name, interface in INTERFACES.items()}  # as `robot init --input`
+WITH_THE_DRIVE = ('enabled', 'supply_voltage', 'current')  # that an input has besides
+OF_ALL = ('enabled', 'supply_voltage')  # quantities that all joints share where no joint is named
 Roles = Mapping[str, Role]
-Columns = dict[str, dict[str, str]]
-"""Columns by joint and quantity."""
-SIMILAR = 0.6
-"""Share of letters in the same order from which two names are one: difflib's own bound."""
-OVER_A_STOP = 1.1
-"""So many times the angle of a stop is reached by a joint that gives, and by its calibration."""
+Columns = dict[str, dict[str, str]]  # columns by joint and quantity
+ByQuantity = dict[tuple[str, bool], dict[str, str]]
+"""The first column of each joint by quantity and whether it is a goal; one without a joint is of
+`joint`."""
+SIMILAR = 0.6  # share of letters in one order from which names are one: as difflib has it
+OVER_A_STOP = 1.1  # times the angle of a stop that a joint reaches, which gives
 
 
-@dataclass(frozen=True)
-class KnownRobot:
+class KnownRobot(NamedTuple):
     """What is needed of a robot.
 
-    Attributes:
-        ref: as the map names it: a name or a folder.
-        joints: that move, without those of a planar base.
-        limits: of each joint, lowest and highest [rad, m]; infinite for none.
-        takes: key of `column_map.QUANTITIES`, or position, that it is driven by.
+    Its name or folder as the map says it; the joints that move, without those of a planar base;
+    lowest and highest positions [rad, m], infinite for none; the quantity that it is driven by.
     """
 
     ref: str
@@ -59,14 +53,8 @@ class KnownRobot:
     limits: Mapping[str, tuple[float, float]]
     takes: str
 
-    def reach(self, joint: str) -> float:
-        """Return the angle or way farthest from 0 [rad, m]; infinite without stops."""
-        low, high = self.limits.get(joint, (-np.inf, np.inf))
-        return max(abs(low), abs(high))
-
 
 def known_robot(robot: Robot, ref: str) -> KnownRobot:
-    """Return what is needed of a robot."""
     joints = tuple(name for name in robot.joint_names if name not in robot.base_joints)
     limits = {joint.name: joint.limits for joint in robot.joints}
     return KnownRobot(ref, joints, robot.slides, limits, INTERFACES[robot.input])
@@ -100,18 +88,12 @@ def _by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str
 
     known = [role_of(joint).joint or joint for joint in joints]
     alike = np.array([[_alike(name, joint) for joint in known] for name in names])
-    rows, columns = linear_sum_assignment(alike, maximize=True)
-    return {
-        names[i]: (joints[j], 'by its name')
-        for i, j in zip(rows, columns, strict=True)
-        if alike[i, j] >= SIMILAR
-    }
+    pairs = zip(*linear_sum_assignment(alike, maximize=True), strict=True)
+    return {names[i]: (joints[j], 'by its name') for i, j in pairs if alike[i, j] >= SIMILAR}
 
 
 def _by_number(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """Return joint1, joint2, ... in the robot's order, where there are as many."""
-    numbers = [re.fullmatch(r'joint_?(\d+)', name) for name in names]
-    if len(names) != len(joints) or not all(numbers):
+    if len(names) != len(joints) or not all(re.fullmatch(r'joint_?\d+', name) for name in names):
         return {}
     order = sorted(names, key=lambda name: int(re.sub(r'\D', '', name)))
     why = "in the robot's order: look it over"
@@ -129,38 +111,32 @@ def _alike(name: str, joint: str) -> float:
 
 def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
     """Return the unit in which a position is one of the joint; None where none is."""
-    reach, peak = robot.reach(joint), peak_of([values])
+    reach, peak = np.abs(robot.limits.get(joint, np.inf)).max(), peak_of([values])
     if joint in robot.slides:
         return Unit('m', f'{joint} of {robot.ref} slides')
     if not np.isfinite(reach):
-        open_one = Unit('?', f'{joint} of {robot.ref} turns round: unit: rad or deg')
-        return open_one if peak > RADIANS else None
+        why = f'{joint} of {robot.ref} turns round: unit: rad or deg'
+        return Unit('?', why) if peak > RADIANS else None
     if peak <= reach * OVER_A_STOP:
         return Unit('rad', f'within the stops of {robot.ref}, {reach:.3g} rad')
     if np.radians(peak) <= reach * OVER_A_STOP and peak > RADIANS:
-        return Unit(
-            'deg',
-            f'within the stops of {robot.ref}, {np.degrees(reach):.0f} deg; '
-            'of per cent of a range scale: rad for 1 %',
-        )
+        why = f'within the stops of {robot.ref}, {np.degrees(reach):.0f} deg'
+        return Unit('deg', f'{why}; of per cent of a range scale: rad for 1 %')
     return None
 
 
 def of_per_cent(robot: KnownRobot, joint: str) -> Unit | None:
     """Return what per cent would be if the calibrated range went from stop to stop."""
     low, high = robot.limits.get(joint, (-np.inf, np.inf))
-    if not np.isfinite(high - low):
-        return None
-    return Unit(
-        '?',
-        'numbers end at exactly 100: per cent of the calibrated range; from stop '
-        f'to stop of {robot.ref} scale: {(high - low) / 200:.4g} for -100 to 100,'
-        f' {(high - low) / 100:.4g} for 0 to 100',
+    way = high - low
+    why = (
+        'numbers end at exactly 100: per cent of the calibrated range; from stop to stop of '
+        f'{robot.ref} scale: {way / 200:.4g} for -100 to 100, {way / 100:.4g} for 0 to 100'
     )
+    return Unit('?', why) if np.isfinite(way) else None
 
 
-@dataclass(frozen=True)
-class Chosen:
+class Chosen(NamedTuple):
     """Columns with a part in the map: the time ('' for none that rises), measured ones, inputs.
 
     The notes say how names became the robot's joints.
@@ -173,7 +149,6 @@ class Chosen:
 
     @property
     def used(self) -> set[str]:
-        """The columns that stand in the map."""
         parts = (*self.joints.values(), *self.inputs.values())
         return {self.time, *(column for columns in parts for column in columns.values())}
 
@@ -181,14 +156,19 @@ class Chosen:
 def choose(first: Table, roles: Roles, robot: KnownRobot | None) -> Chosen:
     """Return the columns that say something, for the joints of a robot where it is known."""
     notes: tuple[str, ...] = ()
-    positions = _of(roles, 'position', goal=False)
+    positions = _by_quantity(roles)['position', False]
     if robot and positions:
         every = {role.joint or 'joint' for role in roles.values() if role.quantity}
         pairs = matched(sorted(every) if len(robot.joints) == 1 else list(positions), robot)
         notes = tuple(_notes({name: pairs[name] for name in positions if name in pairs}, robot))
         roles = _renamed(roles, {name: joint for name, (joint, _) in pairs.items()})
-    joints = _joints(roles)
-    inputs = {joint: found for joint in joints if (found := _driving(roles, joint, robot))}
+    found = _by_quantity(roles)
+    joints = {
+        joint: {of: found[of, False][joint] for of in MEASURED if joint in found[of, False]}
+        for joint in found['position', False]
+    }
+    driven = {joint: _driving(found, joint, robot) for joint in joints}
+    inputs = {joint: columns for joint, columns in driven.items() if columns}
     return Chosen(rising(first, roles), joints, inputs, notes)
 
 
@@ -209,46 +189,31 @@ def _notes(pairs: Mapping[str, tuple[str, str]], robot: KnownRobot) -> Iterable[
 
 def _renamed(roles: Roles, names: Mapping[str, str]) -> Roles:
     """Return the roles with the robot's joints; columns of none of them have no part."""
-    return {
-        column: role
-        if role.quantity == 'time' or (role.quantity in OF_ALL and not role.joint)
-        else role._replace(
-            joint=names.get(role.joint or 'joint', ''),
-            quantity=role.quantity if (role.joint or 'joint') in names else '',
-        )
-        for column, role in roles.items()
-    }
+    renamed = dict(roles)
+    for column, role in roles.items():
+        if role.quantity != 'time' and (role.joint or role.quantity not in OF_ALL):
+            joint = names.get(role.joint or 'joint', '')
+            renamed[column] = role._replace(joint=joint, quantity=role.quantity if joint else '')
+    return renamed
 
 
-def _joints(roles: Roles) -> Columns:
-    found = {quantity: _of(roles, quantity, goal=False) for quantity in MEASURED}
-    return {
-        joint: {quantity: of[joint] for quantity, of in found.items() if joint in of}
-        for joint in found['position']
-    }
-
-
-def _driving(roles: Roles, joint: str, robot: KnownRobot | None) -> dict[str, str]:
-    """Return the columns of what drives a joint: first what its robot takes."""
+def _driving(found: ByQuantity, joint: str, robot: KnownRobot | None) -> dict[str, str]:
+    """The columns of what drives a joint, first what its robot takes, and of its motor."""
     takes = robot.takes if robot else ''
-    for quantity, goal in sorted(DRIVEN_BY, key=lambda each: each[0] != takes):
-        column = _of(roles, quantity, goal).get(joint)
-        if column is not None:
-            others = {name: _besides(roles, name, joint) for name in WITH_THE_DRIVE}
-            return {quantity: column} | {name: c for name, c in others.items() if c}
-    return {}
+    ways = sorted(DRIVEN_BY, key=lambda way: way[0] != takes)
+    driven = next((way for way in ways if joint in found[way]), None)
+    if driven is None:
+        return {}
+    columns = {driven[0]: found[driven][joint]}
+    for name in WITH_THE_DRIVE:
+        of = found[name, False]
+        if column := of.get(joint) or (of.get('joint') if name in OF_ALL else None):
+            columns[name] = column
+    return columns
 
 
-def _besides(roles: Roles, quantity: str, joint: str) -> str | None:
-    """Return the column of a quantity for a joint, or else the one that all joints share."""
-    found = _of(roles, quantity, goal=False)
-    return found.get(joint) or (found.get('joint') if quantity in OF_ALL else None)
-
-
-def _of(roles: Roles, quantity: str, goal: bool) -> dict[str, str]:
-    """Return the first column of a quantity for each joint; a joint without a name is `joint`."""
-    found: dict[str, str] = {}
+def _by_quantity(roles: Roles) -> ByQuantity:
+    found: ByQuantity = defaultdict(dict)
     for name, role in roles.items():
-        if (role.quantity, role.is_goal) == (quantity, goal):
-            found.setdefault(role.joint or 'joint', name)
+        found[role.quantity, role.is_goal].setdefault(role.joint or 'joint', name)
     return found

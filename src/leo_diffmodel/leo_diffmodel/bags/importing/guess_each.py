@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,29 +10,16 @@ import numpy as np
 
 from leo_msgs_py import units
 
-from .calibration import Calibrated, Calibration, GRIPPER
+from . import guess_units as numbers
+from .calibration import BEYOND, Calibration, GRIPPER
+from .column_map import QUANTITIES
 from .guess_columns import Chosen, INPUTS, KnownRobot, of_joint, of_per_cent, Roles
 from .guess_roles import is_bare_goal
-from .guess_units import (
-    is_clipped,
-    is_per_cent,
-    of_angles,
-    of_rates,
-    of_time,
-    of_turns,
-    peak_of,
-    PER_CENT,
-    RADIANS,
-    Unit,
-)
+from .guess_units import Unit
 from .log_format import Column, Table
 from .unit_names import fits
 
-SI = {'velocity': 'rad/s', 'effort': 'N m', 'voltage': 'V', 'supply_voltage': 'V', 'current': 'A'}
-OF_SLIDES = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
-OF_TURNS = {'position': 'rad', 'velocity': 'rad/s', 'effort': 'N m'}
-ALIKE = 20.0
-"""Degrees are 57 times radians; a goal is farther from its position by less than this factor."""
+ALIKE = 20.0  # degrees are 57 times radians; a goal is less far from its position
 RATES = ('rad/s', 'deg/s', 'rpm')
 SLIDING_RATES = ('m/s', 'mm/s')
 ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
@@ -43,11 +29,8 @@ ANGULAR = {'deg': 'deg/s', 'm': 'm/s', 'mm': 'mm/s', 'cm': 'cm/s'}
 class Units:
     """What the units of one log are guessed from.
 
-    Attributes:
-        first: the first episode, in which speeds are compared with positions.
-        table: all episodes.
-        calibration: of a LeRobot data set, where it lies next to it.
-        is_lerobot: whether angles may be per cent.
+    `first` is the first episode, in which speeds are compared with positions, `table` all of them.
+    Angles of a LeRobot data set may be per cent, of a calibration that lies next to it.
     """
 
     first: Table
@@ -60,9 +43,10 @@ class Units:
 
     @property
     def time(self) -> Unit:
-        """The unit of the time."""
         said = self.roles[self.chosen.time].unit
-        return Unit(said, 'its name says so') if said else of_time(self.first[self.chosen.time])
+        if said:
+            return Unit(said, 'its name says so')
+        return numbers.of_time(self.first[self.chosen.time])
 
     @cached_property
     def _t(self) -> Column | None:
@@ -72,58 +56,43 @@ class Units:
         return self.first[self.chosen.time] * units.parse(self.time.name).factor
 
     def of(self, joint: str, quantity: str, column: str) -> Unit:
-        """Return the unit of a column as one quantity of a joint."""
         if quantity == 'enabled':
             return Unit('', '0 = motor free')
-        if quantity != 'position' and is_bare_goal(column):
-            return self._as_taken(joint, quantity)
+        turning, sliding = QUANTITIES[quantity][0], QUANTITIES[quantity][-1]
+        ours = sliding if self.robot and joint in self.robot.slides else turning
+        if self.robot and quantity != 'position' and is_bare_goal(column):
+            takes = f'{self.robot.ref} takes {INPUTS[quantity]}'
+            why = f'{takes}, and the name does not say what it is'
+            return Unit('?', f'{why}: unit: {ours}, or scale: {ours} for 1')
         said = self.roles[column].unit
-        if said and self._may_be(said, joint, quantity):
+        is_other = said and turning != sliding and self.robot and not fits(said, (ours,))
+        if said and not is_other and (said, quantity) != ('%', 'position'):
             return Unit(said, 'its name says so')
         if quantity == 'position':
             return self._position(joint, column)
         if quantity == 'velocity':
             return self._velocity(joint, column)
-        if self.robot and joint in self.robot.slides and quantity in OF_SLIDES:
-            return Unit(OF_SLIDES[quantity], f'{joint} of {self.robot.ref} slides')
-        return Unit(SI[quantity], 'nothing says another')
-
-    def _as_taken(self, joint: str, quantity: str) -> Unit:
-        """Return what is to be filled in for a goal of which only the robot says what it is."""
-        assert self.robot
-        units_of = {**SI, **OF_SLIDES} if joint in self.robot.slides else SI
-        unit = units_of[quantity]
-        why = f'{self.robot.ref} takes {INPUTS[quantity]}, and the name does not say what it is'
-        return Unit('?', f'{why}: unit: {unit}, or scale: {unit} for 1')
-
-    def _may_be(self, unit: str, joint: str, quantity: str) -> bool:
-        """Say whether a unit in a name is one of the joint's; per cent of a range is none."""
-        if unit == '%' and quantity == 'position':
-            return False
-        if self.robot and quantity in OF_SLIDES:
-            kinds = OF_SLIDES if joint in self.robot.slides else OF_TURNS
-            return fits(unit, (kinds[quantity],))
-        return True
+        if self.robot and ours != turning:
+            return Unit(ours, f'{joint} of {self.robot.ref} slides')
+        return Unit(ours, 'nothing says another')
 
     def _position(self, joint: str, column: str) -> Unit:
         name = self.roles[column].joint
-        if self._calibrated and (found := self._calibrated.of(name, self._end(joint))):
+        low = self.robot.limits.get(joint, (0.0, 0.0))[0] if self.robot else 0.0
+        end = low if np.isfinite(low) else 0.0  # rad: its lower stop, where that is known
+        if self.calibration and (found := self._calibrated(self.calibration, name, end)):
             return found
         if self.roles[column].unit == '%':
             return Unit('?', 'its name says per cent: scale: rad for 1 %, and no unit')
         measured = self.chosen.joints.get(joint, {}).get('position', column)
-        if measured != column and self._are_alike(measured, column):
+        one, other = (numbers.peak_of([self.table[each]]) for each in (measured, column))
+        if measured != column and one < ALIKE * other and other < ALIKE * one:
             return self.of(joint, 'position', measured)
         return (
             self._by_speed(joint, column)
             or self._of_robot(joint, column)
             or self._by_numbers(name, self.table[column])
         )
-
-    def _are_alike(self, measured: str, goal: str) -> bool:
-        """Say whether a goal may be in the unit of the position, whose name may say it."""
-        one, other = (peak_of([self.table[name]]) for name in (measured, goal))
-        return one < ALIKE * other and other < ALIKE * one
 
     def _by_speed(self, joint: str, column: str) -> Unit | None:
         """Return the unit in which its change is the speed, where that has a unit in its name."""
@@ -132,69 +101,85 @@ class Units:
         if not said or not fits(said, ('rad/s',)) or self._t is None:
             return None
         dq = self.first[speed] * units.parse(said).factor
-        return of_turns(self._t, self.first[column], dq)
+        return numbers.of_turns(self._t, self.first[column], dq)
 
     def _of_robot(self, joint: str, column: str) -> Unit | None:
-        """Return what the robot says of a position; None where it leaves it open."""
         if not self.robot:
             return None
-        if is_clipped(self._bodies):
+        if numbers.is_clipped(self._bodies):
             return of_per_cent(self.robot, joint)
         values = self.table[column]
-        if self.is_lerobot and peak_of([values]) <= PER_CENT:
+        if self.is_lerobot and numbers.peak_of([values]) <= numbers.PER_CENT:
             return None  # degrees as well as per cent
         return of_joint(self.robot, joint, values)
 
-    def _end(self, joint: str) -> float:
-        """Return the lower stop of a joint [rad], 0 where it is not known."""
-        low = self.robot.limits.get(joint, (0.0, 0.0))[0] if self.robot else 0.0
-        return low if np.isfinite(low) else 0.0
-
     def _by_numbers(self, name: str, values: Column) -> Unit:
-        other = self._shared.name == 'deg' or peak_of([values]) > RADIANS
-        if GRIPPER in name and other and is_per_cent(values):
+        other = self._shared.name == 'deg' or numbers.peak_of([values]) > numbers.RADIANS
+        if GRIPPER in name and other and numbers.is_per_cent(values):
             return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
         return self._shared
 
     @cached_property
     def _shared(self) -> Unit:
         """The unit that all angles without one in their name share; a gripper may have another."""
-        return of_angles(self._bodies or [self.table[name] for name in self._open])
+        return numbers.of_angles(self._bodies or [self.table[name] for name in self._open])
 
     @property
     def _open(self) -> list[str]:
-        """Positions and goals whose unit their names leave open."""
         roles = self.roles.items()
         return [name for name, r in roles if r.quantity == 'position' and not r.unit]
-
-    @cached_property
-    def _calibrated(self) -> Calibrated | None:
-        if self.calibration is None:
-            return None
-        positions = [(self.roles[name], self.table[name]) for name in self._open]
-        return Calibrated(self.calibration, positions)
 
     @property
     def _bodies(self) -> list[Column]:
         """The same but for the gripper, which is in per cent in any case."""
         return [self.table[name] for name in self._open if GRIPPER not in self.roles[name].joint]
 
+    def _calibrated(self, calibration: Calibration, name: str, end: float) -> Unit | None:
+        """Return what makes angles of a joint's numbers; None where it has no calibration.
+
+        A gripper has 0 % at the angle `end` [rad].
+        """
+        motor, file = calibration.of(name), calibration.file.name
+        if motor is None:
+            return None
+        if GRIPPER in name:
+            why = f'per cent of the range in {file}, from {end:.4g} rad'
+            return Unit('', why, motor.per_cent(True, end))
+        per_cent, why = self._are_per_cent(calibration)
+        if per_cent:
+            why += f': per cent of the range in {file}, 0 its middle'
+            return Unit('', why, motor.per_cent(False))
+        if per_cent is None:
+            scale = motor.per_cent(False)['scale']
+            return Unit('?', f'{why}: unit: deg, or of per cent scale: {scale:.6g} ({file})')
+        return Unit('deg', f'{why}; 0 is the middle of the range in {file}')
+
+    def _are_per_cent(self, calibration: Calibration) -> tuple[bool | None, str]:
+        """Whether the numbers are per cent, None where they may be either; and why."""
+        roles = [(self.roles[name], self.table[name]) for name in self._open]
+        bodies = [(role, values) for role, values in roles if GRIPPER not in role.joint]
+        measured = [(role.joint, values) for role, values in bodies if not role.is_goal]
+        states = [values for _, values in measured]
+        if numbers.is_clipped(states) or numbers.is_clipped(self._bodies):
+            return True, 'they end at exactly 100'
+        peak = numbers.peak_of(states)
+        if peak > 100.0:
+            return False, f'up to {peak:.4g}, beyond per cent'
+        for joint, values in measured:
+            motor, far = calibration.of(joint), numbers.peak_of([values])
+            if motor and far > motor.degrees + BEYOND:
+                return True, f'{joint} goes to {far:.4g}, beyond its {motor.degrees:.4g} deg'
+        return None, f'up to {peak:.4g}, within either'
+
     def _velocity(self, joint: str, column: str) -> Unit:
-        """Return the unit in which the speed is the change of the position, else its angles'."""
         position = self.chosen.joints.get(joint, {}).get('position', '')
         angle = self.of(joint, 'position', position) if position else self._shared
         sliding = fits(angle.name, ('m',)) if angle.name not in ('', '?') else False
-        found = self._by_change(position, angle, column, SLIDING_RATES if sliding else RATES)
-        if found:
-            return found
+        if self._t is not None and position and angle.name != '?':
+            q = self.first[position] * (angle.said.get('scale') or units.parse(angle.name).factor)
+            names = SLIDING_RATES if sliding else RATES
+            if found := numbers.of_rates(self._t, q, self.first[column], names):
+                return found
         if angle.name == '?' or angle.said:
             return Unit('?', 'as the angles')
         return Unit(ANGULAR.get(angle.name, 'm/s' if sliding else 'rad/s'), 'as the angles')
-
-    def _by_change(
-        self, position: str, angle: Unit, column: str, names: Sequence[str]
-    ) -> Unit | None:
-        if self._t is None or not position or angle.name == '?':
-            return None
-        scale = angle.said.get('scale') or units.parse(angle.name).factor
-        return of_rates(self._t, self.first[position] * scale, self.first[column], names)

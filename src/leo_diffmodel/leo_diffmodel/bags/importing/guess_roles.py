@@ -24,23 +24,20 @@ def _words(text: str) -> set[str]:
 
 
 WORDS = {
-    what: _words(words)
-    for what, words in {
-        'time': 't time timestamp timestamps stamp clock sec secs seconds zeit '
-        'zeitstempel temps instant horodatage',
-        'supply_voltage': 'supply battery vbat vbus versorgung versorgungs akku batterie '
-        'alimentation',
-        'acceleration': 'ddq qdd ddot acc accel acceleration beschleunigung',
-        'velocity': 'vel velocity velocities speed speeds dq qd qdot dot dtheta dphi rate '
-        'omega drehzahl geschwindigkeit vitesse',
-        'effort': 'tau torque torques effort efforts force moment kraft couple',
-        'voltage': 'voltage volt volts spannung tension',
-        'position': 'pos position positions angle angles q theta phi state winkel lage '
-        'stellung weg auslenkung',
-        'current': 'strom courant current amps',
-    }.items()
+    'time': 't time timestamp timestamps stamp clock sec secs seconds zeit zeitstempel temps '
+    'instant horodatage',
+    'supply_voltage': 'supply battery vbat vbus versorgung versorgungs akku batterie alimentation',
+    'acceleration': 'ddq qdd ddot acc accel acceleration beschleunigung',
+    'velocity': 'vel velocity velocities speed speeds dq qd qdot dot dtheta dphi rate omega '
+    'drehzahl geschwindigkeit vitesse',
+    'effort': 'tau torque torques effort efforts force moment kraft couple',
+    'voltage': 'voltage volt volts spannung tension',
+    'position': 'pos position positions angle angles q theta phi state winkel lage stellung weg '
+    'auslenkung',
+    'current': 'strom courant current amps',
 }
 """Words of each quantity, the surer ones first."""
+MEANING = by_word(WORDS)
 SYMBOLS = by_word(
     {'position': 'x s', 'velocity': 'v w n', 'effort': 'f m', 'voltage': 'u', 'current': 'i'}
 )
@@ -59,8 +56,7 @@ BESIDES = _words(
 """Words that are no name of a joint."""
 ENABLED = _words('enable enabled on active activated freigabe aktiv actif')
 """Words of a flag that says whether a motor is on."""
-MOTORS = ('motor', 'motors', 'servo', 'servos', 'drive')
-"""What a flag of all joints may name besides."""
+MOTORS = ('motor', 'motors', 'servo', 'servos', 'drive')  # what a flag of all may name
 _PARTS = sorted(
     _words(
         'soll ist ziel dreh gelenk motor winkel drehzahl geschwindigkeit moment kraft spannung '
@@ -70,43 +66,17 @@ _PARTS = sorted(
     reverse=True,
 )
 """Of German compounds."""
-ANYWHERE = by_word(
-    {
-        'deg': 'deg degree degrees',
-        'rad': 'rad radians',
-        'ms': 'ms',
-        'us': 'us',
-        'ns': 'ns',
-        'rpm': 'rpm',
-        'N m': 'nm',
-        'mV': 'mv',
-    }
-)
+ANYWHERE = _words('deg degree degrees rad radians ms us ns rpm nm mv')
 """Words that are units wherever they stand in a name."""
-LAST = by_word(
-    {
-        'rad/s': 'rad_s rad_per_s rad_per_sec rads radps',
-        'deg/s': 'deg_s deg_per_s deg_per_sec degs dps',
-        'm/s': 'm_s m_per_s mps',
-        'mm/s': 'mm_s',
-        'rev/s': 'rev_s',
-        'rpm': 'rev_min u_min tr_min',
-        'N m': 'n_m',
-        'mN m': 'mnm',
-        'N cm': 'ncm',
-        'rad/s2': 'rad_s_2',
-        'm/s2': 'm_s_2',
-        'mm': 'mm',
-        'cm': 'cm',
-        'mA': 'ma',
-        's': 'sec',
-    }
-)
+LAST = {
+    ending: canonical(ending.replace('_per_', '/').replace('_', '/'))
+    for ending in _words(
+        'rad_s rad_per_s rad_per_sec rads radps deg_s deg_per_s deg_per_sec degs dps m_s m_per_s '
+        'mps mm_s rev_s rev_min u_min tr_min mnm ncm mm cm ma sec'
+    )
+} | {'n_m': 'N m', 'rad_s_2': 'rad/s2', 'm_s_2': 'm/s2'}
 """Words that are a unit where a name ends in them."""
-LETTERS = {'m': 'm', 's': 's', 'N': 'N', 'V': 'V', 'A': 'A'}
-"""Single letters that are a unit at the end, where what they would be the unit of has it."""
-BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')
-"""Quantities that a unit alone shows."""
+BY_UNIT = ('velocity', 'effort', 'voltage', 'current', 'position')  # that a unit alone shows
 _IN_BRACKETS = re.compile(r'[\[(]\s*([^\])]*?)\s*[\])]\s*$')
 _COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
 _PART = re.compile('|'.join(_PARTS))
@@ -115,13 +85,10 @@ _CAMEL = re.compile(r'(?<=[a-z])(?=[A-Z][a-z])')
 
 
 class Role(NamedTuple):
-    """What a column is.
+    """What a column is by its name; '' for what that does not say.
 
-    Attributes:
-        quantity: a key of `WORDS`; '' for what its name does not say.
-        is_goal: whether it was asked for, and not measured.
-        joint: the rest of its name; '' without one.
-        unit: that the name says, in one spelling; '' without one.
+    The quantity is a key of `WORDS`; a goal was asked for, and not measured; the joint is the
+    rest.
     """
 
     quantity: str
@@ -136,11 +103,13 @@ def role_of(column: str) -> Role:
     words = words_of(name)
     is_goal = bool(GOAL & set(words))
     quantity = _quantity(words, unit, letter)
-    if letter and not _has(quantity, words, letter):
+    turns = letter == 'm' and ANGLES & set(words)
+    if letter and (turns or not fits_quantity(letter, quantity)):
         words, letter = words + [letter.lower()], ''
-    if is_goal and not quantity:
-        quantity = 'position'
-    return Role(quantity, is_goal, _joint(words, unit or letter), unit or letter)
+    spent = {*MEANING, *GOAL, *BESIDES, *(SYMBOLS if unit or letter else ())}
+    joint = '_'.join(word for word in words if word not in spent)
+    joint = f'joint{joint}' if joint.isdecimal() else joint
+    return Role(quantity or ('position' if is_goal else ''), is_goal, joint, unit or letter)
 
 
 def roles_of(columns: Iterable[str]) -> dict[str, Role]:
@@ -152,7 +121,6 @@ def roles_of(columns: Iterable[str]) -> dict[str, Role]:
 
 
 def is_bare_goal(column: str) -> bool:
-    """Say whether a name says that something was asked for, as `cmd`, and not what."""
     name, unit, letter = _unit(column)
     words = words_of(name)
     return bool(GOAL & set(words)) and not _quantity(words, unit, letter)
@@ -187,13 +155,11 @@ def plain(word: str) -> str:
 
 
 def words_of(name: str) -> list[str]:
-    """Return the words of a name: jointPos and Sollwinkel have two each."""
     words = map(plain, _WORD.findall(_CAMEL.sub('_', name)))
     return [p for w in words for p in (_PART.findall(w) if _COMPOUND.fullmatch(w) else [w])]
 
 
 def fits_quantity(unit: str, quantity: str) -> bool:
-    """Say whether a unit is one of a quantity."""
     return fits(unit, QUANTITIES.get(quantity, ()))
 
 
@@ -209,16 +175,17 @@ def _unit(column: str) -> tuple[str, str, str]:
         said = LAST.get('_'.join(words[-count:]).lower(), '')
         if said and len(words) > count:
             return ' '.join(words[:-count]), said, ''
-    said = next((ANYWHERE[word.lower()] for word in words if word.lower() in ANYWHERE), '')
-    if said:
-        return ' '.join(word for word in words if word.lower() not in ANYWHERE), said, ''
-    letter = LETTERS.get(words[-1], '') if re.search(r'[^\W_]+[_ .][msNVA]$', column) else ''
+    if said := next((word.lower() for word in words if word.lower() in ANYWHERE), ''):
+        rest = ' '.join(word for word in words if word.lower() not in ANYWHERE)
+        return rest, canonical(said), ''
+    letter = words[-1] if re.search(r'[^\W_]+[_ .][msNVA]$', column) else ''
     return ' '.join(words[:-1]) if letter else column, '', letter
 
 
 def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
     """Return the quantity that the words say, else a formula's letter or the unit alone."""
-    said = next((name for name, known in WORDS.items() if known & set(words)), '')
+    meant = {MEANING[word] for word in words if word in MEANING}
+    said = next((name for name in WORDS if name in meant), '')
     if said == 'position' and unit and not fits_quantity(unit, said):
         said = ''  # as of 'angle state [rad/s]'
     unit = unit or letter
@@ -228,17 +195,3 @@ def _quantity(words: Sequence[str], unit: str, letter: str) -> str:
     if symbol and fits_quantity(unit, symbol):
         return symbol
     return next((q for q in BY_UNIT if unit not in ('%', '1') and fits_quantity(unit, q)), '')
-
-
-def _has(quantity: str, words: Sequence[str], letter: str) -> bool:
-    """Say whether a last letter is the unit of a quantity with these words."""
-    if not quantity or (letter == 'm' and ANGLES & set(words)):
-        return False
-    return fits_quantity(letter, quantity)
-
-
-def _joint(words: Sequence[str], unit: str) -> str:
-    """Return the words that say no quantity, joined; a formula's letter next to a unit is none."""
-    spent = set().union(*WORDS.values(), GOAL, BESIDES, SYMBOLS if unit else ())
-    rest = '_'.join(word for word in words if word not in spent)
-    return f'joint{rest}' if rest.isdecimal() else rest

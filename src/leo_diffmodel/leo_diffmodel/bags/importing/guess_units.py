@@ -13,17 +13,13 @@ from leo_msgs_py import units
 
 from .log_format import Column
 
-RADIANS = 4 * np.pi
-"""Angles of joints seldom go beyond two turns."""
+RADIANS = 4 * np.pi  # angles of joints seldom go beyond two turns
 PER_CENT = 100.5
 DEGREES = 720.0
-FASTEST, SLOWEST = 20e3, 2.0
-"""Rates at which robots are logged [Hz]."""
-AGREES = 1.3
-"""Units of a speed are six times apart and more; filters and gaps take less than this factor."""
+FASTEST, SLOWEST = 20e3, 2.0  # rates at which robots are logged [Hz]
+AGREES = 1.3  # units of a speed are six times apart and more; filters and gaps take less
 TURNS = ('rad', 'deg', 'rev')
-SPANS = 50
-"""A log is compared in so many parts, which are longer than its noise."""
+SPANS = 50  # a log is compared in so many parts, which are longer than its noise
 
 
 class Unit(NamedTuple):
@@ -35,29 +31,21 @@ class Unit(NamedTuple):
 
     @property
     def entry(self) -> dict[str, Any]:
-        """The keys of the map."""
         return dict(self.said) or ({'unit': self.name} if self.name else {})
 
 
 def of_angles(columns: Sequence[Column]) -> Unit:
-    """Return the unit of angles that belong together: one of each joint, and their goals."""
     peak = peak_of(columns)
     if peak <= RADIANS:
         return Unit('rad', f'none is beyond {peak:.3g}, so radians')
     if is_clipped(columns):
-        return Unit(
-            '?',
-            'they end at exactly 100: per cent of the calibrated range; '
-            'scale: rad for 1 %, and no unit',
-        )
+        why = 'they end at exactly 100: per cent of the calibrated range'
+        return Unit('?', f'{why}; scale: rad for 1 %, and no unit')
     if peak > DEGREES:
         return Unit('?', f'up to {peak:.4g}: counts of an encoder? then scale: rad for one')
     if peak > PER_CENT:
-        return Unit(
-            'deg',
-            f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent; '
-            'unit: rad for a joint that turns round',
-        )
+        why = f'up to {peak:.3g}: beyond two turns in rad, and beyond per cent'
+        return Unit('deg', f'{why}; unit: rad for a joint that turns round')
     return Unit('?', f'up to {peak:.3g}: unit: deg, or of per cent of a range scale: rad for 1 %')
 
 
@@ -67,38 +55,32 @@ def of_rates(t: Column, q: Column, dq: Column, names: Sequence[str]) -> Unit | N
     Times [s], angles in SI and speeds have shape (T,).
     """
     ratio = _change_over_speed(t, q, dq)
-    for name in names:
-        if ratio and 1 / AGREES < ratio / units.parse(name).factor < AGREES:
-            return Unit(name, f'in {name} it is the change of the position')
-    return None
+    agreeing = (n for n in names if 1 / AGREES < ratio / units.parse(n).factor < AGREES)
+    name = next(agreeing, '')
+    return Unit(name, f'in {name} it is the change of the position') if name else None
 
 
 def of_turns(t: Column, q: Column, dq: Column) -> Unit | None:
-    """Return the unit of angles whose change a speed in SI is; None where none is."""
     ratio = _change_over_speed(t, q, dq)
-    for name in TURNS:
-        if ratio and 1 / AGREES < ratio * units.parse(name).factor < AGREES:
-            return Unit(name, f'its change in {name} is the speed')
-    return None
+    agreeing = (n for n in TURNS if 1 / AGREES < ratio * units.parse(n).factor < AGREES)
+    name = next(agreeing, '')
+    return Unit(name, f'its change in {name} is the speed') if name else None
 
 
-def _change_over_speed(t: Column, q: Column, dq: Column) -> float | None:
-    """Return how much faster positions change than the speed says; None where nothing moves."""
+def _change_over_speed(t: Column, q: Column, dq: Column) -> float:
+    """Return how much faster positions change than the speed says; 0 where nothing moves."""
     rows = np.isfinite(t) & np.isfinite(q) & np.isfinite(dq)
     t, q, dq = t[rows], q[rows], dq[rows]
     if len(t) < 2 * SPANS:
-        return None
+        return 0.0
     way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (dq[1:] + dq[:-1]) / 2)])
     span = max(1, len(t) // SPANS)
     moved, logged = np.abs(q[span:] - q[:-span]), np.abs(way[span:] - way[:-span])
     moving = logged > 0.1 * logged.max(initial=0.0)
-    if not moving.any():
-        return None
-    return float(np.median(moved[moving] / logged[moving]))
+    return float(np.median(moved[moving] / logged[moving])) if moving.any() else 0.0
 
 
 def of_time(column: Column) -> Unit:
-    """Return the unit in which a time goes on as robots are logged."""
     steps = np.diff(column[np.isfinite(column)])
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     for unit in ('s', 'ms', 'us', 'ns'):
@@ -109,7 +91,6 @@ def of_time(column: Column) -> Unit:
 
 
 def is_per_cent(column: Column) -> bool:
-    """Say whether values may be per cent from an end of a range."""
     return bool(np.nanmin(column) >= -1.0 and np.nanmax(column) <= PER_CENT)
 
 

@@ -22,8 +22,7 @@ from .guess_columns import MEASURED, rising
 from .guess_roles import role_of
 from .log_format import Column, Table
 
-SAME = 1e-9
-"""Times that differ by less are the same [of a file's unit]."""
+SAME = 1e-9  # times that differ by less are the same [of a file's unit]
 
 
 class Part(NamedTuple):
@@ -36,13 +35,18 @@ class Part(NamedTuple):
 
     @property
     def t(self) -> Column:
-        """Its times."""
         return self.table[self.time]
 
     @property
     def rows(self) -> int:
-        """How many there are."""
         return len(next(iter(self.table.values())))
+
+    def at(self, clock: Column, values: Column) -> Column:
+        """Values at other times, by linear interpolation where those are others."""
+        if not self.time or _same(self.t, clock):
+            return values
+        known = np.isfinite(self.t)
+        return np.interp(clock, self.t[known], values[known])
 
     def columns(self) -> Table:
         """Return its columns but the time, with its name in front; a nameless one has it alone."""
@@ -60,7 +64,7 @@ def are_parts(logs: Sequence[Path], tables: Sequence[Table]) -> bool:
     named = [role_of(name).quantity for name in short_names(logs)]
     differ = len(logs) > 1 and all(named) and len(set(named)) == len(named)
     found = ({role_of(name).quantity for name in table} for table in tables)
-    return differ and all(len(of_table & {*MEASURED, 'voltage'}) < 2 for of_table in found)
+    return differ and all(len(quantities & {*MEASURED, 'voltage'}) < 2 for quantities in found)
 
 
 def joined(
@@ -68,20 +72,17 @@ def joined(
 ) -> tuple[list[Table], str]:
     """Return the joined tables of files, one for each episode, and how they were joined.
 
-    Args:
-        logs: each with its tables.
-        time: the column of the map; by default what is named as a time and rises.
-
-    Raises:
-        UserError: they have not as many episodes or rows, or do not overlap in time.
+    `time` is the column of the map; by default what is named as a time and rises. Files that have
+    not as many episodes or rows, or do not overlap in time, are refused.
     """
     if len({len(tables) for _, tables in logs}) > 1:
         counts = {log.name: len(tables) for log, tables in logs}
         raise UserError(f'parts of one run differ in their number of episodes: {counts}')
-    names = short_names([log for log, _ in logs])
+    paths, tables = zip(*logs, strict=True)
+    named = list(zip(paths, short_names(paths), strict=True))
     found = [
-        _one([Part(logs[k][0], names[k], t, _time(t, time)) for k, t in enumerate(tables)])
-        for tables in zip(*(tables for _, tables in logs), strict=True)
+        _one([Part(*who, t, _time(t, time)) for who, t in zip(named, episode, strict=True)])
+        for episode in zip(*tables, strict=True)
     ]
     return [table for table, _ in found], found[0][1]
 
@@ -114,12 +115,11 @@ def _one(parts: Sequence[Part]) -> tuple[Table, str]:
     rows = _overlap(clock.t, [part.t for part in timed], listed)
     table = {clock.time: clock.t[rows]}
     for part in parts:
-        table |= {name: _at(clock.t, part, c)[rows] for name, c in part.columns().items()}
+        table |= {name: part.at(clock.t, c)[rows] for name, c in part.columns().items()}
     return table, _how(listed, clock, parts, len(rows))
 
 
 def _as_many_rows(parts: Sequence[Part]) -> None:
-    """Refuse parts to be joined row by row that differ in their rows."""
     if len({part.rows for part in parts}) > 1:
         counts = ', '.join(f'{part.log.name} has {part.rows}' for part in parts)
         raise UserError(
@@ -129,7 +129,6 @@ def _as_many_rows(parts: Sequence[Part]) -> None:
 
 
 def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.int64]:
-    """Return the rows of the clock that all parts reach."""
     low, high = max(map(np.nanmin, times)), min(map(np.nanmax, times))
     rows = np.flatnonzero((clock >= low - SAME) & (clock <= high + SAME))
     if len(rows) < 2:
@@ -140,22 +139,17 @@ def _overlap(clock: Column, times: Sequence[Column], listed: str) -> NDArray[np.
     return rows
 
 
-def _at(clock: Column, part: Part, values: Column) -> Column:
-    if not part.time or _same(part.t, clock):
-        return values
-    known = np.isfinite(part.t)
-    return np.interp(clock, part.t[known], values[known])
-
-
 def _same(t: Column, clock: Column) -> bool:
     return t.shape == clock.shape and bool(np.allclose(t, clock, rtol=0.0, atol=SAME))
 
 
 def _how(listed: str, clock: Part, parts: Sequence[Part], rows: int) -> str:
-    moved = [p.log.name for p in parts if p.time and not _same(p.t, clock.t)]
-    plain = [p.log.name for p in parts if not p.time]
-    notes = [f'joined {listed} by the times of {clock.log.name}']
-    notes += [f'{", ".join(moved)} interpolated'] if moved else []
-    notes += [f'{", ".join(plain)} row by row'] if plain else []
-    notes += [f'{clock.rows - rows} rows left out that not all have'] if rows < clock.rows else []
-    return '; '.join(notes)
+    moved = ', '.join(p.log.name for p in parts if p.time and not _same(p.t, clock.t))
+    plain = ', '.join(p.log.name for p in parts if not p.time)
+    notes = {
+        f'joined {listed} by the times of {clock.log.name}': True,
+        f'{moved} interpolated': moved,
+        f'{plain} row by row': plain,
+        f'{clock.rows - rows} rows left out that not all have': rows < clock.rows,
+    }
+    return '; '.join(note for note, holds in notes.items() if holds)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
 import json
 from pathlib import Path
@@ -11,34 +12,20 @@ from typing import Any
 from leo_msgs_py.errors import UserError
 from leo_sim.common.yaml_file import shown
 
-from .arrays_log import (
-    columns,
-    filled,
-    follow,
-    from_fields,
-    from_rows,
-    into,
-    is_number,
-    listed,
-    number,
-    same_length,
-    steps,
-)
+from . import arrays_log as arrays
 from .log_format import LogFormat, read_log_text, Reader, Table
 
 DEEPEST = 5
 
 
 def read_json(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return one table for each place where rows are."""
-    content = json_content(log, log_format)
+    content = _content(log, log_format)
     if log_format.fields:
-        return from_fields(log, content, log_format)
-    return [_table(log, content, p, log_format) for p in listed(log_format.records or '')]
+        return arrays.from_fields(log, content, log_format)
+    return [_table(log, content, p, log_format) for p in arrays.listed(log_format.records or '')]
 
 
-def json_content(log: Path, log_format: LogFormat) -> Any:
-    """Return what a JSON file says; refuse an object with one name twice."""
+def _content(log: Path, log_format: LogFormat) -> Any:
     try:
         text = read_log_text(log, log_format.encoding)
         return json.loads(text, object_pairs_hook=partial(_each_once, log))
@@ -51,27 +38,27 @@ def json_content(log: Path, log_format: LogFormat) -> Any:
 def _each_once(log: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
+        times = Counter(name for name, _ in pairs)
+        twice = next(name for name in times if times[name] > 1)
         raise UserError(f'{log}: {shown(twice)} stands twice in one object; rename one')
     return found
 
 
 def _table(log: Path, content: Any, place: str, log_format: LogFormat) -> Table:
-    rows = follow(content, place, log)
+    rows = arrays.follow(content, place, log)
     if isinstance(rows, dict):
-        return same_length(log, columns(log, rows, log_format))
-    table = from_rows(log, rows, place, log_format)
-    return filled(_on_the_way(content, place), len(rows)) | table
+        return arrays.same_length(log, arrays.columns(log, rows, log_format))
+    table = arrays.from_rows(log, rows, place, log_format)
+    return arrays.filled(_on_the_way(content, place), len(rows)) | table
 
 
 def _on_the_way(content: Any, place: str) -> dict[str, float]:
     """Return the numbers that a log has at each level on the way to its records."""
     found: dict[str, float] = {}
-    for step in steps(place):
+    for step in arrays.steps(place):
         if isinstance(content, dict):
-            found |= {name: number(v) for name, v in content.items() if is_number(v)}
-        content = into(content, step)
+            found |= {name: arrays.number(v) for name, v in content.items() if arrays.is_number(v)}
+        content = arrays.into(content, step)
     return found
 
 
@@ -85,7 +72,7 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
         return place if records or _are_rows(content) else None
     if not isinstance(content, dict) or deep > DEEPEST:
         return None
-    if any(isinstance(v, list) and v and is_number(v[0]) for v in content.values()):
+    if any(isinstance(v, list) and v and arrays.is_number(v[0]) for v in content.values()):
         return place
     inside = {key: f'{place}.{key}'.lstrip('.') for key in content}
     episodes = [inside[key] for key, value in content.items() if _are_rows(value)]
@@ -96,17 +83,14 @@ def places_of_rows(content: Any, place: str = '', deep: int = 0) -> str | list[s
 
 
 def _are_rows(value: Any) -> bool:
-    """Say whether a value is a list of lists of numbers, all of one length."""
-    return (
-        isinstance(value, list)
-        and len(value) > 1
-        and all(isinstance(row, list) and row and is_number(row[0]) for row in value)
-        and len(set(map(len, value))) == 1
-    )
+    if not isinstance(value, list) or len(value) < 2:
+        return False
+    rows = all(isinstance(row, list) and row and arrays.is_number(row[0]) for row in value)
+    return rows and len(set(map(len, value))) == 1
 
 
 def _guessed(log: Path) -> LogFormat:
-    return LogFormat(records=places_of_rows(json_content(log, LogFormat())))
+    return LogFormat(records=places_of_rows(_content(log, LogFormat())))
 
 
 JSON = Reader('json', ('json',), read_json, guessed=_guessed)

@@ -27,23 +27,17 @@ from leo_sim.common.yaml_file import check, read_text, shown
 from .log_format import Column, LogFormat, Reader, Table
 
 EPISODE, FRAME = 'episode_index', 'frame_index'
-WIDEST = 1000
-"""A feature of more numbers than a robot has joints is none of its state."""
+WIDEST = 1000  # a feature of more numbers than a robot has joints is none of its state
 _NUMBERS = ('float', 'int', 'uint', 'bool')
 
 
 class Feature(BaseModel):
-    """One feature as info.json describes it."""
-
     dtype: str
     shape: list[int]
     names: list[Any] | dict[str, Any] | None = None
 
     def columns(self, name: str) -> list[str]:
-        """Return the names of its columns, by number where not each number has one of its own.
-
-        There are none where it is no row of numbers.
-        """
+        """The names of its columns, by number where not each has its own; none of a picture."""
         if not self.dtype.startswith(_NUMBERS) or len(self.shape) != 1 or self.shape[0] > WIDEST:
             return []
         width, found = self.shape[0], list(_texts(self.names))
@@ -64,8 +58,6 @@ def _texts(names: Any) -> Iterator[str]:
 
 
 class Info(BaseModel):
-    """What is needed of info.json."""
-
     codebase_version: str
     fps: float = Field(gt=0, allow_inf_nan=False)
     features: dict[str, Feature]
@@ -73,12 +65,10 @@ class Info(BaseModel):
 
 
 def is_lerobot(path: Path) -> bool:
-    """Say whether a folder is a LeRobot data set."""
     return (path / 'meta/info.json').is_file()
 
 
 def read_info(folder: Path) -> Info:
-    """Return what a data set of a version that is read says of itself."""
     file = folder / 'meta/info.json'
     try:
         content = json.loads(read_text(file))
@@ -94,7 +84,6 @@ def read_info(folder: Path) -> Info:
 
 
 def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
-    """Return one table per episode, in their order."""
     info = read_info(folder)
     files = sorted(folder.glob('data/chunk-*/*.parquet'))
     if not files:
@@ -107,21 +96,24 @@ def read_lerobot(folder: Path, _: LogFormat) -> list[Table]:
 
 def _frames(file: Path, features: Mapping[str, Feature]) -> Table:
     """Return the frames of one file: the columns that it should have by info.json."""
-    wanted = {name: feature.columns(name) for name, feature in features.items()}
-    wanted = {name: columns for name, columns in wanted.items() if columns}
-    frames = _stored(file, list(wanted))
+    from pyarrow import ArrowException, parquet
+
+    every = {name: feature.columns(name) for name, feature in features.items()}
+    wanted = {name: columns for name, columns in every.items() if columns}
+    try:
+        frames = parquet.ParquetFile(file).read(columns=list(wanted)).to_pydict()
+    except (ArrowException, OSError, ValueError, OverflowError) as error:
+        raise UserError(f'{file} does not read: {one_line(error)}') from None
     for name in (*wanted, EPISODE):
         if name not in wanted or name not in frames:
             raise UserError(
                 f'{file} or meta/info.json lacks {name}; there are {", ".join(frames)}'
             )
-    return {
-        column: values
-        for name, columns in wanted.items()
-        for column, values in zip(
-            columns, _numbers(frames[name], len(columns), f'{file}, {name}'), strict=True
-        )
-    }
+    table: Table = {}
+    for name, columns in wanted.items():
+        values = _numbers(frames[name], len(columns), f'{file}, {name}')
+        table |= zip(columns, values, strict=True)
+    return table
 
 
 def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
@@ -129,25 +121,11 @@ def _each_in_one_file(files: Sequence[Path], parts: Sequence[Table]) -> None:
     seen: dict[float, Path] = {}
     for file, part in zip(files, parts, strict=True):
         for number in np.unique(part[EPISODE][np.isfinite(part[EPISODE])]):
-            if number in seen:
+            if seen.setdefault(number, file) != file:
                 raise UserError(
-                    f'{seen[number]} and {file} both have episode {number:.0f}; '
-                    'number the episodes anew, or take out the file that is not of '
-                    'this set'
+                    f'{seen[number]} and {file} both have episode {number:.0f}; number the '
+                    'episodes anew, or take out the file that is not of this set'
                 )
-            seen[number] = file
-
-
-def _stored(file: Path, names: list[str]) -> dict[str, list[Any]]:
-    """Return what is stored of features, by name: numbers or lists, one for each frame."""
-    try:
-        from pyarrow import ArrowException, parquet
-    except ImportError:
-        raise UserError('reading LeRobot data sets needs pyarrow: pip install pyarrow') from None
-    try:
-        return parquet.ParquetFile(file).read(columns=names).to_pydict()
-    except (ArrowException, OSError, ValueError, OverflowError) as error:
-        raise UserError(f'{file} does not read: {one_line(error)}') from None
 
 
 def _numbers(rows: list[Any], width: int, where: str) -> Column:
@@ -160,7 +138,6 @@ def _numbers(rows: list[Any], width: int, where: str) -> Column:
 
 
 def _episodes(table: Table, folder: Path) -> Iterator[Table]:
-    """Yield the frames of each episode in their order."""
     numbers = table[EPISODE]
     if not np.isfinite(numbers).all():
         raise UserError(f'{folder}: frames without {EPISODE}; fetch the data set again')

@@ -19,8 +19,7 @@ from leo_sim.common.yaml_file import Fixed, shown
 from ..types import Floats
 
 Column = Floats
-Table = dict[str, Column]
-"""Columns by name, all of one length."""
+Table = dict[str, Column]  # columns by name, all of one length
 _INDEX = re.compile(r'\[\s*(:|\d+)\s*,\s*(:|\d+)\s*\]')
 
 
@@ -77,7 +76,6 @@ class Reader:
 
 
 def each_once(names: Sequence[str], where: str) -> None:
-    """Refuse a name that stands above two columns, saying which."""
     for name in names:
         if name and names.count(name) > 1:
             places = ' and '.join(str(k) for k, n in enumerate(names, start=1) if n == name)
@@ -93,25 +91,25 @@ def without_infinite(values: Column) -> Column:
 
 
 def numbered(width: int) -> list[str]:
-    """Return the names of columns that have none: 0, 1, ..."""
     return [str(k) for k in range(width)]
 
 
 def canonical_index(name: str) -> str:
-    """Return the name of a matrix's column as tables have it: `data[:, 2]` of `data[:,2]`."""
     return _INDEX.sub(r'[\1, \2]', name)
 
 
 _MARKS = {BOM_UTF8: 'utf-8-sig', BOM_UTF16_LE: 'utf-16', BOM_UTF16_BE: 'utf-16'}
 """What a file may begin with, and what that says."""
-WINDOWS = 'cp1252'
-"""What spreadsheets and older programs of western Europe write."""
+WINDOWS = 'cp1252'  # what spreadsheets and older programs of western Europe write
 
 
 def read_log_text(path: Path, encoding: str | None = None) -> str:
     """Return a log's text without a byte-order mark; by default its bytes show the encoding."""
-    raw = _bytes(path)
-    code = encoding or _encoding(raw)
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise UserError(f'cannot read {path}: {error.strerror}') from error
+    code = encoding or encoding_of(raw)
     try:
         text = raw.decode(code).removeprefix('\ufeff')
     except LookupError:
@@ -128,19 +126,7 @@ def read_log_text(path: Path, encoding: str | None = None) -> str:
     return text
 
 
-def encoding_of(path: Path) -> str:
-    """Return the encoding that the bytes of a log show."""
-    return _encoding(_bytes(path))
-
-
-def _bytes(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise UserError(f'cannot read {path}: {error.strerror}') from error
-
-
-def _encoding(raw: bytes) -> str:
+def encoding_of(raw: bytes) -> str:
     """Return UTF-8 for what can be read so, else UTF-16 or the Windows one."""
     for mark, code in _MARKS.items():
         if raw.startswith(mark):

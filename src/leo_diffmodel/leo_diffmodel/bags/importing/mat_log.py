@@ -36,7 +36,6 @@ def _content(log: Path) -> dict[str, Any]:
 
 
 def _flat(content: Mapping[str, Any], before: str = '') -> Iterator[tuple[str, Any]]:
-    """Yield (name, value), those of structs with the struct's name before: `run.angle`."""
     for name, value in content.items():
         if isinstance(value, dict):
             yield from _flat(value, f'{before}{name}.')

@@ -17,19 +17,20 @@ from ..types import APPLIED
 from .column_map import ColumnMap, ColumnSpec, QUANTITIES, unit_factor
 from .log_format import Column, Table
 
-FEWEST = 2
-"""Samples of a run."""
+FEWEST = 2  # samples of a run
 NO_TIME = 'without a time'
 REPEATED = 'with the time of the row before'
-LeftOut = Counter[str]
-"""How many rows for each reason."""
+LeftOut = Counter[str]  # how many rows for each reason
 
 
 def times(
     log: Path, table: Table, mapping: ColumnMap
 ) -> tuple[Column, NDArray[np.int64], LeftOut]:
-    """Return times [s] that increase, the rows they belong to, and what is left out."""
-    t = _clock(log, table, mapping)
+    if mapping.time.period is not None:
+        t = np.arange(len(next(iter(table.values()))), dtype=float) * mapping.time.period
+    else:
+        factor = unit_factor(mapping.time.unit, 'time', str(log), QUANTITIES['time'])
+        t = ColumnSpec(column=mapping.time.column).values(table, 'time', str(log)) * factor
     timed = np.flatnonzero(np.isfinite(t))
     if timed.size and not np.ptp(t[timed]) <= LONGEST:
         raise UserError(
@@ -50,15 +51,6 @@ def times(
     return t[rows], rows, left
 
 
-def _clock(log: Path, table: Table, mapping: ColumnMap) -> Column:
-    """Return the time of each row [s], NaN without one."""
-    if mapping.time.period is not None:
-        return np.arange(len(next(iter(table.values()))), dtype=float) * mapping.time.period
-    spec = ColumnSpec(column=mapping.time.column)
-    factor = unit_factor(mapping.time.unit, 'time', str(log), QUANTITIES['time'])
-    return spec.values(table, 'time', str(log)) * factor
-
-
 def _refuse_backwards(log: Path, t: Column, rows: NDArray[np.int64], steps: Column) -> None:
     back = np.flatnonzero(steps < 0)
     if back.size:
@@ -72,8 +64,7 @@ def _refuse_backwards(log: Path, t: Column, rows: NDArray[np.int64], steps: Colu
 def incomplete(log: Path, run: Run, mapping: ColumnMap) -> LeftOut:
     """Return how many samples lack a position or a speed, which no reader of a bag takes.
 
-    Raises:
-        UserError: too few are left.
+    Raises UserError where too few are left.
     """
     columns = {
         spec.source: values[:, k]
@@ -106,7 +97,6 @@ def refuse_unknown_inputs(log: Path, run: Run, mapping: ColumnMap) -> None:
 
 
 def sentences(left_out: Mapping[Path, LeftOut], rows: Mapping[Path, int]) -> list[str]:
-    """Return a line for each log of which rows are left out: how many, of how many, and why."""
     return [
         f'{log}: {found.total()} of {rows[log]} rows left out: '
         + ', '.join(f'{count} {why}' for why, count in found.items() if count)

@@ -25,14 +25,12 @@ from .log_format import LogFormat, Reader, Table, without_infinite
 from .mat_log import MAT
 
 READERS = CSV, JSON, MAT, LEROBOT
-GROUP = 'leo.log_formats'
-"""Entry points by which other packages register a `Reader`."""
+GROUP = 'leo.log_formats'  # entry points by which other packages register a `Reader`
 BAGS = {'.mcap', '.db3'}
 SHEETS = {'.xlsx', '.xls', '.xlsm', '.xlsb', '.ods', '.numbers'}
 
 
 def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
-    """Return the tables of a log, one per episode, each with at least one column."""
     tables = reader_of(log, log_format).read(log, log_format)
     if not tables or not all(tables):
         raise UserError(f'{log} has no columns of numbers')
@@ -40,7 +38,6 @@ def read_tables(log: Path, log_format: LogFormat) -> list[Table]:
 
 
 def reader_of(log: Path, log_format: LogFormat) -> Reader:
-    """Return what reads a log: what the map says, else what its name ends in."""
     tried = []
     for reader in chain(READERS, map(_foreign, entry_points(group=GROUP))):
         if reader.takes(log, log_format):
@@ -55,7 +52,6 @@ def reader_of(log: Path, log_format: LogFormat) -> Reader:
 
 
 def _refuse_unread(log: Path) -> None:
-    """Refuse a log that is not there, a bag, a spreadsheet, and a folder of something else."""
     if not log.exists():
         raise UserError(f'no log {log}')
     files = log.iterdir() if log.is_dir() else [log]
@@ -73,7 +69,7 @@ def _refuse_unread(log: Path) -> None:
 
 
 def _foreign(entry: EntryPoint) -> Reader:
-    """Return a reader of another package, whose errors are one line with their place."""
+    """A reader of another package, whose errors are one line with their place."""
     reader: Reader = entry.load()
     file = Path(inspect.getfile(reader.read))
     return replace(reader, read=guarded(file, 'log format', reader.read))
@@ -83,11 +79,9 @@ def episodes_of(
     logs: Sequence[Path], mapping: ColumnMap, join: bool
 ) -> tuple[list[tuple[Path, Table]], str]:
     """Return (log, table) of each episode, and how parts of one run were joined; '' where none."""
-    read = []
-    for log in logs:
-        if is_lerobot(log):
-            _refuse_open_units(log, mapping)
-        read.append((log, read_tables(log, mapping)))
+    for log in filter(is_lerobot, logs):
+        _refuse_open_units(log, mapping)
+    read = [(log, read_tables(log, mapping)) for log in logs]
     if not (join or are_parts(logs, [tables[0] for _, tables in read])):
         return [(log, _computed(log, t, mapping)) for log, tables in read for t in tables], ''
     tables, how = joined(read, mapping.time.column)

@@ -23,16 +23,9 @@ COUNT = 2 * np.pi / 4095
 
 
 def calibration(drive_mode: int = 0) -> dict:
-    return {
-        name: {
-            'id': 1,
-            'drive_mode': drive_mode,
-            'homing_offset': -1365,
-            'range_min': low,
-            'range_max': high,
-        }
-        for name, (low, high) in RANGE.items()
-    }
+    same = {'id': 1, 'drive_mode': drive_mode, 'homing_offset': -1365}
+    ends = RANGE.items()
+    return {name: same | {'range_min': low, 'range_max': high} for name, (low, high) in ends}
 
 
 def logged(name: str, drive_mode: int = 0) -> np.ndarray:

@@ -3,7 +3,6 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,7 +17,7 @@ from leo_diffmodel.bags.importing.expression import evaluate
 from leo_diffmodel.bags.recording import read_bag
 from leo_diffmodel.verbs.import_logs import main
 from leo_msgs_py.errors import UserError
-from leo_sim.description.robot import Actuator, load_robot
+from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
 TORQUE = load_robot('torque_pendulum')
@@ -48,9 +47,8 @@ def write(folder: Path, name: str, text: str) -> Path:
 
 
 def test_units_signs_offsets_and_computed_columns(tmp_path):
-    bag = import_logs(
-        [write(tmp_path, 'log.csv', CSV)], write(tmp_path, 'map.yaml', MAP), tmp_path / 'bag'
-    )
+    column_map = write(tmp_path, 'map.yaml', MAP)
+    bag = import_logs([write(tmp_path, 'log.csv', CSV)], column_map, tmp_path / 'bag')
     recording = read_bag(bag, PENDULUM)
     (episode,) = recording.episodes
     np.testing.assert_allclose(episode.t, [0.0, 0.01, 0.025])
@@ -115,6 +113,8 @@ def test_blank_lines_are_none_and_lines_keep_their_numbers(tmp_path):
 
 
 SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
+ROWS = 't,q\n0,1\n1,1\n'
+POSITION = 'time: t\njoints: {pivot: {position: {column: q, unit: %s}}}\n'
 
 
 @pytest.mark.parametrize(
@@ -131,21 +131,9 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
         ('t,q\n', SIMPLE, 'log.csv has a head but no rows'),
         ('t,q\n0,1\n1e300,1\n', SIMPLE, 'time runs from 0 to 1e+300 s; which unit is it in?'),
         ('t,q\n0,1\n' + '1' * 10**6 + ',1\n', SIMPLE, 'line 3: field larger than field limit'),
-        (
-            't,q\n0,1\n1,1\n',
-            SIMPLE + "delimiter: ';;'\n",
-            'delimiter: String should have at most 1',
-        ),
-        (
-            't,q\n0,1\n1,1\n',
-            SIMPLE + 'columns: {x: where(q)}\n',
-            'where takes 3 arguments, found 1',
-        ),
-        (
-            't,q\n0,1\n1,1\n',
-            SIMPLE + 'columns: {x: ' + '+'.join(['q'] * 20_000) + '}\n',
-            'is too long; build it up in several columns',
-        ),
+        (ROWS, SIMPLE + "delimiter: ';;'\n", 'delimiter: String should have at most 1'),
+        (ROWS, SIMPLE + 'columns: {x: where(q)}\n', 'where takes 3 arguments, found 1'),
+        (ROWS, SIMPLE + f'columns: {{x: {"+".join("q" * 20_000)}}}\n', 'is too long; build it up'),
         ('', SIMPLE, 'is empty'),
         ('t,q\n0,1\n', SIMPLE, '1 samples with a time; at least 2 are needed'),
         ('t,q\n5,1\n5,1\n', SIMPLE, 'log.csv: the time column t does not change; name the one'),
@@ -155,50 +143,27 @@ SIMPLE = 'time: t\njoints: {pivot: {position: q}}\n'
             SIMPLE + 'inputs: {pivot: {voltage: u}}\n',
             'log.csv: u (voltage of pivot) holds no number; name another column',
         ),
+        (ROWS, POSITION % 'V', "'V' is no unit of position; give it in rad or m"),
+        (ROWS, POSITION % 'dg', "position: unit 'dg': 'dg' is not known; did you mean 'deg'?"),
+        (ROWS, SIMPLE.replace('position', 'positon'), "'joints.pivot.positon'; did you mean posi"),
         (
-            't,q\n0,1\n1,1\n',
-            'time: t\njoints: {pivot: {position: {column: q, unit: V}}}\n',
-            "'V' is no unit of position; give it in rad or m",
-        ),
-        (
-            't,q\n0,1\n1,1\n',
-            'time: t\njoints: {pivot: {position: {column: q, unit: dg}}}\n',
-            "position: unit 'dg': 'dg' is not known; did you mean 'deg'?",
-        ),
-        (
-            't,q\n0,1\n1,1\n',
-            'time: t\njoints: {pivot: {positon: q}}\n',
-            "unknown key 'joints.pivot.positon'; did you mean position?",
-        ),
-        (
-            't,q\n0,1\n1,1\n',
+            ROWS,
             SIMPLE + 'inputs: {pivt: {voltage: q}}\n',
             "inputs name 'pivt'; did you mean pivot?",
         ),
         (
-            't,q\n0,1\n1,1\n',
+            ROWS,
             SIMPLE + 'inputs: {pivot: {enabled: q}}\n',
-            "the input of 'pivot' needs voltage, effort or position",
+            "the input of 'pivot' needs voltage, ef",
         ),
-        (
-            't,q\n0,1\n1,1\n',
-            SIMPLE + 'columns: {x: q * tt}\n',
-            "column x: expression 'q * tt': no column 'tt'",
-        ),
-        (
-            't,q\n0,1\n1,1\n',
-            'time: {}\njoints: {pivot: {position: q}}\n',
-            'give either column or period',
-        ),
+        (ROWS, SIMPLE + 'columns: {x: q * tt}\n', "column x: expression 'q * tt': no column 'tt'"),
+        (ROWS, SIMPLE.replace('time: t', 'time: {}'), 'give either column or period'),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line_and_no_bag_is_made(tmp_path, log, column_map, message):
+    said, file = write(tmp_path, 'map.yaml', column_map), write(tmp_path, 'log.csv', log)
     with pytest.raises(UserError) as refusal:
-        import_logs(
-            [write(tmp_path, 'log.csv', log)],
-            write(tmp_path, 'map.yaml', column_map),
-            tmp_path / 'bag',
-        )
+        import_logs([file], said, tmp_path / 'bag')
     assert message in str(refusal.value) and '\n' not in str(refusal.value)
     assert not (tmp_path / 'bag').exists()
 
@@ -206,8 +171,6 @@ def test_what_is_wrong_is_said_in_one_line_and_no_bag_is_made(tmp_path, log, col
 def test_missing_files_formats_and_maps(tmp_path):
     column_map = write(tmp_path, 'map.yaml', SIMPLE)
     for log, message in (
-        (tmp_path / 'none.csv', 'no log'),
-        (write(tmp_path, 'log.dat', 'x'), "unknown format 'dat'"),
         (write(tmp_path, 'log.json', '{'), 'is not JSON'),
         (write(tmp_path, 'log.mat', 'x'), 'is not a MATLAB file'),
     ):
@@ -283,19 +246,6 @@ def test_logs_of_one_name_become_bags_with_the_names_of_their_folders(tmp_path):
         main([logs[0], logs[0], *into])
 
 
-def robot(joints: tuple[str, ...], drive: str) -> SimpleNamespace:
-    """As much of a robot as reading needs."""
-    return SimpleNamespace(
-        joint_names=joints,
-        joints=[SimpleNamespace(name=j, kind='revolute') for j in joints],
-        slides=frozenset(),
-        actuated=tuple(range(len(joints))),
-        actuators=[Actuator(j, None, None, 10.0, None, 0.0) for j in joints],
-        input=drive,
-        control_period=0.01,
-    )
-
-
 @pytest.mark.skipif(not REAL_DATA.is_dir(), reason=f'no measurements in {REAL_DATA}')
 class TestRealMeasurements:
     """The public recordings, through the shipped maps."""
@@ -314,9 +264,8 @@ class TestRealMeasurements:
 
     def test_bam_xl330(self, tmp_path):
         logs = sorted((REAL_DATA / 'bam_xl330').glob('*.json'))
-        recording = read_bag(
-            import_logs(logs, 'bam_xl330', tmp_path / 'bag'), robot(('pivot',), 'voltage')
-        )
+        bag = import_logs(logs, 'bam_xl330', tmp_path / 'bag')
+        recording = read_bag(bag, load_robot('servo_pendulum'))
         assert len(recording.episodes) == len(logs) == 12 and recording.warnings == ()
         for log, episode in zip(logs, recording.episodes, strict=True):
             entries = json.loads(log.read_text())['entries']
@@ -329,10 +278,8 @@ class TestRealMeasurements:
 
     def test_dfki_double_pendulum(self, tmp_path):
         logs = sorted((REAL_DATA / 'dfki_double_pendulum').glob('*_measured.csv'))
-        recording = read_bag(
-            import_logs(logs, 'dfki_double_pendulum', tmp_path / 'bag'),
-            robot(('shoulder', 'elbow'), 'torque'),
-        )
+        bag = import_logs(logs, 'dfki_double_pendulum', tmp_path / 'bag')
+        recording = read_bag(bag, load_robot('double_pendulum'))
         assert len(recording.episodes) == len(logs) == 7 and recording.warnings == ()
         expected = np.loadtxt(logs[0], delimiter=',', skiprows=1)
         np.testing.assert_array_equal(recording.episodes[0].q, expected[:, 1:3])

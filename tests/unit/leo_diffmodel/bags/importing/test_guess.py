@@ -130,29 +130,21 @@ def test_a_flag_is_no_torque_and_may_say_when_the_motor_is_on(tmp_path, flag, of
     import_logs([log], log.with_suffix('.map.yaml'), tmp_path / 'bag')
 
 
-def test_a_flag_of_one_motor_is_of_no_other(tmp_path):
+def test_a_flag_is_of_its_motor_or_of_all_and_a_joint_may_be_called_active(tmp_path):
     log = tmp_path / 'log.csv'
     head = 't,motor_left_pos,motor_right_pos,motor_left_torque,motor_right_torque,motor_left_on'
     log.write_text(f'{head}\n0,1,1,0.2,0.2,0\n0.1,1,1,0.2,0.2,1\n')
     inputs = guessed(log)['inputs']
     assert [joint for joint, columns in inputs.items() if 'enabled' in columns] == ['motor_left']
-
-
-def test_a_joint_may_be_called_active(tmp_path):
-    log = tmp_path / 'log.csv'
-    log.write_text('t,active_pos,passive_pos,active_torque\n0,1,1,0.2\n0.1,1.1,1,0.3\n')
-    said = guessed(log)
+    active = tmp_path / 'active.csv'
+    active.write_text('t,active_pos,passive_pos,active_torque\n0,1,1,0.2\n0.1,1.1,1,0.3\n')
+    said = guessed(active)
     assert set(said['joints']) == {'active', 'passive'} and set(said['inputs']) == {'active'}
-
-
-def test_one_flag_is_of_all_joints_of_a_robot(tmp_path):
-    log = tmp_path / 'log.csv'
     log.write_text('t,q1,q2,tau1,tau2,torque_enable\n0,1,1,0.2,0.2,1\n0.1,1,1,0.2,0.2,0\n')
     file = guess_map(log, tmp_path / 'map.yaml', load_robot('double_pendulum'), 'double_pendulum')
     inputs = yaml.safe_load(file.read_text())['inputs']
-    assert {joint: of['enabled'] for joint, of in inputs.items()} == dict.fromkeys(
-        ('shoulder', 'elbow'), 'torque_enable'
-    )
+    flags = {joint: of['enabled'] for joint, of in inputs.items()}
+    assert flags == {'shoulder': 'torque_enable', 'elbow': 'torque_enable'}
 
 
 def test_of_json_the_rows_are_found(tmp_path):
@@ -177,15 +169,12 @@ def lerobot(tmp_path: Path, reach: float) -> Path:
     return write_lerobot(tmp_path / 'data', [(state, state)])
 
 
-def test_a_lerobot_data_set_in_degrees(tmp_path):
+def test_all_episodes_of_a_lerobot_data_set_say_that_it_is_in_degrees(tmp_path):
     said = guessed(lerobot(tmp_path, 120))
     assert said['joints']['shoulder_pan']['position']['unit'] == 'deg'
     assert said['inputs']['gripper']['position'] == {'column': 'action.gripper.pos', 'unit': '?'}
-
-
-def test_all_episodes_say_the_unit(tmp_path):
     still, moved = np.full((40, 2), 1.0), np.full((40, 2), 130.0)
-    data = write_lerobot(tmp_path / 'data', [(still, still), (moved, moved)])
+    data = write_lerobot(tmp_path / 'other', [(still, still), (moved, moved)])
     assert guessed(data)['joints']['shoulder_pan']['position']['unit'] == 'deg'
 
 
@@ -242,13 +231,8 @@ def test_a_speed_is_in_the_unit_in_which_it_is_the_change_of_its_position(
 ):
     t = np.arange(300) / 100
     speed = np.cos(t) / units.parse(per_second).factor
-    np.savetxt(
-        tmp_path / 'log.csv',
-        np.column_stack([t, np.sin(t), speed]),
-        delimiter=',',
-        header=head,
-        comments='',
-    )
+    rows = np.column_stack([t, np.sin(t), speed])
+    np.savetxt(tmp_path / 'log.csv', rows, delimiter=',', header=head, comments='')
     assert guessed(tmp_path / 'log.csv')['joints']['joint']['velocity']['unit'] == per_second
 
 

@@ -48,16 +48,8 @@ def said(log: Path, robot: str) -> dict:
 def test_a_bench_log_in_any_encoding_becomes_the_same_bag(tmp_path, code, capsys):
     robot = bench(tmp_path)
     head = 'Zeit [s];Spannung [V];Winkel [°];Drehzahl [U/min]'
-    log = log_of(
-        tmp_path / 'log.csv',
-        head,
-        T,
-        VOLTS,
-        np.degrees(ANGLE),
-        40 * np.cos(T) * 30 / np.pi,
-        sep=';',
-        code=code,
-    )
+    columns = T, VOLTS, np.degrees(ANGLE), 40 * np.cos(T) * 30 / np.pi
+    log = log_of(tmp_path / 'log.csv', head, *columns, sep=';', code=code)
     column_map, bag = tmp_path / 'map.yaml', tmp_path / 'bag'
     assert main([str(log), '--guess', '--model', str(robot), '-o', str(column_map)]) == 0
     assert main([str(log), '--map', str(column_map), '-o', str(bag)]) == 0
@@ -92,11 +84,8 @@ def test_a_joint_that_turns_round_is_in_the_unit_of_its_speed(tmp_path, head, sc
 def test_a_slide_is_in_metres_and_newtons_even_where_nothing_says_so(tmp_path):
     log = log_of(tmp_path / 'log.csv', 't,pos,vel,force', T, np.sin(T), np.cos(T), T)
     joint = said(log, str(bench(tmp_path, 'prismatic')))['joints']['shaft']
-    assert {name: spec['unit'] for name, spec in joint.items()} == {
-        'position': 'm',
-        'velocity': 'm/s',
-        'effort': 'N',
-    }
+    found = {name: spec['unit'] for name, spec in joint.items()}
+    assert found == {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
 
 
 @pytest.mark.parametrize(('reach', 'unit'), [(1, 'rad'), (60, 'deg'), (95, 'deg'), (4000, '?')])
@@ -154,11 +143,8 @@ NUMBERED = KnownRobot('numbered', ('j1', 'j2', 'j3'), frozenset(), {}, 'torque')
 @pytest.mark.parametrize(
     ('names', 'robot', 'found'),
     [
-        (
-            ['ShoulderLift', 'elbow_joint', 'shoulder pan'],
-            ARM,
-            ['shoulder_lift', 'elbow', 'shoulder_pan'],
-        ),
+        (['ShoulderLift', 'elbow_joint'], ARM, ['shoulder_lift', 'elbow']),
+        (['shoulder pan', 'elbow_joint'], ARM, ['shoulder_pan', 'elbow']),
         (['joint3', 'joint1', 'joint2'], ARM, ['elbow', 'shoulder_pan', 'shoulder_lift']),
         (['shoulder_pan', 'shoulder_lift', 'j5'], ARM, ['shoulder_pan', 'shoulder_lift', 'elbow']),
         (['hip_right'], LEGS, ['right_hip']),

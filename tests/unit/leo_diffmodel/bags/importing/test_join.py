@@ -37,10 +37,7 @@ def parts(folder: Path, later: float = 0.0) -> list[Path]:
     ('later', 'told'),
     [
         (0.0, 'joined run_q.csv, run_dq.csv, run_tau.csv by the times of run_q.csv'),
-        (
-            0.005,
-            'by the times of run_q.csv; run_tau.csv interpolated; 1 rows left out that not all',
-        ),
+        (0.005, 'by the times of run_q.csv; run_tau.csv interpolated; 1 rows left out that not a'),
     ],
 )
 def test_files_with_times(tmp_path, capsys, later, told):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """LeRobot data sets become bags: an episode each, goals as position inputs, units as said."""
 
-from collections.abc import Callable
 import json
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from tests.damage import one_line
 from tests.lerobot_data import write_lerobot
 import yaml
 
@@ -27,6 +27,7 @@ from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 
 PENDULUM = load_robot('pendulum')
+FIVE = {'dtype': 'float32', 'shape': [5], 'names': None}
 GOAL = {'column': 'action.shoulder_pan.pos', 'unit': 'deg'}
 ANGLE = {'column': 'observation.state.shoulder_pan.pos', 'unit': 'deg'}
 MAP = ColumnMap.model_validate(
@@ -80,10 +81,7 @@ def test_a_robot_that_takes_volts_is_not_driven_by_goals(data, tmp_path):
 @pytest.mark.parametrize(
     ('unit', 'message'),
     [
-        (
-            {},
-            'say the unit of observation.state.shoulder_pan.pos: a LeRobot data set may hold degr',
-        ),
+        ({}, 'say the unit of observation.state.shoulder_pan.pos: a LeRobot data set may hold'),
         ({'unit': '%'}, 'per cent of a range is no position; give scale'),
     ],
 )
@@ -122,19 +120,8 @@ def change(data: Path, **changes: object) -> None:
         ({'features': {}}, 'lacks episode_index'),
         ({'features': []}, 'features: must be a mapping of keys to values'),
         ({'fps': 0}, 'fps: Input should be greater than 0'),
-        (
-            {'features': {'speed': {'dtype': 'float32', 'shape': [2], 'names': None}}},
-            'lacks speed',
-        ),
-        (
-            {
-                'features': {
-                    n: {'dtype': 'float32', 'shape': [5], 'names': None}
-                    for n in ('action', 'episode_index')
-                }
-            },
-            'action has not 5 numbers',
-        ),
+        ({'features': {'speed': FIVE}}, 'lacks speed'),
+        ({'features': {'action': FIVE, 'episode_index': FIVE}}, 'action has not 5 numbers'),
     ],
 )
 def test_what_info_says_and_is_not_so(data, changes, message):
@@ -154,19 +141,16 @@ def test_features_without_names_and_with_names_of_version_2(data):
 
 
 def test_a_data_set_that_is_not_whole(data, tmp_path):
-    (data / 'data/chunk-000/file-001.parquet').write_bytes(b'PAR1 but no more')
-    with pytest.raises(UserError, match=r'file-001.parquet does not read'):
-        import_logs([data], MAP, tmp_path / 'bag')
-    for file in (data / 'data/chunk-000').iterdir():
-        file.unlink()
-    with pytest.raises(UserError, match=r'fetch the data set whole'):
-        import_logs([data], MAP, tmp_path / 'bag')
-    (data / 'meta/info.json').write_text('{')
-    with pytest.raises(UserError, match=r'info.json is not JSON'):
-        import_logs([data], MAP, tmp_path / 'bag')
-    (data / 'meta/info.json').unlink()
-    with pytest.raises(UserError, match=r'a folder without meta/info.json'):
-        import_logs([data], MAP, tmp_path / 'bag')
+    frames, info = data / 'data/chunk-000', data / 'meta/info.json'
+    for spoil, message in (
+        (lambda: (frames / 'file-001.parquet').write_bytes(b'PAR1'), 'file-001.parquet does not'),
+        (lambda: [file.unlink() for file in frames.iterdir()], 'fetch the data set whole'),
+        (lambda: info.write_text('{'), 'info.json is not JSON'),
+        (info.unlink, 'a folder without meta/info.json'),
+    ):
+        spoil()
+        with pytest.raises(UserError, match=message):
+            import_logs([data], MAP, tmp_path / 'bag')
 
 
 @pytest.mark.parametrize(
@@ -185,26 +169,15 @@ def test_a_data_set_that_is_not_whole(data, tmp_path):
 def test_columns_of_anything(data, values, tmp_path):
     for file in (data / 'data/chunk-000').iterdir():
         file.unlink()
-    frames = {
-        'action': values,
-        'observation.state': [[1.0, 2.0]] * 2,
-        'episode_index': [0, 0],
-        'timestamp': [0.0, 0.1],
+    frames = {'action': values, 'observation.state': [[1.0, 2.0]] * 2, 'timestamp': [0.0, 0.1]}
+    frames |= {
         'frame_index': [0, 1],
         'index': [0, 1],
+        'episode_index': [0, 0],
         'task_index': [0, 0],
     }
     pq.write_table(pa.table(frames), data / 'data/chunk-000/file-000.parquet')
-    assert '\n' not in told(lambda: import_logs([data], MAP, tmp_path / 'bag'))
-
-
-def told(read: Callable[[], object]) -> str:
-    """What it says is wrong; nothing where nothing is."""
-    try:
-        read()
-    except UserError as error:
-        return str(error)
-    return ''
+    one_line(lambda: import_logs([data], MAP, tmp_path / 'bag'))
 
 
 @settings(max_examples=60, deadline=None)
@@ -215,7 +188,7 @@ def test_damaged_parquet_is_a_bag_or_one_line(tmp_path_factory, place, new, cut)
     whole = file.read_bytes()
     at = int(place * len(whole))
     file.write_bytes(whole[:at] + new + (b'' if cut else whole[at + len(new) :]))
-    assert '\n' not in told(lambda: read_lerobot(data, LogFormat()))
+    one_line(lambda: read_lerobot(data, LogFormat()))
 
 
 def numbered(file: Path, episode: int) -> None:
@@ -226,17 +199,17 @@ def numbered(file: Path, episode: int) -> None:
     pq.write_table(table.set_column(place, 'episode_index', numbers), file)
 
 
-def test_two_files_with_the_same_episode_are_refused_with_both_names(tmp_path):
-    data = write_lerobot(tmp_path / 'data', [moves(60, 0), moves(60, 1)], files=2)
-    numbered(data / 'data/chunk-000/file-001.parquet', 0)
-    with pytest.raises(UserError, match=r'file-000.parquet and .*file-001.parquet both have epis'):
-        import_logs([data], MAP, tmp_path / 'bag')
-
-
-def test_an_episode_twice_in_one_file_is_refused(tmp_path):
-    data = write_lerobot(tmp_path / 'data', [moves(60, 0), moves(60, 1)])
-    numbered(data / 'data/chunk-000/file-000.parquet', 0)
-    with pytest.raises(UserError, match='episode 0 has frames with the same frame_index'):
+@pytest.mark.parametrize(
+    ('files', 'message'),
+    [
+        (1, 'episode 0 has frames with the same frame_index'),
+        (2, r'file-000.parquet and .*file-001.parquet both have epis'),
+    ],
+)
+def test_an_episode_twice_is_refused(tmp_path, files, message):
+    data = write_lerobot(tmp_path / 'data', [moves(60, 0), moves(60, 1)], files=files)
+    numbered(data / f'data/chunk-000/file-00{files - 1}.parquet', 0)
+    with pytest.raises(UserError, match=message):
         import_logs([data], MAP, tmp_path / 'bag')
 
 

@@ -25,7 +25,7 @@ TEXT = 'Zeit [s];Winkel [°]\n0,00;1,5\n0,01;1,6\n'
 )
 def test_the_bytes_say_the_encoding(tmp_path, raw, encoding):
     (tmp_path / 'log.csv').write_bytes(raw)
-    assert encoding_of(tmp_path / 'log.csv') == encoding
+    assert encoding_of(raw) == encoding
     assert read_log_text(tmp_path / 'log.csv') == TEXT
 
 

@@ -35,15 +35,12 @@ def imported(tmp_path, log, mapping, robot='pendulum'):
 def test_one_matrix_of_a_matlab_file(tmp_path, matrix, column):
     scipy.io.savemat(tmp_path / 'log.mat', {'data': matrix, 'mass': 0.5, 'note': 'a text'})
     time, volts, angle, speed = map(column.format, range(4))
-    (episode,) = imported(
-        tmp_path,
-        tmp_path / 'log.mat',
-        {
-            'time': time,
-            'joints': {'pivot': {'position': angle, 'velocity': speed}},
-            'inputs': {'pivot': {'voltage': {'expression': f'0.5 * {volts}'}}},
-        },
-    )
+    said = {
+        'time': time,
+        'joints': {'pivot': {'position': angle, 'velocity': speed}},
+        'inputs': {'pivot': {'voltage': {'expression': f'0.5 * {volts}'}}},
+    }
+    (episode,) = imported(tmp_path, tmp_path / 'log.mat', said)
     np.testing.assert_allclose(episode.q[:, 0], ROWS[:, 2])
     np.testing.assert_allclose(episode.dq[:, 0], ROWS[:, 3])
     np.testing.assert_allclose(episode.inputs[:, 0], 0.5 * ROWS[:, 1])
@@ -100,11 +97,8 @@ def test_texts_beside_arrays_are_left_out(tmp_path):
     content = {'robot': 'arm', 'joints': ['a', 'b'], 'kp': 3, 't': [0, 1], 'q': [1, 2]}
     (tmp_path / 'log.json').write_text(json.dumps(content))
     (table,) = read_tables(tmp_path / 'log.json', LogFormat())
-    assert {name: values.tolist() for name, values in table.items()} == {
-        'kp': [3, 3],
-        't': [0, 1],
-        'q': [1, 2],
-    }
+    found = {name: values.tolist() for name, values in table.items()}
+    assert found == {'kp': [3, 3], 't': [0, 1], 'q': [1, 2]}
 
 
 FORMAT = """
