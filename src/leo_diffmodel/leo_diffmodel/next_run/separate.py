@@ -70,7 +70,8 @@ def separable(
     windows, weight = windows_of(runs, period, settings.grids)
     noises = np.tile(sigma, (len(runs), 1))
     at = other.hypothesis, other.theta, windows.measured[:, 0]
-    linear = shooting.linearise(base, windows, noises, settings.numerics, *at)
+    problem = Problem(base, windows, noises, np.ones(windows.count, bool), settings)
+    linear = problem.linearised(*at)
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
     most = settings.gates.window_nats

@@ -16,14 +16,14 @@ from leo_diffmodel.explain.estimate import contact
 from leo_diffmodel.explain.estimate.contact import finalists, gains
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Rest
-from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, two_angles
-from leo_diffmodel.explain.estimate.standing import (
+from leo_diffmodel.explain.estimate.ground_fit import (
     converged,
+    Iterate,
     polished,
-    Stand,
+    settled_on_ground,
     standard_errors_moved,
-    standing,
 )
+from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, two_angles
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
@@ -137,11 +137,11 @@ def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked
     kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
     right = model.changed(effects=[place(LEO, 'viscous_friction', 'left_knee', b=0.05)])
     _, again = settled(right, windows.take(kept), SIGMA, ON_GROUND, linearisation)
-    _, anew = settled(right, windows.take(kept), SIGMA, ON_GROUND)
+    _, afresh = settled(right, windows.take(kept), SIGMA, ON_GROUND)
     noise_alone = 0.5 * (windows.measured[0].size - linearisation.start.shape[-1])
     assert np.median(linearisation.loss) > 1.3 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
-    np.testing.assert_allclose(again.loss, anew.loss, atol=3.0)  # nats; noise makes 80
+    np.testing.assert_allclose(again.loss, afresh.loss, atol=3.0)  # nats; noise makes 80
 
 
 def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
@@ -199,7 +199,7 @@ def test_explain_names_an_effect_on_the_ground():
 def test_where_the_last_fit_came_from_does_not_show_in_it(model):
     truth = np.array([1.5, -6.0])
     bag = recorded(place(LEO, 'external_force', 'arm', x=1.5, z=-6.0), start='standing', seconds=3)
-    posed = standing(pose([bag], [], model))
+    posed = settled_on_ground(pose([bag], [], model))
     held = Hypothesis().with_candidate(candidate(model, 'external_force:arm'))
     null = fit(posed.problem, Hypothesis())
     best = converged(posed, replace(null, hypothesis=held, theta=0.8 * truth))
@@ -320,7 +320,7 @@ def test_what_moves_the_ground_takes_part_whatever_its_scan_promises(model, monk
 
 
 def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch):
-    """One is ahead, one far behind but gaining, one far behind and standing still."""
+    """One is ahead, one far behind but gaining, one far behind and no better."""
     windows = np.random.default_rng(0).normal(size=(12, 360))
     lengths = {
         'ahead': [9.0, 8.0, 8.0, 8.0],
@@ -328,28 +328,25 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
         'slow': [20.0] * 4,
     }
 
-    def stand(name: str, step: int):
+    def iterate(name: str, step: int):
         loss = np.full(12, lengths[name][step])
         fitted = SimpleNamespace(
             hypothesis=name, loss=loss, residual=windows, start=np.zeros((12, 18))
         )
         posed = SimpleNamespace(
             problem=SimpleNamespace(
-                train=np.ones(12, dtype=bool),
-                linearisation='settled',
-                gates=ON_GROUND.gates,
-                numerics=ON_GROUND.numerics,
+                train=np.ones(12, dtype=bool), gates=ON_GROUND.gates, numerics=ON_GROUND.numerics
             )
         )
-        return Stand(posed, fitted, step)
+        return Iterate(posed, fitted, step)
 
     def advanced(at):
-        return stand(at.fit.hypothesis, at.step + 1), 1.0
+        return iterate(at.fit.hypothesis, at.step + 1), 1.0
 
     monkeypatch.setattr(contact, 'advanced', advanced)
     monkeypatch.setattr(contact, '_of', lambda at, point: at)
     null = SimpleNamespace(loss=np.full(12, 40.0))
-    field, names = [(name, stand(name, 0)) for name in lengths], []
+    field, names = [(name, iterate(name, 0)) for name in lengths], []
     for _ in range(3):
         field, rising = contact._further(null, field, 3, 5.0)
         names.append([name for name, _ in field])
@@ -358,8 +355,8 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
 
 def test_a_parameter_on_its_bound_does_not_count_as_one_that_still_moves():
     fitted = SimpleNamespace(standard_errors=np.array([0.0, 0.5]))
-    stand = Stand(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
-    assert standard_errors_moved(stand) == 2.0
+    at = Iterate(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
+    assert standard_errors_moved(at) == 2.0
 
 
 def test_on_the_ground_too_an_answer_is_cut_short_and_says_so():

@@ -27,7 +27,7 @@ from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import excess
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.problem.shooting import linearise
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import _moves
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.results import Explanation
@@ -161,15 +161,13 @@ def test_own_constants_are_differentiated_at_once():
     hypothesis = Hypothesis(constants=uncertain(model, ('run_1', 'run_2')))
     theta, start = np.array([0.6, 1.2]), windows.measured[:, 0]
     assert hypothesis.together == [[0, 1]]
-    columns = linearise(
-        model, windows, sigma, SETTINGS.numerics, hypothesis, theta, start
-    ).by_theta
+    problem = Problem(model, windows, sigma, np.ones(windows.count, bool), SETTINGS)
+    columns = problem.linearised(hypothesis, theta, start).by_theta
     for i, name in enumerate(('run_1', 'run_2')):
         alone = Hypothesis(constants=(replace(hypothesis.constants[i], recording=''),))
         mine = windows.of(name)
-        one = linearise(
-            model, windows.take(mine), sigma, SETTINGS.numerics, alone, theta[[i]], start[mine]
-        ).by_theta
+        part = problem.take(np.flatnonzero(mine))
+        one = part.linearised(alone, theta[[i]], start[mine]).by_theta
         assert columns[mine, :, i] == pytest.approx(one[..., 0])
         assert not columns[~mine, :, i].any()
 

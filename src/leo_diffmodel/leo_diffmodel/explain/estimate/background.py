@@ -36,7 +36,6 @@ class Background:
     factors: dict[Candidate, Array]
 
     def widened(self, fitted: Fit) -> Fit:
-        """A fit with the errors that this leaves."""
         full = fitted.hypothesis
         times = [self.factors.get(c, np.ones(len(c.parameters))) for c in full.candidates]
         each = np.concatenate([*times, np.ones(len(full.constants))])
@@ -44,7 +43,7 @@ class Background:
 
 
 def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Background:
-    """The most likely background of some effects of a fit.
+    """The most likely background of the `named` effects of a fit.
 
     `spread` is by how much residuals say less than white noise.
     """

@@ -13,9 +13,8 @@ from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.matrices import Matrices
 from leo_diffmodel.explain.estimate.terms import Term
 from leo_diffmodel.explain.problem import likelihood
-from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, widens
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import compatible, widens
 from leo_diffmodel.explain.settings import Numerics, Settings
 
 INERTIA = 'inertia'
@@ -30,7 +29,6 @@ class Price:
     parameter: float
 
     def of(self, terms: Iterable[Term]) -> float:
-        """The price of some terms."""
         return sum(self.effect + self.parameter * len(t.columns) for t in terms)
 
 
@@ -117,12 +115,11 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
 
 
 def _apart(matrices: Matrices, terms: list[Term], numerics: Numerics) -> bool:
-    """Whether the last of some terms does not do the same thing as the others."""
     return matrices.alike(terms[:-1], terms[-1]) < numerics.parallel
 
 
 def _is_other(held: list[Term], terms: list[Term]) -> bool:
-    """Whether terms are of other effects than those of a fit, or of other whole numbers."""
+    """Whether the effects are others than those of a fit, or have other whole numbers."""
     same = {t.candidate for t in held} == {t.candidate for t in terms}
     return not same or any(t.candidate.has_whole for t in {*terms} - {*held})
 

@@ -19,35 +19,31 @@ from leo_diffmodel.explain.estimate.estimator import (
 )
 from leo_diffmodel.explain.estimate.fit import fit, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
-from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight
-from leo_diffmodel.explain.estimate.imitation import imitations
-from leo_diffmodel.explain.estimate.scan import Scan, threshold
-from leo_diffmodel.explain.estimate.standing import (
+from leo_diffmodel.explain.estimate.ground_fit import (
     advanced,
     converged,
+    Iterate,
     linearised,
     most_nats,
     polished,
-    Stand,
-    standing,
+    settled_on_ground,
 )
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight
+from leo_diffmodel.explain.estimate.imitation import imitations
+from leo_diffmodel.explain.estimate.scan import Scan, threshold
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
-from leo_diffmodel.explain.problem.together import compatible
 from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray
-Field = Sequence[tuple[Scan, Stand]]
+Field = Sequence[tuple[Scan, Iterate]]
 """Candidates that are still in the race, and how far their fits have come."""
 
 
 class Contact(Estimator):
-    """Fits windows whose contacts are settled."""
-
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        """The model as given, its windows settled."""
-        posed = standing(self.posed)
+        posed = settled_on_ground(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))
 
     def near(
@@ -76,7 +72,7 @@ class Contact(Estimator):
 
 def successive_halving(
     posed: Posed, null: Fit, scans: Sequence[Scan], limit: float, progress: Progress
-) -> tuple[Fit, list[Stand]]:
+) -> tuple[Fit, list[Iterate]]:
     """The hypothesis and those with one effect more that successive halving leaves.
 
     A fit is expensive here. Each candidate has its own contacts from the first step on; those of
@@ -120,8 +116,8 @@ def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
 ) -> tuple[Field, float]:
     """The last contenders, best first, and what the best of them gains [nats]."""
-    stands = _each(linearised, posed, [_with(null, s) for s in scans])
-    field: Field = list(zip(scans, stands, strict=True))
+    iterates = _each(linearised, posed, [_with(null, s) for s in scans])
+    field: Field = list(zip(scans, iterates, strict=True))
     numerics = posed.problem.numerics
     for left, behind in numerics.halving:
         field, rising = _further(null, field, left, behind)
@@ -136,8 +132,8 @@ def _played(
 
 def _further(null: Fit, field: Field, left: int, behind: float) -> tuple[Field, bool]:
     """Those that go on after a step, best first, and whether some do only for what it gained."""
-    stands = helper.spread(advanced, [at for _, at in field])
-    after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
+    iterates = helper.spread(advanced, [at for _, at in field])
+    after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, iterates, strict=True)]
     spread = min(dispersion(at.fit) for _, at in after)
     problem = after[0][1].posed.problem
     train, most = problem.train, most_nats(problem, spread)
@@ -155,7 +151,7 @@ def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[
     """What each of several fits saves [nats], as `gain`.
 
     Where a window may say so much only, all may save the most in all windows. They are compared
-    with one another then: each saves what the best of them does, less what it is behind that.
+    with one another then: each saves what the best does, less what it is behind that.
     """
     if not np.isfinite(most):
         return [gain(null, f, chosen) for f in others]
@@ -166,25 +162,25 @@ def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[
     return [saved - gain(f, best, chosen, most) for f in others]
 
 
-def _gained(null: Fit, stands: Sequence[Stand]) -> float:
-    fits, problem = [at.fit for at in stands], stands[0].posed.problem
+def _gained(null: Fit, iterates: Sequence[Iterate]) -> float:
+    fits, problem = [at.fit for at in iterates], iterates[0].posed.problem
     spread = min(map(dispersion, fits))
     return max(gains(null, fits, problem.train, most_nats(problem, spread))) / spread
 
 
 def _each(
-    function: Callable[[Posed, Fit], Stand], posed: Posed, points: Sequence[Fit]
-) -> list[Stand]:
+    function: Callable[[Posed, Fit], Iterate], posed: Posed, points: Sequence[Fit]
+) -> list[Iterate]:
     """The function of each point; what scans have found out is too much to be sent along."""
     assert posed.problem.linearisation
     traces = posed.problem.linearisation.traces
-    stands = helper.spread(partial(function, _tracing(posed, {})), points)
-    stands = [at._replace(posed=_tracing(at.posed, traces)) for at in stands]
-    return [_of(at, point) for at, point in zip(stands, points, strict=True)]
+    iterates = helper.spread(partial(function, _tracing(posed, {})), points)
+    iterates = [at._replace(posed=_tracing(at.posed, traces)) for at in iterates]
+    return [_of(at, point) for at, point in zip(iterates, points, strict=True)]
 
 
-def _of(at: Stand, point: Fit) -> Stand:
-    """With the very candidates of a point, of which another process gives copies."""
+def _of(at: Iterate, point: Fit) -> Iterate:
+    """With the candidates of `point` itself, of which another process gives copies."""
     return at._replace(fit=replace(at.fit, hypothesis=point.hypothesis))
 
 
@@ -194,27 +190,25 @@ def _tracing(posed: Posed, traces: dict) -> Posed:
     return replace(posed, problem=replace(posed.problem, linearisation=linearisation))
 
 
-def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
-    """The fit from the linearisation of the others in the windows where that suits it better."""
+def _from_others(fitted: Fit, last: Sequence[Iterate]) -> Fit:
     for at in last:
         fitted = settled_as(at.posed.problem, fitted, at.fit)
     return fitted
 
 
-def _imitating(best: Stand, scans: Sequence[Scan]) -> list[Stand]:
-    """What can do the same as the best, fitted from there."""
+def _imitating(best: Iterate, scans: Sequence[Scan]) -> list[Iterate]:
     near = imitations(best.posed.problem, best.fit, scans)
     rest = best.fit.hypothesis.without(len(best.fit.hypothesis.candidates) - 1)
     points = [_with(replace(best.fit, hypothesis=rest), scan) for scan in near]
     return _each(converged, best.posed, points)
 
 
-def _loss(at: Stand) -> float:
+def _loss(at: Iterate) -> float:
     return float(at.fit.loss[at.posed.problem.train].sum())
 
 
 def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[Scan]:
-    """The last contenders, and what they hold in themselves."""
+    """The last contenders, and the effects that they hold, as Stribeck friction does Coulomb's."""
     there = {s.candidate for s in field}
     other = [s for s in scans if s.candidate not in there]
     return [*field, *(part for s in field for part in _parts(null, s, other))]
@@ -236,6 +230,6 @@ def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
 
 
 def _with(null: Fit, scan: Scan) -> Fit:
-    """The candidate of a scan next to the others, at its values; not fitted."""
+    """The effect of a scan next to the others, at its values; not fitted."""
     hypothesis = null.hypothesis.with_candidate(scan.candidate)
     return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))

@@ -36,7 +36,6 @@ class Steps(NamedTuple):
     end: int = 64
 
     def round(self, pool: int, fits: int) -> int:
-        """All candidates scanned, so many looked at and fitted."""
         return self.scan * pool + (self.look + self.fit) * fits
 
 
@@ -51,12 +50,10 @@ class Estimate(NamedTuple):
 
     @property
     def problem(self) -> Problem:
-        """The windows that it was fitted to."""
         return self.posed.problem
 
     @property
     def names(self) -> frozenset[Candidate]:
-        """Its effects, in no order."""
         return frozenset(self.fit.hypothesis.candidates)
 
 
@@ -81,8 +78,6 @@ class Extension:
 
 @dataclass
 class Estimator(ABC):
-    """Fits hypotheses to recordings."""
-
     posed: Posed
     scales: Scales
     _floor: Array | None = field(default=None, init=False)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fit a hypothesis on the training windows and score it on the held-out ones."""
+"""Fit a hypothesis to the training windows; the start states of all windows follow."""
 
 from __future__ import annotations
 
@@ -227,7 +227,7 @@ class _Point:
         flat = columns.reshape(columns.shape[0] * columns.shape[1], len(theta))
         matrix, answer = flat.T @ flat, (-solved, -gain)
         given = problem, hypothesis, theta, start, linear
-        chord = by_start is not None and problem.linearisation is None
+        chord = by_start is not None and not problem.on_ground
         return cls(*given, rest, slope, typical, loss, most, matrix, descent, answer, chord)
 
     @property
@@ -299,6 +299,6 @@ class _Point:
         further = beyond(*curve, prior, room, spread * few_blocks(block[train]), problem.numerics)
         decrement = self.step(problem.numerics.least_damping).promised
         left = self.loss, self.rest, columns, decrement, self.typical
-        by_start = None if problem.linearisation else self.linear.by_start
+        by_start = None if problem.on_ground else self.linear.by_start
         given = self.hypothesis, self.theta, variance, further, self.start
         return Fit(*given, *left, by_start=by_start)

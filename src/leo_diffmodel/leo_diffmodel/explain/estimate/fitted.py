@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 import math
 from typing import TYPE_CHECKING
@@ -37,7 +37,6 @@ class Certificate:
     converged: bool
 
     def to_json(self) -> dict[str, float]:
-        """All of it by name."""
         return asdict(self)
 
 
@@ -81,7 +80,6 @@ class Fit:
 
     @property
     def point(self) -> tuple[Hypothesis, Array, Array]:
-        """What was free, its values (P,) and the start states (W, 2J)."""
         return self.hypothesis, self.theta, self.start
 
     def lost(self, chosen: Array) -> float:
@@ -89,7 +87,6 @@ class Fit:
         return float(self.loss[chosen].sum())
 
     def take(self, index: Array) -> Fit:
-        """The fit as it is on some of its windows."""
         names = ('start', 'loss', 'residual', 'columns', 'by_start')
         parts = {name: part for name in names if (part := getattr(self, name)) is not None}
         return replace(self, **{name: part[index] for name, part in parts.items()})
@@ -110,7 +107,6 @@ class Fit:
         )
 
     def own(self, candidate: Candidate) -> Array:
-        """The values of one of its effects, shape (P of the effect,)."""
         index = self.hypothesis.candidates.index(candidate)
         return self.theta[self.hypothesis.offset(index) : self.hypothesis.offset(index + 1)]
 
@@ -153,6 +149,55 @@ def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
     `quantile` is over windows; the median does not see what shows in less than half of them.
     """
     return likelihood.excess(fitted.residual, fitted.start.shape[-1], quantile)
+
+
+def linear_part(problem: Problem, fitted: Fit, left_out: Iterable[Candidate]) -> Fit:
+    """What a fit would be without some effects, as far as predictions answer straight to it.
+
+    The other parameters move to where the training windows ask for, their weights as they are.
+    """
+    full, out = fitted.hypothesis, {*left_out}
+    part = Hypothesis(tuple(c for c in full.candidates if c not in out), full.constants)
+    parameters = [(c, p) for c in full.candidates for p in c.parameters]
+    gone = np.zeros(full.size, bool)
+    gone[: len(parameters)] = [c in out for c, _ in parameters]
+    scales = np.zeros(full.size, bool)
+    scales[: len(parameters)] = [p.scales for _, p in parameters]
+    move = np.where(gone & scales, full.neutral - fitted.theta, 0.0)
+    free = ~gone & full.free(fitted.theta)
+    move[free] = _answer(problem, fitted, move, free)
+    theta = part.bounded((fitted.theta + move)[~gone])
+    move[~gone] = theta - fitted.theta[~gone]
+    residual = fitted.residual + fitted.columns @ move
+    typical, channels = problem.typical_of(residual), fitted.start.shape[-1]
+    kept, lost = np.ix_(~gone, ~gone), np.ix_(gone, gone)
+    across = fitted.covariance[np.ix_(~gone, gone)]
+    known = across @ np.linalg.pinv(fitted.covariance[lost]) @ across.T
+    return replace(
+        fitted,
+        hypothesis=part,
+        theta=theta,
+        covariance=fitted.covariance[kept] - known,
+        beyond=fitted.beyond[~gone],
+        loss=likelihood.loss(residual, channels, problem.numerics, typical),
+        residual=residual,
+        columns=fitted.columns[..., ~gone],
+        typical=typical,
+        certificate=None,
+    )
+
+
+def _answer(problem: Problem, fitted: Fit, move: Array, free: Array) -> Array:
+    """How far the free parameters follow when others move, shape (F,)."""
+    channels, train = fitted.start.shape[-1], problem.train
+    weight = likelihood.robust_weight(
+        fitted.residual[train], channels, problem.numerics, fitted.typical
+    )
+    columns = (fitted.columns[train] * np.sqrt(weight)[..., None]).reshape(-1, len(move))
+    mine = columns[:, free]
+    size = np.maximum(np.sqrt((mine**2).sum(axis=0)), 1e-12)
+    square = mine.T @ mine / np.outer(size, size) + 1e-9 * np.eye(len(size))
+    return np.asarray(-np.linalg.solve(square, mine.T @ (columns @ move) / size) / size)
 
 
 @dataclass(frozen=True)

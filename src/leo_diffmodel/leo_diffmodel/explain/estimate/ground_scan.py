@@ -42,10 +42,9 @@ class Trace:
 
 
 class GroundScanner(Scanner):
-    """Scans candidates on top of one fitted hypothesis, on some training windows."""
+    """Scans in some of the training windows; traces of an earlier round are taken over."""
 
     def __init__(self, problem: Problem, null: Fit, scales: Scales):
-        """Linearise at `null`; traces of an earlier round are taken over."""
         train = np.flatnonzero(problem.train)
         count = min(problem.numerics.ground_windows, len(train))
         some = train[np.linspace(0, len(train) - 1, count).astype(int)]
@@ -119,7 +118,6 @@ class GroundScanner(Scanner):
         return sizes[1::2] if candidate.parameters[0].unit == 'kg m2' else sizes[::2]
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        """Fewer: each is a rollout with contacts."""
         return super().shape(candidate, parameter)[: self._problem.numerics.most_shapes]
 
     def _solved(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
@@ -180,6 +178,11 @@ class GroundScanner(Scanner):
         return np.clip(each, -most, most).sum(axis=-1)
 
 
+def scanner_of(problem: Problem, null: Fit, scales: Scales) -> Scanner:
+    """The scanner for the motion of a problem, smooth or with contacts."""
+    return (GroundScanner if problem.on_ground else Scanner)(problem, null, scales)
+
+
 def is_straight(candidate: Candidate) -> bool:
     """Whether the answer is nearly in proportion to the effect's amplitudes."""
     first = candidate.parameters[0]
@@ -211,7 +214,6 @@ def turned_to_any(
 
 
 def _grounds(candidate: Candidate, grids: Grids) -> Array:
-    """Other grounds: softer, harder, more or less damped; so slippery that feet slide."""
     neutral = np.array([p.neutral for p in candidate.parameters])
     if len(neutral) == 1:
         return np.array(grids.frictions)[:, None]

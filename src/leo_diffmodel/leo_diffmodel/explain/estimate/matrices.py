@@ -60,7 +60,6 @@ class Matrices:
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """All of them."""
         return (*self.members, *self.others)
 
     def least(self, terms: Sequence[Term]) -> tuple[float, Array]:
@@ -86,7 +85,7 @@ class Matrices:
         return [0.5 * float(left[s] @ np.linalg.solve(square(free, s), left[s])) for s in spans]
 
     def alike(self, held: Sequence[Term], term: Term) -> float:
-        """The largest cosine between a column of a term and what some others can do together."""
+        """The largest cosine of a column of a term with what some others can do together."""
         index = indices(held)
         across = self.gram[np.ix_(index, [*term.span])]
         shares = (across * np.linalg.solve(square(self.gram, index), across)).sum(axis=0)
@@ -144,8 +143,6 @@ def matrices(
 
 
 class _Builder:
-    """Columns on their way to normal equations."""
-
     def __init__(self, problem: Problem, fitted: Fit, scales: Scales):
         self._problem, self._fit = problem, fitted
         self._scanner = Scanner(problem, fitted, scales)
@@ -189,7 +186,7 @@ class _Builder:
 
     def add(self, candidate: Candidate) -> None:
         """The terms of one more effect that say most, and what it shows."""
-        terms = list(terms_of(candidate, self._scanner, self._problem))
+        terms = list(terms_of(candidate, self._scanner, self._problem.grids))
         rows = self._rows_of(candidate, terms)
         gains = [self._gain(term, r) for term, r in zip(terms, rows, strict=True)]
         order = sorted(range(len(terms)), key=lambda n: -gains[n][0])
@@ -201,10 +198,10 @@ class _Builder:
             gain, best = gains[shown[0]]
             traces = [0.5 * float((self._beside(rows[n]) ** 2).sum(axis=-1).max()) for n in shown]
             values = self._fit.with_values(terms[shown[0]].values(best))
-            self._scans.append(_scan(candidate, values, gain, max(traces), self._fit))
+            first = self._fit.hypothesis.first_constant
+            self._scans.append(Scan(candidate, values, gain, max(traces), first))
 
     def _rows_of(self, candidate: Candidate, terms: Sequence[Term]) -> list[Array]:
-        """What the columns of each term do, (C, M) each."""
         points = [term.begin + c.direction for term in terms for c in term.columns]
         rows = self._free(self._scanner.change(candidate, np.array(points)))
         rows = np.where(np.isfinite(rows), rows, 0.0)
@@ -228,7 +225,6 @@ class _Builder:
 
     @property
     def made(self) -> Matrices:
-        """All of it."""
         rows = np.array(self._rows).reshape(-1, len(self._target))
         length = np.sqrt((rows**2).sum(axis=1)) + 1e-6
         terms = [*self._members, *self._others]
@@ -252,7 +248,7 @@ class _Builder:
 
 
 def indices(terms: Sequence[Term]) -> list[int]:
-    """Numbers of the columns of some terms."""
+    """Numbers of their columns."""
     return [i for term in terms for i in term.span]
 
 
@@ -264,12 +260,6 @@ def square(gram: Array, index: Sequence[int]) -> Array:
 def _basis(rows: Array) -> Array:
     """Rows of unit length across each other, of the same span."""
     return np.linalg.qr(rows.T)[0].T
-
-
-def _scan(candidate: Candidate, theta: Array, gain: float, evidence: float, fitted: Fit) -> Scan:
-    none = np.zeros((0, 0))
-    first = fitted.hypothesis.first_constant
-    return Scan(candidate, theta, gain, none, evidence, none, np.zeros(0), first)
 
 
 def _threshold(gram: Array, held: Sequence[int], settings: Settings) -> float:

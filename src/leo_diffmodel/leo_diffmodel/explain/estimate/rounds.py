@@ -102,7 +102,6 @@ class Rounds:
     def matrices(
         self, problem: Problem, fitted: Fit, pool: Sequence[Candidate] | None = None
     ) -> Matrices:
-        """All effects of a pool about a fit."""
         pool = self._pool if pool is None else pool
         return matrices(problem, fitted, self._estimator.scales, pool, self._progress)
 

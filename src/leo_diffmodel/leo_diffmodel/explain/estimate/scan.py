@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import itertools
 import math
 
@@ -31,26 +31,25 @@ class Scan:
         candidate: the effect and its place.
         theta: the best parameters, shape (P,).
         gain: on the training windows [nats], nuisances projected out.
+        evidence: 0.5 |signature|^2 of the largest amplitude [nats].
+        first: where in `theta` the candidate's own parameters begin.
         signatures: change of the whitened prediction for each point tried, unit length,
             shape (S, M); what threshold draws and confusability are computed from.
-        evidence: 0.5 |signature|^2 of the largest amplitude [nats].
         points: the parameters tried, shape (S, P).
         nats: 0.5 |signature|^2 of each, shape (S,).
-        first: where in `theta` the candidate's own parameters begin.
     """
 
     candidate: Candidate
     theta: Array
     gain: float
-    signatures: Array
     evidence: float
-    points: Array
-    nats: Array
-    first: int = 0
+    first: int
+    signatures: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    points: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    nats: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def own(self) -> Array:
-        """The best values of the candidate itself, shape (P,)."""
         return self.theta[self.first : self.first + len(self.candidate.parameters)]
 
 
@@ -93,16 +92,6 @@ class Scanner:
         """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M)."""
         return self.without_starts(self._given - self._tried(candidate, points))
 
-    @property
-    def places(self) -> tuple[float, ...]:
-        """Where a payload is tried, in times the way to the centre of its link."""
-        return self._problem.grids.places
-
-    @property
-    def heavier(self) -> float:
-        """How many times as heavy a link may be, and as large its first moment."""
-        return self._problem.grids.heavier
-
     def centre(self, link: str) -> tuple[float, float, float]:
         """The centre of mass of a link in the fit [m]."""
         base, theta = self._problem.base, self._null.theta
@@ -130,7 +119,7 @@ class Scanner:
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / share
         full, first = self._null.with_values(theta), self._null.hypothesis.first_constant
-        return Scan(candidate, full, gain / share, unit, float(nats.max()), points, nats, first)
+        return Scan(candidate, full, gain / share, float(nats.max()), first, unit, points, nats)
 
     def _tried(self, candidate: Candidate, points: Array) -> Array:
         """Whitened residuals with a candidate at some points, (S, W, N)."""
@@ -141,8 +130,7 @@ class Scanner:
         """Whitened residuals of a hypothesis at some values, (..., W, N)."""
         problem, start = self._problem, self._null.start
         starts = np.broadcast_to(start, (*thetas.shape[:-1], *start.shape))
-        model = hypothesis.model(problem.rough, thetas) if thetas.shape[-1] else problem.rough
-        return problem.residual(starts, model)
+        return problem.residual(starts, hypothesis.model(problem.rough, thetas))
 
     def _grid(self, candidate: Candidate) -> Array:
         """All points to try, shape (S, parameters of the effect)."""
@@ -172,7 +160,6 @@ class Scanner:
         return most * np.array(grids.dead_bands)
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        """Values to try of what shapes an effect."""
         return self._scales.shapes(candidate.effect.name, parameter, self._problem.grids)
 
     def _constants(self, by_theta: Array) -> Array | None:

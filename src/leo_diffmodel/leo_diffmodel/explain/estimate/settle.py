@@ -43,7 +43,6 @@ class Settled:
     by_start: Array
 
     def take(self, index: Array) -> Settled:
-        """Some of the windows."""
         return Settled(*(x[index] for x in vars(self).values()))
 
 

@@ -26,9 +26,8 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, EVERYWHERE, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import compatible, EVERYWHERE
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
@@ -45,7 +44,6 @@ class Smooth(Estimator):
     _made: tuple[Fit, Matrices] | None = field(default=None, init=False)
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        """The model as given, with what is uncertain refitted."""
         return Estimate(self.posed, fit(self.posed.problem, hypothesis))
 
     def begun(
@@ -56,7 +54,6 @@ class Smooth(Estimator):
         progress: Reporter,
         near: Fit | None = None,
     ) -> Estimate:
-        """What all losses at once lead to, in short windows at first."""
         progress.expect(2 * len(pool) + STEPS.end)
         return Rounds(self, first, of_joints(pool), progress).of(recordings, near)
 
@@ -104,7 +101,6 @@ class Smooth(Estimator):
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter
     ) -> Fit:
-        """With what every other effect of the pool, at a small size, leaves to doubt."""
         if at.problem.late():
             return final
         made, spread = self._matrices(at, pool, progress), max(dispersion(at.fit), 1.0)
@@ -118,7 +114,6 @@ class Smooth(Estimator):
         return self._made[1]
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The least loss that several starts lead to."""
         return Estimate(at.posed, finished(at.problem, at.fit, starts))
 
 

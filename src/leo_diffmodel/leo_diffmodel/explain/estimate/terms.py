@@ -11,7 +11,7 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.scan import Scanner, stretch_limits
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
-from leo_diffmodel.explain.problem.problem import Problem
+from leo_diffmodel.explain.settings import Grids
 
 Array = np.ndarray
 MASS, MOMENT = 'link_mass', 'link_com'
@@ -51,7 +51,6 @@ class Term:
 
     @property
     def span(self) -> range:
-        """Numbers of its columns."""
         return range(self.first, self.first + len(self.columns))
 
     @property
@@ -61,7 +60,6 @@ class Term:
         return tuple(float(value) for p, value in pairs if p.whole or p.role == 'shape')
 
     def values(self, coefficients: Sequence[float] | Array) -> Array:
-        """Its parameters, shape (P,)."""
         if self.phase is not None:
             by, turned = float(np.hypot(*coefficients)), float(np.arctan2(*coefficients[::-1]))
             values = self.begin + by * self.columns[0].direction
@@ -75,11 +73,11 @@ class Term:
         return np.asarray(sum(moves, self.begin))
 
 
-def terms_of(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator[Term]:
+def terms_of(candidate: Candidate, scanner: Scanner, grids: Grids) -> Iterator[Term]:
     """The shapes of an effect: what is straight in its amplitudes once, else each size."""
     parameters, amplitude = candidate.parameters, amplitude_indices(candidate.parameters)
     if candidate.effect.hook == 'body' and any(p.times for p in parameters):
-        yield from _at_places(candidate, scanner)
+        yield from _at_places(candidate, scanner, grids)
         return
     others = [
         (0.0,) if p.role == 'phase' else scanner.shape(candidate, p)
@@ -93,23 +91,25 @@ def terms_of(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterat
         rest = iter(shape)
         begin = np.array([p.neutral if p.scales else next(rest) for p in parameters])
         if straight:
-            columns = columns or [_straight(candidate, begin, i, scanner) for i in amplitude]
+            columns = columns or [
+                _straight(candidate, begin, i, scanner, grids) for i in amplitude
+            ]
             both = columns if phase is None else [*_quarters(columns[0], phase)]
             yield Term(candidate, begin, tuple(both), phase=phase)
         else:
             for size in scanner.sizes(candidate, parameters[amplitude[0]]):
                 direction = size * np.eye(len(begin))[amplitude[0]]
-                limits = stretch_limits(candidate, problem.grids)
+                limits = stretch_limits(candidate, grids)
                 yield Term(candidate, begin, (Column(direction, *limits),))
 
 
-def _at_places(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
+def _at_places(candidate: Candidate, scanner: Scanner, grids: Grids) -> Iterator[Term]:
     """A mass at the centre of a link, or as far beyond it, and its first moments about there."""
     parameters = candidate.parameters
     centre = dict(zip('xyz', scanner.centre(candidate.where), strict=True))
-    for far in scanner.places:
+    for far in grids.places:
         begin = np.array([far * centre[p.name] if p.times else p.neutral for p in parameters])
-        mass = _straight(candidate, begin, 0, scanner)
+        mass = _straight(candidate, begin, 0, scanner, grids)
         others = [
             Column(mass.direction + scanner.sizes(candidate, p)[1] * unit, -np.inf, np.inf, True)
             for p, unit in zip(parameters, np.eye(len(begin)), strict=True)
@@ -126,13 +126,15 @@ def _quarters(column: Column, phase: int) -> Iterator[Column]:
         yield Column(direction, -far, far)
 
 
-def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> Column:
+def _straight(
+    candidate: Candidate, begin: Array, i: int, scanner: Scanner, grids: Grids
+) -> Column:
     """One amplitude, and those that are never less; as far as predictions answer in proportion."""
     parameters, p = candidate.parameters, candidate.parameters[i]
     moved = np.array([float(k == i or q.above == p.name) for k, q in enumerate(parameters)])
     size = scanner.small(candidate, begin, moved, scanner.sizes(candidate, p)[1])
     if p.high < p.neutral + size:
         size = -size
-    far = scanner.heavier if candidate.effect.name == MOMENT else 1.0
+    far = grids.heavier if candidate.effect.name == MOMENT else 1.0
     low, high = sorted(far * (end - p.neutral) / size for end in (p.low, p.high))
     return Column(size * moved, low, high)

@@ -29,7 +29,6 @@ class Facts:
 
     @classmethod
     def of(cls, robot: Robot, recordings: Sequence[Recording]) -> Facts:
-        """What these recordings of a robot decide."""
         free = (e.enabled < 0.5 for r in recordings for e in r.episodes)
         return cls(robot, any(bool(f.any()) for f in free))
 
@@ -163,7 +162,6 @@ def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None
 
 
 def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
-    """What pair of effects could stand for a named one."""
     fixed = (c.effect.name for c in candidates if facts.at_base(_joint(c.where, facts)))
     return PAIR if 'external_force' in fixed else None
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from leo_sim.effects import Effect, Parameter, place, Placed
 from leo_sim.model import Model
 
 Array = np.ndarray
+EVERYWHERE = 'all'
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class Candidate:
 
     Attributes:
         effect: the law.
-        where: a joint or link name, or 'all' for one shared value.
+        where: a joint or link name, or `EVERYWHERE` for one shared value.
         parameters: its parameters with this robot's units, neutral values and bounds.
     """
 
@@ -30,7 +32,6 @@ class Candidate:
 
     @property
     def label(self) -> str:
-        """As typed on the command line: effect:where."""
         return f'{self.effect.name}:{self.where}'
 
     @property
@@ -52,27 +53,22 @@ class Hypothesis:
 
     @property
     def size(self) -> int:
-        """Length of the parameter vector."""
         return self.first_constant + len(self.constants)
 
     @property
     def first_constant(self) -> int:
-        """Where in the vector the constants begin."""
         return self.offset(len(self.candidates))
 
     @property
     def low(self) -> Array:
-        """Lower bound of each parameter."""
         return np.array([p.low for p in self._parameters] + [c[0] for c in self._ranges])
 
     @property
     def high(self) -> Array:
-        """Upper bound of each parameter."""
         return np.array([p.high for p in self._parameters] + [c[1] for c in self._ranges])
 
     @property
     def neutral(self) -> Array:
-        """The vector that changes nothing."""
         return np.array([p.neutral for p in self._parameters] + [c.value for c in self.constants])
 
     @property
@@ -164,11 +160,9 @@ class Hypothesis:
         return self.bounded(there)
 
     def with_candidate(self, candidate: Candidate) -> Hypothesis:
-        """This hypothesis and one more effect."""
         return Hypothesis((*self.candidates, candidate), self.constants)
 
     def without(self, index: int) -> Hypothesis:
-        """This hypothesis less its effect at `index`."""
         rest = self.candidates[:index] + self.candidates[index + 1 :]
         return Hypothesis(rest, self.constants)
 
@@ -179,11 +173,9 @@ class Hypothesis:
         return np.concatenate([*own, theta[len(theta) - len(self.constants) :]])
 
     def offset(self, index: int) -> int:
-        """Where in the vector the parameters of candidate `index` begin."""
         return sum(len(c.parameters) for c in self.candidates[:index])
 
     def values(self, theta: Array, index: int) -> dict[str, float]:
-        """The parameters of candidate `index` by name."""
         first = self.offset(index)
         names = [p.name for p in self.candidates[index].parameters]
         return {n: float(v) for n, v in zip(names, theta[first:], strict=False)}
@@ -194,6 +186,8 @@ class Hypothesis:
 
     def model(self, base: Model, theta: Array) -> Model:
         """`base` with these effects and constants; `theta` (S, P) makes S models at once."""
+        if not self.size:
+            return base
         shared, own = dict(base.constants), {p: dict(v) for p, v in base.by_recording.items()}
         for i, c in enumerate(self.constants, self.first_constant):
             values = own.setdefault(c.path, {}) if c.recording else shared
@@ -227,3 +221,25 @@ def _lead(value: Array) -> float | Array:
 def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
     """The parameters that scale an effect; the others shape it."""
     return tuple(i for i, p in enumerate(parameters) if p.scales)
+
+
+def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
+    """Whether an effect may stand with others: not what shares a term with one at its place."""
+
+    def overlaps(one: Candidate) -> bool:
+        everywhere = EVERYWHERE in (one.where, other.where)
+        return one.where == other.where or (everywhere and one.effect.hook == other.effect.hook)
+
+    return not any(overlaps(c) and _terms(c) & _terms(other) for c in names)
+
+
+def _terms(candidate: Candidate) -> set[Parameter]:
+    return {p for p in candidate.parameters if p.scales}
+
+
+def widens(candidate: Candidate, other: Candidate) -> bool:
+    """Whether an effect is a wider law than another one at the same place: Stribeck's, Coulomb's.
+
+    Which of them it is, is no question of two causes.
+    """
+    return candidate.where == other.where and set(other.parameters) < set(candidate.parameters)

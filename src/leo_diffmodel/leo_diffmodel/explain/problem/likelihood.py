@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import chdtri, huber
 
 from leo_diffmodel.explain.settings import Numerics
 from leo_sim.common.compiled import compiled
@@ -70,7 +70,7 @@ def loss(
     """
     off, count = size(residual, channels, numerics, typical), residual.shape[-1] // channels
     scaled = (_by_channel(residual, channels) / off).reshape(residual.shape)
-    total: Array = huber(scaled, numerics.huber)
+    total: Array = huber(numerics.huber, scaled).sum(axis=-1)
     own = np.log(off) + 0.5 * _noise_beyond(count, numerics) * (1.0 - off**-2.0)
     if typical is not None:
         apart = np.log(off / typical) + 0.5 * ((typical / off) ** 2 - 1.0)
@@ -107,7 +107,7 @@ def promised(
 
 
 def size_weight(numerics: Numerics, typical: Array | None) -> float:
-    """Weight of all that is known of a size in one window; what that window shows has 1."""
+    """Weight of what is known of a size before a window, which has 1 itself."""
     return 1.0 if typical is None else 1.0 + numerics.shared
 
 
@@ -181,10 +181,3 @@ def _noise_beyond(count: int, numerics: Numerics) -> float:
 def huber_weight(residual: Array, knee: float) -> Array:
     """Huber weights: 1 within the knee [sigma], falling as 1/|r| outside."""
     return np.minimum(1.0, knee / np.maximum(np.abs(residual), 1e-12))
-
-
-def huber(residual: Array, knee: float) -> Array:
-    """Huber loss of each window [nats], linear beyond the knee, from residuals (..., W, N)."""
-    size = np.abs(residual)
-    loss = np.where(size <= knee, 0.5 * size**2, knee * (size - 0.5 * knee))
-    return loss.sum(axis=-1)

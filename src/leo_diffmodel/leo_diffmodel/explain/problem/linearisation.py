@@ -43,7 +43,6 @@ class Linearisation:
     traces: dict = field(default_factory=dict)
 
     def take(self, index: Array) -> Linearisation:
-        """Of some of the windows; their traces start anew."""
         parts = (self.start, self.by_start, self.loss, self.finer)
         return Linearisation(*(part[index] for part in parts))
 
@@ -54,7 +53,7 @@ def settled(
     sigma: Array,
     settings: Settings,
     before: Linearisation | None = None,
-    anew: bool = False,
+    relinearise: bool = False,
 ) -> tuple[Array, Linearisation]:
     """Which windows can be trusted, as indices, and their linearisation.
 
@@ -67,11 +66,11 @@ def settled(
         sigma: noise of each recording and channel, shape (R, 2J).
         settings: of the problem.
         before: the linearisation with another model, to go on from; its windows are all kept.
-        anew: find the sensitivity of all windows again, not of those alone where it was far off.
+        relinearise: find the sensitivity of all windows again, not only where it was far off.
     """
     active = np.arange(windows.count)
     at = _Settling(model, windows, sigma, settings.numerics, before)
-    if anew:
+    if relinearise:
         at.linearise(active)
     for round_ in range(settings.numerics.rounds):
         going = at.step(active)
@@ -82,19 +81,15 @@ def settled(
             break
         at.linearise(active)
     if before:
-        now = replace(before, start=at.start, by_start=at.columns, loss=at.loss)
-        return np.arange(windows.count), now
+        after = replace(before, start=at.start, by_start=at.columns, loss=at.loss)
+        return np.arange(windows.count), after
     kept = _sure(model, windows, at.start, at.columns, sigma, settings)
     nothing = np.zeros_like(windows.measured[kept])
     return kept, Linearisation(at.start[kept], at.columns[kept], at.loss[kept], nothing)
 
 
 class _Settling:
-    """Windows on the way to the start states that fit them best.
-
-    Attributes:
-        start, columns, loss: as `start`, `by_start` and `loss` of a `Linearisation`.
-    """
+    """Windows on the way to the start states that fit them best; see `Linearisation`."""
 
     def __init__(
         self,
@@ -103,9 +98,8 @@ class _Settling:
         sigma: Array,
         numerics: Numerics,
         before: Linearisation | None,
-    ) -> None:
-        self._model, self._windows, self._sigma = model, windows, sigma
-        self._numerics = numerics
+    ):
+        self._model, self._windows, self._sigma, self._numerics = model, windows, sigma, numerics
         if before:
             self.start, self.columns = before.start.copy(), before.by_start.copy()
             self._predicted = predict(model, windows, before.start)
@@ -115,20 +109,17 @@ class _Settling:
                 self._try(bad, windows.measured[bad, 0], self._predicted[bad])
         else:
             self.start = windows.measured[:, 0].copy()
-            self._predicted, self.columns = respond(
-                model, windows, self.start, no_torques(windows)
-            )
+            self._predicted, self.columns = sensitivities(model, windows, self.start)
             self.columns[~tame(self.columns)] = 0.0
             self.loss = self._lost(windows, self._predicted)
 
     def worse(self, before: Linearisation) -> Array:
         """Windows that are far worse than most, and those that are worse than before, (2, W)."""
-        numerics, loss = self._numerics, self.loss
-        far = loss > numerics.released * np.median(loss)
-        return np.stack([far, loss > before.loss + numerics.follow_nats])
+        far = self.loss > self._numerics.released * np.median(self.loss)
+        return np.stack([far, self.loss > before.loss + self._numerics.follow_nats])
 
     def step(self, active: Array) -> Array:
-        """Move the starts of some windows where that is better; which are to be linearised anew.
+        """Move the starts of some windows where that is better; which are to be linearised again.
 
         They are those that gained much and whose linearisation was off by much: what it was off by
         limits what another step could gain.
@@ -146,8 +137,7 @@ class _Settling:
                 better, surprise[waiting] = self._try(active[waiting], moved, expected)
                 waiting = waiting[~better]
         enough = numerics.follow_nats
-        going: Array = (self.loss[active] < loss - enough) & (surprise > enough)
-        return going
+        return np.asarray((self.loss[active] < loss - enough) & (surprise > enough))
 
     def _robust_step(self, windows: Windows, predicted: Array, columns: Array) -> Array:
         """The robust least-squares step of the start states, (W, 2J)."""
@@ -176,14 +166,15 @@ class _Settling:
     def linearise(self, active: Array) -> None:
         """Find the sensitivity of some windows to their start states again."""
         part = self._windows.take(active)
-        predicted, columns = respond(self._model, part, self.start[active], no_torques(part))
+        predicted, columns = sensitivities(self._model, part, self.start[active])
         sane = tame(columns)
         self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
-def no_torques(windows: Windows) -> Array:
-    """No torques that windows are to respond to."""
-    return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
+def sensitivities(model: Model, windows: Windows, start: Array) -> tuple[Array, Array]:
+    """Predictions (W, K+1, 2J) and their sensitivity to the start states, (W, K+1, 2J, 2J)."""
+    no_torques = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
+    return respond(model, windows, start, no_torques)
 
 
 def refined(

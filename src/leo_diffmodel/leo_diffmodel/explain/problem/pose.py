@@ -11,11 +11,11 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
-from leo_diffmodel.compare.pushes import fast_enough, respond
+from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.linearisation import no_torques
+from leo_diffmodel.explain.problem.linearisation import sensitivities
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.shooting import eliminate, Linear
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
@@ -48,7 +48,6 @@ class Posed:
         return replace(self, problem=replace(self.problem, until=until), longer=longer)
 
     def take(self, index: Array) -> Posed:
-        """The problem on some of its short windows."""
         return replace(self, problem=self.problem.take(index))
 
 
@@ -72,8 +71,7 @@ def pose(
         if longer < least or longest <= longer + 2 * noise.HISTORY:
             continue
         windows = cut(everything, longer, history=noise.HISTORY)
-        wider = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
-        wider = replace(wider, rough_step=problem.rough_step, unseen=problem.unseen)
+        wider = _on_windows(problem, windows, blocks)
         if wider.train.sum() >= numerics.enough_windows and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
@@ -108,9 +106,14 @@ def shorter(posed: Posed, recordings: Sequence[Recording]) -> Problem:
     problem, grids = posed.problem, posed.problem.grids
     seconds = max(grids.straight_seconds, grids.straight_samples * sample_period(recordings))
     windows = cut(recordings, seconds, history=noise.HISTORY)
-    made = _problem(problem.base, windows, problem.sigma, posed.blocks, problem.settings)
-    made = replace(made, rough_step=problem.rough_step, unseen=problem.unseen)
+    made = _on_windows(problem, windows, posed.blocks)
     return made.take(np.flatnonzero(made.train))
+
+
+def _on_windows(problem: Problem, windows: Windows, blocks: Blocks) -> Problem:
+    """The problem on other windows of its recordings."""
+    made = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
+    return replace(made, rough_step=problem.rough_step, unseen=problem.unseen)
 
 
 def _unseen(recordings: Sequence[Recording]) -> Array | None:
@@ -256,7 +259,7 @@ def _problem(
 def _is_tame(problem: Problem) -> bool:
     """Whether start noise moves the ends of most windows by little, and grows by little."""
     windows, joints = problem.windows, problem.windows.q.shape[-1]
-    _, columns = respond(problem.base, windows, windows.measured[:, 0], no_torques(windows))
+    _, columns = sensitivities(problem.base, windows, windows.measured[:, 0])
     end = columns[:, -1, :joints]
     moved = end * per_window(problem.sigma, windows)
     spread = np.sqrt((moved**2).sum(axis=-1)).max(axis=-1)

@@ -62,23 +62,24 @@ class Problem:
     unseen: Array | None = None
 
     def late(self) -> bool:
-        """Whether the time is over."""
         return time.monotonic() > self.until
 
     @property
     def gates(self) -> Gates:
-        """What decides its answer."""
         return self.settings.gates
 
     @property
     def numerics(self) -> Numerics:
-        """How it is computed."""
         return self.settings.numerics
 
     @property
     def grids(self) -> Grids:
-        """Where it is looked for."""
         return self.settings.grids
+
+    @property
+    def on_ground(self) -> bool:
+        """Whether contacts decide what start states do, so that its windows were settled."""
+        return self.linearisation is not None
 
     @property
     def judged(self) -> Array:
@@ -87,7 +88,6 @@ class Problem:
 
     @property
     def trained(self) -> tuple[str, ...]:
-        """Names of the recordings that a fit may see."""
         sources = np.unique(self.windows.source[self.train])
         return tuple(self.windows.recordings[s] for s in sources)
 
@@ -128,7 +128,7 @@ class Problem:
         A joint that friction holds does not answer to its start, which may be caught there. On
         the ground a measured start may be a leap out of it.
         """
-        return (start,) if self.linearisation else (start, self.windows.measured[:, 0])
+        return (start,) if self.on_ground else (start, self.windows.measured[:, 0])
 
     @property
     def rough(self) -> Model:
@@ -151,10 +151,18 @@ class Problem:
         errors: Array | None = None,
         by_start: Array | None = None,
     ) -> Linear:
-        """The windows linearised about a hypothesis at some values; see `shooting.linearise`."""
-        known, noise = self.by_start if by_start is None else by_start, self.noise
-        data, at = (self.base, self.windows, self.sigma), (hypothesis, theta, start)
-        return linearise(*data, self.numerics, *at, known, errors, self.rough, noise)
+        """The windows linearised about a hypothesis at some values.
+
+        Args:
+            hypothesis: what is free.
+            theta: parameters, shape (P,).
+            start: start states, shape (W, 2J).
+            errors: standard error of each parameter with the others fixed, (P,), where known.
+            by_start: sensitivity of the residual to the start states where that is known; by
+                default what contacts were settled with, shape (W, N, 2J).
+        """
+        known = self.by_start if by_start is None else by_start
+        return linearise(self, hypothesis, theta, start, known, errors)
 
     def residual(self, start: Array, model: Model | None = None) -> Array:
         """Whitened residual of the model from some start states (..., W, 2J), (..., W, N)."""
@@ -163,8 +171,7 @@ class Problem:
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""
-        model = hypothesis.model(self.base, theta) if len(theta) else self.base
-        return replace(self, base=model)
+        return replace(self, base=hypothesis.model(self.base, theta))
 
     def steady(self, hypothesis: Hypothesis, theta: Array, start: Array) -> Array:
         """Windows in which no contact with the ground comes or goes, from start states (W, 2J).
@@ -181,7 +188,6 @@ class Problem:
         return unchanged
 
     def take(self, index: Array) -> Problem:
-        """The problem on some of its windows."""
         optional = {name: getattr(self, name) for name in ('block', 'fold', 'telling')}
         taken: dict[str, Any] = {n: x[index] for n, x in optional.items() if x is not None}
         linear = self.linearisation and self.linearisation.take(index)

@@ -167,7 +167,6 @@ class Cut:
 
     @property
     def mostly(self) -> bool:
-        """Whether most of the motion looks as if it were from outside."""
         return self.share > self.settings.gates.outside
 
     @property

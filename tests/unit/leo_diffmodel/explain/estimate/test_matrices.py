@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import choose, Price
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.fitted import linear_part
 from leo_diffmodel.explain.estimate.matrices import matrices
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis

@@ -21,7 +21,7 @@ from leo_diffmodel.compare.sizes import (
     stall_torque,
 )
 from leo_diffmodel.explain.problem.candidates import at_limit, candidates, limited, seen
-from leo_diffmodel.explain.problem.together import compatible
+from leo_diffmodel.explain.problem.hypothesis import compatible
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.verbs.common import own_effects
 from leo_sim.description.robot import load_robot

@@ -15,7 +15,7 @@ from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 
 
-class Stand(NamedTuple):
+class Iterate(NamedTuple):
     """A hypothesis at some values, linearised there, and the next step of its fit."""
 
     posed: Posed
@@ -23,8 +23,8 @@ class Stand(NamedTuple):
     step: Step
 
 
-def standing(posed: Posed) -> Posed:
-    """With the windows of a robot on the ground settled, those that can be trusted."""
+def settled_on_ground(posed: Posed) -> Posed:
+    """With the windows of a robot with contacts settled, those that can be trusted."""
     problem = posed.problem
     if not problem.base.robot.contacts:
         return posed
@@ -32,14 +32,16 @@ def standing(posed: Posed) -> Posed:
     return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
 
 
-def linearised(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:
+def linearised(
+    posed: Posed, point: Fit, finer: bool = False, relinearise: bool = False
+) -> Iterate:
     """A hypothesis at some values, its windows settled and linearised.
 
     Args:
         posed: the problem, settled before.
         point: the hypothesis at its values and start states.
-        finer: ask a finer integration anew what the coarse one is off by.
-        anew: find the sensitivity of all windows to their start states again.
+        finer: ask a finer integration what the coarse one is off by now.
+        relinearise: find the sensitivity of all windows to their start states again.
     """
     problem, hypothesis = posed.problem, point.hypothesis
     assert problem.linearisation
@@ -47,9 +49,10 @@ def linearised(posed: Posed, point: Fit, finer: bool = False, anew: bool = False
     windows, before = problem.windows, replace(problem.linearisation, start=point.start)
     if finer:
         windows, before = refined(model, windows, before)
-    _, linearisation = settled(model, windows, problem.noise, problem.settings, before, anew)
+    data = windows, problem.noise, problem.settings
+    _, linearisation = settled(model, *data, before, relinearise)
     problem = replace(problem, windows=windows, linearisation=linearisation)
-    return Stand(replace(posed, problem=problem), *looked_at(problem, hypothesis, point.theta))
+    return Iterate(replace(posed, problem=problem), *looked_at(problem, hypothesis, point.theta))
 
 
 def most_nats(problem: Problem, spread: float) -> float:
@@ -57,7 +60,7 @@ def most_nats(problem: Problem, spread: float) -> float:
     return problem.gates.window_nats * spread
 
 
-def advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
+def advanced(at: Iterate, finer: bool = False) -> tuple[Iterate, float]:
     """A step further, or a shorter one, where that is better, and what it gains [nats]."""
     problem = at.posed.problem
     for scale in problem.numerics.strides:
@@ -68,8 +71,8 @@ def advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
     return at, 0.0
 
 
-def converged(posed: Posed, best: Fit) -> Stand:
-    """A hypothesis fitted with its windows linearised anew at every step."""
+def converged(posed: Posed, best: Fit) -> Iterate:
+    """A hypothesis fitted with its windows settled and linearised again at every step."""
     first = at = linearised(posed, best, finer=True)
     gained, numerics = 0.0, posed.problem.numerics
     for _ in range(numerics.ground_iterations if best.hypothesis.size else 0):
@@ -83,7 +86,7 @@ def converged(posed: Posed, best: Fit) -> Stand:
 
 
 def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
-    """A converged hypothesis with all windows linearised anew about their start states.
+    """A converged hypothesis with all windows linearised again about their start states.
 
     Before, only that of windows where it was off by much was: the starts then remember the way on
     which the parameters came, which holds these back by about a standard deviation. What a single
@@ -91,7 +94,7 @@ def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     otherwise. All together must not make it worse.
     """
     problem, numerics = posed.problem, posed.problem.numerics
-    at = linearised(posed, best, finer=True, anew=True)
+    at = linearised(posed, best, finer=True, relinearise=True)
     for _ in range(numerics.last_steps):
         if problem.late():
             break
@@ -99,13 +102,13 @@ def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
         if farthest < numerics.last_errors:
             break
         fitted = moved(at.fit, at.step, min(1.0, numerics.farthest_errors / farthest))
-        at = linearised(at.posed, fitted, finer=True, anew=True)
+        at = linearised(at.posed, fitted, finer=True, relinearise=True)
     spread = dispersion(best)
     worse = -gain(best, at.fit, problem.train, most_nats(problem, spread)) / spread
     return (at.posed, at.fit) if worse < problem.gates.margin_nats else (posed, best)
 
 
-def standard_errors_moved(at: Stand) -> float:
+def standard_errors_moved(at: Iterate) -> float:
     """The longest next move of a parameter [standard errors]; one on a bound has none."""
     errors = at.fit.standard_errors
     free = errors > 0
