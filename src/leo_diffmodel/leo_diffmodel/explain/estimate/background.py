@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that is a little wrong and has no name: what it leaves to doubt of what has one.
+"""What small differences without a name leave to doubt of the named effects.
 
 Beside the named effects every other candidate may be there at a small size: y = A theta + B phi
 + noise, phi normal about 0 with one scale for all, in units of what changes each sample by its

@@ -77,7 +77,7 @@ def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:
 def _best(
     matrices: Matrices, held: Sequence[Term], price: Price, least: float, looked: int
 ) -> list[tuple[float, list[Term]]]:
-    """What saves most when added, with how much; nothing where none is worth its price."""
+    """What saves most when added, with how much; none that is not worth its price."""
     groups = [*_groups(matrices, held)]
     if not groups:
         return []
@@ -91,10 +91,9 @@ def _best(
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
     """Sets near a fit that cost least: with one effect more, or one in the place of another.
 
-    Sets of few effects (`many`) are compared with those that have one in the place of two, too; a
-    single effect, or none, with pairs. What costs `near` nats more than the fit is no rival, nor
-    is what is more and not worth its price; of what leaving out an effect costs a share may be
-    left, as answers so far away bend.
+    Of few effects (`many`) also with one in the place of two; of none or one, pairs. What costs
+    `near` nats more than the fit is no rival, nor is what is more and not worth its price; a share
+    of what leaving out an effect costs is allowed, as linear answers so far away bend.
     """
     held, numerics = [*matrices.members], settings.numerics
     now, few = _cost(matrices, held, price), len(held) <= settings.gates.many
@@ -161,7 +160,7 @@ def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:
     """Each further term alone, and what changes the inertia of a link together.
 
     A payload changes mass, centre of mass and inertia; one of them alone may look like anything.
-    Where it is a candidate itself it stands for those that it does at once.
+    Where a payload is a candidate itself, it stands for these.
     """
     names = frozenset(t.candidate for t in held)
     able = [t for t in matrices.terms if _stands(names, t.candidate)]

@@ -73,11 +73,10 @@ class Contact(Estimator):
 def successive_halving(
     posed: Posed, null: Fit, scans: Sequence[Scan], limit: float, progress: Progress
 ) -> tuple[Fit, list[Iterate]]:
-    """The hypothesis and those with one effect more that successive halving leaves.
+    """The hypothesis, and those with one effect more that successive halving leaves.
 
-    A fit is expensive here. Each candidate has its own contacts from the first step on; those of
-    the model without it favour small effects. Those ahead after a step in some windows go on;
-    the last are fitted in all. None where the time is over.
+    Each candidate has contacts of its own from the first step on: those of the model without it
+    favour small effects. The last are fitted in all windows. None where the time is over.
     """
     if posed.problem.late() or not scans:
         return null, []
@@ -104,10 +103,7 @@ def successive_halving(
 
 
 def _moves_ground(candidate: Candidate, robot: Robot) -> bool:
-    """Whether it moves the ground against the robot: another ground, or another zero of its base.
-
-    That makes other contacts, of which a scan on those that are there knows nothing.
-    """
+    """Whether it moves the ground against the robot, so that no scan knows its contacts."""
     sensed = candidate.effect.hook == 'sensor' and is_straight(candidate)
     return candidate.effect.hook == 'ground' or (sensed and candidate.where in robot.base_joints)
 
@@ -115,7 +111,6 @@ def _moves_ground(candidate: Candidate, robot: Robot) -> bool:
 def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
 ) -> tuple[Field, float]:
-    """The last contenders, best first, and what the best of them gains [nats]."""
     iterates = _each(linearised, posed, [_with(null, s) for s in scans])
     field: Field = list(zip(scans, iterates, strict=True))
     numerics = posed.problem.numerics
@@ -215,7 +210,6 @@ def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[S
 
 
 def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
-    """Effects that the candidate holds, as Stribeck friction does Coulomb's, at its values."""
     mine, first = scan.candidate, null.hypothesis.first_constant
     names = [p.name for p in mine.parameters]
     values = dict(zip(names, scan.theta[first:], strict=False))

@@ -37,9 +37,9 @@ def covariance(
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
     The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
-    covariance of its slope, read from how much the slopes of the time blocks differ (Liang and
-    Zeger 1986) with the correction B / (B - 1). Of few blocks J is itself uncertain, so it is
-    averaged with what the size and the correlation of the residual give, and with Student's t.
+    covariance of its slope between time blocks (Liang and Zeger 1986) with the correction
+    B / (B - 1). Of few blocks J is itself uncertain, so it is averaged with what size and
+    correlation of the residual give, and widened by Student's t.
 
     Args:
         columns: shape (W, N, P).
@@ -50,8 +50,7 @@ def covariance(
         channels: how many there are, 2J.
         numerics: of the loss, and how much it may bend the other way.
         typical: size of each in most windows.
-        larger: each variance is the larger of the two, not their mean. Blocks say more where the
-            model is wrong, and at times less by chance, as they are few.
+        larger: each variance is the larger of the two, not their mean.
     """
     slopes, touching = derivatives(columns, residual, channels, numerics, typical)
     bent = _bent(slopes, residual, numerics, typical)
@@ -136,16 +135,14 @@ def beyond(
 ) -> Array:
     """How far parameters may move down and up with constants that are on a bound, shape (P, 2).
 
-    Such a constant may lie inside its bounds, and the free parameters then make up for it. It is
-    moved inside until the loss rises as much as at the end of a 95 % interval, or to its other
-    bound. What several constants move is added in quadrature.
+    Such a constant is moved inside, the free parameters making up for it, until the loss rises as
+    much as at the end of a 95 % interval, or to its other bound; several add in quadrature.
 
     Args:
         matrix: curvature of the loss, shape (P, P).
         descent: its slope downhill, shape (P,).
         prior: precision of each parameter before these data, shape (P,); inf for what is held.
-        room: signed distance from the bound that a constant is on to its other one; 0 for all
-            others, shape (P,).
+        room: signed distance of such a constant from its other bound, else 0, shape (P,).
         spread: times variances are larger than those of white noise in many blocks.
         numerics: of the solver.
     """
@@ -175,8 +172,7 @@ def solved(gram: Array, slope: Array, damping: float) -> Array:
 def leverage_weight(problem: Problem, by_theta: Array) -> Array:
     """Weight of each window that limits its leverage on the parameters (Mallows), (W, 1, 1).
 
-    A contact that comes or goes with a small change of a parameter makes a window many times as
-    sensitive to it as it is to a larger change.
+    A contact that comes or goes makes a window far more sensitive to a small change than a large.
     """
     numerics = problem.numerics
     if not np.isfinite(numerics.most_leverage) or not by_theta.size:

@@ -84,7 +84,7 @@ class Estimator(ABC):
 
     @property
     def most_nats(self) -> float:
-        """What a single window may say for or against a hypothesis [nats], of white residuals."""
+        """Most that a window may say for or against a hypothesis [nats], of white residuals."""
         return self.posed.problem.gates.window_nats
 
     @abstractmethod

@@ -88,10 +88,7 @@ def read_at(problem: Problem, fitted: Fit) -> Fit:
 
 
 def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
-    """The fit with the start states of another one in the windows where they suit it better.
-
-    A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
-    """
+    """The fit with the start states of another one in the windows where they suit it better."""
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
     linear = fixed.linearised(Hypothesis(), np.zeros(0), other.start)
     channels = other.start.shape[-1]
@@ -232,7 +229,6 @@ class _Point:
 
     @property
     def lost(self) -> float:
-        """Loss of the training windows [nats]."""
         return float(self.loss[self.problem.train].sum())
 
     def gives_up(self, before: _Point, rival: float) -> bool:
@@ -242,7 +238,6 @@ class _Point:
 
     @property
     def weighed(self) -> Problem:
-        """The problem with what is off by in most windows as it is here."""
         return replace(self.problem, typical=self.typical)
 
     def settled(self, nats: float) -> Array:

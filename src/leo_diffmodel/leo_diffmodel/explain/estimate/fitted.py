@@ -83,7 +83,6 @@ class Fit:
         return self.hypothesis, self.theta, self.start
 
     def lost(self, chosen: Array) -> float:
-        """Loss of the chosen windows (W,) [nats]."""
         return float(self.loss[chosen].sum())
 
     def take(self, index: Array) -> Fit:
@@ -92,7 +91,6 @@ class Fit:
         return replace(self, **{name: part[index] for name, part in parts.items()})
 
     def reordered(self, order: Sequence[int]) -> Fit:
-        """The fit with its effects in another order."""
         full = self.hypothesis
         own = [np.arange(full.offset(i), full.offset(i + 1)) for i in order]
         index = np.concatenate([*own, np.arange(full.first_constant, full.size)]).astype(int)
@@ -111,7 +109,7 @@ class Fit:
         return self.theta[self.hypothesis.offset(index) : self.hypothesis.offset(index + 1)]
 
     def with_values(self, values: Array) -> Array:
-        """Its parameters with those of further effects behind those of its own, (P + p,)."""
+        """Its parameters with `values` of further effects behind its own effects', (P + p,)."""
         split = self.hypothesis.first_constant
         return np.concatenate([self.theta[:split], values, self.theta[split:]])
 
@@ -131,10 +129,7 @@ class Fit:
 
 
 def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
-    """What `other` saves of the robust loss of `null` on the chosen windows (W,) [nats].
-
-    No window counts for or against it by more than `most` [nats].
-    """
+    """Robust loss [nats] that `other` saves on the chosen windows (W,), in each `most` at most."""
     return float(np.clip(null.loss - other.loss, -most, most)[chosen].sum())
 
 
@@ -144,15 +139,12 @@ def dispersion(fitted: Fit) -> float:
 
 
 def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left.
-
-    `quantile` is over windows; the median does not see what shows in less than half of them.
-    """
+    """Mean squared whitened residual over its expected value: 1 where only noise is left."""
     return likelihood.excess(fitted.residual, fitted.start.shape[-1], quantile)
 
 
 def linear_part(problem: Problem, fitted: Fit, left_out: Iterable[Candidate]) -> Fit:
-    """What a fit would be without some effects, as far as predictions answer straight to it.
+    """What a fit would be without some effects, by its own linear answer: no rollout.
 
     The other parameters move to where the training windows ask for, their weights as they are.
     """
@@ -220,7 +212,6 @@ class Rest:
 
     @property
     def matters(self) -> bool:
-        """Whether it is more than noise and a good part of what was missing, or far more."""
         gates, ratio = self.gates, self.ratio
         correlated = ratio > gates.correlated and self.correlation > gates.correlation
         much = ratio > gates.unexplained or correlated
@@ -230,10 +221,8 @@ class Rest:
 def rest_of(problem: Problem, null: Fit, final: Fit) -> Rest:
     """What the effects of a fit leave of the error of the model without them (`null`).
 
-    On the ground no law is looked for in what does not matter, so this must see one that acts at
-    times only: a cable that is slack in most windows. It looks at windows in which no contact
-    comes or goes, if there are some: every engine has impacts of its own, but they agree on what
-    happens between two of them.
+    Looks at windows in which no contact comes or goes, if there are some: engines differ in
+    impacts, and agree on what happens between two of them.
     """
     numerics = problem.numerics
     steady = np.flatnonzero(problem.steady(final.hypothesis, final.theta, final.start))
@@ -256,7 +245,6 @@ def effect_row(fitted: Fit, index: int) -> dict:
 
 
 def parameter_rows(fitted: Fit, index: int) -> dict:
-    """Value, unit and 95 % interval of each parameter of candidate `index`, by name."""
     first, candidate = fitted.hypothesis.offset(index), fitted.hypothesis.candidates[index]
     return {p.name: _row(fitted, i, p.unit) for i, p in enumerate(candidate.parameters, first)}
 
@@ -264,8 +252,7 @@ def parameter_rows(fitted: Fit, index: int) -> dict:
 def constant_rows(fitted: Fit) -> dict[str, dict]:
     """Value, unit and 95 % interval of each refitted constant, by path.
 
-    Of one that recordings have of their own it is their mean and all that their intervals span,
-    and in `recordings` each of them by name.
+    Of one that recordings have of their own: the mean, what all intervals span, and `recordings`.
     """
     hypothesis, rows = fitted.hypothesis, dict[str, dict]()
     for i, c in enumerate(hypothesis.constants, hypothesis.first_constant):
@@ -292,7 +279,6 @@ def _over_recordings(row: dict) -> dict:
 
 
 def intervals(fitted: Fit, index: int) -> dict[str, tuple[float, float]]:
-    """The 95 % confidence intervals of the parameters of candidate `index`."""
     first, candidate = fitted.hypothesis.offset(index), fitted.hypothesis.candidates[index]
     return {p.name: fitted.ci95(i) for i, p in enumerate(candidate.parameters, first)}
 

@@ -56,7 +56,6 @@ def linearised(
 
 
 def most_nats(problem: Problem, spread: float) -> float:
-    """Most that a window may say [nats], of residuals of some dispersion."""
     return problem.gates.window_nats * spread
 
 
@@ -88,10 +87,9 @@ def converged(posed: Posed, best: Fit) -> Iterate:
 def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
     """A converged hypothesis with all windows linearised again about their start states.
 
-    Before, only that of windows where it was off by much was: the starts then remember the way on
-    which the parameters came, which holds these back by about a standard deviation. What a single
-    step gains is no judge here: it is less than the few windows say whose contacts settle
-    otherwise. All together must not make it worse.
+    Before, only windows where it was off by much were: their starts remember the way on which the
+    parameters came, which holds these back by about a standard deviation. Single steps gain less
+    than the few windows whose contacts settle otherwise; all together must not make it worse.
     """
     problem, numerics = posed.problem, posed.problem.numerics
     at = linearised(posed, best, finer=True, relinearise=True)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scan the candidates of a robot on the ground, where every rollout is expensive.
 
-What does not change the sign or the size of its answer with its amplitude is run once for each
-of its parameters; some windows stand for all of them; and what a candidate does is kept from
-round to round, since it does much the same next to another effect.
+A law whose answer is in proportion to its amplitude is run once for each parameter, some windows
+stand for all, and what a candidate does is kept from round to round.
 """
 
 from __future__ import annotations
@@ -55,11 +54,7 @@ class GroundScanner(Scanner):
     def trace(
         self, candidates: Sequence[Candidate], done: Callable[[Candidate], None] = lambda _: None
     ) -> list[Candidate]:
-        """Find out what those candidates do that no earlier round has tried.
-
-        Returns:
-            those of which it is known: the others there was no time for.
-        """
+        """Run what no earlier round has; gives those that are known, the others had no time."""
         new, bare = [c for c in candidates if c not in self._kept], copy(self)
         bare._kept = {}  # too much to be sent along
         found = helper.spread_until(self._problem.until, bare._trace, new, done)
@@ -67,7 +62,7 @@ class GroundScanner(Scanner):
         return [c for c in candidates if c in self._kept]
 
     def scan(self, candidate: Candidate) -> Scan:
-        """The best amplitudes: by least squares where the law is linear, else of a grid."""
+        """Amplitudes by least squares where the law is linear, else the best point of a grid."""
         self.trace([candidate])
         trace, count = self._kept[candidate], self._problem.grids.ground_directions
         change = self._project(trace.change)
@@ -80,7 +75,6 @@ class GroundScanner(Scanner):
         return Trace(points, self._first - self._tried(candidate, points))
 
     def _straight_grid(self, candidate: Candidate) -> Array:
-        """One point for each parameter that scales the effect, at every shape of it."""
         numbered, points = [*enumerate(candidate.parameters)], []
         sizes = {i: np.abs(self.sizes(candidate, p)) for i, p in numbered if p.scales}
         amplitude = {i: float(np.sort(size)[1]) for i, size in sizes.items()}
@@ -99,7 +93,6 @@ class GroundScanner(Scanner):
         return np.array(points)
 
     def _few(self, candidate: Candidate) -> Array:
-        """The grid of an effect that bends with its amplitude."""
         if candidate.effect.hook == 'ground':
             return _grounds(candidate, self._problem.grids)
         points, first = self._grid(candidate), candidate.parameters[0]
@@ -108,10 +101,7 @@ class GroundScanner(Scanner):
         return points
 
     def sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
-        """Every other amplitude: what lies between is a matter of the fit.
-
-        Of an inertia the largest is among them, which is many times what a light link has.
-        """
+        """Every other amplitude, of an inertia the largest too: the fit finds what is between."""
         sizes = super().sizes(candidate, parameter)
         if is_straight(candidate):
             return sizes
@@ -179,7 +169,6 @@ class GroundScanner(Scanner):
 
 
 def scanner_of(problem: Problem, null: Fit, scales: Scales) -> Scanner:
-    """The scanner for the motion of a problem, smooth or with contacts."""
     return (GroundScanner if problem.on_ground else Scanner)(problem, null, scales)
 
 

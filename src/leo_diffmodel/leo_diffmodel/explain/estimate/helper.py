@@ -27,8 +27,8 @@ _pools: list[ProcessPoolExecutor] = []
 def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
     """Begin to start the process, where there is a second core; a worker of others gets none.
 
-    It begins with the module of `first`, which takes longest to import. It is not `wanted` where
-    what is tried may not be fit to be sent, such as a user's own code.
+    It begins with the module of `first`, which takes longest to import. Not `wanted` where what is
+    tried may not be fit to be sent, such as a user's own code.
     """
     _started.clear()
     if wanted and cpu_count() > 1 and multiprocessing.parent_process() is None:
@@ -40,10 +40,7 @@ def spread(
     items: Sequence[Item],
     done: Callable[[Item], None] = lambda _: None,
 ) -> list[Result]:
-    """`function` of each item, in order; the other process, once it is there, takes its share.
-
-    What the function needs and gives is sent as a copy. `done` is called with each item that is.
-    """
+    """`function` of each item, in order; the other process takes its share, sent as copies."""
     return list(spread_until(np.inf, function, items, done).values())
 
 
@@ -75,8 +72,6 @@ def spread_until(
 
 
 class _Lent(NamedTuple):
-    """What the other process works at: numbers of items, and its answer."""
-
     numbers: list[int]
     answer: Future
 

@@ -105,10 +105,7 @@ class Matrices:
         return made, made.bounded(np.concatenate([*values.values(), constants]))
 
     def _lighter(self, link: str, values: Mapping[Candidate, Array]) -> float:
-        """The mass of a link in the fit, as a share of that in a set.
-
-        What is linear is its first moment, and not its centre of mass.
-        """
+        """The mass of a link in the fit, as a share of that in a set: its moment is linear."""
         held = self.fit.hypothesis.candidates
         was = {c.where: float(self.fit.own(c)[0]) for c in held if c.effect.name == MASS}
         now = {c.where: float(v[0]) for c, v in values.items() if c.effect.name == MASS}
@@ -125,8 +122,7 @@ def matrices(
 ) -> Matrices:
     """Linearise a fit in its own effects and in all those of a pool.
 
-    Columns of a pool's effects are of finite amplitudes, in some of the training windows. Start
-    states and constants are projected out of all.
+    Columns of the pool are of finite amplitudes, in some of the training windows.
     """
     train = np.flatnonzero(problem.train)
     few = max(1, round(problem.numerics.matrix_samples / problem.windows.steps))
@@ -159,7 +155,6 @@ class _Builder:
         self._left = self._beside(self._target)
 
     def _free(self, rows: Array) -> Array:
-        """Rows (..., M) without what constants explain."""
         return rows - (rows @ self._constants.T) @ self._constants
 
     def _beside(self, rows: Array) -> Array:
@@ -185,7 +180,6 @@ class _Builder:
         return Term(candidate, begin, tuple(columns), first)
 
     def add(self, candidate: Candidate) -> None:
-        """The terms of one more effect that say most, and what it shows."""
         terms = list(terms_of(candidate, self._scanner, self._problem.grids))
         rows = self._rows_of(candidate, terms)
         gains = [self._gain(term, r) for term, r in zip(terms, rows, strict=True)]

@@ -107,7 +107,6 @@ class Rounds:
 
     @property
     def _several(self) -> bool:
-        """Whether the robot has several joints, at which small errors of each add up."""
         problem = self._first.problem
         return len(problem.base.robot.actuators) >= problem.gates.several
 
@@ -137,7 +136,6 @@ class Rounds:
         return fit(problem, hypothesis, theta, start, iterations=steps, thorough=True)
 
     def seen(self, at: Estimate, made: Matrices) -> Estimate:
-        """A fit less what is not worth its price or changes nothing that anybody can see."""
         price = price_of(at.problem, at.fit, made)
         terms = self._seen(made, pruned(made, list(made.members), price))
         if len(terms) == len(made.members):
@@ -156,7 +154,7 @@ class Rounds:
         return terms
 
     def _floors(self, made: Matrices, terms: list[Term], able: list[Term]) -> list[float]:
-        """What each term changes predictions by, far ahead, the others refitted [noise floors]."""
+        """What each term changes predictions by far ahead, the others refitted [noise floors]."""
         whole = self._ends(made, terms)
         parts = ([t for t in terms if t is not out] for out in able)
         far = [most_floors(self._ends(made, part) - whole) for part in parts]

@@ -57,10 +57,7 @@ class Scanner:
     """Scans candidates on top of one fitted hypothesis."""
 
     def __init__(self, problem: Problem, null: Fit, scales: Scales):
-        """Linearise at `null` once; every candidate reuses it.
-
-        A parameter at its bound can take nothing up, so it is no nuisance.
-        """
+        """Linearise at `null` once; a parameter at its bound takes nothing up: no nuisance."""
         self._problem, self._null, self._scales = problem, null, scales
         errors = conditional_errors(null.columns[problem.train])
         linear = problem.linearised(null.hypothesis, null.theta, null.start, errors)
@@ -98,10 +95,7 @@ class Scanner:
         return self._null.hypothesis.model(base, theta).laws.bodies[link].com
 
     def small(self, candidate: Candidate, begin: Array, direction: Array, size: float) -> float:
-        """A size, or less: that changes predictions by what is told well, and no more.
-
-        Dry friction that stops a joint is straight no more.
-        """
+        """A size, or less, that changes predictions by no more than where they are straight."""
         change = self.change(candidate, (begin + size * direction)[None])
         most, rms = self._problem.numerics.straight, float(np.sqrt((change**2).mean()))
         return size * min(1.0, most / rms) if 0 < rms < np.inf else size
@@ -115,14 +109,12 @@ class Scanner:
         points: Array,
         share: float = 1.0,
     ) -> Scan:
-        """The scan of a candidate in a share of the windows."""
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / share
         full, first = self._null.with_values(theta), self._null.hypothesis.first_constant
         return Scan(candidate, full, gain / share, float(nats.max()), first, unit, points, nats)
 
     def _tried(self, candidate: Candidate, points: Array) -> Array:
-        """Whitened residuals with a candidate at some points, (S, W, N)."""
         thetas = np.stack([self._null.with_values(point) for point in points])
         return self._moved(self._null.hypothesis.with_candidate(candidate), thetas)
 
@@ -187,7 +179,6 @@ class Scanner:
 
 
 def stretched(candidate: Candidate, point: Array, by: float) -> Array:
-    """A point with the amplitudes of an effect times a factor, within its bounds."""
     parameters = candidate.parameters
     neutral = np.array([p.neutral for p in parameters])
     moved = np.where([p.scales for p in parameters], neutral + by * (point - neutral), point)
@@ -195,7 +186,6 @@ def stretched(candidate: Candidate, point: Array, by: float) -> Array:
 
 
 def possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
-    """Whether the values are within the bounds, those that depend on another one too."""
     values = {p.name: v for p, v in zip(parameters, point, strict=True)}
     return all(
         p.low <= values[p.name] <= p.high and values[p.name] >= values.get(p.above, -np.inf)
@@ -208,7 +198,6 @@ def _inside(parameters: Sequence[Parameter], point: Sequence[float]) -> list[flo
 
 
 def _is_linear(candidate: Candidate) -> bool:
-    """Whether the law is linear in its amplitude: one point then gives the whole ray."""
     return candidate.effect.hook == 'torque' and candidate.parameters[0].linear
 
 
@@ -226,10 +215,8 @@ def stretch_limits(candidate: Candidate, grids: Grids) -> tuple[float, float]:
 def threshold(scans: Sequence[Scan], settings: Settings) -> float:
     """Gain [nats] that a bag of this robot, length and excitation shows without any effect.
 
-    A no-effect run is noise with the whitening applied: white, of unit variance, nuisances
-    projected out. Its gain along each signature is known in closed form, so a hundred runs
-    cost one matrix product. The quantile over runs of the best gain of all candidates is
-    raised by a safety factor for noise that is known only roughly.
+    The quantile over draws of white noise of the best gain of all candidates, known in closed form
+    along each signature, times a safety factor for noise that is known only roughly.
     """
     gates, at_once = settings.gates, settings.numerics.at_once
     if not scans:

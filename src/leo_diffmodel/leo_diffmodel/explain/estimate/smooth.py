@@ -36,10 +36,7 @@ Point = tuple[Hypothesis, Array]
 
 @dataclass
 class Smooth(Estimator):
-    """Fits by multiple shooting, from where linear algebra says that it begins.
-
-    One value for all joints is no effect of its own there: that of the joints is.
-    """
+    """Fits by multiple shooting, from where linear algebra says that it begins."""
 
     _made: tuple[Fit, Matrices] | None = field(default=None, init=False)
 
@@ -107,7 +104,6 @@ class Smooth(Estimator):
         return background(made, at.fit.hypothesis.candidates, spread).widened(final)
 
     def _matrices(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Matrices:
-        """All effects about a fit; the last ones are kept."""
         if self._made is None or self._made[0] is not at.fit:
             made = matrices(at.problem, at.fit, self.scales, of_joints(pool), progress)
             self._made = at.fit, made
@@ -131,11 +127,7 @@ def _fitted_all(
     rival: float = np.inf,
     patience: int = 0,
 ) -> Extension:
-    """Sets from some values each; the other process takes its share.
-
-    With some `patience` so many are fitted at a time, those that promise most first, as long as
-    one of them is better than all before.
-    """
+    """Fit sets, `patience` at a time as long as one of them is better than all before."""
     problem, each = base.problem, patience or max(len(points), 1)
     least, gain = base.fit.lost(problem.train), max(dispersion(base.fit), 1.0)
     fits: dict[int, Fit] = {}

@@ -54,7 +54,6 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
 
 
 def _places(effect: Effect, model: Model) -> list[str]:
-    """Where it is tried; what a motor does, only at joints with one."""
     places = list(effect.places(model.robot))
     if effect.family == 'motor':
         driven = {a.joint for a in model.robot.actuators}
@@ -87,7 +86,6 @@ def uncertain(model: Model, recordings: Sequence[str] = ('',)) -> tuple[Constant
 
 
 def own_constants(model: Model, recordings: Sequence[Recording]) -> tuple[Constant, ...]:
-    """The uncertain constants that these recordings have of their own, one for each."""
     return tuple(c for c in uncertain(model, [r.name for r in recordings]) if c.recording)
 
 

@@ -33,7 +33,6 @@ class Facts:
         return cls(robot, any(bool(f.any()) for f in free))
 
     def alike(self, a: Candidate, b: Candidate) -> bool:
-        """Whether two effects are one, or the same thing in the data."""
         return a == b or same_thing(a, b, self) is not None
 
     @property
@@ -44,7 +43,6 @@ class Facts:
 
     @property
     def one_hinge(self) -> bool:
-        """That is a hinge."""
         return self.alone and not self.robot.slides
 
     def at_base(self, joint: str, slides: bool = False) -> bool:

@@ -138,7 +138,6 @@ class Hypothesis:
         return least
 
     def bounded(self, theta: Array) -> Array:
-        """The values within the bounds nearest to these."""
         inside = np.clip(theta, self.low, self.high)
         return np.maximum(inside, self.least(inside))
 
@@ -219,7 +218,6 @@ def _lead(value: Array) -> float | Array:
 
 
 def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
-    """The parameters that scale an effect; the others shape it."""
     return tuple(i for i, p in enumerate(parameters) if p.scales)
 
 

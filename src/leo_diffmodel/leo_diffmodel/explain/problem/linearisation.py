@@ -140,7 +140,6 @@ class _Settling:
         return np.asarray((self.loss[active] < loss - enough) & (surprise > enough))
 
     def _robust_step(self, windows: Windows, predicted: Array, columns: Array) -> Array:
-        """The robust least-squares step of the start states, (W, 2J)."""
         noise, numerics = per_window(self._sigma, windows), self._numerics
         e, white = whitened(windows.measured - predicted, columns, noise)
         root = np.sqrt(likelihood.robust_weight(e, predicted.shape[-1], numerics))[..., None]
@@ -164,7 +163,6 @@ class _Settling:
         return better, self._lost(part, part.measured + expected - predicted)
 
     def linearise(self, active: Array) -> None:
-        """Find the sensitivity of some windows to their start states again."""
         part = self._windows.take(active)
         predicted, columns = sensitivities(self._model, part, self.start[active])
         sane = tame(columns)

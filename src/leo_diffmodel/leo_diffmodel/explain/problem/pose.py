@@ -111,7 +111,6 @@ def shorter(posed: Posed, recordings: Sequence[Recording]) -> Problem:
 
 
 def _on_windows(problem: Problem, windows: Windows, blocks: Blocks) -> Problem:
-    """The problem on other windows of its recordings."""
     made = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
     return replace(made, rough_step=problem.rough_step, unseen=problem.unseen)
 

@@ -59,12 +59,10 @@ class Logged:
 
     @property
     def in_the_way(self) -> list[Found]:
-        """Sure faults that are still there."""
         return [f for f in self.faults if f.error and f not in self.mended]
 
     @property
     def decided(self) -> bool:
-        """Whether a fault is so sure that no effect can do instead."""
         return any(f.gained > LIMITS.decided for f in self.in_the_way)
 
     def without(self, faults: Sequence[Found]) -> Logged:
@@ -154,7 +152,6 @@ class Cut:
         model: Model,
         as_given: bool = False,
     ) -> Cut:
-        """Find the stretches and cut them out, or leave all as it is."""
         if as_given:
             return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]
@@ -177,7 +174,6 @@ class Cut:
 
     @property
     def notes(self) -> list[str]:
-        """What was left out, in words; empty where nothing was."""
         if not self.stretches:
             return []
         return [f'left out as moved or held from outside, --keep uses it: {self._listed}']
