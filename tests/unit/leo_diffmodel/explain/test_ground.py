@@ -343,7 +343,7 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
     def advanced(at):
         return iterate(at.fit.hypothesis, at.step + 1), 1.0
 
-    monkeypatch.setattr(contact, 'advanced', advanced)
+    monkeypatch.setattr(contact.ground_fit, 'advanced', advanced)
     monkeypatch.setattr(contact, '_of', lambda at, point: at)
     null = SimpleNamespace(loss=np.full(12, 40.0))
     field, names = [(name, iterate(name, 0)) for name in lengths], []

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 import itertools
+from operator import itemgetter
 
 import numpy as np
 
@@ -85,7 +86,7 @@ def _best(
     now = _cost(matrices, held, price)
     looks = [int(i) for i in np.argsort(-gains)[:looked] if gains[i] > least]
     worth = [(now - _cost(matrices, _joined(held, groups[i]), price), groups[i]) for i in looks]
-    return sorted((w for w in worth if w[0] > max(least, 0.0)), key=_first, reverse=True)
+    return sorted((w for w in worth if w[0] > max(least, 0.0)), key=itemgetter(0), reverse=True)
 
 
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
@@ -106,25 +107,18 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
         found += [f for f in others if f[0] < now + max(near, bent)]
         alone += others
     if len(held) < 2:
-        leaders = sorted((f for f in alone if len(f[1]) == 1), key=_first)[: numerics.leaders]
+        leaders = sorted((f for f in alone if len(f[1]) == 1), key=itemgetter(0))
+        leaders, most = leaders[: numerics.leaders], now + near if held else now
         pairs = [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
-        most = now + near if held else now
-        found += [f for f in pairs if f[0] < most and _apart(matrices, f[1], numerics)]
+        pairs = [f for f in pairs if f[0] < most]
+        found += [f for f in pairs if matrices.alike(f[1][:-1], f[1][-1]) < numerics.parallel]
     return _least([f for f in found if _is_other(held, f[1])], numerics)
-
-
-def _apart(matrices: Matrices, terms: list[Term], numerics: Numerics) -> bool:
-    return matrices.alike(terms[:-1], terms[-1]) < numerics.parallel
 
 
 def _is_other(held: list[Term], terms: list[Term]) -> bool:
     """Whether the effects are others than those of a fit, or have other whole numbers."""
     same = {t.candidate for t in held} == {t.candidate for t in terms}
     return not same or any(t.candidate.has_whole for t in {*terms} - {*held})
-
-
-def _first(found: tuple[float, list[Term]]) -> float:
-    return found[0]
 
 
 def _with_one(
@@ -146,7 +140,7 @@ def _with_one(
 def _least(found: list[tuple[float, list[Term]]], numerics: Numerics) -> list[list[Term]]:
     """The sets that cost least, each from a few values of what no fit moves."""
     begins: dict[frozenset[Candidate], dict[tuple, list[Term]]] = {}
-    for _, terms in sorted(found, key=_first):
+    for _, terms in sorted(found, key=itemgetter(0)):
         names = frozenset(t.candidate for t in terms)
         if names not in begins and len(begins) == numerics.singles:
             break

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import ground_fit, helper
 from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
     Estimator,
@@ -19,16 +19,8 @@ from leo_diffmodel.explain.estimate.estimator import (
 )
 from leo_diffmodel.explain.estimate.fit import fit, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
-from leo_diffmodel.explain.estimate.ground_fit import (
-    advanced,
-    converged,
-    Iterate,
-    linearised,
-    most_nats,
-    polished,
-    settled_on_ground,
-)
-from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight
+from leo_diffmodel.explain.estimate.ground_fit import converged, Iterate, linearised, most_nats
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight, Traces
 from leo_diffmodel.explain.estimate.imitation import imitations
 from leo_diffmodel.explain.estimate.scan import Scan, threshold
 from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, Hypothesis
@@ -41,9 +33,14 @@ Field = Sequence[tuple[Scan, Iterate]]
 """Candidates that are still in the race, and how far their fits have come."""
 
 
+@dataclass
 class Contact(Estimator):
+    """Fits windows whose contacts are settled; what scans find out is kept from round to round."""
+
+    _traces: Traces = field(default_factory=dict, init=False)
+
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        posed = settled_on_ground(self.posed)
+        posed = ground_fit.settled_on_ground(self.posed)
         return Estimate(posed, fit(posed.problem, hypothesis))
 
     def near(
@@ -52,7 +49,7 @@ class Contact(Estimator):
         """Scan all candidates; the most promising are fitted further and further beside it."""
         pool = [c for c in pool if compatible(base.names, c)]
         posed, null, _ = converged(base.posed, base.fit)
-        scanner = GroundScanner(posed.problem, null, self.scales)
+        scanner = GroundScanner(posed.problem, null, self.scales, self._traces)
         traced = scanner.trace(pool, lambda c: progress(c.label, STEPS.scan))
         scans = sorted(map(scanner.scan, traced), key=lambda s: -s.gain)
         limit = threshold(scans, posed.problem.settings)
@@ -64,7 +61,7 @@ class Contact(Estimator):
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
         """From one start only: what another one costs here is most of a search."""
-        posed, best = polished(at.posed, at.fit) if at.fit.hypothesis.size else at
+        posed, best = ground_fit.polished(at.posed, at.fit) if at.fit.hypothesis.size else at
         ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
         certificate = Certificate(best.decrement, 1, 1, ended)
         return Estimate(posed, replace(best, certificate=certificate))
@@ -127,7 +124,7 @@ def _played(
 
 def _further(null: Fit, field: Field, left: int, behind: float) -> tuple[Field, bool]:
     """Those that go on after a step, best first, and whether some do only for what it gained."""
-    iterates = helper.spread(advanced, [at for _, at in field])
+    iterates = helper.spread(ground_fit.advanced, [at for _, at in field])
     after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, iterates, strict=True)]
     spread = min(dispersion(at.fit) for _, at in after)
     problem = after[0][1].posed.problem
@@ -166,23 +163,13 @@ def _gained(null: Fit, iterates: Sequence[Iterate]) -> float:
 def _each(
     function: Callable[[Posed, Fit], Iterate], posed: Posed, points: Sequence[Fit]
 ) -> list[Iterate]:
-    """The function of each point; what scans have found out is too much to be sent along."""
-    assert posed.problem.linearisation
-    traces = posed.problem.linearisation.traces
-    iterates = helper.spread(partial(function, _tracing(posed, {})), points)
-    iterates = [at._replace(posed=_tracing(at.posed, traces)) for at in iterates]
+    iterates = helper.spread(partial(function, posed), points)
     return [_of(at, point) for at, point in zip(iterates, points, strict=True)]
 
 
 def _of(at: Iterate, point: Fit) -> Iterate:
     """With the candidates of `point` itself, of which another process gives copies."""
     return at._replace(fit=replace(at.fit, hypothesis=point.hypothesis))
-
-
-def _tracing(posed: Posed, traces: dict) -> Posed:
-    assert posed.problem.linearisation
-    linearisation = replace(posed.problem.linearisation, traces=traces)
-    return replace(posed, problem=replace(posed.problem, linearisation=linearisation))
 
 
 def _from_others(fitted: Fit, last: Sequence[Iterate]) -> Fit:

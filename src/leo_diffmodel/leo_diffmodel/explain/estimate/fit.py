@@ -22,7 +22,7 @@ from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.shooting import eliminate, Linear
+from leo_diffmodel.explain.problem.shooting import eliminate
 from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
@@ -61,7 +61,7 @@ def fit(
     start = problem.first if start is None else start
     begun = settle(problem, hypothesis, theta, problem.begins(start), by_start)
     nearby = None if thorough else begun.by_start
-    at = _Point.of(problem, hypothesis, theta, begun.start, by_start=nearby)
+    at = _Point(problem, hypothesis, theta, begun.start, by_start=nearby)
     damping, settled, ended = numerics.damping, False, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
@@ -82,7 +82,7 @@ def read_at(problem: Problem, fitted: Fit) -> Fit:
     weighed, hypothesis = replace(problem, typical=fitted.typical), fitted.hypothesis
     start = settle(weighed, hypothesis, fitted.theta, problem.begins(fitted.start)).start
     errors = conditional_errors(fitted.columns[problem.train])
-    found = _Point.of(problem, hypothesis, fitted.theta, start, errors).as_fit()
+    found = _Point(problem, hypothesis, fitted.theta, start, errors).as_fit()
     names = ('theta', 'covariance', 'beyond', 'certificate')
     return replace(found, **{name: getattr(fitted, name) for name in names})
 
@@ -106,7 +106,7 @@ def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[F
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
     assert problem.linearisation
     theta, start = hypothesis.bounded(theta), problem.linearisation.start
-    point = _Point.of(problem, hypothesis, theta, start)
+    point = _Point(problem, hypothesis, theta, start)
     return point.as_fit(), point.step(problem.numerics.damping)
 
 
@@ -170,7 +170,6 @@ class Step:
     promised: float = 0.0
 
 
-@dataclass(frozen=True)
 class _Point:
     """A hypothesis at some values, linearised there.
 
@@ -184,48 +183,31 @@ class _Point:
         chord: what start states do was found elsewhere, nearby.
     """
 
-    problem: Problem
-    hypothesis: Hypothesis
-    theta: Array
-    start: Array
-    linear: Linear
-    rest: Array
-    slope: Array
-    typical: Array | None
-    loss: Array
-    most: float
-    matrix: Array
-    descent: Array
-    answer: tuple[Array, Array]
-    chord: bool
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         problem: Problem,
         hypothesis: Hypothesis,
         theta: Array,
         start: Array,
         errors: Array | None = None,
         by_start: Array | None = None,
-    ) -> _Point:
-        linear = problem.linearised(hypothesis, theta, start, errors, by_start)
-        rest, slope = eliminate(linear)[:2]
-        channels, numerics = start.shape[-1], problem.numerics
-        typical = problem.typical_of(linear.residual)
-        loss = likelihood.loss(linear.residual, channels, numerics, typical)
-        most = numerics.moving * max(float(np.median(loss[problem.train])), 1e-12)
-        weight = likelihood.robust_weight(linear.residual, channels, numerics, typical)
-        residual, columns, solved, gain = eliminate(linear, weight)
-        chosen = problem.train & (loss < most)
+    ):
+        self.problem, self.hypothesis, self.theta, self.start = problem, hypothesis, theta, start
+        self.linear = problem.linearised(hypothesis, theta, start, errors, by_start)
+        self.rest, self.slope = eliminate(self.linear)[:2]
+        residual, numerics = self.linear.residual, problem.numerics
+        self.typical = problem.typical_of(residual)
+        of_loss = residual, start.shape[-1], numerics, self.typical
+        self.loss = likelihood.loss(*of_loss)
+        self.most = numerics.moving * max(float(np.median(self.loss[problem.train])), 1e-12)
+        residual, columns, *answer = eliminate(self.linear, likelihood.robust_weight(*of_loss))
+        chosen = problem.train & (self.loss < self.most)
         leverage = leverage_weight(problem, columns[chosen])
         columns = columns[chosen] * leverage
-        descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
+        self.descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
         flat = columns.reshape(columns.shape[0] * columns.shape[1], len(theta))
-        matrix, answer = flat.T @ flat, (-solved, -gain)
-        given = problem, hypothesis, theta, start, linear
-        chord = by_start is not None and not problem.on_ground
-        return cls(*given, rest, slope, typical, loss, most, matrix, descent, answer, chord)
+        self.matrix, self.answer = flat.T @ flat, (-answer[0], -answer[1])
+        self.chord = by_start is not None and not problem.on_ground
 
     @property
     def lost(self) -> float:
@@ -248,7 +230,7 @@ class _Point:
     def to(self, theta: Array, start: Array, by_start: Array | None = None) -> _Point:
         """The hypothesis at other values, moved by the standard errors here for its columns."""
         errors = conditional_errors(self.slope[self.problem.train])
-        return _Point.of(self.problem, self.hypothesis, theta, start, errors, by_start)
+        return _Point(self.problem, self.hypothesis, theta, start, errors, by_start)
 
     def saved(self, residual: Array) -> float:
         """What another residual (W, N) saves of mine, no window out of line [nats]."""

@@ -40,15 +40,18 @@ class Trace:
     change: Array
 
 
+Traces = dict[Candidate, Trace]
+
+
 class GroundScanner(Scanner):
     """Scans in some of the training windows; traces of an earlier round are taken over."""
 
-    def __init__(self, problem: Problem, null: Fit, scales: Scales):
+    def __init__(self, problem: Problem, null: Fit, scales: Scales, traces: Traces | None = None):
         train = np.flatnonzero(problem.train)
         count = min(problem.numerics.ground_windows, len(train))
         some = train[np.linspace(0, len(train) - 1, count).astype(int)]
         self._share = len(some) / len(train)
-        self._kept = problem.linearisation.traces if problem.linearisation else {}
+        self._kept = {} if traces is None else traces
         super().__init__(problem.take(some), null.take(some), scales)
 
     def trace(
@@ -64,7 +67,7 @@ class GroundScanner(Scanner):
     def scan(self, candidate: Candidate) -> Scan:
         """Amplitudes by least squares where the law is linear, else the best point of a grid."""
         self.trace([candidate])
-        trace, count = self._kept[candidate], self._problem.grids.ground_directions
+        trace, count = self._kept[candidate], self.grids.ground_directions
         change = self._project(trace.change)
         search = self._solved if is_straight(candidate) else self._picked
         theta, gain = search(candidate, *turned_to_any(candidate, trace.points, change, count))
@@ -94,7 +97,7 @@ class GroundScanner(Scanner):
 
     def _few(self, candidate: Candidate) -> Array:
         if candidate.effect.hook == 'ground':
-            return _grounds(candidate, self._problem.grids)
+            return _grounds(candidate, self.grids)
         points, first = self._grid(candidate), candidate.parameters[0]
         if first.role == 'threshold' and first.neutral > 0:
             points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
@@ -142,7 +145,7 @@ class GroundScanner(Scanner):
         weighed = change * np.stack([self._leverage(row[None]) for row in change])
         length2 = np.maximum((weighed * change).sum(-1), 1e-12)
         along = weighed @ self.residual
-        low, high = stretch_limits(candidate, self._problem.grids)
+        low, high = stretch_limits(candidate, self.grids)
         by = self._problem.numerics.between
         stretch = np.clip(along / length2, min(low, 1 / by), max(high, by))
         taken = stretch[:, None] * change

@@ -21,7 +21,6 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Settings
-from leo_sim.description.urdf import Body
 
 Array = np.ndarray
 
@@ -180,7 +179,7 @@ class _Builder:
         return Term(candidate, begin, tuple(columns), first)
 
     def add(self, candidate: Candidate) -> None:
-        terms = list(terms_of(candidate, self._scanner, self._problem.grids))
+        terms = list(terms_of(candidate, self._scanner))
         rows = self._rows_of(candidate, terms)
         gains = [self._gain(term, r) for term, r in zip(terms, rows, strict=True)]
         order = sorted(range(len(terms)), key=lambda n: -gains[n][0])
@@ -213,20 +212,16 @@ class _Builder:
         return float(best @ along - 0.5 * best @ square @ best), best
 
     @property
-    def _bodies(self) -> Mapping[str, Body]:
-        fitted = self._fit
-        return fitted.hypothesis.model(self._problem.base, fitted.theta).laws.bodies
-
-    @property
     def made(self) -> Matrices:
         rows = np.array(self._rows).reshape(-1, len(self._target))
         length = np.sqrt((rows**2).sum(axis=1)) + 1e-6
         terms = [*self._members, *self._others]
         limits = np.array([(c.low, c.high) for t in terms for c in t.columns]).reshape(-1, 2)
         rows = rows / length[:, None]
-        gram = rows @ rows.T
+        gram, at = rows @ rows.T, self._fit
+        bodies = at.hypothesis.model(self._problem.base, at.theta).laws.bodies
         return Matrices(
-            self._fit,
+            at,
             tuple(self._members),
             tuple(self._others),
             gram,
@@ -237,7 +232,7 @@ class _Builder:
             tuple(sorted(self._scans, key=lambda s: -s.gain)),
             _threshold(gram, indices(self._members), self._problem.settings),
             len(self._target),
-            {name: float(body.mass) for name, body in self._bodies.items()},
+            {name: float(body.mass) for name, body in bodies.items()},
         )
 
 

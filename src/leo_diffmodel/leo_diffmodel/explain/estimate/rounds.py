@@ -14,14 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.choice import (
-    choose,
-    first_steps,
-    Kept,
-    Price,
-    price_of,
-    pruned,
-)
+from leo_diffmodel.explain.estimate import choice
+from leo_diffmodel.explain.estimate.choice import Kept, Price, price_of, pruned
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
@@ -63,7 +57,7 @@ class Rounds:
         constants = self._first.fit.hypothesis.constants
         begun = self._fitted(short, Hypothesis(ordinary, constants))
         for _ in range(short.numerics.most_rounds):
-            if short.late() or _noise_is_left(short, begun):
+            if short.late() or unexplained(begun) < short.gates.correlated:
                 break
             begun, again = self._round(short, begun, self.matrices(short, begun, self._plain))
             if again:
@@ -88,9 +82,9 @@ class Rounds:
         """
         price = self._price(problem, fitted, made)
         if unexplained(fitted) > problem.gates.far:
-            chosen = first_steps(made, price, problem.numerics, _ordinary)
+            chosen = choice.first_steps(made, price, problem.numerics, _ordinary)
         else:
-            chosen = [choose(made, price, problem.numerics, _ordinary)]
+            chosen = [choice.choose(made, price, problem.numerics, _ordinary)]
         sets = [self._seen(made, terms, _ordinary) for terms in chosen]
         if problem.late() or {t.candidate for t in sets[0]} == {*fitted.hypothesis.candidates}:
             return fitted, True
@@ -168,7 +162,3 @@ class Rounds:
 
 def _ordinary(candidate: Candidate) -> bool:
     return candidate.effect.name in ORDINARY
-
-
-def _noise_is_left(problem: Problem, fitted: Fit) -> bool:
-    return unexplained(fitted) < problem.gates.correlated

@@ -59,6 +59,7 @@ class Scanner:
     def __init__(self, problem: Problem, null: Fit, scales: Scales):
         """Linearise at `null` once; a parameter at its bound takes nothing up: no nuisance."""
         self._problem, self._null, self._scales = problem, null, scales
+        self.grids = problem.grids
         errors = conditional_errors(null.columns[problem.train])
         linear = problem.linearised(null.hypothesis, null.theta, null.start, errors)
         self._first = linear.residual
@@ -79,7 +80,7 @@ class Scanner:
         change = self._before - self._project(self._tried(candidate, grid))
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
+        stretch = np.clip(along / length2, *stretch_limits(candidate, self.grids))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = stretched(candidate, grid[best], float(stretch[best]))
@@ -138,11 +139,12 @@ class Scanner:
             rest, move = iter(shape), dict(zip(amplitude, np.multiply(ray, size), strict=True))
             points.append([p.neutral + move[i] if i in move else next(rest) for i, p in numbered])
         able = [p for p in points if possible(parameters, p)]
-        return np.array(able or [_inside(parameters, p) for p in points])
+        low, high = [p.low for p in parameters], [p.high for p in parameters]
+        return np.array(able) if able else np.clip(points, low, high)
 
     def sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
-        grids, most = self._problem.grids, self._scales.input
+        grids, most = self.grids, self._scales.input
         if candidate.effect.hook == 'sensor' and not parameter.unit:
             return self._scales.of_readings(grids)
         if candidate.effect.hook != 'command' or parameter.role != 'threshold':
@@ -152,7 +154,7 @@ class Scanner:
         return most * np.array(grids.dead_bands)
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        return self._scales.shapes(candidate.effect.name, parameter, self._problem.grids)
+        return self._scales.shapes(candidate.effect.name, parameter, self.grids)
 
     def _constants(self, by_theta: Array) -> Array | None:
         if not by_theta.shape[-1]:
@@ -191,10 +193,6 @@ def possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
         p.low <= values[p.name] <= p.high and values[p.name] >= values.get(p.above, -np.inf)
         for p in parameters
     )
-
-
-def _inside(parameters: Sequence[Parameter], point: Sequence[float]) -> list[float]:
-    return [min(max(v, p.low), p.high) for p, v in zip(parameters, point, strict=True)]
 
 
 def _is_linear(candidate: Candidate) -> bool:

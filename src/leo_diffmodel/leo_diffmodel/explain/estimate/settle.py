@@ -136,13 +136,11 @@ class _Settling:
         stale = (gained < self._fixed.numerics.kept * promised) & (better | ~self._fresh[index])
         stale &= self._fixed.by_start is None
         first, self._fresh[moved] = len(steps) == 1, False
-        self._linearise(index[stale])
+        if stale.any():
+            again = index[stale]
+            at.by_start[again] = _linearised(self._rough.take(again), at.start[again]).by_start
+            self._fresh[again] = True
         return better | stale | first
-
-    def _linearise(self, index: Array) -> None:
-        if index.size:
-            part = _linearised(self._rough.take(index), self._at.start[index])
-            self._at.by_start[index], self._fresh[index] = part.by_start, True
 
 
 def _damped_steps(

@@ -11,7 +11,6 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.scan import Scanner, stretch_limits
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
-from leo_diffmodel.explain.settings import Grids
 
 Array = np.ndarray
 MASS, MOMENT = 'link_mass', 'link_com'
@@ -73,11 +72,11 @@ class Term:
         return np.asarray(sum(moves, self.begin))
 
 
-def terms_of(candidate: Candidate, scanner: Scanner, grids: Grids) -> Iterator[Term]:
+def terms_of(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
     """The shapes of an effect: what is straight in its amplitudes once, else each size."""
     parameters, amplitude = candidate.parameters, amplitude_indices(candidate.parameters)
     if candidate.effect.hook == 'body' and any(p.times for p in parameters):
-        yield from _at_places(candidate, scanner, grids)
+        yield from _at_places(candidate, scanner)
         return
     others = [
         (0.0,) if p.role == 'phase' else scanner.shape(candidate, p)
@@ -91,25 +90,23 @@ def terms_of(candidate: Candidate, scanner: Scanner, grids: Grids) -> Iterator[T
         rest = iter(shape)
         begin = np.array([p.neutral if p.scales else next(rest) for p in parameters])
         if straight:
-            columns = columns or [
-                _straight(candidate, begin, i, scanner, grids) for i in amplitude
-            ]
+            columns = columns or [_straight(candidate, begin, i, scanner) for i in amplitude]
             both = columns if phase is None else [*_quarters(columns[0], phase)]
             yield Term(candidate, begin, tuple(both), phase=phase)
         else:
             for size in scanner.sizes(candidate, parameters[amplitude[0]]):
                 direction = size * np.eye(len(begin))[amplitude[0]]
-                limits = stretch_limits(candidate, grids)
+                limits = stretch_limits(candidate, scanner.grids)
                 yield Term(candidate, begin, (Column(direction, *limits),))
 
 
-def _at_places(candidate: Candidate, scanner: Scanner, grids: Grids) -> Iterator[Term]:
+def _at_places(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
     """A mass at the centre of a link, or as far beyond it, and its first moments about there."""
     parameters = candidate.parameters
     centre = dict(zip('xyz', scanner.centre(candidate.where), strict=True))
-    for far in grids.places:
+    for far in scanner.grids.places:
         begin = np.array([far * centre[p.name] if p.times else p.neutral for p in parameters])
-        mass = _straight(candidate, begin, 0, scanner, grids)
+        mass = _straight(candidate, begin, 0, scanner)
         others = [
             Column(mass.direction + scanner.sizes(candidate, p)[1] * unit, -np.inf, np.inf, True)
             for p, unit in zip(parameters, np.eye(len(begin)), strict=True)
@@ -126,15 +123,13 @@ def _quarters(column: Column, phase: int) -> Iterator[Column]:
         yield Column(direction, -far, far)
 
 
-def _straight(
-    candidate: Candidate, begin: Array, i: int, scanner: Scanner, grids: Grids
-) -> Column:
+def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> Column:
     """One amplitude, and those that are never less; as far as predictions answer in proportion."""
     parameters, p = candidate.parameters, candidate.parameters[i]
     moved = np.array([float(k == i or q.above == p.name) for k, q in enumerate(parameters)])
     size = scanner.small(candidate, begin, moved, scanner.sizes(candidate, p)[1])
     if p.high < p.neutral + size:
         size = -size
-    far = grids.heavier if candidate.effect.name == MOMENT else 1.0
+    far = scanner.grids.heavier if candidate.effect.name == MOMENT else 1.0
     low, high = sorted(far * (end - p.neutral) / size for end in (p.low, p.high))
     return Column(size * moved, low, high)

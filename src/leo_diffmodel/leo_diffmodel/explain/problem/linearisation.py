@@ -8,7 +8,7 @@ from there moves the parameters, and the start states with them, along it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,18 +33,15 @@ class Linearisation:
         loss: what is left of each window there [nats], shape (W,).
         finer: what a finer integration would add to the predictions, shape (W, K+1, 2J); it is
             taken off the measurements of the settled windows.
-        traces: what scans found out about the candidates, kept from round to round.
     """
 
     start: Array
     by_start: Array
     loss: Array
     finer: Array
-    traces: dict = field(default_factory=dict)
 
     def take(self, index: Array) -> Linearisation:
-        parts = (self.start, self.by_start, self.loss, self.finer)
-        return Linearisation(*(part[index] for part in parts))
+        return Linearisation(*(part[index] for part in vars(self).values()))
 
 
 def settled(

@@ -67,7 +67,7 @@ class Numerics:
     start_draws: int = 2
     """Draws of the noise of starts that show how windows bend, each a rollout of all windows."""
     kept: float = 0.5
-    """Share of its promise; saves a step less, the sensitivity is found again where it was left."""
+    """Share of its promise; saves a step less, sensitivities are found again where it was left."""
     start_dampings: tuple[float, ...] = (1e-4, 1e-2, 1.0)
     """Dampings of a step of starts, tried in one rollout; the first step has the first alone."""
 
