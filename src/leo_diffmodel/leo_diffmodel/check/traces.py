@@ -17,7 +17,7 @@ from leo_diffmodel.explain.estimate.ground_scan import scanner_of
 from leo_diffmodel.explain.estimate.scan import Scan, threshold
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.problem.pose import finely_enough, Posed, searched
+from leo_diffmodel.explain.problem.pose import finely_enough, searched
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_sim.effects import Effect
@@ -85,11 +85,11 @@ def traces_of(
     used = thin(recordings)
     if any(a is not b for a, b in zip(used, recordings, strict=True)):
         sigma = None  # inputs that are averaged over longer steps leave other residuals
-    whole, blocks = searched(used, (), model, sigma=sigma)
+    whole, _ = searched(used, (), model, sigma=sigma)
     if not whole.windows.count:
         raise ValueError('no window of this data can be tested')
     some = roughly(fewer(whole), whole.windows.count)
-    problem = settled_on_ground(Posed(some, None, blocks)).problem
+    problem = settled_on_ground(some)
     share = problem.windows.count * float(problem.windows.dt[0].sum())
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
     scans = scan_all(problem, model, candidates(model, extra), progress)

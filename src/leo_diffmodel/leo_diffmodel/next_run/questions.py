@@ -173,8 +173,8 @@ def linearised(posed: Posed) -> tuple[Posed, float]:
     """Some of the windows, settled and all open to the fit, and which share of all they are."""
     count = posed.problem.windows.count
     some = np.linspace(0, count - 1, min(NEXT.fitted_on_ground, count)).astype(int)
-    posed = settled_on_ground(posed.take(some))
-    problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
+    problem = settled_on_ground(posed.problem.take(some))
+    problem = replace(problem, train=np.ones_like(problem.train))
     return replace(posed, problem=problem), problem.windows.count / count
 
 

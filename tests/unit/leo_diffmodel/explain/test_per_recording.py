@@ -76,20 +76,10 @@ def written(folder: Path, content: dict) -> Path:
 
 
 def arm_run(name: str, seed: int) -> Recording:
-    rng = np.random.default_rng(seed)
-    t = DT * np.arange(100)
-    q, dq = rng.normal(size=(2, 100, 2))
-    episode = Episode(t, q, dq, rng.normal(size=(100, 2)), np.ones((100, 2), dtype=bool))
-    return Recording(
-        Path(name),
-        name,
-        ('shoulder', 'elbow'),
-        ('shoulder', 'elbow'),
-        'torque',
-        DT,
-        (episode,),
-        {},
-    )
+    q, dq, inputs = np.random.default_rng(seed).normal(size=(3, 100, 2))
+    episode = Episode(DT * np.arange(100), q, dq, inputs, np.ones((100, 2), dtype=bool))
+    joints = ('shoulder', 'elbow')
+    return Recording(Path(name), name, joints, joints, 'torque', DT, (episode,), {})
 
 
 CASES = [
@@ -179,13 +169,8 @@ def test_a_recording_left_out_finds_its_own_constant_anew():
     fitted = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     assert fitted.theta == pytest.approx([0.6, 0.7, 0.8, 0.9, 1.0], rel=0.02)
     train = problem.train
-    moves = _moves(
-        fitted,
-        fitted.residual[train],
-        fitted.columns[train],
-        problem.fold[train],
-        problem.numerics,
-    )
+    data = fitted.residual[train], fitted.columns[train], problem.fold[train]
+    moves = _moves(fitted, *data, problem.numerics)
     assert len(moves) == 5
     assert np.array(list(moves.values())) == pytest.approx(0.0, abs=1e-3)
 
@@ -248,10 +233,8 @@ def test_what_was_found_goes_into_a_model_file_and_back(explained, tmp_path):
     assert starts == {'run_2': entry['recordings']['run_2'], 'run_9': 0.676}
     told = compare([swung(1.3, 2, 4.0)], again).data
     assert told['budget']['unexplained'] < 0.01
-    assert (
-        told['provenance']['model_sha256']
-        != compare([swung(1.3, 2, 4.0)], model).data['provenance']['model_sha256']
-    )
+    other = compare([swung(1.3, 2, 4.0)], model).data
+    assert told['provenance']['model_sha256'] != other['provenance']['model_sha256']
 
 
 def test_a_report_lists_the_constants_of_each_recording(explained):
@@ -300,26 +283,22 @@ def test_a_value_as_the_model_has_it_changes_nothing():
 
 def test_a_known_payload_is_known_in_held_out_recordings_too():
     recordings = [knowing(r, links__bob__mass=MASSES[r.name]) for r in runs()]
-    posed = pose(
-        recordings[:1], recordings[1:], with_known(uncertain_mass(per_recording=True), recordings)
-    )
-    assert posed.problem.telling is None
-    assert (posed.problem.windows.source[posed.problem.judged] == 1).all()
+    model = with_known(uncertain_mass(per_recording=True), recordings)
+    problem = pose(recordings[:1], recordings[1:], model).problem
+    assert problem.telling is None
+    assert (problem.windows.source[problem.judged] == 1).all()
 
 
 @pytest.mark.parametrize(
-    ('metadata', 'said'),
+    ('constants', 'said'),
     [
-        (
-            {'constants': '{"links.bob.mas": 1}'},
-            "no 'links.bob.mas'; did you mean links.bob.mass?",
-        ),
-        ({'constants': '[1]'}, 'expected {path: value} as JSON'),
-        ({'constants': '{"links.bob.mass": "heavy"}'}, 'expected {path: value} as JSON'),
+        ('{"links.bob.mas": 1}', "no 'links.bob.mas'; did you mean links.bob.mass?"),
+        ('[1]', 'expected {path: value} as JSON'),
+        ('{"links.bob.mass": "heavy"}', 'expected {path: value} as JSON'),
     ],
 )
-def test_metadata_that_cannot_be_is_one_line(metadata, said):
-    recording = replace(runs(seconds=3.0)[0], metadata=metadata)
+def test_metadata_that_cannot_be_is_one_line(constants, said):
+    recording = replace(runs(seconds=3.0)[0], metadata={'constants': constants})
     with pytest.raises(UserError, match='run_1') as error:
         compare([recording], Model(TORQUE))
     assert said in str(error.value) and '\n' not in str(error.value)

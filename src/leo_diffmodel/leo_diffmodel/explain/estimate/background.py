@@ -7,8 +7,6 @@ noise. The scale is the most likely one (empirical Bayes; George and McCulloch 1
 O'Hagan 2001); 0 where nothing small is wrong.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -43,10 +41,7 @@ class Background:
 
 
 def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Background:
-    """The most likely background of the `named` effects of a fit.
-
-    `spread` is by how much residuals say less than white noise.
-    """
+    """The most likely background of `named` effects; `spread` as of `dispersion`."""
     held = [t for t in made.members if t.candidate in named]
     others: dict[Candidate, Term] = {}
     for term in made.terms:
@@ -67,10 +62,7 @@ def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Bac
 
 
 def _likeliest(free: Array, left: Array, samples: int) -> float:
-    """Square of the most likely scale, from products with columns beside those of a set.
-
-    Of these there are as many directions as candidates; along each the product is normal.
-    """
+    """Square of the most likely scale, from products with columns beside those of a set."""
     values, vectors = np.linalg.eigh(free)
     seen = values > 1e-6
     if not seen.any():

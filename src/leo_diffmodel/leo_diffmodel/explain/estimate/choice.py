@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choose effects on matrices: forward, back, and the sets near one, by linear algebra alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 import itertools
@@ -35,7 +33,7 @@ class Price:
 
 def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
     """What an effect must save, where residuals are as much alike in time as here."""
-    spread = max(dispersion(fitted), 1.0)
+    spread = dispersion(fitted)
     samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
     parameter = problem.gates.price * float(np.log(samples))
     return Price(made.threshold * spread, parameter * spread)
@@ -44,10 +42,9 @@ def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
 def choose(
     matrices: Matrices, price: Price, numerics: Numerics, kept: Kept = lambda _: False
 ) -> list[Term]:
-    """The terms that save most less their price.
+    """The terms that save most less their price; what is `kept` stays, or a wider law of it.
 
-    What is linear here is so only near the fit. So effects that save but a small share of what the
-    best one saves have to wait for the next fit. What is to be `kept` stays, or a wider law of it.
+    All is linear near the fit only: what saves but a small share of the best waits for the next.
     """
     held = pruned(matrices, list(matrices.members), price, kept)
     least = 0.0
@@ -151,10 +148,9 @@ def _least(found: list[tuple[float, list[Term]]], numerics: Numerics) -> list[li
 
 
 def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:
-    """Each further term alone, and what changes the inertia of a link together.
+    """Each further term alone, and together what changes the inertia of a link.
 
-    A payload changes mass, centre of mass and inertia; one of them alone may look like anything.
-    Where a payload is a candidate itself, it stands for these.
+    A part of a payload alone may look like anything; a payload that is a candidate stands for it.
     """
     names = frozenset(t.candidate for t in held)
     able = [t for t in matrices.terms if _stands(names, t.candidate)]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimator for robots with contact: successive halving, each candidate on contacts of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -40,8 +38,8 @@ class Contact(Estimator):
     _traces: Traces = field(default_factory=dict, init=False)
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        posed = ground_fit.settled_on_ground(self.posed)
-        return Estimate(posed, fit(posed.problem, hypothesis))
+        problem = ground_fit.settled_on_ground(self.posed.problem)
+        return Estimate(replace(self.posed, problem=problem), fit(problem, hypothesis))
 
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
@@ -72,24 +70,23 @@ def successive_halving(
 ) -> tuple[Fit, list[Iterate]]:
     """The hypothesis, and those with one effect more that successive halving leaves.
 
-    Each candidate has contacts of its own from the first step on: those of the model without it
-    favour small effects. The last are fitted in all windows. None where the time is over.
+    Each candidate has contacts of its own from the first step on: those without it favour small
+    effects. The last are fitted in all windows. None where the time is over.
     """
     if posed.problem.late() or not scans:
         return null, []
-    numerics, train = posed.problem.numerics, np.flatnonzero(posed.problem.train)
+    numerics = posed.problem.numerics
     least = numerics.ground_worth * limit
     worth = [s for s in scans[: numerics.contenders] if s.gain > least] or [scans[0]]
     robot = posed.problem.base.robot
     worth += [s for s in scans if _moves_ground(s.candidate, robot) and s not in worth]
-    count = min(numerics.ground_windows, len(train))
-    some = train[np.linspace(0, len(train) - 1, count).astype(int)]
+    some = posed.problem.some_trained(numerics.ground_windows)
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     if posed.problem.late():
         return null, []
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
     last = _each(linearised, posed, [_with(null, s) for s in first])
-    promised = nats * len(train) / count
+    promised = nats * int(posed.problem.train.sum()) / len(some)
     more = numerics.worth_more * limit
     if promised > numerics.worth_all * limit and _gained(null, last) > more:
         last = _each(converged, posed, [at.fit for at in last])

@@ -5,8 +5,6 @@ Columns are the sensitivity of the whitened residual (W, N) to the parameters, s
 `channels` and `typical` as in `likelihood`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import stdtrit
 
@@ -84,10 +82,7 @@ def derivatives(
     numerics: Numerics,
     typical: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Slope of the loss in each window and channel, (W, 2J, P), and curvature, (W, P, P).
-
-    The curvature is that of the parabola that touches the loss.
-    """
+    """Slope of the loss by window and channel, (W, 2J, P); curvature that touches, (W, P, P)."""
     weight = likelihood.robust_weight(residual, channels, numerics, typical)
     weighed = columns * weight[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
@@ -98,8 +93,7 @@ def derivatives(
 def _bent(slopes: Array, residual: Array, numerics: Numerics, typical: Array | None) -> Array:
     """What the loss bends less than the parabola that touches it, (P, P).
 
-    The size of what a channel is off by answers to the parameters: the observed information
-    (Efron and Hinkley 1978) has both.
+    The size answers to the parameters, too: the observed information (Efron and Hinkley 1978).
     """
     channels = slopes.shape[1]
     off = slopes[likelihood.size(residual, channels, numerics)[:, 0] > 1.0]
@@ -108,11 +102,9 @@ def _bent(slopes: Array, residual: Array, numerics: Numerics, typical: Array | N
 
 
 def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Array:
-    """Inverse of the curvature over the free parameters.
+    """Inverse of the curvature over the free parameters, huge along what the data do not show.
 
-    A direction the data do not determine gets a huge variance, what is held fast none. Where
-    windows contradict each other the loss may bend the other way; at most this share is taken
-    off a direction.
+    Where windows contradict each other, at most `most_bent` is taken off a direction.
     """
     scale = np.sqrt(np.maximum(np.diag(touching), 1e-30))
     part, outer = np.ix_(free, free), np.outer(scale, scale)
@@ -137,14 +129,8 @@ def beyond(
 
     Such a constant is moved inside, the free parameters making up for it, until the loss rises as
     much as at the end of a 95 % interval, or to its other bound; several add in quadrature.
-
-    Args:
-        matrix: curvature of the loss, shape (P, P).
-        descent: its slope downhill, shape (P,).
-        prior: precision of each parameter before these data, shape (P,); inf for what is held.
-        room: signed distance of such a constant from its other bound, else 0, shape (P,).
-        spread: times variances are larger than those of white noise in many blocks.
-        numerics: of the solver.
+    `matrix` (P, P) and `descent` (P,) are curvature and downhill slope of the loss, `prior` and
+    `room` (P,) as of a `Hypothesis`, `spread` the times variances are larger than of white noise.
     """
     moved, matrix = np.zeros((len(room), 2)), matrix + spread * known_before(prior)
     shown = np.isfinite(prior) & (np.diagonal(matrix) > 0)
@@ -170,10 +156,7 @@ def solved(gram: Array, slope: Array, damping: float) -> Array:
 
 
 def leverage_weight(problem: Problem, by_theta: Array) -> Array:
-    """Weight of each window that limits its leverage on the parameters (Mallows), (W, 1, 1).
-
-    A contact that comes or goes makes a window far more sensitive to a small change than a large.
-    """
+    """Weight of windows that limits their leverage on parameters (Mallows), (W, 1, 1)."""
     numerics = problem.numerics
     if not np.isfinite(numerics.most_leverage) or not by_theta.size:
         return np.ones((len(by_theta), 1, 1))

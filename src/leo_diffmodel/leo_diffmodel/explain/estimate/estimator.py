@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The seam between choosing a set of effects and fitting it: smooth motion or contact."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -59,10 +57,9 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Extension:
-    """A hypothesis, and the sets near it.
+    """A hypothesis `base`, as settled for this comparison, and the sets near it.
 
     Attributes:
-        base: the hypothesis, as settled for this comparison.
         larger: the hypotheses that were fitted.
         scans: what the scan promised of each candidate, most first.
         threshold: gain that noise alone can give [nats].
@@ -106,10 +103,7 @@ class Estimator(ABC):
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
     ) -> Extension:
-        """The most promising sets near a fitted one, with effects of a pool, fitted too.
-
-        Those that stay far behind a `rival`'s loss [nats] are given up.
-        """
+        """The best sets near a fitted one, fitted, unless far behind a `rival`'s loss [nats]."""
 
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter

@@ -6,8 +6,6 @@ made again from other values until two starts agree, and along each parameter, t
 following, the loss is looked up on both sides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import takewhile
@@ -111,15 +109,10 @@ def _profile(fitted: Fit, errors_off: Sequence[float]) -> Iterator[Array]:
 
 
 def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
-    """A fit with the own constants of held-out recordings, each known from a part of its own.
+    """A fit with the `own` constants of held-out recordings, each known from a part of its own.
 
     A payload cannot be known from other recordings: it is found in the recording itself, all that
-    was learned from the others held fast, and judged by other blocks of it.
-
-    Args:
-        problem: with the windows that they are found in (`telling`).
-        fitted: a hypothesis; what it says of these constants is where the search for them begins.
-        own: the constants; without any the fit stays as it is.
+    was learned from the others held fast (the fit says where to begin), and judged by the rest.
     """
     if problem.telling is None:
         return fitted

@@ -42,8 +42,7 @@ def fit(
 
     Only the training windows move the parameters; every window has the start state that suits it
     best (variable projection, Golub and Pereyra 1973). What a step saves of what it promises sets
-    the damping of the next one; the fit ends where no step promises anything. What start states do
-    is found again after a step that saves less than half of its promise, and at the end.
+    the damping of the next one; the fit ends where no step promises anything.
 
     Args:
         problem: the windows.
@@ -52,7 +51,7 @@ def fit(
         start: start states to begin with, shape (W, 2J); None begins with those measured.
         iterations: most steps; None for those of the settings.
         thorough: every step tries the measured start states as well, not the first and last only,
-            and finds what start states do.
+            and finds what start states do; else after one that saves less than half its promise.
         by_start: what start states do, shape (W, N, 2J), as another fit nearby has it.
         rival: loss [nats] of another hypothesis; a fit that comes nearer too slowly is given up.
     """
@@ -119,8 +118,7 @@ def moved(fitted: Fit, step: Step, scale: float) -> Fit:
 def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None, float]:
     """The first step, shorter and shorter, that saves something, and the damping of the next.
 
-    None where no step promises anything. The start states follow as the linearisation says; where
-    that saves less than half of the promise they are settled.
+    None where none promises anything. Start states are settled where it saves less than half that.
     """
     problem, numerics = at.problem, at.problem.numerics
     harder = numerics.harder
@@ -156,7 +154,7 @@ def _enough(numerics: Numerics, promised: float, thorough: bool) -> float:
 
 @dataclass(frozen=True)
 class Step:
-    """The step of the parameters, and of each start state: start + gain (change of theta).
+    """A step of the parameters, and of each start state: start + gain (change of theta).
 
     Attributes:
         theta: shape (P,).
@@ -246,10 +244,7 @@ class _Point:
         return Step(theta, *self.answer, promised)
 
     def _bounded_step(self, damping: float) -> Array:
-        """The damped step that is best within the bounds; where one is met, the rest makes do.
-
-        Scaled, as the damping is: two parameters that do the same thing share what they do.
-        """
+        """The damped step that is best within the bounds, parameters scaled as the damping is."""
         matrix, no_step = self.matrix, self.problem.numerics.no_step
         step, moves = np.zeros(len(matrix)), np.diag(matrix) > 0
         if not moves.any():

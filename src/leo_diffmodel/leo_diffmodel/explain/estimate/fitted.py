@@ -144,10 +144,7 @@ def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
 
 
 def linear_part(problem: Problem, fitted: Fit, left_out: Iterable[Candidate]) -> Fit:
-    """What a fit would be without some effects, by its own linear answer: no rollout.
-
-    The other parameters move to where the training windows ask for, their weights as they are.
-    """
+    """A fit without some effects by its linear answer: the others move, weights as they are."""
     full, out = fitted.hypothesis, {*left_out}
     part = Hypothesis(tuple(c for c in full.candidates if c not in out), full.constants)
     parameters = [(c, p) for c in full.candidates for p in c.parameters]
@@ -198,11 +195,9 @@ class Rest:
 
     Attributes:
         gates: what counts.
-        ratio: mean squared whitened residual over its expected value, in the median window; on
-            the ground in one worse than most, see `rest_of`.
+        ratio: mean squared whitened residual over its expected value, see `rest_of`.
         share: of the model's error (beyond noise) that is left.
-        correlation: times by which correlation in time makes what is left less than it seems;
-            1 for white noise.
+        correlation: by which correlation in time makes it less than it seems; 1 for white noise.
     """
 
     gates: Gates
@@ -250,10 +245,7 @@ def parameter_rows(fitted: Fit, index: int) -> dict:
 
 
 def constant_rows(fitted: Fit) -> dict[str, dict]:
-    """Value, unit and 95 % interval of each refitted constant, by path.
-
-    Of one that recordings have of their own: the mean, what all intervals span, and `recordings`.
-    """
+    """Value, unit and 95 % interval of each refitted constant, and in each recording, by path."""
     hypothesis, rows = fitted.hypothesis, dict[str, dict]()
     for i, c in enumerate(hypothesis.constants, hypothesis.first_constant):
         row = _row(fitted, i, c.unit)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Steps of a fit on the ground, each with windows settled on contacts of their own."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,7 +8,7 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.fit import looked_at, moved, Step
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, gain
-from leo_diffmodel.explain.problem.linearisation import refined, settled
+from leo_diffmodel.explain.estimate.ground_settle import refined, settled
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 
@@ -23,13 +21,12 @@ class Iterate(NamedTuple):
     step: Step
 
 
-def settled_on_ground(posed: Posed) -> Posed:
-    """With the windows of a robot with contacts settled, those that can be trusted."""
-    problem = posed.problem
+def settled_on_ground(problem: Problem) -> Problem:
+    """The problem with its windows settled, those that can be trusted; itself without contacts."""
     if not problem.base.robot.contacts:
-        return posed
-    kept, linearisation = settled(problem.base, problem.windows, problem.noise, problem.settings)
-    return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
+        return problem
+    kept, linearisation = settled(problem)
+    return replace(problem.take(kept), linearisation=linearisation)
 
 
 def linearised(
@@ -45,13 +42,12 @@ def linearised(
     """
     problem, hypothesis = posed.problem, point.hypothesis
     assert problem.linearisation
-    model = hypothesis.model(problem.base, point.theta)
-    windows, before = problem.windows, replace(problem.linearisation, start=point.start)
+    fixed, before = problem.fixed(hypothesis, point.theta), problem.linearisation
+    before = replace(before, start=point.start)
     if finer:
-        windows, before = refined(model, windows, before)
-    data = windows, problem.noise, problem.settings
-    _, linearisation = settled(model, *data, before, relinearise)
-    problem = replace(problem, windows=windows, linearisation=linearisation)
+        fixed, before = refined(fixed, before)
+    _, linearisation = settled(fixed, before, relinearise)
+    problem = replace(problem, windows=fixed.windows, linearisation=linearisation)
     return Iterate(replace(posed, problem=problem), *looked_at(problem, hypothesis, point.theta))
 
 

@@ -5,8 +5,6 @@ A law whose answer is in proportion to its amplitude is run once for each parame
 stand for all, and what a candidate does is kept from round to round.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -29,12 +27,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Trace:
-    """What some points of a candidate do to the whitened residuals of the scanned windows.
-
-    Attributes:
-        points: parameters, shape (S, P).
-        change: residual without less that with it, shape (S, W, N).
-    """
+    """What `points` (S, P) of a candidate take off the whitened residuals, `change` (S, W, N)."""
 
     points: Array
     change: Array
@@ -47,10 +40,8 @@ class GroundScanner(Scanner):
     """Scans in some of the training windows; traces of an earlier round are taken over."""
 
     def __init__(self, problem: Problem, null: Fit, scales: Scales, traces: Traces | None = None):
-        train = np.flatnonzero(problem.train)
-        count = min(problem.numerics.ground_windows, len(train))
-        some = train[np.linspace(0, len(train) - 1, count).astype(int)]
-        self._share = len(some) / len(train)
+        some = problem.some_trained(problem.numerics.ground_windows)
+        self._share = len(some) / int(problem.train.sum())
         self._kept = {} if traces is None else traces
         super().__init__(problem.take(some), null.take(some), scales)
 
@@ -138,9 +129,9 @@ class GroundScanner(Scanner):
         return theta, best
 
     def _picked(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
-        """The best point of a grid; along each ray the closed form picks the amplitude.
+        """The best point of a grid, its amplitude in closed form.
 
-        Of points that save the most in all windows, the one that would save most without that.
+        Of points that save the most in all windows, the one that would save most without a limit.
         """
         weighed = change * np.stack([self._leverage(row[None]) for row in change])
         length2 = np.maximum((weighed * change).sum(-1), 1e-12)

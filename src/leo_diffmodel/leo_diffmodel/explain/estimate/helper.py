@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A second process that takes its share of a list of trials; the results are those of one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -27,21 +25,16 @@ _pools: list[ProcessPoolExecutor] = []
 def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
     """Begin to start the process, where there is a second core; a worker of others gets none.
 
-    It begins with the module of `first`, which takes longest to import. Not `wanted` where what is
-    tried may not be fit to be sent, such as a user's own code.
+    It imports the module of `first`. Not `wanted` where a user's own code may not fit to be sent.
     """
     _started.clear()
     if wanted and cpu_count() > 1 and multiprocessing.parent_process() is None:
         _started.append(_submit(_ready, first))
 
 
-def spread(
-    function: Callable[[Item], Result],
-    items: Sequence[Item],
-    done: Callable[[Item], None] = lambda _: None,
-) -> list[Result]:
+def spread(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
     """`function` of each item, in order; the other process takes its share, sent as copies."""
-    return list(spread_until(np.inf, function, items, done).values())
+    return list(spread_until(np.inf, function, items).values())
 
 
 def spread_until(
@@ -50,7 +43,10 @@ def spread_until(
     items: Sequence[Item],
     done: Callable[[Item], None] = lambda _: None,
 ) -> dict[int, Result]:
-    """As `spread`, by number of the item; none is begun after a time [s of `time.monotonic`]."""
+    """As `spread`, by number of the item; none is begun after `until` [s of `time.monotonic`].
+
+    `done` is called with each item that is.
+    """
     results: dict[int, Result] = {}
     waiting, lent = list(range(len(items))), None
     while waiting or lent:

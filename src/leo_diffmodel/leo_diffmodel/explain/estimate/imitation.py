@@ -5,8 +5,6 @@ A scan sees small effects where the model as given goes; a large one takes the r
 the law that fits best there may look poor from here. It is not far from one that does the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -23,10 +21,7 @@ Array = np.ndarray
 
 
 def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Scan]:
-    """The laws that come nearest to the last effect of a fit, with the values that do so.
-
-    `scans` of another place, or of no torque of angle and rate, are passed over.
-    """
+    """The laws that come nearest to the last effect of a fit, with the values that do so."""
     mine, index = fitted.hypothesis.candidates[-1], len(fitted.hypothesis.candidates) - 1
     if not _is_of_state(mine):
         return []
@@ -67,7 +62,7 @@ def _other_wholes(scan: Scan, values: Array) -> list[Array]:
 def _nearest(
     candidate: Candidate, points: Array, q: Array, dq: Array, torque: Array
 ) -> tuple[Array, float]:
-    """The parameters with which a law comes nearest to a torque, and the share that it leaves.
+    """The values with which a law comes nearest to a torque, and the share that it leaves.
 
     What neither scales nor turns it stays as scanned: no fit finds back from a ripple of no turns.
     """

@@ -1,11 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All effects in one linear problem about a fit: what each of them does to the prediction.
-
-Those of the fit and all others have columns alike, so that any set of them is judged by linear
-algebra alone, without a rollout.
-"""
-
-from __future__ import annotations
+"""All effects in one linear problem about a fit, so that any set is judged without a rollout."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -119,15 +113,10 @@ def matrices(
     pool: Sequence[Candidate],
     progress: Progress = lambda *_: None,
 ) -> Matrices:
-    """Linearise a fit in its own effects and in all those of a pool.
-
-    Columns of the pool are of finite amplitudes, in some of the training windows.
-    """
-    train = np.flatnonzero(problem.train)
+    """Linearise a fit in its own effects and, at finite amplitudes, in all those of a pool."""
     few = max(1, round(problem.numerics.matrix_samples / problem.windows.steps))
-    if len(train) > few:
-        train = train[np.linspace(0, len(train) - 1, few).astype(int)]
-    made = _Builder(problem.take(train), fitted.take(train), scales)
+    some = problem.some_trained(few)
+    made = _Builder(problem.take(some), fitted.take(some), scales)
     for candidate in pool:
         if problem.late():
             break
@@ -252,10 +241,7 @@ def _basis(rows: Array) -> Array:
 
 
 def _threshold(gram: Array, held: Sequence[int], settings: Settings) -> float:
-    """Gain [nats] that noise shows in the best of all columns beside those that are held.
-
-    As `scan.threshold`, from the products of the columns alone.
-    """
+    """As `scan.threshold`, beside columns that are held, from the products of columns alone."""
     gates = settings.gates
     free = gram - gram[:, held] @ np.linalg.solve(square(gram, held), gram[held])
     size = np.diag(free)

@@ -6,8 +6,6 @@ what else is missing is judged beside it. In short windows predictions answer st
 is missing, so that a choice by linear algebra holds there; a joint fit in longer ones decides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -76,10 +74,7 @@ class Rounds:
         return fitted, made
 
     def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
-        """One choice and its joint fit, and whether the choice is the same again.
-
-        Where the fit is far off, the best of those that have one thing more.
-        """
+        """One choice and its joint fit, and whether the choice is the same again."""
         price = self._price(problem, fitted, made)
         if unexplained(fitted) > problem.gates.far:
             chosen = choice.first_steps(made, price, problem.numerics, _ordinary)

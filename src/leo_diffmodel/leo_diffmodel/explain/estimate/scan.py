@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scan each effect over finite amplitudes: friction, dead band and delay have no slope at zero."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 import itertools

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimator for motion without contact: all effects in one linear problem about each fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -59,7 +57,7 @@ class Smooth(Estimator):
     ) -> Extension:
         """The sets that linear algebra finds best, fitted jointly."""
         problem, made = base.problem, self._matrices(base, pool, progress)
-        near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
+        near = problem.gates.told_nats * dispersion(base.fit)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
         points = self._shown(base, [*map(made.hypothesis, terms)])
         if len(base.names) <= problem.gates.many:
@@ -100,7 +98,7 @@ class Smooth(Estimator):
     ) -> Fit:
         if at.problem.late():
             return final
-        made, spread = self._matrices(at, pool, progress), max(dispersion(at.fit), 1.0)
+        made, spread = self._matrices(at, pool, progress), dispersion(at.fit)
         return background(made, at.fit.hypothesis.candidates, spread).widened(final)
 
     def _matrices(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Matrices:
@@ -129,7 +127,7 @@ def _fitted_all(
 ) -> Extension:
     """Fit sets, `patience` at a time as long as one of them is better than all before."""
     problem, each = base.problem, patience or max(len(points), 1)
-    least, gain = base.fit.lost(problem.train), max(dispersion(base.fit), 1.0)
+    least, gain = base.fit.lost(problem.train), dispersion(base.fit)
     fits: dict[int, Fit] = {}
     for first in range(0, len(points), each):
         found = helper.spread_until(

@@ -18,12 +18,9 @@ EVERYWHERE = 'all'
 
 @dataclass(frozen=True)
 class Candidate:
-    """One effect at one place.
+    """One effect at one place: a joint, a link, or `EVERYWHERE` for one shared value.
 
-    Attributes:
-        effect: the law.
-        where: a joint or link name, or `EVERYWHERE` for one shared value.
-        parameters: its parameters with this robot's units, neutral values and bounds.
+    Its parameters have this robot's units, neutral values and bounds.
     """
 
     effect: Effect
@@ -93,10 +90,7 @@ class Hypothesis:
 
     @property
     def together(self) -> list[list[int]]:
-        """Indices of the parameters without whole ones; no window sees two of a group.
-
-        A group holds the values that one constant has in several recordings.
-        """
+        """Numbers of the parameters but whole ones, the values of one constant as one group."""
         first, recordings = self.first_constant, self.recordings
         rows: dict[str | int, list[int]] = {}
         for i in map(int, np.flatnonzero(~self.whole)):
@@ -109,10 +103,9 @@ class Hypothesis:
         return (theta > self.low) & (theta < self.high) & ~self.whole
 
     def prior(self, theta: Array) -> Array:
-        """Precision of each parameter before any data, shape (P,); inf for what is held fast.
+        """Precision of each parameter before any data, (P,); inf for what is held fast.
 
-        Of an effect nothing is known. A constant is uniform between its bounds; its variance is
-        taken about its present value.
+        Of an effect 0. A constant is uniform between its bounds; its variance is about its value.
         """
         first = self.first_constant
         at, low, high = theta[first:], self.low[first:], self.high[first:]
@@ -144,8 +137,7 @@ class Hypothesis:
     def moved(self, theta: Array, step: Array) -> Array:
         """The values after a step, within the bounds.
 
-        Where the law is straight in the product of two of them, so is the step: it would else
-        lead nowhere while both are far off.
+        Where the law is straight in the product of two of them, so is the step.
         """
         there = self.bounded(theta + step)
         for index, candidate in enumerate(self.candidates):
@@ -236,8 +228,5 @@ def _terms(candidate: Candidate) -> set[Parameter]:
 
 
 def widens(candidate: Candidate, other: Candidate) -> bool:
-    """Whether an effect is a wider law than another one at the same place: Stribeck's, Coulomb's.
-
-    Which of them it is, is no question of two causes.
-    """
+    """Whether an effect is a wider law than another at its place, and no second cause."""
     return candidate.where == other.where and set(other.parameters) < set(candidate.parameters)

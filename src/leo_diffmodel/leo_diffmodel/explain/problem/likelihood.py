@@ -6,8 +6,6 @@ Here `residual` is in units of the noise, (..., W, N) with N = (K+1) 2J, and `ch
 None lets each window speak for itself.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -22,8 +20,8 @@ Array = np.ndarray
 def dispersion(residual: Array, states: int) -> float:
     """How many times less nats count where residuals (W, N) are correlated in time.
 
-    1 for white noise. On real data something unmodelled is always left; neighbouring samples then
-    repeat each other. `states` start states (2J) were free in each window.
+    1 for white noise, never less; where something unmodelled is left, neighbouring samples repeat
+    each other. `states` start states (2J) were free in each window.
     """
     joints = states // 2
     angles = residual.reshape(len(residual), -1, states)[..., :joints]
@@ -50,10 +48,7 @@ def measured(residual: Array) -> Array:
 
 
 def degrees(residual: Array, states: int) -> Array:
-    """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,).
-
-    At least one: of a joint at rest the start state takes all that was measured.
-    """
+    """Degrees of freedom in each window of residuals (W, N), `states` of them free, 1 at least."""
     return np.asarray(np.maximum(measured(residual).sum(axis=-1) - states, 1))
 
 
@@ -62,11 +57,10 @@ def loss(
 ) -> Array:
     """Loss of each window [nats], (..., W).
 
-    In each window each channel has its own size of what the model is off by: -log of the
-    likelihood with the size that is most likely beyond what noise alone may be, where sizes are
-    spread about a typical one as an inverse gamma variable is. So neither the windows where every
-    hypothesis is wrong decide between them, nor those where nothing happens. Samples far out are
-    weighed down as in Huber's loss (his second proposal, 1964, has location and size together).
+    In each window each channel has its own size of what the model is off by, the most likely one
+    beyond what noise alone may be, spread about a typical one as an inverse gamma variable is. So
+    neither windows where every hypothesis is wrong decide, nor those where nothing happens.
+    Samples far out are weighed down (Huber's second proposal, 1964: location and size together).
     """
     off, count = size(residual, channels, numerics, typical), residual.shape[-1] // channels
     scaled = (_by_channel(residual, channels) / off).reshape(residual.shape)

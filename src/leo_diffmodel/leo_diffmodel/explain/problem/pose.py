@@ -15,9 +15,8 @@ from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.linearisation import sensitivities
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.shooting import eliminate, Linear
+from leo_diffmodel.explain.problem.shooting import eliminate, Linear, sensitivities
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
 
@@ -122,10 +121,9 @@ def _unseen(recordings: Sequence[Recording]) -> Array | None:
 
 
 def uncounted(model: Model) -> Model:
-    """The model whose position servos read their own angle without counts; itself without any.
+    """The model whose position servos read their own angle without counts.
 
-    A loop that counts makes a staircase of the loss: steps of which nothing is known, since no
-    start is known to a fraction of a count, and no slope between them.
+    A loop that counts makes a staircase of the loss, without a slope between its steps.
     """
     counts = [f'actuators.{a.joint}.resolution' for a in model.robot.actuators]
     gone = {path: 0.0 for path in counts if model.constants.get(path)}

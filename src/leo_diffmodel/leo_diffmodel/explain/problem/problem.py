@@ -13,12 +13,32 @@ from leo_diffmodel.compare.pushes import own, predict
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import typical_size
-from leo_diffmodel.explain.problem.linearisation import Linearisation
 from leo_diffmodel.explain.problem.shooting import Linear, linearise, whiten
 from leo_diffmodel.explain.settings import Gates, Grids, Numerics, Settings
 from leo_sim.model import Model
 
 Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """The windows of one hypothesis, linearised about the start states that fit them best.
+
+    Attributes:
+        start: start states that fit them best, shape (W, 2J).
+        by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
+        loss: what is left of each window there [nats], shape (W,).
+        finer: what a finer integration would add to the predictions, shape (W, K+1, 2J); it is
+            taken off the measurements of the settled windows.
+    """
+
+    start: Array
+    by_start: Array
+    loss: Array
+    finer: Array
+
+    def take(self, index: Array) -> Linearisation:
+        return Linearisation(*(part[index] for part in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -86,6 +106,11 @@ class Problem:
         """Which windows no fit may see, shape (W,)."""
         return ~self.train if self.telling is None else ~(self.train | self.telling)
 
+    def some_trained(self, most: int) -> Array:
+        """Numbers of `most` training windows, evenly chosen; of all where there are no more."""
+        train = np.flatnonzero(self.train)
+        return train[np.linspace(0, len(train) - 1, min(most, len(train))).astype(int)]
+
     @property
     def trained(self) -> tuple[str, ...]:
         sources = np.unique(self.windows.source[self.train])
@@ -133,15 +158,15 @@ class Problem:
     @property
     def rough(self) -> Model:
         """The model as sensitivities are found with it, integrated as coarsely as that allows."""
-        if self.rough_step in (None, self.base.integration_step):
-            return self.base
-        return self.base.changed(integration_step=self.rough_step)
+        return self.roughly.base
 
     @property
     def roughly(self) -> Problem:
         """The problem integrated so; itself where that is the step of the model."""
-        model = self.rough
-        return self if model is self.base else replace(self, base=model, rough_step=None)
+        if self.rough_step in (None, self.base.integration_step):
+            return self
+        model = self.base.changed(integration_step=self.rough_step)
+        return replace(self, base=model, rough_step=None)
 
     def linearised(
         self,

@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.settings import Numerics
+from leo_sim.model import Model
 
 if TYPE_CHECKING:
     from leo_diffmodel.explain.problem.problem import Problem
@@ -37,6 +39,12 @@ class Linear:
     residual: Array
     by_start: Array
     by_theta: Array
+
+
+def sensitivities(model: Model, windows: Windows, start: Array) -> tuple[Array, Array]:
+    """Predictions (W, K+1, 2J) and their sensitivity to the start states, (W, K+1, 2J, 2J)."""
+    no_torques = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
+    return respond(model, windows, start, no_torques)
 
 
 def whiten(windows: Windows, predicted: Array, sigma: Array, farthest: float) -> Array:

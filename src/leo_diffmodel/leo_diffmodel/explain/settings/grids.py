@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where an answer is looked for: lengths of windows, ranges of parameters, first values."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How an answer is computed: iterations, tolerances, dampings, draws, and caps on work."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf
 

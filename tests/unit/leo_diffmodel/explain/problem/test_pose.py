@@ -15,7 +15,7 @@ from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.problem.pose import pose, refined
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_sim.effects import EFFECTS, place
+from leo_sim.effects import place
 from leo_sim.model import Model
 
 EXACT = (1e-6, 1e-4)
@@ -26,17 +26,12 @@ FINE = Model(TORQUE, integration_step=2e-4)
 @pytest.fixture(scope='module')
 def problem():
     friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
-    return pose(
-        [record(TORQUE, friction, seconds=12, noise=EXACT, integration_step=2e-4)], (), FINE
-    ).problem
+    data = record(TORQUE, friction, seconds=12, noise=EXACT, integration_step=2e-4)
+    return pose([data], (), FINE).problem
 
 
 def drag() -> Hypothesis:
-    (one,) = [
-        c
-        for c in candidates(FINE)
-        if c.effect is EFFECTS['viscous_friction'] and c.where == 'pivot'
-    ]
+    one = next(c for c in candidates(FINE) if c.label == 'viscous_friction:pivot')
     return Hypothesis((limited(one, FINE, SETTINGS.grids),))
 
 
@@ -87,9 +82,8 @@ def test_counts_of_a_servo_are_left_out_and_stay_in_the_model():
     assert posed.base.constants[COUNT] == 0.0 and coarse.constants[COUNT] == 0.02
     assert posed.base.constants == coarse.constants | {COUNT: 0.0}
     start = posed.windows.measured[:, 0]
-    (here, there) = (
-        posed.linearised(Hypothesis(), np.zeros(0), start + by).by_start for by in (0.0, 1e-4)
-    )
+    nothing = Hypothesis(), np.zeros(0)
+    here, there = (posed.linearised(*nothing, start + by).by_start for by in (0.0, 1e-4))
     assert np.linalg.norm(here - there) < 0.02 * np.linalg.norm(here)
 
 
