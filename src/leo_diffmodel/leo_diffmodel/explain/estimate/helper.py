@@ -32,9 +32,16 @@ def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
         _started.append(_submit(_ready, first))
 
 
-def spread(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """`function` of each item, in order; the other process takes its share, sent as copies."""
-    return list(spread_until(np.inf, function, items).values())
+def spread(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    done: Callable[[Item], None] = lambda _: None,
+) -> list[Result]:
+    """`function` of each item, in order; the other process takes its share, sent as copies.
+
+    `done` is called with each item that is.
+    """
+    return list(spread_until(np.inf, function, items, done).values())
 
 
 def spread_until(
@@ -43,10 +50,7 @@ def spread_until(
     items: Sequence[Item],
     done: Callable[[Item], None] = lambda _: None,
 ) -> dict[int, Result]:
-    """As `spread`, by number of the item; none is begun after `until` [s of `time.monotonic`].
-
-    `done` is called with each item that is.
-    """
+    """As `spread`, by number of the item; none is begun after `until` [s of `time.monotonic`]."""
     results: dict[int, Result] = {}
     waiting, lent = list(range(len(items))), None
     while waiting or lent:

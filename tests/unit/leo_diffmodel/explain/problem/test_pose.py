@@ -5,11 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.searched import among
 from tests.simulate import measured_torque, POSITION, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import unexplained
 from leo_diffmodel.explain.estimate.settle import settle
+from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import degrees
@@ -18,7 +20,7 @@ from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.effects import place
 from leo_sim.model import Model
 
-EXACT = (1e-6, 1e-4)
+EXACT, NEARLY = (1e-6, 1e-4), (1e-4, 1e-3)
 COUNT = 'actuators.pivot.resolution'
 FINE = Model(TORQUE, integration_step=2e-4)
 
@@ -61,6 +63,16 @@ def test_a_step_that_is_fine_enough_without_a_lag_is_halved_for_a_fit_with_one()
     fine = fit(finer, both, rough.theta, rough.start, thorough=True)
     assert fine.loss.sum() < rough.loss.sum() - 10.0
     assert fine.theta[1] == pytest.approx(tau, abs=4.0 * fine.standard_errors[1])
+
+
+@pytest.mark.parametrize(('step', 'noted'), [(2.5e-4, True), (0.01, False)])
+def test_a_step_too_long_for_the_motion_is_halved_and_said(step, noted, monkeypatch):
+    among(monkeypatch, Model(TORQUE), 'viscous_friction', 'coulomb_friction', 'bias_torque')
+    friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.02)
+    data = record(TORQUE, friction, seconds=10, noise=NEARLY, integration_step=step)
+    found = explain([data], Model(TORQUE, integration_step=0.01))
+    assert [e['name'] for e in found.effects] == ['viscous_friction']
+    assert ('10 ms of the robot are too long' in found.sentence) == noted
 
 
 def test_what_start_states_do_is_found_again_at_the_end_and_nearby_will_do(problem):
