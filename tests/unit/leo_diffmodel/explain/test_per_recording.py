@@ -332,31 +332,21 @@ def test_recordings_are_told_apart_by_name():
 # Model files
 
 
+ITS_OWN = {'per_recording': True, 'uncertain': [0.1, 1]}
+FAR = ITS_OWN | {'recordings': {'run_1': 2.0}}
+ON_GROUND = 'leo stands on a ground'
+
+
 @pytest.mark.parametrize(
     ('robot', 'path', 'given', 'said'),
     [
         ('torque_pendulum', BOB, {'per_recording': True}, 'uncertain: [low, high]'),
-        (
-            'torque_pendulum',
-            'links.bop.mass',
-            {'per_recording': True, 'uncertain': [0.1, 1]},
-            "no 'links.bop.mass'",
-        ),
-        (
-            'torque_pendulum',
-            BOB,
-            {'per_recording': True, 'uncertain': [0.1, 1], 'recordings': {'run_1': 2.0}},
-            'outside its uncertain range',
-        ),
+        ('torque_pendulum', 'links.bop.mass', ITS_OWN, "no 'links.bop.mass'"),
+        ('torque_pendulum', BOB, FAR, 'outside its uncertain range'),
         ('torque_pendulum', BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
         ('torque_pendulum', BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),
-        (
-            'leo',
-            'links.torso.mass',
-            {'per_recording': True, 'uncertain': [0.5, 5]},
-            'leo stands on a ground',
-        ),
-        ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, 'leo stands on a ground'),
+        ('leo', 'links.torso.mass', ITS_OWN, ON_GROUND),
+        ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, ON_GROUND),
     ],
 )
 def test_a_wrong_model_file_is_one_line(tmp_path, robot, path, given, said):
@@ -425,32 +415,27 @@ def test_a_map_brings_what_a_log_knows_into_the_bag(tmp_path, name, where, conte
     assert model.by_recording == {BOB: {'run': pytest.approx(0.5)}}
 
 
+NO_UNIT = "'mm' is no unit of links.bob.mass; give it in kg"
+
+
 @pytest.mark.parametrize(
-    ('change', 'logs', 'said'),
+    ('change', 'payloads', 'said'),
     [
-        (
-            {'constants': {BOB: 'paylod'}},
-            [csv(payload=0.5)],
-            "no column 'paylod' for links.bob.mass",
-        ),
-        ({'constants': {'links.bop.mass': 'payload'}}, [csv(payload=0.5)], "no 'links.bop.mass'"),
-        (
-            {'constants': {BOB: {'column': 'payload', 'unit': 'mm'}}},
-            [csv(payload=0.5)],
-            "'mm' is no unit of links.bob.mass; give it in kg",
-        ),
-        ({'constants': {BOB: 'q'}}, [csv(payload=0.5)], 'goes from 0 to 4.9'),
-        ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [csv(payload=0.5)], 'no number for'),
-        ({}, [csv(payload=500), csv(payload=900)], 'bag of its own (--bag-per-log)'),
-        ({'robot': None}, [csv(payload=500)], 'add robot: NAME'),
+        ({'constants': {BOB: 'paylod'}}, [0.5], "no column 'paylod' for links.bob.mass"),
+        ({'constants': {'links.bop.mass': 'payload'}}, [0.5], "no 'links.bop.mass'"),
+        ({'constants': {BOB: {'column': 'payload', 'unit': 'mm'}}}, [0.5], NO_UNIT),
+        ({'constants': {BOB: 'q'}}, [0.5], 'goes from 0 to 4.9'),
+        ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [0.5], 'no number for'),
+        ({}, [500, 900], 'bag of its own (--bag-per-log)'),
+        ({'robot': None}, [500], 'add robot: NAME'),
     ],
 )
-def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, logs, said):
+def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, payloads, said):
     column_map, paths = tmp_path / 'map.yaml', []
     column_map.write_text(yaml.safe_dump(MAP | change))
-    for number, text in enumerate(logs):
+    for number, payload in enumerate(payloads):
         paths.append(tmp_path / f'{number}.csv')
-        paths[-1].write_text(text)
+        paths[-1].write_text(csv(payload=payload))
     words = ['import', *map(str, paths), '--map', str(column_map), '-o', str(tmp_path / 'run')]
     assert main(words) == 2
     error = capsys.readouterr().err

@@ -83,10 +83,7 @@ def searched(
     settings: Settings | None = None,
     sigma: Array | None = None,
 ) -> tuple[Problem, Blocks]:
-    """The problem on short windows, integrated as the model says, see `pose`.
-
-    `sigma` is the noise of each recording and channel where it is known, shape (R, 2J).
-    """
+    """The problem on short windows, integrated as the model says; `sigma` (R, 2J) where known."""
     everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
     model = uncounted(model)
     if model.robot.contacts:
@@ -133,9 +130,8 @@ def uncounted(model: Model) -> Model:
 def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
     """The problem with the longest integration step that its noise cannot tell from a finer one.
 
-    The step is halved until that changes the predictions of all windows, of which the problem has
-    `share`, by less than `finer_nats`, at most to the robot's own. Sensitivities need less: what a
-    step is off by is nearly the same with and without a small change.
+    The step is halved, at most to the robot's own, until that changes the predictions of all
+    windows, of which the problem has `share`, by less than `finer_nats`.
     """
     longest, own = problem.numerics.longest_step, problem.base.integration_step
     if longest <= own or not problem.windows.count:
@@ -187,10 +183,7 @@ def _stepped(problem: Problem, at: Point, step: float) -> Linear:
 
 
 def _apart(rough: Linear, fine: Linear) -> float:
-    """By how much sensitivities in most windows differ, as a share of them: the largest share.
-
-    Those to the start of a window are one, and those to each parameter.
-    """
+    """The largest share by which sensitivities, to starts and each parameter, mostly differ."""
     shares = [_share(rough.by_start, fine.by_start)]
     shares += [
         _share(rough.by_theta[..., i : i + 1], fine.by_theta[..., i : i + 1])

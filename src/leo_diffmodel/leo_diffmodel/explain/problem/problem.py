@@ -134,10 +134,7 @@ class Problem:
         return -(by_start / noise[..., None]).reshape(len(by_start), -1, by_start.shape[-1])
 
     def typical_of(self, residual: Array) -> Array | None:
-        """Size of what most training windows are off by, (1, 2J), of whitened residuals (W, N).
-
-        None where nothing is shared between windows.
-        """
+        """Typical size (1, 2J) of whitened training residuals (W, N); None where not shared."""
         if not self.numerics.shared:
             return None
         return typical_size(residual[self.train], 2 * self.windows.q.shape[-1], self.numerics)
