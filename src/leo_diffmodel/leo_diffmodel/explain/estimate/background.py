@@ -47,15 +47,15 @@ def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Bac
     for term in made.terms:
         if term.candidate not in named:
             others.setdefault(term.candidate, term)
-    mine, rest = indices(held), indices([*others.values()])
-    held_by = square(made.gram, mine)
-    across = made.gram[np.ix_(mine, rest)]
-    free = made.gram[np.ix_(rest, rest)] - across.T @ np.linalg.solve(held_by, across)
-    left = made.along[rest] - across.T @ np.linalg.solve(held_by, made.along[mine])
+    inside, outside = indices(held), indices([*others.values()])
+    held_by = square(made.gram, inside)
+    across = made.gram[np.ix_(inside, outside)]
+    free = made.gram[np.ix_(outside, outside)] - across.T @ np.linalg.solve(held_by, across)
+    left = made.along[outside] - across.T @ np.linalg.solve(held_by, made.along[inside])
     variance = made.samples * _likeliest(free, left / np.sqrt(spread), made.samples)
-    if not variance > 0 or not mine:
+    if not variance > 0 or not inside:
         return Background(0.0, {})
-    known = made.gram[np.ix_(rest, rest)] + np.eye(len(rest)) * spread / variance
+    known = made.gram[np.ix_(outside, outside)] + np.eye(len(outside)) * spread / variance
     wider = np.linalg.inv(held_by - across @ np.linalg.solve(known, across.T))
     times = np.sqrt(np.diag(wider) / np.diag(np.linalg.inv(held_by)))
     return Background(float(np.sqrt(variance / made.samples)), _by_effect(held, times))

@@ -141,10 +141,10 @@ def _least(found: list[tuple[float, list[Term]]], numerics: Numerics) -> list[li
         names = frozenset(t.candidate for t in terms)
         if names not in begins and len(begins) == numerics.singles:
             break
-        mine = begins.setdefault(names, {})
-        if len(mine) < numerics.begins:
-            mine.setdefault(tuple(t.fixed for t in terms), terms)
-    return [terms for mine in begins.values() for terms in mine.values()]
+        of_set = begins.setdefault(names, {})
+        if len(of_set) < numerics.begins:
+            of_set.setdefault(tuple(t.fixed for t in terms), terms)
+    return [terms for of_set in begins.values() for terms in of_set.values()]
 
 
 def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:

@@ -21,7 +21,7 @@ from leo_diffmodel.explain.estimate.ground_fit import converged, Iterate, linear
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight, Traces
 from leo_diffmodel.explain.estimate.imitation import imitations
 from leo_diffmodel.explain.estimate.scan import Scan, threshold
-from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, Hypothesis, widens
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Robot
@@ -194,15 +194,15 @@ def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[S
 
 
 def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
-    mine, first = scan.candidate, null.hypothesis.first_constant
-    names = [p.name for p in mine.parameters]
+    candidate, first = scan.candidate, null.hypothesis.first_constant
+    names = [p.name for p in candidate.parameters]
     values = dict(zip(names, scan.theta[first:], strict=False))
     rest = scan.theta[first + len(values) :]
     found = []
     for other in scans:
-        its = other.candidate.parameters
-        if other.candidate.where == mine.where and set(its) < set(mine.parameters):
-            theta = np.concatenate([scan.theta[:first], [values[p.name] for p in its], rest])
+        if widens(candidate, other.candidate):
+            own = [values[p.name] for p in other.candidate.parameters]
+            theta = np.concatenate([scan.theta[:first], own, rest])
             found.append(replace(other, theta=theta))
     return found
 

@@ -231,7 +231,7 @@ class _Point:
         return _Point(self.problem, self.hypothesis, theta, start, errors, by_start)
 
     def saved(self, residual: Array) -> float:
-        """What another residual (W, N) saves of mine, no window out of line [nats]."""
+        """What another residual (W, N) saves of that here, no window out of line [nats]."""
         channels, train = self.start.shape[-1], self.problem.train
         typical = self.problem.typical_of(residual)
         loss = likelihood.loss(residual, channels, self.problem.numerics, typical)

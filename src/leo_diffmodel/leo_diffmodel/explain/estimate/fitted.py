@@ -183,10 +183,10 @@ def _answer(problem: Problem, fitted: Fit, move: Array, free: Array) -> Array:
         fitted.residual[train], channels, problem.numerics, fitted.typical
     )
     columns = (fitted.columns[train] * np.sqrt(weight)[..., None]).reshape(-1, len(move))
-    mine = columns[:, free]
-    size = np.maximum(np.sqrt((mine**2).sum(axis=0)), 1e-12)
-    square = mine.T @ mine / np.outer(size, size) + 1e-9 * np.eye(len(size))
-    return np.asarray(-np.linalg.solve(square, mine.T @ (columns @ move) / size) / size)
+    moving = columns[:, free]
+    size = np.maximum(np.sqrt((moving**2).sum(axis=0)), 1e-12)
+    square = moving.T @ moving / np.outer(size, size) + 1e-9 * np.eye(len(size))
+    return np.asarray(-np.linalg.solve(square, moving.T @ (columns @ move) / size) / size)
 
 
 @dataclass(frozen=True)

@@ -22,18 +22,18 @@ Array = np.ndarray
 
 def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Scan]:
     """The laws that come nearest to the last effect of a fit, with the values that do so."""
-    mine, index = fitted.hypothesis.candidates[-1], len(fitted.hypothesis.candidates) - 1
-    if not _is_of_state(mine):
+    law, index = fitted.hypothesis.candidates[-1], len(fitted.hypothesis.candidates) - 1
+    if not _is_of_state(law):
         return []
     first, after = fitted.hypothesis.offset(index), fitted.hypothesis.first_constant
-    values, (q, dq) = fitted.theta[first:after], _states(problem, mine.where)
-    torque = _torque(mine, values, q, dq)
+    values, (q, dq) = fitted.theta[first:after], _states(problem, law.where)
+    torque = _torque(law, values, q, dq)
     others: list[tuple[float, Scan]] = []
     wholes: list[tuple[float, Scan]] = []
     for scan in scans if torque.any() else ():
-        if scan.candidate.where != mine.where or not _is_of_state(scan.candidate):
+        if scan.candidate.where != law.where or not _is_of_state(scan.candidate):
             continue
-        itself = scan.candidate == mine
+        itself = scan.candidate == law
         for points in _other_wholes(scan, values) if itself else [scan.points]:
             point, left = _nearest(scan.candidate, points, q, dq, torque)
             theta = np.concatenate([fitted.theta[:first], point, fitted.theta[after:]])

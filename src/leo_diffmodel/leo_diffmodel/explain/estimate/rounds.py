@@ -107,11 +107,11 @@ class Rounds:
         return [c for c in self._pool if c.effect.family != FRICTION or _ordinary(c)]
 
     def _price(self, problem: Problem, fitted: Fit, made: Matrices) -> Price:
-        """At several joints an effect must save more than a trifle of what is unexplained, too."""
+        """At several joints an effect must save a share of what is unexplained, too."""
         price, channels = price_of(problem, fitted, made), fitted.start.shape[-1]
         residual, material = fitted.residual[problem.train], problem.gates.material
-        trifle = float(likelihood.swollen(residual, channels, problem.numerics, material).sum())
-        return replace(price, effect=max(price.effect, trifle)) if self._several else price
+        least = float(likelihood.swollen(residual, channels, problem.numerics, material).sum())
+        return replace(price, effect=max(price.effect, least)) if self._several else price
 
     def _fitted(
         self,

@@ -156,10 +156,11 @@ class Cut:
             return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]
         found = moved_from_outside(everything, model)
-        mine = [s for s in found if s.source < len(recordings)]
-        later = [replace(s, source=s.source - len(recordings)) for s in found if s not in mine]
-        kept = without(recordings, mine) if mine else recordings
-        held = without(hold_out, later) if later else hold_out
+        learned = [s for s in found if s.source < len(recordings)]
+        rest = (s for s in found if s not in learned)
+        held_out = [replace(s, source=s.source - len(recordings)) for s in rest]
+        kept = without(recordings, learned) if learned else recordings
+        held = without(hold_out, held_out) if held_out else hold_out
         return cls(kept, held, settings, tuple(found), share_outside(everything, found))
 
     @property
