@@ -76,12 +76,12 @@ def test_losses_of_every_joint_are_named_with_their_sizes_and_nothing_beside_the
 
 def test_what_is_missing_beside_losses_is_named_too():
     other = place(ROBOT, 'joint_spring', 'elbow', k=1.2, rest=0.3)
-    found = searched([recorded(*LOSSES, other)], Model(ROBOT))
+    found = searched([recorded(*LOSSES, other, seconds=12.0)], Model(ROBOT))
     assert named(found) == {*TRUTH, ('joint_spring', 'elbow')}
 
 
 def test_nothing_is_named_where_nothing_is_missing():
-    found = searched([recorded()], Model(ROBOT))
+    found = searched([recorded(seconds=12.0)], Model(ROBOT))
     assert named(found) == set() and found.complete
 
 
