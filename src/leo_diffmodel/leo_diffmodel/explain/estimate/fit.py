@@ -103,9 +103,7 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
 
 def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[Fit, Step]:
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
-    assert problem.linearisation
-    theta, start = hypothesis.bounded(theta), problem.linearisation.start
-    point = _Point(problem, hypothesis, theta, start)
+    point = _Point(problem, hypothesis, hypothesis.bounded(theta), problem.first)
     return point.as_fit(), point.step(problem.numerics.damping)
 
 
