@@ -8,10 +8,10 @@ import numpy as np
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
 from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.settings import settings_for
@@ -56,15 +56,18 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
     )
 
 
+def windowed(model, bag):
+    """The short windows of a bag."""
+    windows = cut([bag], 0.1)
+    return Problem(model, windows, SIGMA, np.ones(windows.count, bool), ON_GROUND)
+
+
 def scanned(model, bag):
     """The settled windows of a bag, the model as given fitted to them, and its scanner."""
-    windows = cut([bag], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
-    problem = Problem(
-        model, windows.take(kept), SIGMA, np.ones(len(kept), bool), ON_GROUND, linearisation
-    )
+    given = windowed(model, bag)
+    problem = settled_on_ground(given)
     null = fit(problem, Hypothesis())
-    return problem, null, GroundScanner(problem, null, scales_of(model, windows))
+    return problem, null, GroundScanner(problem, null, scales_of(model, given.windows))
 
 
 def candidate(model, label):

@@ -48,4 +48,4 @@ def test_compare_needs_the_leader_alone(claw, tmp_path, capsys):
 
 def test_a_link_of_a_joint_that_mimics_is_at_its_leader(claw):
     facts = Facts(claw, ever_free=False)
-    assert not facts.one_hinge and not facts.at_base('left')
+    assert not facts.alone and not facts.at_base('left')

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import huber
 
 from leo_diffmodel.bags.mend import with_inputs_late
 from leo_diffmodel.bags.recording import Recording
@@ -16,7 +17,7 @@ from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, 
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
-from leo_diffmodel.explain.problem.likelihood import huber, huber_weight
+from leo_diffmodel.explain.problem.likelihood import huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_sim.model import Model
 
@@ -162,7 +163,7 @@ def misfit(recording: Recording, model: Model, sigma: Array) -> Misfit:
     windows = spread_out(cut([recording], seconds, history=COMPARE.history), most)
     predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))
     error, columns = whitened(windows.measured - predicted, columns, sigma)
-    loss = huber(_without(error, columns), SETTINGS.numerics.huber)
+    loss = huber(SETTINGS.numerics.huber, _without(error, columns)).sum(axis=-1)
     return Misfit(windows.start, loss, error, columns)
 
 

@@ -12,12 +12,12 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
-from leo_diffmodel.explain.estimate.scan import Scan, Scanner, threshold
-from leo_diffmodel.explain.estimate.standing import standing
+from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
+from leo_diffmodel.explain.estimate.ground_scan import scanner_of
+from leo_diffmodel.explain.estimate.scan import Scan, threshold
 from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.problem.pose import finely_enough, Posed, searched
+from leo_diffmodel.explain.problem.pose import finely_enough, searched
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_sim.effects import Effect
@@ -85,11 +85,11 @@ def traces_of(
     used = thin(recordings)
     if any(a is not b for a, b in zip(used, recordings, strict=True)):
         sigma = None  # inputs that are averaged over longer steps leave other residuals
-    whole, blocks = searched(used, (), model, sigma=sigma)
+    whole, _ = searched(used, (), model, sigma=sigma)
     if not whole.windows.count:
         raise ValueError('no window of this data can be tested')
     some = roughly(fewer(whole), whole.windows.count)
-    problem = standing(Posed(some, None, blocks)).problem
+    problem = settled_on_ground(some)
     share = problem.windows.count * float(problem.windows.dt[0].sum())
     seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
     scans = scan_all(problem, model, candidates(model, extra), progress)
@@ -125,7 +125,7 @@ def scan_all(
     """Scan candidates on top of the model, its uncertain constants refitted first."""
     null = fit(problem, Hypothesis(constants=uncertain(model, problem.trained)))
     scales = scales_of(model, problem.windows)
-    scanner = (GroundScanner if problem.linearisation else Scanner)(problem, null, scales)
+    scanner = scanner_of(problem, null, scales)
     scans = []
     for candidate in wanted:
         scans.append(scanner.scan(candidate))

@@ -14,9 +14,8 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import noise
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.ground_scan import GroundScanner
-from leo_diffmodel.explain.estimate.scan import Scanner
-from leo_diffmodel.explain.estimate.standing import converged, standing
+from leo_diffmodel.explain.estimate.ground_fit import converged, settled_on_ground
+from leo_diffmodel.explain.estimate.ground_scan import scanner_of
 from leo_diffmodel.explain.problem.candidates import candidates, limited, uncertain
 from leo_diffmodel.explain.problem.classes import Facts, why_same
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
@@ -174,8 +173,8 @@ def linearised(posed: Posed) -> tuple[Posed, float]:
     """Some of the windows, settled and all open to the fit, and which share of all they are."""
     count = posed.problem.windows.count
     some = np.linspace(0, count - 1, min(NEXT.fitted_on_ground, count)).astype(int)
-    posed = standing(posed.take(some))
-    problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
+    problem = settled_on_ground(posed.problem.take(some))
+    problem = replace(problem, train=np.ones_like(problem.train))
     return replace(posed, problem=problem), problem.windows.count / count
 
 
@@ -187,12 +186,11 @@ def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> 
     problem = posed.problem
     found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)
-    on_ground = problem.linearisation is not None
     for candidate in candidates:
-        scanner = (GroundScanner if on_ground else Scanner)(posed.problem, found, scales)
+        scanner = scanner_of(posed.problem, found, scales)
         theta = scanner.scan(candidate).theta
         hypothesis = found.hypothesis.with_candidate(candidate)
-        if on_ground:
+        if problem.on_ground:
             at = replace(found, hypothesis=hypothesis, theta=hypothesis.bounded(theta))
             posed, found, _ = converged(posed, at)
         else:

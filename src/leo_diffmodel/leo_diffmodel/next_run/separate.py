@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -14,9 +13,9 @@ from leo_diffmodel.check.traces import roughly, scan_all
 from leo_diffmodel.compare import noise
 from leo_diffmodel.compare.windows import cut, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
 from leo_diffmodel.explain.problem import shooting
 from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.linearisation import settled
 from leo_diffmodel.explain.problem.pose import uncounted, window_seconds
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.settings import Grids, SETTINGS, settings_for
@@ -70,7 +69,8 @@ def separable(
     windows, weight = windows_of(runs, period, settings.grids)
     noises = np.tile(sigma, (len(runs), 1))
     at = other.hypothesis, other.theta, windows.measured[:, 0]
-    linear = shooting.linearise(base, windows, noises, settings.numerics, *at)
+    problem = Problem(base, windows, noises, np.ones(windows.count, bool), settings)
+    linear = problem.linearised(*at)
     rest, by_theta, _, _ = shooting.eliminate(linear)
     prior = np.linalg.pinv(other.covariance) if other.theta.size else np.zeros((0, 0))
     most = settings.gates.window_nats
@@ -125,20 +125,15 @@ def shown(
         extra: a user's own effects.
     """
     wanted = [c for c in candidates(model, extra) if c.label in labels]
-    on_ground = bool(model.robot.contacts)
     settings = settings_for(model.robot)
-    windows, weight = windows_of(
-        runs, period, settings.grids, NEXT.windows_on_ground if on_ground else NEXT.most_windows
-    )
+    most = NEXT.windows_on_ground if model.robot.contacts else NEXT.most_windows
+    windows, weight = windows_of(runs, period, settings.grids, most)
     model, noises, out = uncounted(model), np.tile(sigma, (len(runs), 1)), []
     for run in range(len(runs)):
         own = windows.source == run
         part = windows.take(own)
         problem = Problem(model, part, noises, np.ones(own.sum(), bool), settings)
-        problem = roughly(problem, part.count)
-        if on_ground:
-            kept, linearisation = settled(model, part, problem.sigma, problem.settings)
-            problem = replace(problem.take(kept), linearisation=linearisation)
+        problem = settled_on_ground(roughly(problem, part.count))
         out.append([s.nats.max() * weight[own].mean() for s in scan_all(problem, model, wanted)])
     return np.array(out)
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.ground import candidate, KNEE, LEO, ON_GROUND, recorded, scanned, SIGMA
+from tests.ground import candidate, KNEE, LEO, ON_GROUND, recorded, scanned, windowed
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.compare.pushes import predict, respond
@@ -16,18 +16,18 @@ from leo_diffmodel.explain.estimate import contact
 from leo_diffmodel.explain.estimate.contact import finalists, gains
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Rest
-from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, two_angles
-from leo_diffmodel.explain.estimate.standing import (
+from leo_diffmodel.explain.estimate.ground_fit import (
     converged,
+    Iterate,
     polished,
-    Stand,
+    settled_on_ground,
     standard_errors_moved,
-    standing,
 )
+from leo_diffmodel.explain.estimate.ground_scan import is_straight, turned_to_any, two_angles
+from leo_diffmodel.explain.estimate.ground_settle import refined, settled
 from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.linearisation import refined, settled
 from leo_diffmodel.explain.problem.pose import pose
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.unknown import find as unknown_find
@@ -52,13 +52,16 @@ def model():
     return Model(LEO, engine='rigid', scheme='search')
 
 
+@pytest.fixture(scope='module')
+def landed(model):
+    """Short windows of LEO as it stands, settled."""
+    return settled_on_ground(windowed(model, recorded(start='standing', seconds=0.9)))
+
+
 def test_a_scan_on_settled_windows_finds_effect_joint_and_size(model, braked):
     problem, null, scanner = scanned(model, braked)
-    wanted = [
-        c
-        for c in candidates(model)
-        if c.effect.name in ('viscous_friction', 'link_mass', 'bias_torque')
-    ]
+    names = ('viscous_friction', 'link_mass', 'bias_torque')
+    wanted = [c for c in candidates(model) if c.effect.name in names]
     best = max((scanner.scan(c) for c in wanted), key=lambda s: s.gain)
     assert best.candidate.label == 'viscous_friction:left_knee'
     assert best.theta[0] == pytest.approx(0.05, rel=0.15)
@@ -120,38 +123,33 @@ def test_a_delay_is_searched_for_with_few_looks_at_the_geometry(model, braked, m
     assert np.median(np.abs(coarse - fine)) < 0.01 * np.median(np.abs(fine))
 
 
-def test_what_a_coarse_integration_is_off_by_is_taken_off(model):
-    windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
-    windows = windows.take(kept)
-    finer, moved = refined(model, windows, linearisation)
+def test_what_a_coarse_integration_is_off_by_is_taken_off(model, landed):
+    windows, linearisation = landed.windows, landed.linearisation
+    finer, moved = refined(landed, linearisation)
     fine = predict(model.changed(scheme='training'), windows, linearisation.start)
     coarse = predict(model, windows, linearisation.start)
     assert np.abs(fine - coarse).max() > 1e-6
-    np.testing.assert_allclose(finer.measured - coarse, windows.measured - fine, atol=1e-12)
-    again, _ = refined(model, finer, moved)
-    np.testing.assert_allclose(again.measured, finer.measured, atol=1e-12)
+    measured = finer.windows.measured
+    np.testing.assert_allclose(measured - coarse, windows.measured - fine, atol=1e-12)
+    again, _ = refined(finer, moved)
+    np.testing.assert_allclose(again.windows.measured, measured, atol=1e-12)
 
 
 def test_starts_settle_on_another_model_by_the_answer_of_the_first(model, braked):
-    windows = cut([braked], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
+    given = settled_on_ground(windowed(model, braked))
     right = model.changed(effects=[place(LEO, 'viscous_friction', 'left_knee', b=0.05)])
-    _, again = settled(right, windows.take(kept), SIGMA, ON_GROUND, linearisation)
-    _, anew = settled(right, windows.take(kept), SIGMA, ON_GROUND)
-    noise_alone = 0.5 * (windows.measured[0].size - linearisation.start.shape[-1])
+    right, linearisation = replace(given, base=right), given.linearisation
+    (_, again), (_, afresh) = settled(right, linearisation), settled(right)
+    noise_alone = 0.5 * (given.windows.measured[0].size - linearisation.start.shape[-1])
     assert np.median(linearisation.loss) > 1.3 * noise_alone
     assert np.median(again.loss) == pytest.approx(noise_alone, rel=0.1)
-    np.testing.assert_allclose(again.loss, anew.loss, atol=3.0)  # nats; noise makes 80
+    np.testing.assert_allclose(again.loss, afresh.loss, atol=3.0)  # nats; noise makes 80
 
 
-def test_starts_that_have_gone_far_come_back_from_what_is_measured(model):
-    windows = cut([recorded(start='standing', seconds=0.9)], 0.1)
-    kept, linearisation = settled(model, windows, SIGMA, ON_GROUND)
-    sunk = linearisation.start - 0.05 * (np.arange(18) == 1)
-    below = replace(linearisation, start=sunk)
-    _, again = settled(model, windows.take(kept), SIGMA, ON_GROUND, below)
-    assert np.median(again.loss) < 1.1 * np.median(linearisation.loss)
+def test_starts_that_have_gone_far_come_back_from_what_is_measured(landed):
+    settled_well = landed.linearisation
+    sunk = replace(settled_well, start=settled_well.start - 0.05 * (np.arange(18) == 1))
+    assert np.median(settled(landed, sunk)[1].loss) < 1.1 * np.median(settled_well.loss)
 
 
 @pytest.mark.parametrize(
@@ -184,11 +182,8 @@ def test_explain_names_an_effect_on_the_ground():
     bags = [recorded(brake, seconds=3.0), recorded(brake, start='standing', seconds=2.5)]
     found = explain(bags, Model(LEO, engine='rigid'))
     (effect,) = found.effects
-    assert (found.verdict, effect['name'], effect['where']) == (
-        'named',
-        'coulomb_friction',
-        'left_knee',
-    )
+    assert found.verdict == 'named'
+    assert (effect['name'], effect['where']) == ('coulomb_friction', 'left_knee')
     assert effect['parameters']['c']['value'] == pytest.approx(0.15, rel=0.02)
     low, high = effect['parameters']['c']['ci95']
     assert 0 < low < 0.15 < high and effect['inclusion_probability'] > 0.9
@@ -200,7 +195,8 @@ def test_explain_names_an_effect_on_the_ground():
 def test_where_the_last_fit_came_from_does_not_show_in_it(model):
     truth = np.array([1.5, -6.0])
     bag = recorded(place(LEO, 'external_force', 'arm', x=1.5, z=-6.0), start='standing', seconds=3)
-    posed = standing(pose([bag], [], model))
+    posed = pose([bag], [], model)
+    posed = replace(posed, problem=settled_on_ground(posed.problem))
     held = Hypothesis().with_candidate(candidate(model, 'external_force:arm'))
     null = fit(posed.problem, Hypothesis())
     best = converged(posed, replace(null, hypothesis=held, theta=0.8 * truth))
@@ -254,9 +250,8 @@ def test_a_parameter_that_does_not_show_yet_silences_no_window(model):
 def test_coulomb_friction_meets_stribeck_friction_at_its_values(model):
     _, null, scanner = scanned(model, recorded(seconds=0.6))
     names = ('coulomb_friction', 'stribeck_friction', 'viscous_friction')
-    coulomb, stribeck, viscous = (
-        scanner.scan(candidate(model, f'{name}:left_knee')) for name in names
-    )
+    pool = [candidate(model, f'{name}:left_knee') for name in names]
+    coulomb, stribeck, viscous = map(scanner.scan, pool)
     winner = replace(stribeck, theta=np.array([0.2, 0.3, 0.1]))
     first = finalists(null, [winner], [viscous, coulomb, stribeck])
     assert [s.candidate.effect.name for s in first] == ['stribeck_friction', 'coulomb_friction']
@@ -294,20 +289,19 @@ def test_straight_effects_are_those_in_proportion_to_their_size(model):
 
 
 def test_what_moves_the_ground_takes_part_whatever_its_scan_promises(model, monkeypatch):
-    labels = (
-        'viscous_friction:left_knee',
-        'ground_slope:ground',
-        'encoder_offset:base_z',
-        'link_mass:torso',
-        'encoder_offset:left_knee',
-    )
+    labels = ('viscous_friction:left_knee', 'ground_slope:ground', 'encoder_offset:base_z')
+    labels += ('link_mass:torso', 'encoder_offset:left_knee')
     scans = [
         SimpleNamespace(candidate=candidate(model, label), gain=gain)
         for label, gain in zip(labels, (50.0, -9.0, -9.0, 1.0, 1.0), strict=True)
     ]
     late, played = iter([False, True]), []
     problem = SimpleNamespace(
-        base=model, late=lambda: next(late), numerics=ON_GROUND.numerics, train=np.ones(3, bool)
+        base=model,
+        late=lambda: next(late),
+        numerics=ON_GROUND.numerics,
+        train=np.ones(3, bool),
+        some_trained=np.arange,
     )
     posed = SimpleNamespace(problem=problem, take=lambda some: None)
 
@@ -321,36 +315,30 @@ def test_what_moves_the_ground_takes_part_whatever_its_scan_promises(model, monk
 
 
 def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch):
-    """One is ahead, one far behind but gaining, one far behind and standing still."""
+    """One is ahead, one far behind but gaining, one far behind and no better."""
     windows = np.random.default_rng(0).normal(size=(12, 360))
-    lengths = {
-        'ahead': [9.0, 8.0, 8.0, 8.0],
-        'gaining': [20.0, 14.0, 9.0, 5.0],
-        'slow': [20.0] * 4,
-    }
+    lengths = {'ahead': [9.0, 8.0, 8.0, 8.0], 'gaining': [20.0, 14.0, 9.0, 5.0]}
+    lengths['slow'] = [20.0] * 4
 
-    def stand(name: str, step: int):
+    def iterate(name: str, step: int):
         loss = np.full(12, lengths[name][step])
         fitted = SimpleNamespace(
             hypothesis=name, loss=loss, residual=windows, start=np.zeros((12, 18))
         )
         posed = SimpleNamespace(
             problem=SimpleNamespace(
-                train=np.ones(12, dtype=bool),
-                linearisation='settled',
-                gates=ON_GROUND.gates,
-                numerics=ON_GROUND.numerics,
+                train=np.ones(12, dtype=bool), gates=ON_GROUND.gates, numerics=ON_GROUND.numerics
             )
         )
-        return Stand(posed, fitted, step)
+        return Iterate(posed, fitted, step)
 
     def advanced(at):
-        return stand(at.fit.hypothesis, at.step + 1), 1.0
+        return iterate(at.fit.hypothesis, at.step + 1), 1.0
 
-    monkeypatch.setattr(contact, 'advanced', advanced)
+    monkeypatch.setattr(contact.ground_fit, 'advanced', advanced)
     monkeypatch.setattr(contact, '_of', lambda at, point: at)
     null = SimpleNamespace(loss=np.full(12, 40.0))
-    field, names = [(name, stand(name, 0)) for name in lengths], []
+    field, names = [(name, iterate(name, 0)) for name in lengths], []
     for _ in range(3):
         field, rising = contact._further(null, field, 3, 5.0)
         names.append([name for name, _ in field])
@@ -359,8 +347,8 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
 
 def test_a_parameter_on_its_bound_does_not_count_as_one_that_still_moves():
     fitted = SimpleNamespace(standard_errors=np.array([0.0, 0.5]))
-    stand = Stand(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
-    assert standard_errors_moved(stand) == 2.0
+    at = Iterate(None, fitted, SimpleNamespace(theta=np.array([3.0, -1.0])))
+    assert standard_errors_moved(at) == 2.0
 
 
 def test_on_the_ground_too_an_answer_is_cut_short_and_says_so():

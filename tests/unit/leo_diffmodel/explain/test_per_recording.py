@@ -27,7 +27,7 @@ from leo_diffmodel.explain.problem.candidates import candidates, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import excess
 from leo_diffmodel.explain.problem.pose import pose
-from leo_diffmodel.explain.problem.shooting import linearise
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import _moves
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.results import Explanation
@@ -76,20 +76,10 @@ def written(folder: Path, content: dict) -> Path:
 
 
 def arm_run(name: str, seed: int) -> Recording:
-    rng = np.random.default_rng(seed)
-    t = DT * np.arange(100)
-    q, dq = rng.normal(size=(2, 100, 2))
-    episode = Episode(t, q, dq, rng.normal(size=(100, 2)), np.ones((100, 2), dtype=bool))
-    return Recording(
-        Path(name),
-        name,
-        ('shoulder', 'elbow'),
-        ('shoulder', 'elbow'),
-        'torque',
-        DT,
-        (episode,),
-        {},
-    )
+    q, dq, inputs = np.random.default_rng(seed).normal(size=(3, 100, 2))
+    episode = Episode(DT * np.arange(100), q, dq, inputs, np.ones((100, 2), dtype=bool))
+    joints = ('shoulder', 'elbow')
+    return Recording(Path(name), name, joints, joints, 'torque', DT, (episode,), {})
 
 
 CASES = [
@@ -161,15 +151,13 @@ def test_own_constants_are_differentiated_at_once():
     hypothesis = Hypothesis(constants=uncertain(model, ('run_1', 'run_2')))
     theta, start = np.array([0.6, 1.2]), windows.measured[:, 0]
     assert hypothesis.together == [[0, 1]]
-    columns = linearise(
-        model, windows, sigma, SETTINGS.numerics, hypothesis, theta, start
-    ).by_theta
+    problem = Problem(model, windows, sigma, np.ones(windows.count, bool), SETTINGS)
+    columns = problem.linearised(hypothesis, theta, start).by_theta
     for i, name in enumerate(('run_1', 'run_2')):
         alone = Hypothesis(constants=(replace(hypothesis.constants[i], recording=''),))
         mine = windows.of(name)
-        one = linearise(
-            model, windows.take(mine), sigma, SETTINGS.numerics, alone, theta[[i]], start[mine]
-        ).by_theta
+        part = problem.take(np.flatnonzero(mine))
+        one = part.linearised(alone, theta[[i]], start[mine]).by_theta
         assert columns[mine, :, i] == pytest.approx(one[..., 0])
         assert not columns[~mine, :, i].any()
 
@@ -181,13 +169,8 @@ def test_a_recording_left_out_finds_its_own_constant_anew():
     fitted = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     assert fitted.theta == pytest.approx([0.6, 0.7, 0.8, 0.9, 1.0], rel=0.02)
     train = problem.train
-    moves = _moves(
-        fitted,
-        fitted.residual[train],
-        fitted.columns[train],
-        problem.fold[train],
-        problem.numerics,
-    )
+    data = fitted.residual[train], fitted.columns[train], problem.fold[train]
+    moves = _moves(fitted, *data, problem.numerics)
     assert len(moves) == 5
     assert np.array(list(moves.values())) == pytest.approx(0.0, abs=1e-3)
 
@@ -250,10 +233,8 @@ def test_what_was_found_goes_into_a_model_file_and_back(explained, tmp_path):
     assert starts == {'run_2': entry['recordings']['run_2'], 'run_9': 0.676}
     told = compare([swung(1.3, 2, 4.0)], again).data
     assert told['budget']['unexplained'] < 0.01
-    assert (
-        told['provenance']['model_sha256']
-        != compare([swung(1.3, 2, 4.0)], model).data['provenance']['model_sha256']
-    )
+    other = compare([swung(1.3, 2, 4.0)], model).data
+    assert told['provenance']['model_sha256'] != other['provenance']['model_sha256']
 
 
 def test_a_report_lists_the_constants_of_each_recording(explained):
@@ -302,26 +283,22 @@ def test_a_value_as_the_model_has_it_changes_nothing():
 
 def test_a_known_payload_is_known_in_held_out_recordings_too():
     recordings = [knowing(r, links__bob__mass=MASSES[r.name]) for r in runs()]
-    posed = pose(
-        recordings[:1], recordings[1:], with_known(uncertain_mass(per_recording=True), recordings)
-    )
-    assert posed.problem.telling is None
-    assert (posed.problem.windows.source[posed.problem.judged] == 1).all()
+    model = with_known(uncertain_mass(per_recording=True), recordings)
+    problem = pose(recordings[:1], recordings[1:], model).problem
+    assert problem.telling is None
+    assert (problem.windows.source[problem.judged] == 1).all()
 
 
 @pytest.mark.parametrize(
-    ('metadata', 'said'),
+    ('constants', 'said'),
     [
-        (
-            {'constants': '{"links.bob.mas": 1}'},
-            "no 'links.bob.mas'; did you mean links.bob.mass?",
-        ),
-        ({'constants': '[1]'}, 'expected {path: value} as JSON'),
-        ({'constants': '{"links.bob.mass": "heavy"}'}, 'expected {path: value} as JSON'),
+        ('{"links.bob.mas": 1}', "no 'links.bob.mas'; did you mean links.bob.mass?"),
+        ('[1]', 'expected {path: value} as JSON'),
+        ('{"links.bob.mass": "heavy"}', 'expected {path: value} as JSON'),
     ],
 )
-def test_metadata_that_cannot_be_is_one_line(metadata, said):
-    recording = replace(runs(seconds=3.0)[0], metadata=metadata)
+def test_metadata_that_cannot_be_is_one_line(constants, said):
+    recording = replace(runs(seconds=3.0)[0], metadata={'constants': constants})
     with pytest.raises(UserError, match='run_1') as error:
         compare([recording], Model(TORQUE))
     assert said in str(error.value) and '\n' not in str(error.value)
@@ -355,31 +332,21 @@ def test_recordings_are_told_apart_by_name():
 # Model files
 
 
+ITS_OWN = {'per_recording': True, 'uncertain': [0.1, 1]}
+FAR = ITS_OWN | {'recordings': {'run_1': 2.0}}
+ON_GROUND = 'leo stands on a ground'
+
+
 @pytest.mark.parametrize(
     ('robot', 'path', 'given', 'said'),
     [
         ('torque_pendulum', BOB, {'per_recording': True}, 'uncertain: [low, high]'),
-        (
-            'torque_pendulum',
-            'links.bop.mass',
-            {'per_recording': True, 'uncertain': [0.1, 1]},
-            "no 'links.bop.mass'",
-        ),
-        (
-            'torque_pendulum',
-            BOB,
-            {'per_recording': True, 'uncertain': [0.1, 1], 'recordings': {'run_1': 2.0}},
-            'outside its uncertain range',
-        ),
+        ('torque_pendulum', 'links.bop.mass', ITS_OWN, "no 'links.bop.mass'"),
+        ('torque_pendulum', BOB, FAR, 'outside its uncertain range'),
         ('torque_pendulum', BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
         ('torque_pendulum', BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),
-        (
-            'leo',
-            'links.torso.mass',
-            {'per_recording': True, 'uncertain': [0.5, 5]},
-            'leo stands on a ground',
-        ),
-        ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, 'leo stands on a ground'),
+        ('leo', 'links.torso.mass', ITS_OWN, ON_GROUND),
+        ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, ON_GROUND),
     ],
 )
 def test_a_wrong_model_file_is_one_line(tmp_path, robot, path, given, said):
@@ -448,32 +415,27 @@ def test_a_map_brings_what_a_log_knows_into_the_bag(tmp_path, name, where, conte
     assert model.by_recording == {BOB: {'run': pytest.approx(0.5)}}
 
 
+NO_UNIT = "'mm' is no unit of links.bob.mass; give it in kg"
+
+
 @pytest.mark.parametrize(
-    ('change', 'logs', 'said'),
+    ('change', 'payloads', 'said'),
     [
-        (
-            {'constants': {BOB: 'paylod'}},
-            [csv(payload=0.5)],
-            "no column 'paylod' for links.bob.mass",
-        ),
-        ({'constants': {'links.bop.mass': 'payload'}}, [csv(payload=0.5)], "no 'links.bop.mass'"),
-        (
-            {'constants': {BOB: {'column': 'payload', 'unit': 'mm'}}},
-            [csv(payload=0.5)],
-            "'mm' is no unit of links.bob.mass; give it in kg",
-        ),
-        ({'constants': {BOB: 'q'}}, [csv(payload=0.5)], 'goes from 0 to 4.9'),
-        ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [csv(payload=0.5)], 'no number for'),
-        ({}, [csv(payload=500), csv(payload=900)], 'bag of its own (--bag-per-log)'),
-        ({'robot': None}, [csv(payload=500)], 'add robot: NAME'),
+        ({'constants': {BOB: 'paylod'}}, [0.5], "no column 'paylod' for links.bob.mass"),
+        ({'constants': {'links.bop.mass': 'payload'}}, [0.5], "no 'links.bop.mass'"),
+        ({'constants': {BOB: {'column': 'payload', 'unit': 'mm'}}}, [0.5], NO_UNIT),
+        ({'constants': {BOB: 'q'}}, [0.5], 'goes from 0 to 4.9'),
+        ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [0.5], 'no number for'),
+        ({}, [500, 900], 'bag of its own (--bag-per-log)'),
+        ({'robot': None}, [500], 'add robot: NAME'),
     ],
 )
-def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, logs, said):
+def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, payloads, said):
     column_map, paths = tmp_path / 'map.yaml', []
     column_map.write_text(yaml.safe_dump(MAP | change))
-    for number, text in enumerate(logs):
+    for number, payload in enumerate(payloads):
         paths.append(tmp_path / f'{number}.csv')
-        paths[-1].write_text(text)
+        paths[-1].write_text(csv(payload=payload))
     words = ['import', *map(str, paths), '--map', str(column_map), '-o', str(tmp_path / 'run')]
     assert main(words) == 2
     error = capsys.readouterr().err

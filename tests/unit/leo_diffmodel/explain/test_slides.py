@@ -27,9 +27,8 @@ HIDDEN = {
 @pytest.mark.parametrize('name', HIDDEN)
 def test_it_is_named_with_its_size_and_unit(name, tmp_path):
     robot, (values, units) = cart(tmp_path), HIDDEN[name]
-    found = searched(
-        [record(robot, place(robot, name, 'rail', **values), seconds=8)], Model(robot)
-    )
+    data = record(robot, place(robot, name, 'rail', **values), seconds=8)
+    found = searched([data], Model(robot))
     (top,) = found.chosen.names
     assert (top.label, [p.unit for p in top.parameters]) == (f'{name}:rail', units)
     assert found.final.theta == pytest.approx(list(values.values()), rel=0.15)
@@ -66,11 +65,8 @@ def test_limits_are_those_of_a_slide(tmp_path):
 
 
 def written(folder, unit):
-    effect = {
-        'name': 'viscous_friction',
-        'where': 'rail',
-        'parameters': {'b': {'value': 2.0, 'unit': unit}},
-    }
+    parameters = {'b': {'value': 2.0, 'unit': unit}}
+    effect = {'name': 'viscous_friction', 'where': 'rail', 'parameters': parameters}
     file = folder / 'model.yaml'
     file.write_text(yaml.safe_dump({'robot': str(folder), 'effects': [effect]}))
     return file

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that is a little wrong and has no name: what it leaves to doubt of what has one.
+"""What small differences without a name leave to doubt of the named effects.
 
 Beside the named effects every other candidate may be there at a small size: y = A theta + B phi
 + noise, phi normal about 0 with one scale for all, in units of what changes each sample by its
 noise. The scale is the most likely one (empirical Bayes; George and McCulloch 1993, Kennedy and
 O'Hagan 2001); 0 where nothing small is wrong.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,7 +34,6 @@ class Background:
     factors: dict[Candidate, Array]
 
     def widened(self, fitted: Fit) -> Fit:
-        """A fit with the errors that this leaves."""
         full = fitted.hypothesis
         times = [self.factors.get(c, np.ones(len(c.parameters))) for c in full.candidates]
         each = np.concatenate([*times, np.ones(len(full.constants))])
@@ -44,34 +41,28 @@ class Background:
 
 
 def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Background:
-    """The most likely background of some effects of a fit.
-
-    `spread` is by how much residuals say less than white noise.
-    """
+    """The most likely background of `named` effects; `spread` as of `dispersion`."""
     held = [t for t in made.members if t.candidate in named]
     others: dict[Candidate, Term] = {}
     for term in made.terms:
         if term.candidate not in named:
             others.setdefault(term.candidate, term)
-    mine, rest = indices(held), indices([*others.values()])
-    held_by = square(made.gram, mine)
-    across = made.gram[np.ix_(mine, rest)]
-    free = made.gram[np.ix_(rest, rest)] - across.T @ np.linalg.solve(held_by, across)
-    left = made.along[rest] - across.T @ np.linalg.solve(held_by, made.along[mine])
+    inside, outside = indices(held), indices([*others.values()])
+    held_by = square(made.gram, inside)
+    across = made.gram[np.ix_(inside, outside)]
+    free = made.gram[np.ix_(outside, outside)] - across.T @ np.linalg.solve(held_by, across)
+    left = made.along[outside] - across.T @ np.linalg.solve(held_by, made.along[inside])
     variance = made.samples * _likeliest(free, left / np.sqrt(spread), made.samples)
-    if not variance > 0 or not mine:
+    if not variance > 0 or not inside:
         return Background(0.0, {})
-    known = made.gram[np.ix_(rest, rest)] + np.eye(len(rest)) * spread / variance
+    known = made.gram[np.ix_(outside, outside)] + np.eye(len(outside)) * spread / variance
     wider = np.linalg.inv(held_by - across @ np.linalg.solve(known, across.T))
     times = np.sqrt(np.diag(wider) / np.diag(np.linalg.inv(held_by)))
     return Background(float(np.sqrt(variance / made.samples)), _by_effect(held, times))
 
 
 def _likeliest(free: Array, left: Array, samples: int) -> float:
-    """Square of the most likely scale, from products with columns beside those of a set.
-
-    Of these there are as many directions as candidates; along each the product is normal.
-    """
+    """Square of the most likely scale, from products with columns beside those of a set."""
     values, vectors = np.linalg.eigh(free)
     seen = values > 1e-6
     if not seen.any():

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Choose effects on matrices: forward, back, and the sets near one, by linear algebra alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 import itertools
+from operator import itemgetter
 
 import numpy as np
 
@@ -13,9 +12,8 @@ from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.matrices import Matrices
 from leo_diffmodel.explain.estimate.terms import Term
 from leo_diffmodel.explain.problem import likelihood
-from leo_diffmodel.explain.problem.hypothesis import Candidate
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, widens
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import compatible, widens
 from leo_diffmodel.explain.settings import Numerics, Settings
 
 INERTIA = 'inertia'
@@ -30,13 +28,12 @@ class Price:
     parameter: float
 
     def of(self, terms: Iterable[Term]) -> float:
-        """The price of some terms."""
         return sum(self.effect + self.parameter * len(t.columns) for t in terms)
 
 
 def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
     """What an effect must save, where residuals are as much alike in time as here."""
-    spread = max(dispersion(fitted), 1.0)
+    spread = dispersion(fitted)
     samples = max(float(likelihood.degrees(fitted.residual, 0).sum()) / spread, 2.0)
     parameter = problem.gates.price * float(np.log(samples))
     return Price(made.threshold * spread, parameter * spread)
@@ -45,10 +42,9 @@ def price_of(problem: Problem, fitted: Fit, made: Matrices) -> Price:
 def choose(
     matrices: Matrices, price: Price, numerics: Numerics, kept: Kept = lambda _: False
 ) -> list[Term]:
-    """The terms that save most less their price.
+    """The terms that save most less their price; what is `kept` stays, or a wider law of it.
 
-    What is linear here is so only near the fit. So effects that save but a small share of what the
-    best one saves have to wait for the next fit. What is to be `kept` stays, or a wider law of it.
+    All is linear near the fit only: what saves but a small share of the best waits for the next.
     """
     held = pruned(matrices, list(matrices.members), price, kept)
     least = 0.0
@@ -79,7 +75,7 @@ def _cost(matrices: Matrices, terms: Sequence[Term], price: Price) -> float:
 def _best(
     matrices: Matrices, held: Sequence[Term], price: Price, least: float, looked: int
 ) -> list[tuple[float, list[Term]]]:
-    """What saves most when added, with how much; nothing where none is worth its price."""
+    """What saves most when added, with how much; none that is not worth its price."""
     groups = [*_groups(matrices, held)]
     if not groups:
         return []
@@ -87,16 +83,15 @@ def _best(
     now = _cost(matrices, held, price)
     looks = [int(i) for i in np.argsort(-gains)[:looked] if gains[i] > least]
     worth = [(now - _cost(matrices, _joined(held, groups[i]), price), groups[i]) for i in looks]
-    return sorted((w for w in worth if w[0] > max(least, 0.0)), key=_first, reverse=True)
+    return sorted((w for w in worth if w[0] > max(least, 0.0)), key=itemgetter(0), reverse=True)
 
 
 def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) -> list[list[Term]]:
     """Sets near a fit that cost least: with one effect more, or one in the place of another.
 
-    Sets of few effects (`many`) are compared with those that have one in the place of two, too; a
-    single effect, or none, with pairs. What costs `near` nats more than the fit is no rival, nor
-    is what is more and not worth its price; of what leaving out an effect costs a share may be
-    left, as answers so far away bend.
+    Of few effects (`many`) also with one in the place of two; of none or one, pairs. What costs
+    `near` nats more than the fit is no rival, nor is what is more and not worth its price; a share
+    of what leaving out an effect costs is allowed, as linear answers so far away bend.
     """
     held, numerics = [*matrices.members], settings.numerics
     now, few = _cost(matrices, held, price), len(held) <= settings.gates.many
@@ -109,26 +104,18 @@ def rivals(matrices: Matrices, price: Price, settings: Settings, near: float) ->
         found += [f for f in others if f[0] < now + max(near, bent)]
         alone += others
     if len(held) < 2:
-        leaders = sorted((f for f in alone if len(f[1]) == 1), key=_first)[: numerics.leaders]
+        leaders = sorted((f for f in alone if len(f[1]) == 1), key=itemgetter(0))
+        leaders, most = leaders[: numerics.leaders], now + near if held else now
         pairs = [f for _, terms in leaders for f in _with_one(matrices, terms, price)]
-        most = now + near if held else now
-        found += [f for f in pairs if f[0] < most and _apart(matrices, f[1], numerics)]
+        pairs = [f for f in pairs if f[0] < most]
+        found += [f for f in pairs if matrices.alike(f[1][:-1], f[1][-1]) < numerics.parallel]
     return _least([f for f in found if _is_other(held, f[1])], numerics)
 
 
-def _apart(matrices: Matrices, terms: list[Term], numerics: Numerics) -> bool:
-    """Whether the last of some terms does not do the same thing as the others."""
-    return matrices.alike(terms[:-1], terms[-1]) < numerics.parallel
-
-
 def _is_other(held: list[Term], terms: list[Term]) -> bool:
-    """Whether terms are of other effects than those of a fit, or of other whole numbers."""
+    """Whether the effects are others than those of a fit, or have other whole numbers."""
     same = {t.candidate for t in held} == {t.candidate for t in terms}
     return not same or any(t.candidate.has_whole for t in {*terms} - {*held})
-
-
-def _first(found: tuple[float, list[Term]]) -> float:
-    return found[0]
 
 
 def _with_one(
@@ -150,21 +137,20 @@ def _with_one(
 def _least(found: list[tuple[float, list[Term]]], numerics: Numerics) -> list[list[Term]]:
     """The sets that cost least, each from a few values of what no fit moves."""
     begins: dict[frozenset[Candidate], dict[tuple, list[Term]]] = {}
-    for _, terms in sorted(found, key=_first):
+    for _, terms in sorted(found, key=itemgetter(0)):
         names = frozenset(t.candidate for t in terms)
         if names not in begins and len(begins) == numerics.singles:
             break
-        mine = begins.setdefault(names, {})
-        if len(mine) < numerics.begins:
-            mine.setdefault(tuple(t.fixed for t in terms), terms)
-    return [terms for mine in begins.values() for terms in mine.values()]
+        of_set = begins.setdefault(names, {})
+        if len(of_set) < numerics.begins:
+            of_set.setdefault(tuple(t.fixed for t in terms), terms)
+    return [terms for of_set in begins.values() for terms in of_set.values()]
 
 
 def _groups(matrices: Matrices, held: Sequence[Term]) -> Iterator[list[Term]]:
-    """Each further term alone, and what changes the inertia of a link together.
+    """Each further term alone, and together what changes the inertia of a link.
 
-    A payload changes mass, centre of mass and inertia; one of them alone may look like anything.
-    Where it is a candidate itself it stands for those that it does at once.
+    A part of a payload alone may look like anything; a payload that is a candidate stands for it.
     """
     names = frozenset(t.candidate for t in held)
     able = [t for t in matrices.terms if _stands(names, t.candidate)]

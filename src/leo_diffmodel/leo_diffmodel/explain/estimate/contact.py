@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimator for robots with contact: successive halving, each candidate on contacts of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate import ground_fit, helper
 from leo_diffmodel.explain.estimate.estimator import (
     Estimate,
     Estimator,
@@ -19,36 +17,29 @@ from leo_diffmodel.explain.estimate.estimator import (
 )
 from leo_diffmodel.explain.estimate.fit import fit, settled_as
 from leo_diffmodel.explain.estimate.fitted import Certificate, dispersion, Fit, gain
-from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight
+from leo_diffmodel.explain.estimate.ground_fit import converged, Iterate, linearised, most_nats
+from leo_diffmodel.explain.estimate.ground_scan import GroundScanner, is_straight, Traces
 from leo_diffmodel.explain.estimate.imitation import imitations
 from leo_diffmodel.explain.estimate.scan import Scan, threshold
-from leo_diffmodel.explain.estimate.standing import (
-    advanced,
-    converged,
-    linearised,
-    most_nats,
-    polished,
-    Stand,
-    standing,
-)
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, Hypothesis, widens
 from leo_diffmodel.explain.problem.pose import Posed
-from leo_diffmodel.explain.problem.together import compatible
 from leo_msgs_py.console import Reporter
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray
-Field = Sequence[tuple[Scan, Stand]]
+Field = Sequence[tuple[Scan, Iterate]]
 """Candidates that are still in the race, and how far their fits have come."""
 
 
+@dataclass
 class Contact(Estimator):
-    """Fits windows whose contacts are settled."""
+    """Fits windows whose contacts are settled; what scans find out is kept from round to round."""
+
+    _traces: Traces = field(default_factory=dict, init=False)
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        """The model as given, its windows settled."""
-        posed = standing(self.posed)
-        return Estimate(posed, fit(posed.problem, hypothesis))
+        problem = ground_fit.settled_on_ground(self.posed.problem)
+        return Estimate(replace(self.posed, problem=problem), fit(problem, hypothesis))
 
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
@@ -56,7 +47,7 @@ class Contact(Estimator):
         """Scan all candidates; the most promising are fitted further and further beside it."""
         pool = [c for c in pool if compatible(base.names, c)]
         posed, null, _ = converged(base.posed, base.fit)
-        scanner = GroundScanner(posed.problem, null, self.scales)
+        scanner = GroundScanner(posed.problem, null, self.scales, self._traces)
         traced = scanner.trace(pool, lambda c: progress(c.label, STEPS.scan))
         scans = sorted(map(scanner.scan, traced), key=lambda s: -s.gain)
         limit = threshold(scans, posed.problem.settings)
@@ -68,7 +59,7 @@ class Contact(Estimator):
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
         """From one start only: what another one costs here is most of a search."""
-        posed, best = polished(at.posed, at.fit) if at.fit.hypothesis.size else at
+        posed, best = ground_fit.polished(at.posed, at.fit) if at.fit.hypothesis.size else at
         ended = best.decrement < at.problem.numerics.converged_nats * dispersion(best)
         certificate = Certificate(best.decrement, 1, 1, ended)
         return Estimate(posed, replace(best, certificate=certificate))
@@ -76,28 +67,26 @@ class Contact(Estimator):
 
 def successive_halving(
     posed: Posed, null: Fit, scans: Sequence[Scan], limit: float, progress: Progress
-) -> tuple[Fit, list[Stand]]:
-    """The hypothesis and those with one effect more that successive halving leaves.
+) -> tuple[Fit, list[Iterate]]:
+    """The hypothesis, and those with one effect more that successive halving leaves.
 
-    A fit is expensive here. Each candidate has its own contacts from the first step on; those of
-    the model without it favour small effects. Those ahead after a step in some windows go on;
-    the last are fitted in all. None where the time is over.
+    Each candidate has contacts of its own from the first step on: those without it favour small
+    effects. The last are fitted in all windows. None where the time is over.
     """
     if posed.problem.late() or not scans:
         return null, []
-    numerics, train = posed.problem.numerics, np.flatnonzero(posed.problem.train)
+    numerics = posed.problem.numerics
     least = numerics.ground_worth * limit
     worth = [s for s in scans[: numerics.contenders] if s.gain > least] or [scans[0]]
     robot = posed.problem.base.robot
     worth += [s for s in scans if _moves_ground(s.candidate, robot) and s not in worth]
-    count = min(numerics.ground_windows, len(train))
-    some = train[np.linspace(0, len(train) - 1, count).astype(int)]
+    some = posed.problem.some_trained(numerics.ground_windows)
     field, nats = _played(posed.take(some), null.take(some), worth, progress)
     if posed.problem.late():
         return null, []
     first = finalists(null, [replace(s, theta=at.fit.theta) for s, at in field], scans)
     last = _each(linearised, posed, [_with(null, s) for s in first])
-    promised = nats * len(train) / count
+    promised = nats * int(posed.problem.train.sum()) / len(some)
     more = numerics.worth_more * limit
     if promised > numerics.worth_all * limit and _gained(null, last) > more:
         last = _each(converged, posed, [at.fit for at in last])
@@ -108,10 +97,7 @@ def successive_halving(
 
 
 def _moves_ground(candidate: Candidate, robot: Robot) -> bool:
-    """Whether it moves the ground against the robot: another ground, or another zero of its base.
-
-    That makes other contacts, of which a scan on those that are there knows nothing.
-    """
+    """Whether it moves the ground against the robot, so that no scan knows its contacts."""
     sensed = candidate.effect.hook == 'sensor' and is_straight(candidate)
     return candidate.effect.hook == 'ground' or (sensed and candidate.where in robot.base_joints)
 
@@ -119,9 +105,8 @@ def _moves_ground(candidate: Candidate, robot: Robot) -> bool:
 def _played(
     posed: Posed, null: Fit, scans: Sequence[Scan], progress: Progress
 ) -> tuple[Field, float]:
-    """The last contenders, best first, and what the best of them gains [nats]."""
-    stands = _each(linearised, posed, [_with(null, s) for s in scans])
-    field: Field = list(zip(scans, stands, strict=True))
+    iterates = _each(linearised, posed, [_with(null, s) for s in scans])
+    field: Field = list(zip(scans, iterates, strict=True))
     numerics = posed.problem.numerics
     for left, behind in numerics.halving:
         field, rising = _further(null, field, left, behind)
@@ -136,8 +121,8 @@ def _played(
 
 def _further(null: Fit, field: Field, left: int, behind: float) -> tuple[Field, bool]:
     """Those that go on after a step, best first, and whether some do only for what it gained."""
-    stands = helper.spread(advanced, [at for _, at in field])
-    after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, stands, strict=True)]
+    iterates = helper.spread(ground_fit.advanced, [at for _, at in field])
+    after = [(s, _of(at, was.fit)) for (s, was), (at, _) in zip(field, iterates, strict=True)]
     spread = min(dispersion(at.fit) for _, at in after)
     problem = after[0][1].posed.problem
     train, most = problem.train, most_nats(problem, spread)
@@ -155,7 +140,7 @@ def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[
     """What each of several fits saves [nats], as `gain`.
 
     Where a window may say so much only, all may save the most in all windows. They are compared
-    with one another then: each saves what the best of them does, less what it is behind that.
+    with one another then: each saves what the best does, less what it is behind that.
     """
     if not np.isfinite(most):
         return [gain(null, f, chosen) for f in others]
@@ -166,76 +151,63 @@ def gains(null: Fit, others: Sequence[Fit], chosen: Array, most: float) -> list[
     return [saved - gain(f, best, chosen, most) for f in others]
 
 
-def _gained(null: Fit, stands: Sequence[Stand]) -> float:
-    fits, problem = [at.fit for at in stands], stands[0].posed.problem
+def _gained(null: Fit, iterates: Sequence[Iterate]) -> float:
+    fits, problem = [at.fit for at in iterates], iterates[0].posed.problem
     spread = min(map(dispersion, fits))
     return max(gains(null, fits, problem.train, most_nats(problem, spread))) / spread
 
 
 def _each(
-    function: Callable[[Posed, Fit], Stand], posed: Posed, points: Sequence[Fit]
-) -> list[Stand]:
-    """The function of each point; what scans have found out is too much to be sent along."""
-    assert posed.problem.linearisation
-    traces = posed.problem.linearisation.traces
-    stands = helper.spread(partial(function, _tracing(posed, {})), points)
-    stands = [at._replace(posed=_tracing(at.posed, traces)) for at in stands]
-    return [_of(at, point) for at, point in zip(stands, points, strict=True)]
+    function: Callable[[Posed, Fit], Iterate], posed: Posed, points: Sequence[Fit]
+) -> list[Iterate]:
+    iterates = helper.spread(partial(function, posed), points)
+    return [_of(at, point) for at, point in zip(iterates, points, strict=True)]
 
 
-def _of(at: Stand, point: Fit) -> Stand:
-    """With the very candidates of a point, of which another process gives copies."""
+def _of(at: Iterate, point: Fit) -> Iterate:
+    """With the candidates of `point` itself, of which another process gives copies."""
     return at._replace(fit=replace(at.fit, hypothesis=point.hypothesis))
 
 
-def _tracing(posed: Posed, traces: dict) -> Posed:
-    assert posed.problem.linearisation
-    linearisation = replace(posed.problem.linearisation, traces=traces)
-    return replace(posed, problem=replace(posed.problem, linearisation=linearisation))
-
-
-def _from_others(fitted: Fit, last: Sequence[Stand]) -> Fit:
-    """The fit from the linearisation of the others in the windows where that suits it better."""
+def _from_others(fitted: Fit, last: Sequence[Iterate]) -> Fit:
     for at in last:
         fitted = settled_as(at.posed.problem, fitted, at.fit)
     return fitted
 
 
-def _imitating(best: Stand, scans: Sequence[Scan]) -> list[Stand]:
-    """What can do the same as the best, fitted from there."""
+def _imitating(best: Iterate, scans: Sequence[Scan]) -> list[Iterate]:
     near = imitations(best.posed.problem, best.fit, scans)
     rest = best.fit.hypothesis.without(len(best.fit.hypothesis.candidates) - 1)
     points = [_with(replace(best.fit, hypothesis=rest), scan) for scan in near]
     return _each(converged, best.posed, points)
 
 
-def _loss(at: Stand) -> float:
+def _loss(at: Iterate) -> float:
     return float(at.fit.loss[at.posed.problem.train].sum())
 
 
 def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[Scan]:
-    """The last contenders, and what they hold in themselves."""
+    """The last contenders, and the effects that they hold, as Stribeck friction does Coulomb's."""
     there = {s.candidate for s in field}
     other = [s for s in scans if s.candidate not in there]
     return [*field, *(part for s in field for part in _parts(null, s, other))]
 
 
 def _parts(null: Fit, scan: Scan, scans: Sequence[Scan]) -> list[Scan]:
-    """Effects that the candidate holds, as Stribeck friction does Coulomb's, at its values."""
-    mine, first = scan.candidate, null.hypothesis.first_constant
-    names = [p.name for p in mine.parameters]
+    candidate, first = scan.candidate, null.hypothesis.first_constant
+    names = [p.name for p in candidate.parameters]
     values = dict(zip(names, scan.theta[first:], strict=False))
     rest = scan.theta[first + len(values) :]
     found = []
     for other in scans:
-        its = other.candidate.parameters
-        if other.candidate.where == mine.where and set(its) < set(mine.parameters):
-            theta = np.concatenate([scan.theta[:first], [values[p.name] for p in its], rest])
+        if widens(candidate, other.candidate):
+            own = [values[p.name] for p in other.candidate.parameters]
+            theta = np.concatenate([scan.theta[:first], own, rest])
             found.append(replace(other, theta=theta))
     return found
 
 
 def _with(null: Fit, scan: Scan) -> Fit:
-    """The candidate of a scan next to the others, at its values; not fitted."""
+    """The effect of a scan next to the others, at its values; not fitted."""
     hypothesis = null.hypothesis.with_candidate(scan.candidate)
     return replace(null, hypothesis=hypothesis, theta=hypothesis.bounded(scan.theta))

@@ -5,8 +5,6 @@ Columns are the sensitivity of the whitened residual (W, N) to the parameters, s
 `channels` and `typical` as in `likelihood`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import stdtrit
 
@@ -37,9 +35,9 @@ def covariance(
     """Covariance of the parameters that holds where the model is wrong, shape (P, P).
 
     The sandwich H^-1 J H^-1 (Godambe 1960, White 1982): H the curvature of the loss, J the
-    covariance of its slope, read from how much the slopes of the time blocks differ (Liang and
-    Zeger 1986) with the correction B / (B - 1). Of few blocks J is itself uncertain, so it is
-    averaged with what the size and the correlation of the residual give, and with Student's t.
+    covariance of its slope between time blocks (Liang and Zeger 1986) with the correction
+    B / (B - 1). Of few blocks J is itself uncertain, so it is averaged with what size and
+    correlation of the residual give, and widened by Student's t.
 
     Args:
         columns: shape (W, N, P).
@@ -50,8 +48,7 @@ def covariance(
         channels: how many there are, 2J.
         numerics: of the loss, and how much it may bend the other way.
         typical: size of each in most windows.
-        larger: each variance is the larger of the two, not their mean. Blocks say more where the
-            model is wrong, and at times less by chance, as they are few.
+        larger: each variance is the larger of the two, not their mean.
     """
     slopes, touching = derivatives(columns, residual, channels, numerics, typical)
     bent = _bent(slopes, residual, numerics, typical)
@@ -85,10 +82,7 @@ def derivatives(
     numerics: Numerics,
     typical: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Slope of the loss in each window and channel, (W, 2J, P), and curvature, (W, P, P).
-
-    The curvature is that of the parabola that touches the loss.
-    """
+    """Slope of the loss by window and channel, (W, 2J, P); curvature that touches, (W, P, P)."""
     weight = likelihood.robust_weight(residual, channels, numerics, typical)
     weighed = columns * weight[..., None]
     touching = np.einsum('wnp,wnq->wpq', weighed, columns, optimize=True)
@@ -99,8 +93,7 @@ def derivatives(
 def _bent(slopes: Array, residual: Array, numerics: Numerics, typical: Array | None) -> Array:
     """What the loss bends less than the parabola that touches it, (P, P).
 
-    The size of what a channel is off by answers to the parameters: the observed information
-    (Efron and Hinkley 1978) has both.
+    The size answers to the parameters, too: the observed information (Efron and Hinkley 1978).
     """
     channels = slopes.shape[1]
     off = slopes[likelihood.size(residual, channels, numerics)[:, 0] > 1.0]
@@ -109,11 +102,9 @@ def _bent(slopes: Array, residual: Array, numerics: Numerics, typical: Array | N
 
 
 def _inverse(touching: Array, bent: Array, free: Array, most_bent: float) -> Array:
-    """Inverse of the curvature over the free parameters.
+    """Inverse of the curvature over the free parameters, huge along what the data do not show.
 
-    A direction the data do not determine gets a huge variance, what is held fast none. Where
-    windows contradict each other the loss may bend the other way; at most this share is taken
-    off a direction.
+    Where windows contradict each other, at most `most_bent` is taken off a direction.
     """
     scale = np.sqrt(np.maximum(np.diag(touching), 1e-30))
     part, outer = np.ix_(free, free), np.outer(scale, scale)
@@ -136,18 +127,10 @@ def beyond(
 ) -> Array:
     """How far parameters may move down and up with constants that are on a bound, shape (P, 2).
 
-    Such a constant may lie inside its bounds, and the free parameters then make up for it. It is
-    moved inside until the loss rises as much as at the end of a 95 % interval, or to its other
-    bound. What several constants move is added in quadrature.
-
-    Args:
-        matrix: curvature of the loss, shape (P, P).
-        descent: its slope downhill, shape (P,).
-        prior: precision of each parameter before these data, shape (P,); inf for what is held.
-        room: signed distance from the bound that a constant is on to its other one; 0 for all
-            others, shape (P,).
-        spread: times variances are larger than those of white noise in many blocks.
-        numerics: of the solver.
+    Such a constant is moved inside, the free parameters making up for it, until the loss rises as
+    much as at the end of a 95 % interval, or to its other bound; several add in quadrature.
+    `matrix` (P, P) and `descent` (P,) are curvature and downhill slope of the loss, `prior` and
+    `room` (P,) as of a `Hypothesis`, `spread` the times variances are larger than of white noise.
     """
     moved, matrix = np.zeros((len(room), 2)), matrix + spread * known_before(prior)
     shown = np.isfinite(prior) & (np.diagonal(matrix) > 0)
@@ -173,11 +156,7 @@ def solved(gram: Array, slope: Array, damping: float) -> Array:
 
 
 def leverage_weight(problem: Problem, by_theta: Array) -> Array:
-    """Weight of each window that limits its leverage on the parameters (Mallows), (W, 1, 1).
-
-    A contact that comes or goes with a small change of a parameter makes a window many times as
-    sensitive to it as it is to a larger change.
-    """
+    """Weight of windows that limits their leverage on parameters (Mallows), (W, 1, 1)."""
     numerics = problem.numerics
     if not np.isfinite(numerics.most_leverage) or not by_theta.size:
         return np.ones((len(by_theta), 1, 1))

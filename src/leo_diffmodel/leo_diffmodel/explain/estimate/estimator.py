@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The seam between choosing a set of effects and fitting it: smooth motion or contact."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -36,7 +34,6 @@ class Steps(NamedTuple):
     end: int = 64
 
     def round(self, pool: int, fits: int) -> int:
-        """All candidates scanned, so many looked at and fitted."""
         return self.scan * pool + (self.look + self.fit) * fits
 
 
@@ -51,21 +48,18 @@ class Estimate(NamedTuple):
 
     @property
     def problem(self) -> Problem:
-        """The windows that it was fitted to."""
         return self.posed.problem
 
     @property
     def names(self) -> frozenset[Candidate]:
-        """Its effects, in no order."""
         return frozenset(self.fit.hypothesis.candidates)
 
 
 @dataclass(frozen=True)
 class Extension:
-    """A hypothesis, and the sets near it.
+    """A hypothesis `base`, as settled for this comparison, and the sets near it.
 
     Attributes:
-        base: the hypothesis, as settled for this comparison.
         larger: the hypotheses that were fitted.
         scans: what the scan promised of each candidate, most first.
         threshold: gain that noise alone can give [nats].
@@ -81,15 +75,13 @@ class Extension:
 
 @dataclass
 class Estimator(ABC):
-    """Fits hypotheses to recordings."""
-
     posed: Posed
     scales: Scales
     _floor: Array | None = field(default=None, init=False)
 
     @property
     def most_nats(self) -> float:
-        """What a single window may say for or against a hypothesis [nats], of white residuals."""
+        """Most that a window may say for or against a hypothesis [nats], of white residuals."""
         return self.posed.problem.gates.window_nats
 
     @abstractmethod
@@ -111,10 +103,7 @@ class Estimator(ABC):
     def near(
         self, base: Estimate, pool: Sequence[Candidate], progress: Reporter, rival: float = np.inf
     ) -> Extension:
-        """The most promising sets near a fitted one, with effects of a pool, fitted too.
-
-        Those that stay far behind a `rival`'s loss [nats] are given up.
-        """
+        """The best sets near a fitted one, fitted, unless far behind a `rival`'s loss [nats]."""
 
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter

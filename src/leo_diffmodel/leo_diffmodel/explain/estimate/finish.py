@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fit brought to the least loss there is, and completed with what held-out recordings own.
 
-The fit is made again from other values until two starts end at the same least loss. Laws with
-corners (dry friction, dead zones, limits) leave kinks and several valleys in the loss, in which a
-fit may rest: along each parameter, the others following, the loss is looked up on both sides.
+Laws with corners (dry friction, dead zones, limits) leave several valleys in the loss: the fit is
+made again from other values until two starts agree, and along each parameter, the others
+following, the loss is looked up on both sides.
 """
-
-from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -28,10 +26,9 @@ Array = np.ndarray
 def finished(problem: Problem, fitted: Fit, starts: Sequence[Array]) -> Fit:
     """The fit at the least loss that several starts lead to, with its certificate.
 
-    It begins where the search left it, then at other `starts`, each (P,); as many are tried as it
-    takes for two ends to agree. The last two begin to each side of the best, a standard error in
-    each direction of the covariance. Of many parameters those are all: what suits each alone is
-    no start for them together.
+    It begins where the search left it, then at other `starts`, each (P,), until two ends agree.
+    The last two begin to each side of the best, a standard error in each direction of the
+    covariance; of many parameters those are all.
     """
     hypothesis = fitted.hypothesis
     best = _profiled(problem, fit(problem, hypothesis, fitted.theta, fitted.start, thorough=True))
@@ -112,16 +109,10 @@ def _profile(fitted: Fit, errors_off: Sequence[float]) -> Iterator[Array]:
 
 
 def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
-    """A fit with the own constants of held-out recordings, each known from a part of its own.
+    """A fit with the `own` constants of held-out recordings, each known from a part of its own.
 
-    A payload cannot be known from other recordings. So it is treated as the start state of a
-    window is: found in the recording, all that was learned from the others held fast, and judged
-    by the blocks that it was not found in.
-
-    Args:
-        problem: with the windows that they are found in (`telling`).
-        fitted: a hypothesis; what it says of these constants is where the search for them begins.
-        own: the constants; without any the fit stays as it is.
+    A payload cannot be known from other recordings: it is found in the recording itself, all that
+    was learned from the others held fast (the fit says where to begin), and judged by the rest.
     """
     if problem.telling is None:
         return fitted
@@ -149,7 +140,6 @@ def completed(problem: Problem, fitted: Fit, own: Sequence[Constant]) -> Fit:
 
 
 def _found(problem: Problem, rest: Fit, own: Hypothesis, theta: Array | None) -> tuple[Fit, Array]:
-    """The constants in their windows, and the start states of all windows (W, 2J)."""
     assert problem.telling is not None
     outside = np.flatnonzero(~problem.train)
     part = problem.fixed(rest.hypothesis, rest.theta).take(outside)

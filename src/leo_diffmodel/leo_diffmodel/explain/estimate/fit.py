@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fit a hypothesis on the training windows and score it on the held-out ones."""
+"""Fit a hypothesis to the training windows; the start states of all windows follow."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from leo_diffmodel.explain.estimate.settle import settle
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.shooting import eliminate, Linear
+from leo_diffmodel.explain.problem.shooting import eliminate
 from leo_diffmodel.explain.settings import Numerics
 
 Array = np.ndarray
@@ -42,8 +42,7 @@ def fit(
 
     Only the training windows move the parameters; every window has the start state that suits it
     best (variable projection, Golub and Pereyra 1973). What a step saves of what it promises sets
-    the damping of the next one; the fit ends where no step promises anything. What start states do
-    is found again after a step that saves less than half of its promise, and at the end.
+    the damping of the next one; the fit ends where no step promises anything.
 
     Args:
         problem: the windows.
@@ -52,7 +51,7 @@ def fit(
         start: start states to begin with, shape (W, 2J); None begins with those measured.
         iterations: most steps; None for those of the settings.
         thorough: every step tries the measured start states as well, not the first and last only,
-            and finds what start states do.
+            and finds what start states do; else after one that saves less than half its promise.
         by_start: what start states do, shape (W, N, 2J), as another fit nearby has it.
         rival: loss [nats] of another hypothesis; a fit that comes nearer too slowly is given up.
     """
@@ -61,7 +60,7 @@ def fit(
     start = problem.first if start is None else start
     begun = settle(problem, hypothesis, theta, problem.begins(start), by_start)
     nearby = None if thorough else begun.by_start
-    at = _Point.of(problem, hypothesis, theta, begun.start, by_start=nearby)
+    at = _Point(problem, hypothesis, theta, begun.start, by_start=nearby)
     damping, settled, ended = numerics.damping, False, not hypothesis.size
     most = numerics.iterations if iterations is None else iterations
     for _ in range(most if hypothesis.size else 0):
@@ -82,16 +81,13 @@ def read_at(problem: Problem, fitted: Fit) -> Fit:
     weighed, hypothesis = replace(problem, typical=fitted.typical), fitted.hypothesis
     start = settle(weighed, hypothesis, fitted.theta, problem.begins(fitted.start)).start
     errors = conditional_errors(fitted.columns[problem.train])
-    found = _Point.of(problem, hypothesis, fitted.theta, start, errors).as_fit()
+    found = _Point(problem, hypothesis, fitted.theta, start, errors).as_fit()
     names = ('theta', 'covariance', 'beyond', 'certificate')
     return replace(found, **{name: getattr(fitted, name) for name in names})
 
 
 def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
-    """The fit with the start states of another one in the windows where they suit it better.
-
-    A contact may settle in two ways; what another hypothesis gains by that alone is no gain.
-    """
+    """The fit with the start states of another one in the windows where they suit it better."""
     fixed = problem.fixed(fitted.hypothesis, fitted.theta)
     linear = fixed.linearised(Hypothesis(), np.zeros(0), other.start)
     channels = other.start.shape[-1]
@@ -107,9 +103,7 @@ def settled_as(problem: Problem, fitted: Fit, other: Fit) -> Fit:
 
 def looked_at(problem: Problem, hypothesis: Hypothesis, theta: Array) -> tuple[Fit, Step]:
     """A hypothesis on the ground as it is at some values, and the Gauss-Newton step from there."""
-    assert problem.linearisation
-    theta, start = hypothesis.bounded(theta), problem.linearisation.start
-    point = _Point.of(problem, hypothesis, theta, start)
+    point = _Point(problem, hypothesis, hypothesis.bounded(theta), problem.first)
     return point.as_fit(), point.step(problem.numerics.damping)
 
 
@@ -122,8 +116,7 @@ def moved(fitted: Fit, step: Step, scale: float) -> Fit:
 def _advanced(at: _Point, damping: float, thorough: bool) -> tuple[_Point | None, float]:
     """The first step, shorter and shorter, that saves something, and the damping of the next.
 
-    None where no step promises anything. The start states follow as the linearisation says; where
-    that saves less than half of the promise they are settled.
+    None where none promises anything. Start states are settled where it saves less than half that.
     """
     problem, numerics = at.problem, at.problem.numerics
     harder = numerics.harder
@@ -159,7 +152,7 @@ def _enough(numerics: Numerics, promised: float, thorough: bool) -> float:
 
 @dataclass(frozen=True)
 class Step:
-    """The step of the parameters, and of each start state: start + gain (change of theta).
+    """A step of the parameters, and of each start state: start + gain (change of theta).
 
     Attributes:
         theta: shape (P,).
@@ -173,7 +166,6 @@ class Step:
     promised: float = 0.0
 
 
-@dataclass(frozen=True)
 class _Point:
     """A hypothesis at some values, linearised there.
 
@@ -187,52 +179,34 @@ class _Point:
         chord: what start states do was found elsewhere, nearby.
     """
 
-    problem: Problem
-    hypothesis: Hypothesis
-    theta: Array
-    start: Array
-    linear: Linear
-    rest: Array
-    slope: Array
-    typical: Array | None
-    loss: Array
-    most: float
-    matrix: Array
-    descent: Array
-    answer: tuple[Array, Array]
-    chord: bool
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         problem: Problem,
         hypothesis: Hypothesis,
         theta: Array,
         start: Array,
         errors: Array | None = None,
         by_start: Array | None = None,
-    ) -> _Point:
-        linear = problem.linearised(hypothesis, theta, start, errors, by_start)
-        rest, slope = eliminate(linear)[:2]
-        channels, numerics = start.shape[-1], problem.numerics
-        typical = problem.typical_of(linear.residual)
-        loss = likelihood.loss(linear.residual, channels, numerics, typical)
-        most = numerics.moving * max(float(np.median(loss[problem.train])), 1e-12)
-        weight = likelihood.robust_weight(linear.residual, channels, numerics, typical)
-        residual, columns, solved, gain = eliminate(linear, weight)
-        chosen = problem.train & (loss < most)
+    ):
+        self.problem, self.hypothesis, self.theta, self.start = problem, hypothesis, theta, start
+        self.linear = problem.linearised(hypothesis, theta, start, errors, by_start)
+        self.rest, self.slope = eliminate(self.linear)[:2]
+        residual, numerics = self.linear.residual, problem.numerics
+        self.typical = problem.typical_of(residual)
+        of_loss = residual, start.shape[-1], numerics, self.typical
+        self.loss = likelihood.loss(*of_loss)
+        self.most = numerics.moving * max(float(np.median(self.loss[problem.train])), 1e-12)
+        residual, columns, *answer = eliminate(self.linear, likelihood.robust_weight(*of_loss))
+        chosen = problem.train & (self.loss < self.most)
         leverage = leverage_weight(problem, columns[chosen])
         columns = columns[chosen] * leverage
-        descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
+        self.descent = -np.einsum('wnp,wn->p', columns, residual[chosen] * leverage[..., 0])
         flat = columns.reshape(columns.shape[0] * columns.shape[1], len(theta))
-        matrix, answer = flat.T @ flat, (-solved, -gain)
-        given = problem, hypothesis, theta, start, linear
-        chord = by_start is not None and problem.linearisation is None
-        return cls(*given, rest, slope, typical, loss, most, matrix, descent, answer, chord)
+        self.matrix, self.answer = flat.T @ flat, (-answer[0], -answer[1])
+        self.chord = by_start is not None and not problem.on_ground
 
     @property
     def lost(self) -> float:
-        """Loss of the training windows [nats]."""
         return float(self.loss[self.problem.train].sum())
 
     def gives_up(self, before: _Point, rival: float) -> bool:
@@ -242,7 +216,6 @@ class _Point:
 
     @property
     def weighed(self) -> Problem:
-        """The problem with what is off by in most windows as it is here."""
         return replace(self.problem, typical=self.typical)
 
     def settled(self, nats: float) -> Array:
@@ -253,10 +226,10 @@ class _Point:
     def to(self, theta: Array, start: Array, by_start: Array | None = None) -> _Point:
         """The hypothesis at other values, moved by the standard errors here for its columns."""
         errors = conditional_errors(self.slope[self.problem.train])
-        return _Point.of(self.problem, self.hypothesis, theta, start, errors, by_start)
+        return _Point(self.problem, self.hypothesis, theta, start, errors, by_start)
 
     def saved(self, residual: Array) -> float:
-        """What another residual (W, N) saves of mine, no window out of line [nats]."""
+        """What another residual (W, N) saves of that here, no window out of line [nats]."""
         channels, train = self.start.shape[-1], self.problem.train
         typical = self.problem.typical_of(residual)
         loss = likelihood.loss(residual, channels, self.problem.numerics, typical)
@@ -269,10 +242,7 @@ class _Point:
         return Step(theta, *self.answer, promised)
 
     def _bounded_step(self, damping: float) -> Array:
-        """The damped step that is best within the bounds; where one is met, the rest makes do.
-
-        Scaled, as the damping is: two parameters that do the same thing share what they do.
-        """
+        """The damped step that is best within the bounds, parameters scaled as the damping is."""
         matrix, no_step = self.matrix, self.problem.numerics.no_step
         step, moves = np.zeros(len(matrix)), np.diag(matrix) > 0
         if not moves.any():
@@ -299,6 +269,6 @@ class _Point:
         further = beyond(*curve, prior, room, spread * few_blocks(block[train]), problem.numerics)
         decrement = self.step(problem.numerics.least_damping).promised
         left = self.loss, self.rest, columns, decrement, self.typical
-        by_start = None if problem.linearisation else self.linear.by_start
+        by_start = None if problem.on_ground else self.linear.by_start
         given = self.hypothesis, self.theta, variance, further, self.start
         return Fit(*given, *left, by_start=by_start)

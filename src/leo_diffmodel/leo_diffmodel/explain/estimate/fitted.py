@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 import math
 from typing import TYPE_CHECKING
@@ -37,7 +37,6 @@ class Certificate:
     converged: bool
 
     def to_json(self) -> dict[str, float]:
-        """All of it by name."""
         return asdict(self)
 
 
@@ -81,21 +80,17 @@ class Fit:
 
     @property
     def point(self) -> tuple[Hypothesis, Array, Array]:
-        """What was free, its values (P,) and the start states (W, 2J)."""
         return self.hypothesis, self.theta, self.start
 
     def lost(self, chosen: Array) -> float:
-        """Loss of the chosen windows (W,) [nats]."""
         return float(self.loss[chosen].sum())
 
     def take(self, index: Array) -> Fit:
-        """The fit as it is on some of its windows."""
         names = ('start', 'loss', 'residual', 'columns', 'by_start')
         parts = {name: part for name in names if (part := getattr(self, name)) is not None}
         return replace(self, **{name: part[index] for name, part in parts.items()})
 
     def reordered(self, order: Sequence[int]) -> Fit:
-        """The fit with its effects in another order."""
         full = self.hypothesis
         own = [np.arange(full.offset(i), full.offset(i + 1)) for i in order]
         index = np.concatenate([*own, np.arange(full.first_constant, full.size)]).astype(int)
@@ -110,12 +105,11 @@ class Fit:
         )
 
     def own(self, candidate: Candidate) -> Array:
-        """The values of one of its effects, shape (P of the effect,)."""
         index = self.hypothesis.candidates.index(candidate)
         return self.theta[self.hypothesis.offset(index) : self.hypothesis.offset(index + 1)]
 
     def with_values(self, values: Array) -> Array:
-        """Its parameters with those of further effects behind those of its own, (P + p,)."""
+        """Its parameters with `values` of further effects behind its own effects', (P + p,)."""
         split = self.hypothesis.first_constant
         return np.concatenate([self.theta[:split], values, self.theta[split:]])
 
@@ -135,10 +129,7 @@ class Fit:
 
 
 def gain(null: Fit, other: Fit, chosen: Array, most: float = np.inf) -> float:
-    """What `other` saves of the robust loss of `null` on the chosen windows (W,) [nats].
-
-    No window counts for or against it by more than `most` [nats].
-    """
+    """Robust loss [nats] that `other` saves on the chosen windows (W,), in each `most` at most."""
     return float(np.clip(null.loss - other.loss, -most, most)[chosen].sum())
 
 
@@ -148,11 +139,54 @@ def dispersion(fitted: Fit) -> float:
 
 
 def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left.
-
-    `quantile` is over windows; the median does not see what shows in less than half of them.
-    """
+    """Mean squared whitened residual over its expected value: 1 where only noise is left."""
     return likelihood.excess(fitted.residual, fitted.start.shape[-1], quantile)
+
+
+def linear_part(problem: Problem, fitted: Fit, left_out: Iterable[Candidate]) -> Fit:
+    """A fit without some effects by its linear answer: the others move, weights as they are."""
+    full, out = fitted.hypothesis, {*left_out}
+    part = Hypothesis(tuple(c for c in full.candidates if c not in out), full.constants)
+    parameters = [(c, p) for c in full.candidates for p in c.parameters]
+    gone = np.zeros(full.size, bool)
+    gone[: len(parameters)] = [c in out for c, _ in parameters]
+    scales = np.zeros(full.size, bool)
+    scales[: len(parameters)] = [p.scales for _, p in parameters]
+    move = np.where(gone & scales, full.neutral - fitted.theta, 0.0)
+    free = ~gone & full.free(fitted.theta)
+    move[free] = _answer(problem, fitted, move, free)
+    theta = part.bounded((fitted.theta + move)[~gone])
+    move[~gone] = theta - fitted.theta[~gone]
+    residual = fitted.residual + fitted.columns @ move
+    typical, channels = problem.typical_of(residual), fitted.start.shape[-1]
+    kept, lost = np.ix_(~gone, ~gone), np.ix_(gone, gone)
+    across = fitted.covariance[np.ix_(~gone, gone)]
+    known = across @ np.linalg.pinv(fitted.covariance[lost]) @ across.T
+    return replace(
+        fitted,
+        hypothesis=part,
+        theta=theta,
+        covariance=fitted.covariance[kept] - known,
+        beyond=fitted.beyond[~gone],
+        loss=likelihood.loss(residual, channels, problem.numerics, typical),
+        residual=residual,
+        columns=fitted.columns[..., ~gone],
+        typical=typical,
+        certificate=None,
+    )
+
+
+def _answer(problem: Problem, fitted: Fit, move: Array, free: Array) -> Array:
+    """How far the free parameters follow when others move, shape (F,)."""
+    channels, train = fitted.start.shape[-1], problem.train
+    weight = likelihood.robust_weight(
+        fitted.residual[train], channels, problem.numerics, fitted.typical
+    )
+    columns = (fitted.columns[train] * np.sqrt(weight)[..., None]).reshape(-1, len(move))
+    moving = columns[:, free]
+    size = np.maximum(np.sqrt((moving**2).sum(axis=0)), 1e-12)
+    square = moving.T @ moving / np.outer(size, size) + 1e-9 * np.eye(len(size))
+    return np.asarray(-np.linalg.solve(square, moving.T @ (columns @ move) / size) / size)
 
 
 @dataclass(frozen=True)
@@ -161,11 +195,9 @@ class Rest:
 
     Attributes:
         gates: what counts.
-        ratio: mean squared whitened residual over its expected value, in the median window; on
-            the ground in one worse than most, see `rest_of`.
+        ratio: mean squared whitened residual over its expected value, see `rest_of`.
         share: of the model's error (beyond noise) that is left.
-        correlation: times by which correlation in time makes what is left less than it seems;
-            1 for white noise.
+        correlation: by which correlation in time makes it less than it seems; 1 for white noise.
     """
 
     gates: Gates
@@ -175,7 +207,6 @@ class Rest:
 
     @property
     def matters(self) -> bool:
-        """Whether it is more than noise and a good part of what was missing, or far more."""
         gates, ratio = self.gates, self.ratio
         correlated = ratio > gates.correlated and self.correlation > gates.correlation
         much = ratio > gates.unexplained or correlated
@@ -185,10 +216,8 @@ class Rest:
 def rest_of(problem: Problem, null: Fit, final: Fit) -> Rest:
     """What the effects of a fit leave of the error of the model without them (`null`).
 
-    On the ground no law is looked for in what does not matter, so this must see one that acts at
-    times only: a cable that is slack in most windows. It looks at windows in which no contact
-    comes or goes, if there are some: every engine has impacts of its own, but they agree on what
-    happens between two of them.
+    Looks at windows in which no contact comes or goes, if there are some: engines differ in
+    impacts, and agree on what happens between two of them.
     """
     numerics = problem.numerics
     steady = np.flatnonzero(problem.steady(final.hypothesis, final.theta, final.start))
@@ -211,17 +240,12 @@ def effect_row(fitted: Fit, index: int) -> dict:
 
 
 def parameter_rows(fitted: Fit, index: int) -> dict:
-    """Value, unit and 95 % interval of each parameter of candidate `index`, by name."""
     first, candidate = fitted.hypothesis.offset(index), fitted.hypothesis.candidates[index]
     return {p.name: _row(fitted, i, p.unit) for i, p in enumerate(candidate.parameters, first)}
 
 
 def constant_rows(fitted: Fit) -> dict[str, dict]:
-    """Value, unit and 95 % interval of each refitted constant, by path.
-
-    Of one that recordings have of their own it is their mean and all that their intervals span,
-    and in `recordings` each of them by name.
-    """
+    """Value, unit and 95 % interval of each refitted constant, and in each recording, by path."""
     hypothesis, rows = fitted.hypothesis, dict[str, dict]()
     for i, c in enumerate(hypothesis.constants, hypothesis.first_constant):
         row = _row(fitted, i, c.unit)
@@ -247,7 +271,6 @@ def _over_recordings(row: dict) -> dict:
 
 
 def intervals(fitted: Fit, index: int) -> dict[str, tuple[float, float]]:
-    """The 95 % confidence intervals of the parameters of candidate `index`."""
     first, candidate = fitted.hypothesis.offset(index), fitted.hypothesis.candidates[index]
     return {p.name: fitted.ci95(i) for i, p in enumerate(candidate.parameters, first)}
 

@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scan the candidates of a robot on the ground, where every rollout is expensive.
 
-What does not change the sign or the size of its answer with its amplitude is run once for each
-of its parameters; some windows stand for all of them; and what a candidate does is kept from
-round to round, since it does much the same next to another effect.
+A law whose answer is in proportion to its amplitude is run once for each parameter, some windows
+stand for all, and what a candidate does is kept from round to round.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
@@ -30,37 +27,28 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Trace:
-    """What some points of a candidate do to the whitened residuals of the scanned windows.
-
-    Attributes:
-        points: parameters, shape (S, P).
-        change: residual without less that with it, shape (S, W, N).
-    """
+    """What `points` (S, P) of a candidate take off the whitened residuals, `change` (S, W, N)."""
 
     points: Array
     change: Array
 
 
-class GroundScanner(Scanner):
-    """Scans candidates on top of one fitted hypothesis, on some training windows."""
+Traces = dict[Candidate, Trace]
 
-    def __init__(self, problem: Problem, null: Fit, scales: Scales):
-        """Linearise at `null`; traces of an earlier round are taken over."""
-        train = np.flatnonzero(problem.train)
-        count = min(problem.numerics.ground_windows, len(train))
-        some = train[np.linspace(0, len(train) - 1, count).astype(int)]
-        self._share = len(some) / len(train)
-        self._kept = problem.linearisation.traces if problem.linearisation else {}
+
+class GroundScanner(Scanner):
+    """Scans in some of the training windows; traces of an earlier round are taken over."""
+
+    def __init__(self, problem: Problem, null: Fit, scales: Scales, traces: Traces | None = None):
+        some = problem.some_trained(problem.numerics.ground_windows)
+        self._share = len(some) / int(problem.train.sum())
+        self._kept = {} if traces is None else traces
         super().__init__(problem.take(some), null.take(some), scales)
 
     def trace(
         self, candidates: Sequence[Candidate], done: Callable[[Candidate], None] = lambda _: None
     ) -> list[Candidate]:
-        """Find out what those candidates do that no earlier round has tried.
-
-        Returns:
-            those of which it is known: the others there was no time for.
-        """
+        """Run what no earlier round has; gives those that are known, the others had no time."""
         new, bare = [c for c in candidates if c not in self._kept], copy(self)
         bare._kept = {}  # too much to be sent along
         found = helper.spread_until(self._problem.until, bare._trace, new, done)
@@ -68,9 +56,9 @@ class GroundScanner(Scanner):
         return [c for c in candidates if c in self._kept]
 
     def scan(self, candidate: Candidate) -> Scan:
-        """The best amplitudes: by least squares where the law is linear, else of a grid."""
+        """Amplitudes by least squares where the law is linear, else the best point of a grid."""
         self.trace([candidate])
-        trace, count = self._kept[candidate], self._problem.grids.ground_directions
+        trace, count = self._kept[candidate], self.grids.ground_directions
         change = self._project(trace.change)
         search = self._solved if is_straight(candidate) else self._picked
         theta, gain = search(candidate, *turned_to_any(candidate, trace.points, change, count))
@@ -81,7 +69,6 @@ class GroundScanner(Scanner):
         return Trace(points, self._first - self._tried(candidate, points))
 
     def _straight_grid(self, candidate: Candidate) -> Array:
-        """One point for each parameter that scales the effect, at every shape of it."""
         numbered, points = [*enumerate(candidate.parameters)], []
         sizes = {i: np.abs(self.sizes(candidate, p)) for i, p in numbered if p.scales}
         amplitude = {i: float(np.sort(size)[1]) for i, size in sizes.items()}
@@ -100,26 +87,21 @@ class GroundScanner(Scanner):
         return np.array(points)
 
     def _few(self, candidate: Candidate) -> Array:
-        """The grid of an effect that bends with its amplitude."""
         if candidate.effect.hook == 'ground':
-            return _grounds(candidate, self._problem.grids)
+            return _grounds(candidate, self.grids)
         points, first = self._grid(candidate), candidate.parameters[0]
         if first.role == 'threshold' and first.neutral > 0:
             points = points[points[:, 0] < first.neutral]  # a higher limit limits nothing
         return points
 
     def sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
-        """Every other amplitude: what lies between is a matter of the fit.
-
-        Of an inertia the largest is among them, which is many times what a light link has.
-        """
+        """Every other amplitude, of an inertia the largest too: the fit finds what is between."""
         sizes = super().sizes(candidate, parameter)
         if is_straight(candidate):
             return sizes
         return sizes[1::2] if candidate.parameters[0].unit == 'kg m2' else sizes[::2]
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        """Fewer: each is a rollout with contacts."""
         return super().shape(candidate, parameter)[: self._problem.numerics.most_shapes]
 
     def _solved(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
@@ -147,14 +129,14 @@ class GroundScanner(Scanner):
         return theta, best
 
     def _picked(self, candidate: Candidate, points: Array, change: Array) -> tuple[Array, float]:
-        """The best point of a grid; along each ray the closed form picks the amplitude.
+        """The best point of a grid, its amplitude in closed form.
 
-        Of points that save the most in all windows, the one that would save most without that.
+        Of points that save the most in all windows, the one that would save most without a limit.
         """
         weighed = change * np.stack([self._leverage(row[None]) for row in change])
         length2 = np.maximum((weighed * change).sum(-1), 1e-12)
         along = weighed @ self.residual
-        low, high = stretch_limits(candidate, self._problem.grids)
+        low, high = stretch_limits(candidate, self.grids)
         by = self._problem.numerics.between
         stretch = np.clip(along / length2, min(low, 1 / by), max(high, by))
         taken = stretch[:, None] * change
@@ -178,6 +160,10 @@ class GroundScanner(Scanner):
         windows = len(self._null.start)
         each = each.reshape(*each.shape[:-1], windows, -1).sum(axis=-1)
         return np.clip(each, -most, most).sum(axis=-1)
+
+
+def scanner_of(problem: Problem, null: Fit, scales: Scales) -> Scanner:
+    return (GroundScanner if problem.on_ground else Scanner)(problem, null, scales)
 
 
 def is_straight(candidate: Candidate) -> bool:
@@ -211,7 +197,6 @@ def turned_to_any(
 
 
 def _grounds(candidate: Candidate, grids: Grids) -> Array:
-    """Other grounds: softer, harder, more or less damped; so slippery that feet slide."""
     neutral = np.array([p.neutral for p in candidate.parameters])
     if len(neutral) == 1:
         return np.array(grids.frictions)[:, None]

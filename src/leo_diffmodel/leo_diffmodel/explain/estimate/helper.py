@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A second process that takes its share of a list of trials; the results are those of one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -27,8 +25,7 @@ _pools: list[ProcessPoolExecutor] = []
 def prepare(first: Callable[..., Any], wanted: bool = True) -> None:
     """Begin to start the process, where there is a second core; a worker of others gets none.
 
-    It begins with the module of `first`, which takes longest to import. It is not `wanted` where
-    what is tried may not be fit to be sent, such as a user's own code.
+    It imports the module of `first`. Not `wanted` where a user's own code may not fit to be sent.
     """
     _started.clear()
     if wanted and cpu_count() > 1 and multiprocessing.parent_process() is None:
@@ -40,9 +37,9 @@ def spread(
     items: Sequence[Item],
     done: Callable[[Item], None] = lambda _: None,
 ) -> list[Result]:
-    """`function` of each item, in order; the other process, once it is there, takes its share.
+    """`function` of each item, in order; the other process takes its share, sent as copies.
 
-    What the function needs and gives is sent as a copy. `done` is called with each item that is.
+    `done` is called with each item that is.
     """
     return list(spread_until(np.inf, function, items, done).values())
 
@@ -53,7 +50,7 @@ def spread_until(
     items: Sequence[Item],
     done: Callable[[Item], None] = lambda _: None,
 ) -> dict[int, Result]:
-    """As `spread`, by number of the item; none is begun after a time [s of `time.monotonic`]."""
+    """As `spread`, by number of the item; none is begun after `until` [s of `time.monotonic`]."""
     results: dict[int, Result] = {}
     waiting, lent = list(range(len(items))), None
     while waiting or lent:
@@ -75,8 +72,6 @@ def spread_until(
 
 
 class _Lent(NamedTuple):
-    """What the other process works at: numbers of items, and its answer."""
-
     numbers: list[int]
     answer: Future
 

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Torque laws at one place that can do what another one was found to do there.
 
-A scan asks what a small effect does where the model as given goes. A large one takes the robot
-elsewhere, and the law that fits there best may look poor from here; one that does what the best of
-the others does is not far from it. So does one law with another whole number of periods in a turn,
-where the joint moves through less than a period.
+A scan sees small effects where the model as given goes; a large one takes the robot elsewhere, and
+the law that fits best there may look poor from here. It is not far from one that does the same.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,26 +21,19 @@ Array = np.ndarray
 
 
 def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Scan]:
-    """The laws that come nearest to the last effect of a fit, with the values that do so.
-
-    Args:
-        problem: with the states at which they are compared.
-        fitted: the fit of the effect and the others.
-        scans: of the candidates; those of another place or of no torque of angle and rate are
-            passed over.
-    """
-    mine, index = fitted.hypothesis.candidates[-1], len(fitted.hypothesis.candidates) - 1
-    if not _is_of_state(mine):
+    """The laws that come nearest to the last effect of a fit, with the values that do so."""
+    law, index = fitted.hypothesis.candidates[-1], len(fitted.hypothesis.candidates) - 1
+    if not _is_of_state(law):
         return []
     first, after = fitted.hypothesis.offset(index), fitted.hypothesis.first_constant
-    values, (q, dq) = fitted.theta[first:after], _states(problem, mine.where)
-    torque = _torque(mine, values, q, dq)
+    values, (q, dq) = fitted.theta[first:after], _states(problem, law.where)
+    torque = _torque(law, values, q, dq)
     others: list[tuple[float, Scan]] = []
     wholes: list[tuple[float, Scan]] = []
     for scan in scans if torque.any() else ():
-        if scan.candidate.where != mine.where or not _is_of_state(scan.candidate):
+        if scan.candidate.where != law.where or not _is_of_state(scan.candidate):
             continue
-        itself = scan.candidate == mine
+        itself = scan.candidate == law
         for points in _other_wholes(scan, values) if itself else [scan.points]:
             point, left = _nearest(scan.candidate, points, q, dq, torque)
             theta = np.concatenate([fitted.theta[:first], point, fitted.theta[after:]])
@@ -73,10 +62,9 @@ def _other_wholes(scan: Scan, values: Array) -> list[Array]:
 def _nearest(
     candidate: Candidate, points: Array, q: Array, dq: Array, torque: Array
 ) -> tuple[Array, float]:
-    """The parameters with which a law comes nearest to a torque, and the share that it leaves.
+    """The values with which a law comes nearest to a torque, and the share that it leaves.
 
-    What neither scales nor turns it stays as it was scanned: a ripple of no turns at all would do
-    what a constant torque does, and no fit would find the way from there.
+    What neither scales nor turns it stays as scanned: no fit finds back from a ripple of no turns.
     """
     parameters = candidate.parameters
     free = [i for i, p in enumerate(parameters) if p.scales or p.turns]
@@ -98,7 +86,6 @@ def _nearest(
 
 
 def _is_of_state(candidate: Candidate) -> bool:
-    """Whether its law is a torque that angle and rate of its joint decide."""
     e = candidate.effect
     return e.hook == 'torque' and not (e.motor_side or e.uses_load or e.remembers)
 
@@ -110,7 +97,6 @@ def _torque(candidate: Candidate, point: Array, q: Array, dq: Array) -> Array:
 
 
 def _states(problem: Problem, where: str) -> tuple[Array, Array]:
-    """Some of the measured angles and rates of the joints of a place."""
     names = problem.base.robot.joint_names
     joints = [i for i, name in enumerate(names) if where in ('all', name)]
     q, dq = (x[..., joints].ravel() for x in (problem.windows.q, problem.windows.dq))

@@ -1,11 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All effects in one linear problem about a fit: what each of them does to the prediction.
-
-Those of the fit and all others have columns alike, so that any set of them is judged by linear
-algebra alone, without a rollout.
-"""
-
-from __future__ import annotations
+"""All effects in one linear problem about a fit, so that any set is judged without a rollout."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +15,6 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import Scales
 from leo_diffmodel.explain.settings import Settings
-from leo_sim.description.urdf import Body
 
 Array = np.ndarray
 
@@ -60,7 +53,6 @@ class Matrices:
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """All of them."""
         return (*self.members, *self.others)
 
     def least(self, terms: Sequence[Term]) -> tuple[float, Array]:
@@ -86,7 +78,7 @@ class Matrices:
         return [0.5 * float(left[s] @ np.linalg.solve(square(free, s), left[s])) for s in spans]
 
     def alike(self, held: Sequence[Term], term: Term) -> float:
-        """The largest cosine between a column of a term and what some others can do together."""
+        """The largest cosine of a column of a term with what some others can do together."""
         index = indices(held)
         across = self.gram[np.ix_(index, [*term.span])]
         shares = (across * np.linalg.solve(square(self.gram, index), across)).sum(axis=0)
@@ -106,10 +98,7 @@ class Matrices:
         return made, made.bounded(np.concatenate([*values.values(), constants]))
 
     def _lighter(self, link: str, values: Mapping[Candidate, Array]) -> float:
-        """The mass of a link in the fit, as a share of that in a set.
-
-        What is linear is its first moment, and not its centre of mass.
-        """
+        """The mass of a link in the fit, as a share of that in a set: its moment is linear."""
         held = self.fit.hypothesis.candidates
         was = {c.where: float(self.fit.own(c)[0]) for c in held if c.effect.name == MASS}
         now = {c.where: float(v[0]) for c, v in values.items() if c.effect.name == MASS}
@@ -124,16 +113,10 @@ def matrices(
     pool: Sequence[Candidate],
     progress: Progress = lambda *_: None,
 ) -> Matrices:
-    """Linearise a fit in its own effects and in all those of a pool.
-
-    Columns of a pool's effects are of finite amplitudes, in some of the training windows. Start
-    states and constants are projected out of all.
-    """
-    train = np.flatnonzero(problem.train)
+    """Linearise a fit in its own effects and, at finite amplitudes, in all those of a pool."""
     few = max(1, round(problem.numerics.matrix_samples / problem.windows.steps))
-    if len(train) > few:
-        train = train[np.linspace(0, len(train) - 1, few).astype(int)]
-    made = _Builder(problem.take(train), fitted.take(train), scales)
+    some = problem.some_trained(few)
+    made = _Builder(problem.take(some), fitted.take(some), scales)
     for candidate in pool:
         if problem.late():
             break
@@ -144,8 +127,6 @@ def matrices(
 
 
 class _Builder:
-    """Columns on their way to normal equations."""
-
     def __init__(self, problem: Problem, fitted: Fit, scales: Scales):
         self._problem, self._fit = problem, fitted
         self._scanner = Scanner(problem, fitted, scales)
@@ -162,7 +143,6 @@ class _Builder:
         self._left = self._beside(self._target)
 
     def _free(self, rows: Array) -> Array:
-        """Rows (..., M) without what constants explain."""
         return rows - (rows @ self._constants.T) @ self._constants
 
     def _beside(self, rows: Array) -> Array:
@@ -188,8 +168,7 @@ class _Builder:
         return Term(candidate, begin, tuple(columns), first)
 
     def add(self, candidate: Candidate) -> None:
-        """The terms of one more effect that say most, and what it shows."""
-        terms = list(terms_of(candidate, self._scanner, self._problem))
+        terms = list(terms_of(candidate, self._scanner))
         rows = self._rows_of(candidate, terms)
         gains = [self._gain(term, r) for term, r in zip(terms, rows, strict=True)]
         order = sorted(range(len(terms)), key=lambda n: -gains[n][0])
@@ -201,10 +180,10 @@ class _Builder:
             gain, best = gains[shown[0]]
             traces = [0.5 * float((self._beside(rows[n]) ** 2).sum(axis=-1).max()) for n in shown]
             values = self._fit.with_values(terms[shown[0]].values(best))
-            self._scans.append(_scan(candidate, values, gain, max(traces), self._fit))
+            first = self._fit.hypothesis.first_constant
+            self._scans.append(Scan(candidate, values, gain, max(traces), first))
 
     def _rows_of(self, candidate: Candidate, terms: Sequence[Term]) -> list[Array]:
-        """What the columns of each term do, (C, M) each."""
         points = [term.begin + c.direction for term in terms for c in term.columns]
         rows = self._free(self._scanner.change(candidate, np.array(points)))
         rows = np.where(np.isfinite(rows), rows, 0.0)
@@ -222,21 +201,16 @@ class _Builder:
         return float(best @ along - 0.5 * best @ square @ best), best
 
     @property
-    def _bodies(self) -> Mapping[str, Body]:
-        fitted = self._fit
-        return fitted.hypothesis.model(self._problem.base, fitted.theta).laws.bodies
-
-    @property
     def made(self) -> Matrices:
-        """All of it."""
         rows = np.array(self._rows).reshape(-1, len(self._target))
         length = np.sqrt((rows**2).sum(axis=1)) + 1e-6
         terms = [*self._members, *self._others]
         limits = np.array([(c.low, c.high) for t in terms for c in t.columns]).reshape(-1, 2)
         rows = rows / length[:, None]
-        gram = rows @ rows.T
+        gram, at = rows @ rows.T, self._fit
+        bodies = at.hypothesis.model(self._problem.base, at.theta).laws.bodies
         return Matrices(
-            self._fit,
+            at,
             tuple(self._members),
             tuple(self._others),
             gram,
@@ -247,12 +221,12 @@ class _Builder:
             tuple(sorted(self._scans, key=lambda s: -s.gain)),
             _threshold(gram, indices(self._members), self._problem.settings),
             len(self._target),
-            {name: float(body.mass) for name, body in self._bodies.items()},
+            {name: float(body.mass) for name, body in bodies.items()},
         )
 
 
 def indices(terms: Sequence[Term]) -> list[int]:
-    """Numbers of the columns of some terms."""
+    """Numbers of their columns."""
     return [i for term in terms for i in term.span]
 
 
@@ -266,17 +240,8 @@ def _basis(rows: Array) -> Array:
     return np.linalg.qr(rows.T)[0].T
 
 
-def _scan(candidate: Candidate, theta: Array, gain: float, evidence: float, fitted: Fit) -> Scan:
-    none = np.zeros((0, 0))
-    first = fitted.hypothesis.first_constant
-    return Scan(candidate, theta, gain, none, evidence, none, np.zeros(0), first)
-
-
 def _threshold(gram: Array, held: Sequence[int], settings: Settings) -> float:
-    """Gain [nats] that noise shows in the best of all columns beside those that are held.
-
-    As `scan.threshold`, from the products of the columns alone.
-    """
+    """As `scan.threshold`, beside columns that are held, from the products of columns alone."""
     gates = settings.gates
     free = gram - gram[:, held] @ np.linalg.solve(square(gram, held), gram[held])
     size = np.diag(free)

@@ -6,22 +6,14 @@ what else is missing is judged beside it. In short windows predictions answer st
 is missing, so that a choice by linear algebra holds there; a joint fit in longer ones decides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.explain.estimate.choice import (
-    choose,
-    first_steps,
-    Kept,
-    Price,
-    price_of,
-    pruned,
-)
+from leo_diffmodel.explain.estimate import choice
+from leo_diffmodel.explain.estimate.choice import Kept, Price, price_of, pruned
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, most_floors, STEPS
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of, unexplained
@@ -63,7 +55,7 @@ class Rounds:
         constants = self._first.fit.hypothesis.constants
         begun = self._fitted(short, Hypothesis(ordinary, constants))
         for _ in range(short.numerics.most_rounds):
-            if short.late() or _noise_is_left(short, begun):
+            if short.late() or unexplained(begun) < short.gates.correlated:
                 break
             begun, again = self._round(short, begun, self.matrices(short, begun, self._plain))
             if again:
@@ -82,15 +74,12 @@ class Rounds:
         return fitted, made
 
     def _round(self, problem: Problem, fitted: Fit, made: Matrices) -> tuple[Fit, bool]:
-        """One choice and its joint fit, and whether the choice is the same again.
-
-        Where the fit is far off, the best of those that have one thing more.
-        """
+        """One choice and its joint fit, and whether the choice is the same again."""
         price = self._price(problem, fitted, made)
         if unexplained(fitted) > problem.gates.far:
-            chosen = first_steps(made, price, problem.numerics, _ordinary)
+            chosen = choice.first_steps(made, price, problem.numerics, _ordinary)
         else:
-            chosen = [choose(made, price, problem.numerics, _ordinary)]
+            chosen = [choice.choose(made, price, problem.numerics, _ordinary)]
         sets = [self._seen(made, terms, _ordinary) for terms in chosen]
         if problem.late() or {t.candidate for t in sets[0]} == {*fitted.hypothesis.candidates}:
             return fitted, True
@@ -102,13 +91,11 @@ class Rounds:
     def matrices(
         self, problem: Problem, fitted: Fit, pool: Sequence[Candidate] | None = None
     ) -> Matrices:
-        """All effects of a pool about a fit."""
         pool = self._pool if pool is None else pool
         return matrices(problem, fitted, self._estimator.scales, pool, self._progress)
 
     @property
     def _several(self) -> bool:
-        """Whether the robot has several joints, at which small errors of each add up."""
         problem = self._first.problem
         return len(problem.base.robot.actuators) >= problem.gates.several
 
@@ -120,11 +107,11 @@ class Rounds:
         return [c for c in self._pool if c.effect.family != FRICTION or _ordinary(c)]
 
     def _price(self, problem: Problem, fitted: Fit, made: Matrices) -> Price:
-        """At several joints an effect must save more than a trifle of what is unexplained, too."""
+        """At several joints an effect must save a share of what is unexplained, too."""
         price, channels = price_of(problem, fitted, made), fitted.start.shape[-1]
         residual, material = fitted.residual[problem.train], problem.gates.material
-        trifle = float(likelihood.swollen(residual, channels, problem.numerics, material).sum())
-        return replace(price, effect=max(price.effect, trifle)) if self._several else price
+        least = float(likelihood.swollen(residual, channels, problem.numerics, material).sum())
+        return replace(price, effect=max(price.effect, least)) if self._several else price
 
     def _fitted(
         self,
@@ -138,7 +125,6 @@ class Rounds:
         return fit(problem, hypothesis, theta, start, iterations=steps, thorough=True)
 
     def seen(self, at: Estimate, made: Matrices) -> Estimate:
-        """A fit less what is not worth its price or changes nothing that anybody can see."""
         price = price_of(at.problem, at.fit, made)
         terms = self._seen(made, pruned(made, list(made.members), price))
         if len(terms) == len(made.members):
@@ -157,7 +143,7 @@ class Rounds:
         return terms
 
     def _floors(self, made: Matrices, terms: list[Term], able: list[Term]) -> list[float]:
-        """What each term changes predictions by, far ahead, the others refitted [noise floors]."""
+        """What each term changes predictions by far ahead, the others refitted [noise floors]."""
         whole = self._ends(made, terms)
         parts = ([t for t in terms if t is not out] for out in able)
         far = [most_floors(self._ends(made, part) - whole) for part in parts]
@@ -171,7 +157,3 @@ class Rounds:
 
 def _ordinary(candidate: Candidate) -> bool:
     return candidate.effect.name in ORDINARY
-
-
-def _noise_is_left(problem: Problem, fitted: Fit) -> bool:
-    return unexplained(fitted) < problem.gates.correlated

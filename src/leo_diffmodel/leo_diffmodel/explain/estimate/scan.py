@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scan each effect over finite amplitudes: friction, dead band and delay have no slope at zero."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import itertools
 import math
 
@@ -31,26 +29,25 @@ class Scan:
         candidate: the effect and its place.
         theta: the best parameters, shape (P,).
         gain: on the training windows [nats], nuisances projected out.
+        evidence: 0.5 |signature|^2 of the largest amplitude [nats].
+        first: where in `theta` the candidate's own parameters begin.
         signatures: change of the whitened prediction for each point tried, unit length,
             shape (S, M); what threshold draws and confusability are computed from.
-        evidence: 0.5 |signature|^2 of the largest amplitude [nats].
         points: the parameters tried, shape (S, P).
         nats: 0.5 |signature|^2 of each, shape (S,).
-        first: where in `theta` the candidate's own parameters begin.
     """
 
     candidate: Candidate
     theta: Array
     gain: float
-    signatures: Array
     evidence: float
-    points: Array
-    nats: Array
-    first: int = 0
+    first: int
+    signatures: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    points: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    nats: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def own(self) -> Array:
-        """The best values of the candidate itself, shape (P,)."""
         return self.theta[self.first : self.first + len(self.candidate.parameters)]
 
 
@@ -58,11 +55,9 @@ class Scanner:
     """Scans candidates on top of one fitted hypothesis."""
 
     def __init__(self, problem: Problem, null: Fit, scales: Scales):
-        """Linearise at `null` once; every candidate reuses it.
-
-        A parameter at its bound can take nothing up, so it is no nuisance.
-        """
+        """Linearise at `null` once; a parameter at its bound takes nothing up: no nuisance."""
         self._problem, self._null, self._scales = problem, null, scales
+        self.grids = problem.grids
         errors = conditional_errors(null.columns[problem.train])
         linear = problem.linearised(null.hypothesis, null.theta, null.start, errors)
         self._first = linear.residual
@@ -83,7 +78,7 @@ class Scanner:
         change = self._before - self._project(self._tried(candidate, grid))
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         along = change @ self.residual
-        stretch = np.clip(along / length2, *stretch_limits(candidate, self._problem.grids))
+        stretch = np.clip(along / length2, *stretch_limits(candidate, self.grids))
         gains = stretch * along - 0.5 * stretch**2 * length2
         best = int(np.argmax(gains))
         theta = stretched(candidate, grid[best], float(stretch[best]))
@@ -93,26 +88,13 @@ class Scanner:
         """What a candidate at some points (S, P) adds to the prediction, starts out, (S, M)."""
         return self.without_starts(self._given - self._tried(candidate, points))
 
-    @property
-    def places(self) -> tuple[float, ...]:
-        """Where a payload is tried, in times the way to the centre of its link."""
-        return self._problem.grids.places
-
-    @property
-    def heavier(self) -> float:
-        """How many times as heavy a link may be, and as large its first moment."""
-        return self._problem.grids.heavier
-
     def centre(self, link: str) -> tuple[float, float, float]:
         """The centre of mass of a link in the fit [m]."""
         base, theta = self._problem.base, self._null.theta
         return self._null.hypothesis.model(base, theta).laws.bodies[link].com
 
     def small(self, candidate: Candidate, begin: Array, direction: Array, size: float) -> float:
-        """A size, or less: that changes predictions by what is told well, and no more.
-
-        Dry friction that stops a joint is straight no more.
-        """
+        """A size, or less, that changes predictions by no more than where they are straight."""
         change = self.change(candidate, (begin + size * direction)[None])
         most, rms = self._problem.numerics.straight, float(np.sqrt((change**2).mean()))
         return size * min(1.0, most / rms) if 0 < rms < np.inf else size
@@ -126,14 +108,12 @@ class Scanner:
         points: Array,
         share: float = 1.0,
     ) -> Scan:
-        """The scan of a candidate in a share of the windows."""
         length2 = np.maximum((change**2).sum(-1), 1e-12)
         unit, nats = change / np.sqrt(length2)[:, None], 0.5 * length2 / share
         full, first = self._null.with_values(theta), self._null.hypothesis.first_constant
-        return Scan(candidate, full, gain / share, unit, float(nats.max()), points, nats, first)
+        return Scan(candidate, full, gain / share, float(nats.max()), first, unit, points, nats)
 
     def _tried(self, candidate: Candidate, points: Array) -> Array:
-        """Whitened residuals with a candidate at some points, (S, W, N)."""
         thetas = np.stack([self._null.with_values(point) for point in points])
         return self._moved(self._null.hypothesis.with_candidate(candidate), thetas)
 
@@ -141,8 +121,7 @@ class Scanner:
         """Whitened residuals of a hypothesis at some values, (..., W, N)."""
         problem, start = self._problem, self._null.start
         starts = np.broadcast_to(start, (*thetas.shape[:-1], *start.shape))
-        model = hypothesis.model(problem.rough, thetas) if thetas.shape[-1] else problem.rough
-        return problem.residual(starts, model)
+        return problem.residual(starts, hypothesis.model(problem.rough, thetas))
 
     def _grid(self, candidate: Candidate) -> Array:
         """All points to try, shape (S, parameters of the effect)."""
@@ -158,11 +137,12 @@ class Scanner:
             rest, move = iter(shape), dict(zip(amplitude, np.multiply(ray, size), strict=True))
             points.append([p.neutral + move[i] if i in move else next(rest) for i, p in numbered])
         able = [p for p in points if possible(parameters, p)]
-        return np.array(able or [_inside(parameters, p) for p in points])
+        low, high = [p.low for p in parameters], [p.high for p in parameters]
+        return np.array(able) if able else np.clip(points, low, high)
 
     def sizes(self, candidate: Candidate, parameter: Parameter) -> Array:
         """Amplitudes of one sign; the clip and the dead band are sized by the input itself."""
-        grids, most = self._problem.grids, self._scales.input
+        grids, most = self.grids, self._scales.input
         if candidate.effect.hook == 'sensor' and not parameter.unit:
             return self._scales.of_readings(grids)
         if candidate.effect.hook != 'command' or parameter.role != 'threshold':
@@ -172,8 +152,7 @@ class Scanner:
         return most * np.array(grids.dead_bands)
 
     def shape(self, candidate: Candidate, parameter: Parameter) -> tuple[float, ...]:
-        """Values to try of what shapes an effect."""
-        return self._scales.shapes(candidate.effect.name, parameter, self._problem.grids)
+        return self._scales.shapes(candidate.effect.name, parameter, self.grids)
 
     def _constants(self, by_theta: Array) -> Array | None:
         if not by_theta.shape[-1]:
@@ -200,7 +179,6 @@ class Scanner:
 
 
 def stretched(candidate: Candidate, point: Array, by: float) -> Array:
-    """A point with the amplitudes of an effect times a factor, within its bounds."""
     parameters = candidate.parameters
     neutral = np.array([p.neutral for p in parameters])
     moved = np.where([p.scales for p in parameters], neutral + by * (point - neutral), point)
@@ -208,7 +186,6 @@ def stretched(candidate: Candidate, point: Array, by: float) -> Array:
 
 
 def possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
-    """Whether the values are within the bounds, those that depend on another one too."""
     values = {p.name: v for p, v in zip(parameters, point, strict=True)}
     return all(
         p.low <= values[p.name] <= p.high and values[p.name] >= values.get(p.above, -np.inf)
@@ -216,12 +193,7 @@ def possible(parameters: Sequence[Parameter], point: Sequence[float]) -> bool:
     )
 
 
-def _inside(parameters: Sequence[Parameter], point: Sequence[float]) -> list[float]:
-    return [min(max(v, p.low), p.high) for p, v in zip(parameters, point, strict=True)]
-
-
 def _is_linear(candidate: Candidate) -> bool:
-    """Whether the law is linear in its amplitude: one point then gives the whole ray."""
     return candidate.effect.hook == 'torque' and candidate.parameters[0].linear
 
 
@@ -239,10 +211,8 @@ def stretch_limits(candidate: Candidate, grids: Grids) -> tuple[float, float]:
 def threshold(scans: Sequence[Scan], settings: Settings) -> float:
     """Gain [nats] that a bag of this robot, length and excitation shows without any effect.
 
-    A no-effect run is noise with the whitening applied: white, of unit variance, nuisances
-    projected out. Its gain along each signature is known in closed form, so a hundred runs
-    cost one matrix product. The quantile over runs of the best gain of all candidates is
-    raised by a safety factor for noise that is known only roughly.
+    The quantile over draws of white noise of the best gain of all candidates, known in closed form
+    along each signature, times a safety factor for noise that is known only roughly.
     """
     gates, at_once = settings.gates, settings.numerics.at_once
     if not scans:

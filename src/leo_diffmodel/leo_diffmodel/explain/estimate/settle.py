@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The start states that fit best with the parameters fixed, each window on its own.
 
-Levenberg-Marquardt on the 2J numbers of every window, all windows at once. The sensitivity may be
-that of an earlier point (a chord), which saves 2J rollouts a step; it is found again in those
-windows alone where a step saves less than half of what it promises, as where dry friction bends
-what a start does.
-
-On the way the windows are integrated as roughly as sensitivities are, plus what the fine step adds
-where they begin, of which a small move changes little; at the end they are predicted finely.
+Levenberg-Marquardt on the 2J numbers of all windows at once. The sensitivity may be that of an
+earlier point (a chord); it is found again where a step saves less than half of what it promises.
+On the way windows are integrated as roughly as sensitivities are, plus what the fine step adds at
+their begin; at the end they are predicted finely.
 """
 
 from __future__ import annotations
@@ -43,7 +40,6 @@ class Settled:
     by_start: Array
 
     def take(self, index: Array) -> Settled:
-        """Some of the windows."""
         return Settled(*(x[index] for x in vars(self).values()))
 
 
@@ -57,9 +53,8 @@ def settle(
 ) -> Settled:
     """Settle from each of several start states (W, 2J), and keep the best in each window.
 
-    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is the sensitivity of the
-    whitened residual to the start states, found nearby. They are settled where all windows
-    together promise less than `nats`, and none more than the settings say.
+    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is a sensitivity found
+    nearby. All windows together then promise less than `nats`.
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))
@@ -101,7 +96,6 @@ class _Settling:
         return self._at if self._added is None else self._checked()
 
     def _checked(self) -> Settled:
-        """The windows predicted finely; those that are worse than at first stay there."""
         first, at = self._first, self._at
         residual = self._fixed.residual(at.start)
         loss = self._lost(residual)
@@ -142,13 +136,11 @@ class _Settling:
         stale = (gained < self._fixed.numerics.kept * promised) & (better | ~self._fresh[index])
         stale &= self._fixed.by_start is None
         first, self._fresh[moved] = len(steps) == 1, False
-        self._linearise(index[stale])
+        if stale.any():
+            again = index[stale]
+            at.by_start[again] = _linearised(self._rough.take(again), at.start[again]).by_start
+            self._fresh[again] = True
         return better | stale | first
-
-    def _linearise(self, index: Array) -> None:
-        if index.size:
-            part = _linearised(self._rough.take(index), self._at.start[index])
-            self._at.by_start[index], self._fresh[index] = part.by_start, True
 
 
 def _damped_steps(

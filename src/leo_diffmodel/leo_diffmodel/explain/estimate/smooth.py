@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimator for motion without contact: all effects in one linear problem about each fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -26,9 +24,8 @@ from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.matrices import Matrices, matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
+from leo_diffmodel.explain.problem.hypothesis import Candidate, compatible, EVERYWHERE, Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import compatible, EVERYWHERE
 from leo_msgs_py.console import Reporter
 
 Array = np.ndarray
@@ -37,15 +34,11 @@ Point = tuple[Hypothesis, Array]
 
 @dataclass
 class Smooth(Estimator):
-    """Fits by multiple shooting, from where linear algebra says that it begins.
-
-    One value for all joints is no effect of its own there: that of the joints is.
-    """
+    """Fits by multiple shooting, from where linear algebra says that it begins."""
 
     _made: tuple[Fit, Matrices] | None = field(default=None, init=False)
 
     def first(self, hypothesis: Hypothesis) -> Estimate:
-        """The model as given, with what is uncertain refitted."""
         return Estimate(self.posed, fit(self.posed.problem, hypothesis))
 
     def begun(
@@ -56,7 +49,6 @@ class Smooth(Estimator):
         progress: Reporter,
         near: Fit | None = None,
     ) -> Estimate:
-        """What all losses at once lead to, in short windows at first."""
         progress.expect(2 * len(pool) + STEPS.end)
         return Rounds(self, first, of_joints(pool), progress).of(recordings, near)
 
@@ -65,7 +57,7 @@ class Smooth(Estimator):
     ) -> Extension:
         """The sets that linear algebra finds best, fitted jointly."""
         problem, made = base.problem, self._matrices(base, pool, progress)
-        near = problem.gates.told_nats * max(dispersion(base.fit), 1.0)
+        near = problem.gates.told_nats * dispersion(base.fit)
         terms = rivals(made, price_of(problem, base.fit, made), problem.settings, near)
         points = self._shown(base, [*map(made.hypothesis, terms)])
         if len(base.names) <= problem.gates.many:
@@ -104,21 +96,18 @@ class Smooth(Estimator):
     def doubted(
         self, at: Estimate, final: Fit, pool: Sequence[Candidate], progress: Reporter
     ) -> Fit:
-        """With what every other effect of the pool, at a small size, leaves to doubt."""
         if at.problem.late():
             return final
-        made, spread = self._matrices(at, pool, progress), max(dispersion(at.fit), 1.0)
+        made, spread = self._matrices(at, pool, progress), dispersion(at.fit)
         return background(made, at.fit.hypothesis.candidates, spread).widened(final)
 
     def _matrices(self, at: Estimate, pool: Sequence[Candidate], progress: Reporter) -> Matrices:
-        """All effects about a fit; the last ones are kept."""
         if self._made is None or self._made[0] is not at.fit:
             made = matrices(at.problem, at.fit, self.scales, of_joints(pool), progress)
             self._made = at.fit, made
         return self._made[1]
 
     def finished(self, at: Estimate, starts: Sequence[Array]) -> Estimate:
-        """The least loss that several starts lead to."""
         return Estimate(at.posed, finished(at.problem, at.fit, starts))
 
 
@@ -136,13 +125,9 @@ def _fitted_all(
     rival: float = np.inf,
     patience: int = 0,
 ) -> Extension:
-    """Sets from some values each; the other process takes its share.
-
-    With some `patience` so many are fitted at a time, those that promise most first, as long as
-    one of them is better than all before.
-    """
+    """Fit sets, `patience` at a time as long as one of them is better than all before."""
     problem, each = base.problem, patience or max(len(points), 1)
-    least, gain = base.fit.lost(problem.train), max(dispersion(base.fit), 1.0)
+    least, gain = base.fit.lost(problem.train), dispersion(base.fit)
     fits: dict[int, Fit] = {}
     for first in range(0, len(points), each):
         found = helper.spread_until(

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The columns of each effect: what its parameters are moved by in one linear problem."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import itertools
@@ -11,7 +9,6 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.scan import Scanner, stretch_limits
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
-from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 MASS, MOMENT = 'link_mass', 'link_com'
@@ -51,7 +48,6 @@ class Term:
 
     @property
     def span(self) -> range:
-        """Numbers of its columns."""
         return range(self.first, self.first + len(self.columns))
 
     @property
@@ -61,7 +57,6 @@ class Term:
         return tuple(float(value) for p, value in pairs if p.whole or p.role == 'shape')
 
     def values(self, coefficients: Sequence[float] | Array) -> Array:
-        """Its parameters, shape (P,)."""
         if self.phase is not None:
             by, turned = float(np.hypot(*coefficients)), float(np.arctan2(*coefficients[::-1]))
             values = self.begin + by * self.columns[0].direction
@@ -75,7 +70,7 @@ class Term:
         return np.asarray(sum(moves, self.begin))
 
 
-def terms_of(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterator[Term]:
+def terms_of(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
     """The shapes of an effect: what is straight in its amplitudes once, else each size."""
     parameters, amplitude = candidate.parameters, amplitude_indices(candidate.parameters)
     if candidate.effect.hook == 'body' and any(p.times for p in parameters):
@@ -99,7 +94,7 @@ def terms_of(candidate: Candidate, scanner: Scanner, problem: Problem) -> Iterat
         else:
             for size in scanner.sizes(candidate, parameters[amplitude[0]]):
                 direction = size * np.eye(len(begin))[amplitude[0]]
-                limits = stretch_limits(candidate, problem.grids)
+                limits = stretch_limits(candidate, scanner.grids)
                 yield Term(candidate, begin, (Column(direction, *limits),))
 
 
@@ -107,7 +102,7 @@ def _at_places(candidate: Candidate, scanner: Scanner) -> Iterator[Term]:
     """A mass at the centre of a link, or as far beyond it, and its first moments about there."""
     parameters = candidate.parameters
     centre = dict(zip('xyz', scanner.centre(candidate.where), strict=True))
-    for far in scanner.places:
+    for far in scanner.grids.places:
         begin = np.array([far * centre[p.name] if p.times else p.neutral for p in parameters])
         mass = _straight(candidate, begin, 0, scanner)
         others = [
@@ -133,6 +128,6 @@ def _straight(candidate: Candidate, begin: Array, i: int, scanner: Scanner) -> C
     size = scanner.small(candidate, begin, moved, scanner.sizes(candidate, p)[1])
     if p.high < p.neutral + size:
         size = -size
-    far = scanner.heavier if candidate.effect.name == MOMENT else 1.0
+    far = scanner.grids.heavier if candidate.effect.name == MOMENT else 1.0
     low, high = sorted(far * (end - p.neutral) / size for end in (p.low, p.high))
     return Column(size * moved, low, high)

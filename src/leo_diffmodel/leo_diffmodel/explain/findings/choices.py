@@ -13,8 +13,7 @@ from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.findings.findings import Choices, Counts
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.classes import Facts
-from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.together import widens
+from leo_diffmodel.explain.problem.hypothesis import Candidate, widens
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names, supported

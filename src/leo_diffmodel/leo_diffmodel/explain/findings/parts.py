@@ -17,15 +17,13 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.fitted import Fit, linear_part
 from leo_diffmodel.explain.findings.findings import Own, Part, Range, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
-from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate
+from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, widens
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.together import widens
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names

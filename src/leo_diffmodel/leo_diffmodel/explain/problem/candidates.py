@@ -6,8 +6,6 @@ does not weigh twenty times what was drawn, a measurement is no later than what 
 A value on its limit is no answer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import inf, isfinite
@@ -38,8 +36,7 @@ def seen(
 def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, ...]:
     """Every effect of the catalogue, and the user's, at every place it can act.
 
-    Joint effects are tried at each joint and, on robots with several, shared by all of them;
-    body effects at each moving link. What the model holds already is left out.
+    Joint effects also shared by all joints of several. What the model holds already is left out.
     """
     taken = {(p.effect.name, place) for p in model.effects for place in p.where}
     # what does several effects at once is another thing than these, and found as one, only here
@@ -54,7 +51,6 @@ def candidates(model: Model, extra: Iterable[Effect] = ()) -> tuple[Candidate, .
 
 
 def _places(effect: Effect, model: Model) -> list[str]:
-    """Where it is tried; what a motor does, only at joints with one."""
     places = list(effect.places(model.robot))
     if effect.family == 'motor':
         driven = {a.joint for a in model.robot.actuators}
@@ -87,7 +83,6 @@ def uncertain(model: Model, recordings: Sequence[str] = ('',)) -> tuple[Constant
 
 
 def own_constants(model: Model, recordings: Sequence[Recording]) -> tuple[Constant, ...]:
-    """The uncertain constants that these recordings have of their own, one for each."""
     return tuple(c for c in uncertain(model, [r.name for r in recordings]) if c.recording)
 
 
@@ -98,10 +93,7 @@ def _in(model: Model, constant: Constant, recording: str) -> Constant:
 
 
 def limited(candidate: Candidate, model: Model, grids: Grids) -> Candidate:
-    """A candidate whose parameters stay within what is plausible for the robot.
-
-    The model file may say otherwise (`limits:`), within what the effect allows at all.
-    """
+    """A candidate within what is plausible for the robot, or the `limits:` of its model file."""
     kept = []
     for p in candidate.parameters:
         keys = limit_keys(candidate.effect.name, candidate.where, p.name)

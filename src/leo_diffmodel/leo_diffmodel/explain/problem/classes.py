@@ -17,24 +17,17 @@ from leo_sim.description.robot import Robot
 
 @dataclass(frozen=True)
 class Facts:
-    """What decides whether two effects can be told apart.
-
-    Attributes:
-        robot: the robot.
-        ever_free: some motor was switched off during the data.
-    """
+    """What decides whether two effects are told apart; `ever_free`: some motor was off."""
 
     robot: Robot
     ever_free: bool
 
     @classmethod
     def of(cls, robot: Robot, recordings: Sequence[Recording]) -> Facts:
-        """What these recordings of a robot decide."""
         free = (e.enabled < 0.5 for r in recordings for e in r.episodes)
         return cls(robot, any(bool(f.any()) for f in free))
 
     def alike(self, a: Candidate, b: Candidate) -> bool:
-        """Whether two effects are one, or the same thing in the data."""
         return a == b or same_thing(a, b, self) is not None
 
     @property
@@ -43,20 +36,8 @@ class Facts:
         robot = self.robot
         return len(robot.joint_names) == 1 and robot.base == 'fixed' and not robot.copies
 
-    @property
-    def one_hinge(self) -> bool:
-        """That is a hinge."""
-        return self.alone and not self.robot.slides
-
     def at_base(self, joint: str, slides: bool = False) -> bool:
-        """Whether a joint is a hinge between the fixed base and the first link that moves.
-
-        One that others mimic is none: what moves with it turns about other axes.
-
-        Args:
-            joint: its name.
-            slides: ask for a slide there instead.
-        """
+        """Whether a joint, that none mimics, is a hinge (or of `slides`) at the fixed base."""
         joints = self.robot.joints
         found = next((j for j in joints if j.name == joint), None)
         if self.robot.base != 'fixed' or found is None or (joint in self.robot.slides) != slides:
@@ -123,7 +104,7 @@ CLASSES = (
     ),
     SameThing(
         frozenset({'encoder_offset', 'external_force', 'link_com', 'torque_ripple'}),
-        lambda f, _: f.one_hinge,
+        lambda f, _: f.alone and not f.robot.slides,
         'on a single hinge a shifted zero, a shifted CoM, a sideways force and a ripple once per '
         'turn all turn gravity',
     ),
@@ -163,7 +144,6 @@ def why_same(a: tuple[str, str], b: tuple[str, str], facts: Facts) -> str | None
 
 
 def pair_note(candidates: Iterable[Candidate], facts: Facts) -> str | None:
-    """What pair of effects could stand for a named one."""
     fixed = (c.effect.name for c in candidates if facts.at_base(_joint(c.where, facts)))
     return PAIR if 'external_force' in fixed else None
 

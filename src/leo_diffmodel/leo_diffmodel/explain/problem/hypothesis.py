@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,16 +13,14 @@ from leo_sim.effects import Effect, Parameter, place, Placed
 from leo_sim.model import Model
 
 Array = np.ndarray
+EVERYWHERE = 'all'
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One effect at one place.
+    """One effect at one place: a joint, a link, or `EVERYWHERE` for one shared value.
 
-    Attributes:
-        effect: the law.
-        where: a joint or link name, or 'all' for one shared value.
-        parameters: its parameters with this robot's units, neutral values and bounds.
+    Its parameters have this robot's units, neutral values and bounds.
     """
 
     effect: Effect
@@ -30,7 +29,6 @@ class Candidate:
 
     @property
     def label(self) -> str:
-        """As typed on the command line: effect:where."""
         return f'{self.effect.name}:{self.where}'
 
     @property
@@ -52,27 +50,22 @@ class Hypothesis:
 
     @property
     def size(self) -> int:
-        """Length of the parameter vector."""
         return self.first_constant + len(self.constants)
 
     @property
     def first_constant(self) -> int:
-        """Where in the vector the constants begin."""
         return self.offset(len(self.candidates))
 
     @property
     def low(self) -> Array:
-        """Lower bound of each parameter."""
         return np.array([p.low for p in self._parameters] + [c[0] for c in self._ranges])
 
     @property
     def high(self) -> Array:
-        """Upper bound of each parameter."""
         return np.array([p.high for p in self._parameters] + [c[1] for c in self._ranges])
 
     @property
     def neutral(self) -> Array:
-        """The vector that changes nothing."""
         return np.array([p.neutral for p in self._parameters] + [c.value for c in self.constants])
 
     @property
@@ -97,10 +90,7 @@ class Hypothesis:
 
     @property
     def together(self) -> list[list[int]]:
-        """Indices of the parameters without whole ones; no window sees two of a group.
-
-        A group holds the values that one constant has in several recordings.
-        """
+        """Numbers of the parameters but whole ones, the values of one constant as one group."""
         first, recordings = self.first_constant, self.recordings
         rows: dict[str | int, list[int]] = {}
         for i in map(int, np.flatnonzero(~self.whole)):
@@ -113,10 +103,9 @@ class Hypothesis:
         return (theta > self.low) & (theta < self.high) & ~self.whole
 
     def prior(self, theta: Array) -> Array:
-        """Precision of each parameter before any data, shape (P,); inf for what is held fast.
+        """Precision of each parameter before any data, (P,); inf for what is held fast.
 
-        Of an effect nothing is known. A constant is uniform between its bounds; its variance is
-        taken about its present value.
+        Of an effect 0. A constant is uniform between its bounds; its variance is about its value.
         """
         first = self.first_constant
         at, low, high = theta[first:], self.low[first:], self.high[first:]
@@ -142,15 +131,13 @@ class Hypothesis:
         return least
 
     def bounded(self, theta: Array) -> Array:
-        """The values within the bounds nearest to these."""
         inside = np.clip(theta, self.low, self.high)
         return np.maximum(inside, self.least(inside))
 
     def moved(self, theta: Array, step: Array) -> Array:
         """The values after a step, within the bounds.
 
-        Where the law is straight in the product of two of them, so is the step: it would else
-        lead nowhere while both are far off.
+        Where the law is straight in the product of two of them, so is the step.
         """
         there = self.bounded(theta + step)
         for index, candidate in enumerate(self.candidates):
@@ -164,11 +151,9 @@ class Hypothesis:
         return self.bounded(there)
 
     def with_candidate(self, candidate: Candidate) -> Hypothesis:
-        """This hypothesis and one more effect."""
         return Hypothesis((*self.candidates, candidate), self.constants)
 
     def without(self, index: int) -> Hypothesis:
-        """This hypothesis less its effect at `index`."""
         rest = self.candidates[:index] + self.candidates[index + 1 :]
         return Hypothesis(rest, self.constants)
 
@@ -179,11 +164,9 @@ class Hypothesis:
         return np.concatenate([*own, theta[len(theta) - len(self.constants) :]])
 
     def offset(self, index: int) -> int:
-        """Where in the vector the parameters of candidate `index` begin."""
         return sum(len(c.parameters) for c in self.candidates[:index])
 
     def values(self, theta: Array, index: int) -> dict[str, float]:
-        """The parameters of candidate `index` by name."""
         first = self.offset(index)
         names = [p.name for p in self.candidates[index].parameters]
         return {n: float(v) for n, v in zip(names, theta[first:], strict=False)}
@@ -194,6 +177,8 @@ class Hypothesis:
 
     def model(self, base: Model, theta: Array) -> Model:
         """`base` with these effects and constants; `theta` (S, P) makes S models at once."""
+        if not self.size:
+            return base
         shared, own = dict(base.constants), {p: dict(v) for p, v in base.by_recording.items()}
         for i, c in enumerate(self.constants, self.first_constant):
             values = own.setdefault(c.path, {}) if c.recording else shared
@@ -225,5 +210,23 @@ def _lead(value: Array) -> float | Array:
 
 
 def amplitude_indices(parameters: tuple[Parameter, ...]) -> tuple[int, ...]:
-    """The parameters that scale an effect; the others shape it."""
     return tuple(i for i, p in enumerate(parameters) if p.scales)
+
+
+def compatible(names: Iterable[Candidate], other: Candidate) -> bool:
+    """Whether an effect may stand with others: not what shares a term with one at its place."""
+
+    def overlaps(one: Candidate) -> bool:
+        everywhere = EVERYWHERE in (one.where, other.where)
+        return one.where == other.where or (everywhere and one.effect.hook == other.effect.hook)
+
+    return not any(overlaps(c) and _terms(c) & _terms(other) for c in names)
+
+
+def _terms(candidate: Candidate) -> set[Parameter]:
+    return {p for p in candidate.parameters if p.scales}
+
+
+def widens(candidate: Candidate, other: Candidate) -> bool:
+    """Whether an effect is a wider law than another at its place, and no second cause."""
+    return candidate.where == other.where and set(other.parameters) < set(candidate.parameters)

@@ -6,12 +6,10 @@ Here `residual` is in units of the noise, (..., W, N) with N = (K+1) 2J, and `ch
 None lets each window speak for itself.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import chdtri, huber
 
 from leo_diffmodel.explain.settings import Numerics
 from leo_sim.common.compiled import compiled
@@ -22,8 +20,8 @@ Array = np.ndarray
 def dispersion(residual: Array, states: int) -> float:
     """How many times less nats count where residuals (W, N) are correlated in time.
 
-    1 for white noise. On real data something unmodelled is always left; neighbouring samples then
-    repeat each other. `states` start states (2J) were free in each window.
+    1 for white noise, never less; where something unmodelled is left, neighbouring samples repeat
+    each other. `states` start states (2J) were free in each window.
     """
     joints = states // 2
     angles = residual.reshape(len(residual), -1, states)[..., :joints]
@@ -50,10 +48,7 @@ def measured(residual: Array) -> Array:
 
 
 def degrees(residual: Array, states: int) -> Array:
-    """Degrees of freedom in each window of residuals (W, N), of which `states` were free, (W,).
-
-    At least one: of a joint at rest the start state takes all that was measured.
-    """
+    """Degrees of freedom in each window of residuals (W, N), `states` of them free, 1 at least."""
     return np.asarray(np.maximum(measured(residual).sum(axis=-1) - states, 1))
 
 
@@ -62,15 +57,14 @@ def loss(
 ) -> Array:
     """Loss of each window [nats], (..., W).
 
-    In each window each channel has its own size of what the model is off by: -log of the
-    likelihood with the size that is most likely beyond what noise alone may be, where sizes are
-    spread about a typical one as an inverse gamma variable is. So neither the windows where every
-    hypothesis is wrong decide between them, nor those where nothing happens. Samples far out are
-    weighed down as in Huber's loss (his second proposal, 1964, has location and size together).
+    In each window each channel has its own size of what the model is off by, the most likely one
+    beyond what noise alone may be, spread about a typical one as an inverse gamma variable is. So
+    neither windows where every hypothesis is wrong decide, nor those where nothing happens.
+    Samples far out are weighed down (Huber's second proposal, 1964: location and size together).
     """
     off, count = size(residual, channels, numerics, typical), residual.shape[-1] // channels
     scaled = (_by_channel(residual, channels) / off).reshape(residual.shape)
-    total: Array = huber(scaled, numerics.huber)
+    total: Array = huber(numerics.huber, scaled).sum(axis=-1)
     own = np.log(off) + 0.5 * _noise_beyond(count, numerics) * (1.0 - off**-2.0)
     if typical is not None:
         apart = np.log(off / typical) + 0.5 * ((typical / off) ** 2 - 1.0)
@@ -107,7 +101,7 @@ def promised(
 
 
 def size_weight(numerics: Numerics, typical: Array | None) -> float:
-    """Weight of all that is known of a size in one window; what that window shows has 1."""
+    """Weight of what is known of a size before a window, which has 1 itself."""
     return 1.0 if typical is None else 1.0 + numerics.shared
 
 
@@ -181,10 +175,3 @@ def _noise_beyond(count: int, numerics: Numerics) -> float:
 def huber_weight(residual: Array, knee: float) -> Array:
     """Huber weights: 1 within the knee [sigma], falling as 1/|r| outside."""
     return np.minimum(1.0, knee / np.maximum(np.abs(residual), 1e-12))
-
-
-def huber(residual: Array, knee: float) -> Array:
-    """Huber loss of each window [nats], linear beyond the knee, from residuals (..., W, N)."""
-    size = np.abs(residual)
-    loss = np.where(size <= knee, 0.5 * size**2, knee * (size - 0.5 * knee))
-    return loss.sum(axis=-1)

@@ -11,13 +11,12 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
-from leo_diffmodel.compare.pushes import fast_enough, respond
+from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.linearisation import no_torques
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.problem.shooting import eliminate, Linear
+from leo_diffmodel.explain.problem.shooting import eliminate, Linear, sensitivities
 from leo_diffmodel.explain.settings import Grids, Settings, settings_for
 from leo_sim.model import Model
 
@@ -48,7 +47,6 @@ class Posed:
         return replace(self, problem=replace(self.problem, until=until), longer=longer)
 
     def take(self, index: Array) -> Posed:
-        """The problem on some of its short windows."""
         return replace(self, problem=self.problem.take(index))
 
 
@@ -72,8 +70,7 @@ def pose(
         if longer < least or longest <= longer + 2 * noise.HISTORY:
             continue
         windows = cut(everything, longer, history=noise.HISTORY)
-        wider = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
-        wider = replace(wider, rough_step=problem.rough_step, unseen=problem.unseen)
+        wider = _on_windows(problem, windows, blocks)
         if wider.train.sum() >= numerics.enough_windows and _is_tame(wider):
             return Posed(problem, wider, blocks)
     return Posed(problem, None, blocks)
@@ -86,10 +83,7 @@ def searched(
     settings: Settings | None = None,
     sigma: Array | None = None,
 ) -> tuple[Problem, Blocks]:
-    """The problem on short windows, integrated as the model says, see `pose`.
-
-    `sigma` is the noise of each recording and channel where it is known, shape (R, 2J).
-    """
+    """The problem on short windows, integrated as the model says; `sigma` (R, 2J) where known."""
     everything, settings = [*recordings, *hold_out], settings or settings_for(model.robot)
     model = uncounted(model)
     if model.robot.contacts:
@@ -108,9 +102,13 @@ def shorter(posed: Posed, recordings: Sequence[Recording]) -> Problem:
     problem, grids = posed.problem, posed.problem.grids
     seconds = max(grids.straight_seconds, grids.straight_samples * sample_period(recordings))
     windows = cut(recordings, seconds, history=noise.HISTORY)
-    made = _problem(problem.base, windows, problem.sigma, posed.blocks, problem.settings)
-    made = replace(made, rough_step=problem.rough_step, unseen=problem.unseen)
+    made = _on_windows(problem, windows, posed.blocks)
     return made.take(np.flatnonzero(made.train))
+
+
+def _on_windows(problem: Problem, windows: Windows, blocks: Blocks) -> Problem:
+    made = _problem(problem.base, windows, problem.sigma, blocks, problem.settings)
+    return replace(made, rough_step=problem.rough_step, unseen=problem.unseen)
 
 
 def _unseen(recordings: Sequence[Recording]) -> Array | None:
@@ -120,10 +118,9 @@ def _unseen(recordings: Sequence[Recording]) -> Array | None:
 
 
 def uncounted(model: Model) -> Model:
-    """The model whose position servos read their own angle without counts; itself without any.
+    """The model whose position servos read their own angle without counts.
 
-    A loop that counts makes a staircase of the loss: steps of which nothing is known, since no
-    start is known to a fraction of a count, and no slope between them.
+    A loop that counts makes a staircase of the loss, without a slope between its steps.
     """
     counts = [f'actuators.{a.joint}.resolution' for a in model.robot.actuators]
     gone = {path: 0.0 for path in counts if model.constants.get(path)}
@@ -133,9 +130,8 @@ def uncounted(model: Model) -> Model:
 def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
     """The problem with the longest integration step that its noise cannot tell from a finer one.
 
-    The step is halved until that changes the predictions of all windows, of which the problem has
-    `share`, by less than `finer_nats`, at most to the robot's own. Sensitivities need less: what a
-    step is off by is nearly the same with and without a small change.
+    The step is halved, at most to the robot's own, until that changes the predictions of all
+    windows, of which the problem has `share`, by less than `finer_nats`.
     """
     longest, own = problem.numerics.longest_step, problem.base.integration_step
     if longest <= own or not problem.windows.count:
@@ -187,10 +183,7 @@ def _stepped(problem: Problem, at: Point, step: float) -> Linear:
 
 
 def _apart(rough: Linear, fine: Linear) -> float:
-    """By how much sensitivities in most windows differ, as a share of them: the largest share.
-
-    Those to the start of a window are one, and those to each parameter.
-    """
+    """The largest share by which sensitivities, to starts and each parameter, mostly differ."""
     shares = [_share(rough.by_start, fine.by_start)]
     shares += [
         _share(rough.by_theta[..., i : i + 1], fine.by_theta[..., i : i + 1])
@@ -256,7 +249,7 @@ def _problem(
 def _is_tame(problem: Problem) -> bool:
     """Whether start noise moves the ends of most windows by little, and grows by little."""
     windows, joints = problem.windows, problem.windows.q.shape[-1]
-    _, columns = respond(problem.base, windows, windows.measured[:, 0], no_torques(windows))
+    _, columns = sensitivities(problem.base, windows, windows.measured[:, 0])
     end = columns[:, -1, :joints]
     moved = end * per_window(problem.sigma, windows)
     spread = np.sqrt((moved**2).sum(axis=-1)).max(axis=-1)

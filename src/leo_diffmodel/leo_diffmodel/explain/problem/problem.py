@@ -13,12 +13,32 @@ from leo_diffmodel.compare.pushes import own, predict
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import typical_size
-from leo_diffmodel.explain.problem.linearisation import Linearisation
 from leo_diffmodel.explain.problem.shooting import Linear, linearise, whiten
 from leo_diffmodel.explain.settings import Gates, Grids, Numerics, Settings
 from leo_sim.model import Model
 
 Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """The windows of one hypothesis, linearised about the start states that fit them best.
+
+    Attributes:
+        start: start states that fit them best, shape (W, 2J).
+        by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
+        loss: what is left of each window there [nats], shape (W,).
+        finer: what a finer integration would add to the predictions, shape (W, K+1, 2J); it is
+            taken off the measurements of the settled windows.
+    """
+
+    start: Array
+    by_start: Array
+    loss: Array
+    finer: Array
+
+    def take(self, index: Array) -> Linearisation:
+        return Linearisation(*(part[index] for part in vars(self).values()))
 
 
 @dataclass(frozen=True)
@@ -62,32 +82,37 @@ class Problem:
     unseen: Array | None = None
 
     def late(self) -> bool:
-        """Whether the time is over."""
         return time.monotonic() > self.until
 
     @property
     def gates(self) -> Gates:
-        """What decides its answer."""
         return self.settings.gates
 
     @property
     def numerics(self) -> Numerics:
-        """How it is computed."""
         return self.settings.numerics
 
     @property
     def grids(self) -> Grids:
-        """Where it is looked for."""
         return self.settings.grids
+
+    @property
+    def on_ground(self) -> bool:
+        """Whether contacts decide what start states do, so that its windows were settled."""
+        return self.linearisation is not None
 
     @property
     def judged(self) -> Array:
         """Which windows no fit may see, shape (W,)."""
         return ~self.train if self.telling is None else ~(self.train | self.telling)
 
+    def some_trained(self, most: int) -> Array:
+        """Numbers of `most` training windows, evenly chosen; of all where there are no more."""
+        train = np.flatnonzero(self.train)
+        return train[np.linspace(0, len(train) - 1, min(most, len(train))).astype(int)]
+
     @property
     def trained(self) -> tuple[str, ...]:
-        """Names of the recordings that a fit may see."""
         sources = np.unique(self.windows.source[self.train])
         return tuple(self.windows.recordings[s] for s in sources)
 
@@ -109,10 +134,7 @@ class Problem:
         return -(by_start / noise[..., None]).reshape(len(by_start), -1, by_start.shape[-1])
 
     def typical_of(self, residual: Array) -> Array | None:
-        """Size of what most training windows are off by, (1, 2J), of whitened residuals (W, N).
-
-        None where nothing is shared between windows.
-        """
+        """Typical size (1, 2J) of whitened training residuals (W, N); None where not shared."""
         if not self.numerics.shared:
             return None
         return typical_size(residual[self.train], 2 * self.windows.q.shape[-1], self.numerics)
@@ -128,20 +150,20 @@ class Problem:
         A joint that friction holds does not answer to its start, which may be caught there. On
         the ground a measured start may be a leap out of it.
         """
-        return (start,) if self.linearisation else (start, self.windows.measured[:, 0])
+        return (start,) if self.on_ground else (start, self.windows.measured[:, 0])
 
     @property
     def rough(self) -> Model:
         """The model as sensitivities are found with it, integrated as coarsely as that allows."""
-        if self.rough_step in (None, self.base.integration_step):
-            return self.base
-        return self.base.changed(integration_step=self.rough_step)
+        return self.roughly.base
 
     @property
     def roughly(self) -> Problem:
         """The problem integrated so; itself where that is the step of the model."""
-        model = self.rough
-        return self if model is self.base else replace(self, base=model, rough_step=None)
+        if self.rough_step in (None, self.base.integration_step):
+            return self
+        model = self.base.changed(integration_step=self.rough_step)
+        return replace(self, base=model, rough_step=None)
 
     def linearised(
         self,
@@ -151,10 +173,18 @@ class Problem:
         errors: Array | None = None,
         by_start: Array | None = None,
     ) -> Linear:
-        """The windows linearised about a hypothesis at some values; see `shooting.linearise`."""
-        known, noise = self.by_start if by_start is None else by_start, self.noise
-        data, at = (self.base, self.windows, self.sigma), (hypothesis, theta, start)
-        return linearise(*data, self.numerics, *at, known, errors, self.rough, noise)
+        """The windows linearised about a hypothesis at some values.
+
+        Args:
+            hypothesis: what is free.
+            theta: parameters, shape (P,).
+            start: start states, shape (W, 2J).
+            errors: standard error of each parameter with the others fixed, (P,), where known.
+            by_start: sensitivity of the residual to the start states where that is known; by
+                default what contacts were settled with, shape (W, N, 2J).
+        """
+        known = self.by_start if by_start is None else by_start
+        return linearise(self, hypothesis, theta, start, known, errors)
 
     def residual(self, start: Array, model: Model | None = None) -> Array:
         """Whitened residual of the model from some start states (..., W, 2J), (..., W, N)."""
@@ -163,8 +193,7 @@ class Problem:
 
     def fixed(self, hypothesis: Hypothesis, theta: Array) -> Problem:
         """The problem with a hypothesis at some values in the model, nothing free."""
-        model = hypothesis.model(self.base, theta) if len(theta) else self.base
-        return replace(self, base=model)
+        return replace(self, base=hypothesis.model(self.base, theta))
 
     def steady(self, hypothesis: Hypothesis, theta: Array, start: Array) -> Array:
         """Windows in which no contact with the ground comes or goes, from start states (W, 2J).
@@ -181,7 +210,6 @@ class Problem:
         return unchanged
 
     def take(self, index: Array) -> Problem:
-        """The problem on some of its windows."""
         optional = {name: getattr(self, name) for name in ('block', 'fold', 'telling')}
         taken: dict[str, Any] = {n: x[index] for n, x in optional.items() if x is not None}
         linear = self.linearisation and self.linearisation.take(index)

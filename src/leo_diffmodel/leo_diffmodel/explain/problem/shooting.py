@@ -10,14 +10,18 @@ and it stays right for long ones (docs/reference/identification.md 1.1).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leo_diffmodel.compare.pushes import predict as predict
+from leo_diffmodel.compare.pushes import respond
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.settings import Numerics
 from leo_sim.model import Model
+
+if TYPE_CHECKING:
+    from leo_diffmodel.explain.problem.problem import Problem
 
 Array = np.ndarray
 
@@ -37,6 +41,12 @@ class Linear:
     by_theta: Array
 
 
+def sensitivities(model: Model, windows: Windows, start: Array) -> tuple[Array, Array]:
+    """Predictions (W, K+1, 2J) and their sensitivity to the start states, (W, K+1, 2J, 2J)."""
+    no_torques = np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
+    return respond(model, windows, start, no_torques)
+
+
 def whiten(windows: Windows, predicted: Array, sigma: Array, farthest: float) -> Array:
     """(measured - predicted) / sigma with time and channel in one axis, shape (..., W, N).
 
@@ -49,57 +59,39 @@ def whiten(windows: Windows, predicted: Array, sigma: Array, farthest: float) ->
 
 
 def linearise(
-    base: Model,
-    windows: Windows,
-    sigma: Array,
-    numerics: Numerics,
+    problem: Problem,
     hypothesis: Hypothesis,
     theta: Array,
     start: Array,
-    by_start: Array | None = None,
-    errors: Array | None = None,
-    rough: Model | None = None,
-    noise: Array | None = None,
+    by_start: Array | None,
+    errors: Array | None,
 ) -> Linear:
     """The residual of a hypothesis, and all finite differences in one batched rollout.
 
-    Args:
-        base: the model the hypothesis changes.
-        windows: the data.
-        sigma: noise of each recording and channel, by which start states are moved, (R, 2J).
-        numerics: how far parameters are moved.
-        hypothesis: what is free.
-        theta: parameters, shape (P,).
-        start: start states, shape (W, 2J).
-        by_start: sensitivity of the residual to them where it is known, shape (W, N, 2J).
-        errors: standard error of each parameter with the others fixed, shape (P,), where known.
-        rough: `base` as it is integrated for the differences, where that is another one.
-        noise: that of the residual, infinite where nothing was measured; None is `sigma`.
+    See `Problem.linearised`. Start states are moved by half their noise, parameters as far as
+    `difference_steps` says.
     """
-    noise = sigma if noise is None else noise
-
-    def residuals(base: Model, theta: Array, start: Array) -> Array:
-        model = hypothesis.model(base, theta) if theta.shape[-1] else base
-        return whiten(windows, predict(model, windows, start), noise, numerics.farthest)
-
     together, states = hypothesis.together, start.shape[-1] if by_start is None else 0
-    nudge, step = 0.5 * sigma.min(axis=0), difference_steps(hypothesis, theta, errors, numerics)
-    rows = 1 + states + len(together)
+    nudge = 0.5 * problem.sigma.min(axis=0)
+    step = difference_steps(hypothesis, theta, errors, problem.numerics)
+    rough, rows = problem.rough, 1 + states + len(together)
     starts = np.broadcast_to(start, (rows, *start.shape)).copy()
     thetas = np.broadcast_to(theta, (rows, len(theta))).copy()
     for i in range(states):
         starts[1 + i, :, i] += nudge[i]
     for row, some in enumerate(together, 1 + states):
         thetas[row, some] += step[some]
-    e = residuals(rough or base, thetas, starts)
-    residual = e[0] if rough is None or rough is base else residuals(base, theta, start)
+    e = problem.residual(starts, hypothesis.model(rough, thetas))
+    residual = e[0]
+    if rough is not problem.base:
+        residual = problem.residual(start, hypothesis.model(problem.base, theta))
     if by_start is None:
         by_start = np.stack([(e[1 + i] - e[0]) / nudge[i] for i in range(states)], axis=-1)
     by_theta = np.zeros((*e[0].shape, len(theta)))
     for row, some in enumerate(together, 1 + states):
         for i in some:
             name = hypothesis.recordings[i]
-            seen = windows.of(name) if name else slice(None)
+            seen = problem.windows.of(name) if name else slice(None)
             by_theta[seen, :, i] = (e[row, seen] - e[0, seen]) / step[i]
     return Linear(residual, by_start, by_theta)
 

@@ -1,24 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is large on a robot and in its data: amplitudes of a scan, and limits of parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
-from leo_diffmodel.compare.sizes import (
-    COUNTS,
-    EARTH,
-    force_scale,
-    gravity_scale,
-    inertia_scale,
-    mass_scale,
-    reach,
-    stall_torque,
-    torque_scale,
-    UnitSizes,
-)
+from leo_diffmodel.compare import sizes
 from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.settings import Grids
 from leo_sim.description.robot import Robot
@@ -29,7 +16,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Scales(UnitSizes):
+class Scales(sizes.UnitSizes):
     """What is large on this robot and in this data.
 
     The largest torque of a motor, or else of gravity; rms rates; the largest angle, 1 or more; the
@@ -61,7 +48,7 @@ class Scales(UnitSizes):
         if parameter.unit == '1/m':
             each = 0.5 * np.pi / self.length
             return tuple(each * np.arange(4.0, 4.0 + grids.waves))
-        if parameter.unit in COUNTS:
+        if parameter.unit in sizes.COUNTS:
             return tuple(float(n) for n in range(1, grids.most_periods + 1))
         return tuple(self.large(effect, parameter) * share for share in grids.shape_shares)
 
@@ -71,20 +58,20 @@ def scales_of(model: Model, windows: Windows) -> Scales:
     robot = model.robot
     states = model.laws.true_state(windows.q[:, :-1], windows.dq[:, :-1])
     applied = model.laws.at_motors(windows.inputs, *states)
-    mass, rate = 3 * mass_scale(robot), max(_rms(windows.dq), 1e-3)
-    length, speed = reach(robot), reach(robot) * rate
+    mass, rate = 3 * sizes.mass_scale(robot), max(_rms(windows.dq), 1e-3)
+    length, speed = sizes.reach(robot), sizes.reach(robot) * rate
     sliding = robot.slides.difference(robot.base_joints)
     if slides := [i for i, name in enumerate(robot.joint_names) if name in sliding]:
         length = max(_largest(windows.q[..., slides]), 1e-3)
         speed = max(_rms(windows.dq[..., slides]), 1e-3)
     return Scales(
-        torque=torque_scale(robot),
+        torque=sizes.torque_scale(robot),
         rate=rate,
         angle=max(_largest(windows.q), 1.0),
-        force=max(EARTH * mass, force_scale(robot)),
+        force=max(sizes.EARTH * mass, sizes.force_scale(robot)),
         speed=speed,
         length=length,
-        inertia=3 * inertia_scale(robot),
+        inertia=3 * sizes.inertia_scale(robot),
         mass=mass,
         input=max(_largest(applied), 1e-9),
     )
@@ -98,23 +85,23 @@ def _largest(values: Array) -> float:
     return float(np.abs(values).max(initial=0.0))
 
 
-def most_sizes(robot: Robot, where: str, heavier: float) -> UnitSizes:
+def most_sizes(robot: Robot, where: str, heavier: float) -> sizes.UnitSizes:
     """The most that is plausible at a place, at 1 rad/s, 0.5 rad and a reach per second.
 
     Masses and inertias are `heavier` times the largest there are.
     """
-    length, stall = reach(robot), None if where in robot.slides else stall_torque(robot, where)
-    torque = max(stall or torque_scale(robot), gravity_scale(robot))
-    mass = sum(link.body.mass for link in robot.links)
+    stall = None if where in robot.slides else sizes.stall_torque(robot, where)
+    length, mass = sizes.reach(robot), sum(link.body.mass for link in robot.links)
+    torque = max(stall or sizes.torque_scale(robot), sizes.gravity_scale(robot))
     weight = heavier * robot.constants['gravity'].value * mass
-    return UnitSizes(
+    return sizes.UnitSizes(
         torque=torque,
         rate=1.0,
         angle=0.5,
-        force=max(torque / length, weight, force_scale(robot)),
+        force=max(torque / length, weight, sizes.force_scale(robot)),
         speed=length,
         length=length,
-        inertia=heavier * inertia_scale(robot),
-        mass=heavier * mass_scale(robot),
+        inertia=heavier * sizes.inertia_scale(robot),
+        mass=heavier * sizes.mass_scale(robot),
         input=max((a.strongest for a in robot.actuators), default=1.0),
     )

@@ -59,12 +59,10 @@ class Logged:
 
     @property
     def in_the_way(self) -> list[Found]:
-        """Sure faults that are still there."""
         return [f for f in self.faults if f.error and f not in self.mended]
 
     @property
     def decided(self) -> bool:
-        """Whether a fault is so sure that no effect can do instead."""
         return any(f.gained > LIMITS.decided for f in self.in_the_way)
 
     def without(self, faults: Sequence[Found]) -> Logged:
@@ -154,20 +152,19 @@ class Cut:
         model: Model,
         as_given: bool = False,
     ) -> Cut:
-        """Find the stretches and cut them out, or leave all as it is."""
         if as_given:
             return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]
         found = moved_from_outside(everything, model)
-        mine = [s for s in found if s.source < len(recordings)]
-        later = [replace(s, source=s.source - len(recordings)) for s in found if s not in mine]
-        kept = without(recordings, mine) if mine else recordings
-        held = without(hold_out, later) if later else hold_out
+        learned = [s for s in found if s.source < len(recordings)]
+        rest = (s for s in found if s not in learned)
+        held_out = [replace(s, source=s.source - len(recordings)) for s in rest]
+        kept = without(recordings, learned) if learned else recordings
+        held = without(hold_out, held_out) if held_out else hold_out
         return cls(kept, held, settings, tuple(found), share_outside(everything, found))
 
     @property
     def mostly(self) -> bool:
-        """Whether most of the motion looks as if it were from outside."""
         return self.share > self.settings.gates.outside
 
     @property
@@ -178,7 +175,6 @@ class Cut:
 
     @property
     def notes(self) -> list[str]:
-        """What was left out, in words; empty where nothing was."""
         if not self.stretches:
             return []
         return [f'left out as moved or held from outside, --keep uses it: {self._listed}']

@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.fitted import linear_part
 from leo_diffmodel.explain.estimate.rounds import ORDINARY
-from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.together import widens
+from leo_diffmodel.explain.problem.hypothesis import Candidate, widens
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.sets import Names, Sets
 

@@ -11,8 +11,7 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.together import EVERYWHERE
+from leo_diffmodel.explain.problem.hypothesis import Candidate, EVERYWHERE
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.judged import judged, usual
 from leo_diffmodel.explain.select.sets import chosen, Sets

@@ -129,7 +129,7 @@ def search(
     began, settings = time.monotonic(), posed.problem.settings
     longest = settings.numerics.last_longest
     posed = posed.before(longest * began + (1 - longest) * until)
-    kind = Contact if model.robot.contacts else Smooth  # nothing else asks for contact
+    kind = Contact if model.robot.contacts else Smooth
     fits = kind(posed, scales_of(model, posed.problem.windows))
     pool = [limited(c, model, settings.grids) for c in seen(model, recordings, extra)]
     constants = uncertain(model, posed.problem.trained)

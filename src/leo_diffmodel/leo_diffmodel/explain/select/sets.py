@@ -12,8 +12,7 @@ import numpy as np
 from leo_diffmodel.explain.estimate.estimator import Estimate, Estimator, Extension, STEPS
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.scan import Scan
-from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
-from leo_diffmodel.explain.problem.together import widens
+from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis, widens
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
 from leo_msgs_py.console import Reporter

@@ -15,8 +15,7 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.problem.hypothesis import Candidate
-from leo_diffmodel.explain.problem.together import EVERYWHERE, widens
+from leo_diffmodel.explain.problem.hypothesis import Candidate, EVERYWHERE, widens
 from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.select.sets import chosen, Names, Sets, supported
 

@@ -5,8 +5,6 @@ Set on seeds 1000 to 1035 of `leo blind` (single effects, pairs, none), the DFKI
 XL330 servo; what was chosen on which is in docs/evidence.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from math import inf, isfinite
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where an answer is looked for: lengths of windows, ranges of parameters, first values."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 
@@ -13,14 +11,13 @@ class Grids:
 
     # lengths of windows
     search_seconds: float = 0.3
-    """Of a window of the search: its start state is found from anywhere,"""
+    """Of a window of the search, whose start state is found from anywhere."""
     least_samples: int = 8
-    """with so many samples at least."""
+    """Samples of a window of the search at least."""
     straight_seconds: float = 0.06
-    """Of a window in which predictions answer straight to what is missing, however far off they
-    are in longer ones;"""
+    """Of a window in which predictions answer straight to whatever is missing."""
     straight_samples: int = 6
-    """with so many samples at least."""
+    """Samples of such a window at least."""
     longer_seconds: tuple[float, ...] = (1.0, 0.8, 0.6, 0.45)
     """Of windows that settle close calls, the longest whose start states can be found."""
     horizon_seconds: tuple[float, ...] = (1.0, 0.5, 0.3, 0.15)
@@ -32,8 +29,7 @@ class Grids:
     heavier: float = 5.0
     """Times the heaviest link, or the largest inertia: a payload."""
     places: tuple[float, ...] = (1.0, 2.0)
-    """Where a payload is tried first, in times the way from a link's origin to its centre of mass:
-    there, and at the end of a slender link. Set on SAPC's main study and arm payload 986002."""
+    """Where a payload is tried, in times the way to the link's centre: there, and at its end."""
     lighter: float = 0.95
     """Of a link's mass that may be missing."""
     lag_seconds: float = 0.5
@@ -43,14 +39,13 @@ class Grids:
     periods: tuple[float, float] = (0.5, 64.0)
     """Of a ripple per turn: fewer make it a constant torque."""
     settling_rates: tuple[float, float] = (0.02, 30.0)
-    """rad/s: where friction falls from its static to its dynamic level; slower is sticking
-    itself."""
+    """rad/s: where friction falls to its dynamic level; slower is sticking itself."""
     settling_speeds: tuple[float, float] = (0.002, 10.0)
     """m/s: the same of a slide."""
     offset: float = 1.6
-    """rad: a zero that is a quarter turn off;"""
+    """rad: a zero that is a quarter turn off."""
     gap: float = 0.5
-    """rad: and a backlash that anybody sees."""
+    """rad: a backlash that anybody sees."""
     per_load: float = 10.0
     """Friction takes all of the tenth part of the largest torque, at most."""
     ground: float = 100.0
@@ -66,17 +61,17 @@ class Grids:
     saturations: tuple[float, ...] = (0.97, 0.9, 0.8, 0.7, 0.55, 0.4)
     """Limits of the input, of its largest value in the data."""
     dead_bands: tuple[float, ...] = (0.004, 0.012, 0.03, 0.08, 0.2, 0.35)
-    """Of the same."""
+    """Dead bands, of the largest input in the data."""
     linear_stretch: tuple[float, float] = (0.01, 20.0)
-    """Times a scanned amplitude, between which a law is straight that is linear in it,"""
+    """Times a scanned amplitude, between which a law is straight that is linear in it."""
     bent_stretch: tuple[float, float] = (0.2, 5.0)
-    """and that is not."""
+    """Times a scanned amplitude, between which any other law is straight."""
     shape_shares: tuple[float, ...] = (0.05, 0.25)
-    """What shapes an effect without scaling it, such as the rate at which friction falls;"""
+    """What shapes an effect without scaling it, such as the rate at which friction falls."""
     shape_seconds: tuple[float, ...] = (3.0, 20.0)
-    """s: the same of times;"""
+    """s: times that shape an effect."""
     directions: tuple[float, ...] = (-pi / 2, 0.0, pi / 2, pi)
-    """rad: and of angles within a turn."""
+    """rad: angles within a turn that shape an effect."""
     most_periods: int = 16
     """Of a ripple in a turn, tried one by one; of the sine of a readable law, too."""
     waves: int = 48
@@ -90,11 +85,11 @@ class Grids:
 
     # curves of what no known effect explains
     knots: tuple[int, ...] = (8, 24)
-    """Of a curve over a variable, few and many,"""
+    """Of a curve over a variable, few and many."""
     turn_knots: tuple[int, ...] = (12, 32)
-    """over a turn,"""
+    """Of a curve over a turn, few and many."""
     path_knots: int = 9
-    """and over the path come."""
+    """Of a curve over the path come."""
     slow_seconds: float = 4.0
     """Between knots of a curve over time: too slow to follow single windows."""
     tail: float = 0.01
@@ -102,11 +97,11 @@ class Grids:
     reaches: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6)
     """rad: distances over which friction may build up, tried one by one."""
     fastest_hz: float = 10.0
-    """Of a wave in time,"""
+    """Of a wave in time."""
     of_rate: float = 0.4
-    """and of the rate of the samples, which cannot show half of it;"""
+    """The fastest wave, of the rate of the samples, which cannot show half of it."""
     per_period: int = 4
-    """frequencies tried per period in the length of the data, finer tell nothing apart."""
+    """Frequencies tried per period in the length of the data; finer tell nothing apart."""
     smooth_sign: float = 0.02
     """Of the rms rate, within which the sign of dry friction turns."""
 
@@ -114,9 +109,9 @@ class Grids:
     corners: int = 25
     """Where the corner of a hinge or the centre of a bump is tried."""
     corner_tail: float = 0.005
-    """Share of the values at each end where no corner is tried,"""
+    """Share of the values at each end where no corner is tried."""
     bump_tail: float = 0.02
-    """no bump, and no corner where values lie close."""
+    """Share of the values where no bump is tried, and no corner where values lie close."""
     widths: tuple[float, ...] = (0.04, 0.08, 0.15, 0.3)
     """Of a bump, of the range of its variable."""
     settling_seconds: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)

@@ -15,7 +15,7 @@ from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate, far_ends, far_floor
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import Fit, gain, unexplained
-from leo_diffmodel.explain.estimate.standing import converged
+from leo_diffmodel.explain.estimate.ground_fit import converged
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
@@ -223,7 +223,7 @@ def _around(made: Attempt) -> Influence:
 def _on_the_ground(made: Attempt) -> Attempt:
     """On the ground a law that explains a good part when linearised is settled by itself."""
     at = made.scored.at
-    if not at.problem.linearisation or unexplained(made.fit) > at.problem.numerics.law_nearly:
+    if not at.problem.on_ground or unexplained(made.fit) > at.problem.numerics.law_nearly:
         return made
     stand = converged(at.posed, made.fit)
     return replace(made, scored=scored(Estimate(stand.posed, stand.fit)))

@@ -45,7 +45,7 @@ def section(found: Search, errors: Mapping[str, Any]) -> Section:
     values = {
         'certificate': found.final.certificate,
         'ratio': number(errors['chi2_ratio']),
-        'on_ground': bool(problem.linearisation),
+        'on_ground': problem.on_ground,
         'white': errors['chi2_ratio'] <= most,
         'left': percent(errors['unexplained_share']),
         'repaired': repaired,

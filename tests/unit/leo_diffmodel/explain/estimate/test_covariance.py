@@ -11,6 +11,10 @@ from leo_diffmodel.explain.settings import SETTINGS
 RUNS, BLOCKS, PER_BLOCK, SAMPLES, CHANNELS = 150, 12, 4, 15, 2
 
 
+def variance(columns, residual, block, prior, spread=1.0) -> np.ndarray:
+    return covariance(columns, residual, block, prior, spread, CHANNELS, SETTINGS.numerics)
+
+
 def follow(rng: np.random.Generator, by: float, count: int, channels: int) -> np.ndarray:
     """Noise of unit variance in which neighbours in time are alike, shape (count, channels)."""
     e = rng.standard_normal((count, channels))
@@ -31,7 +35,7 @@ def interval(seed: int, by: float, size: float) -> tuple[np.ndarray, np.ndarray]
     residual = noise - columns @ wrong
     block = np.repeat(np.arange(BLOCKS), PER_BLOCK)
     spread = likelihood.dispersion(residual, CHANNELS)
-    found = covariance(-columns, residual, block, np.zeros(2), spread, CHANNELS, SETTINGS.numerics)
+    found = variance(-columns, residual, block, np.zeros(2), spread)
     return wrong, 1.96 * np.sqrt(np.diagonal(found))
 
 
@@ -50,8 +54,7 @@ def test_a_parameter_held_fast_has_no_variance_and_one_that_does_not_show_a_huge
     rng = np.random.default_rng(0)
     columns, residual = rng.standard_normal((48, 30, 3)), rng.standard_normal((48, 30))
     columns[..., 2] = 0.0
-    prior = np.array([0.0, np.inf, 0.0])
-    found = covariance(columns, residual, np.arange(48), prior, 1.0, CHANNELS, SETTINGS.numerics)
+    found = variance(columns, residual, np.arange(48), np.array([0.0, np.inf, 0.0]))
     assert found[1, 1] == 0.0 and found[2, 2] > 1e6
     assert found[0, 0] == pytest.approx(1 / 1440, rel=0.5)
 
@@ -61,8 +64,7 @@ def test_what_two_parameters_do_alike_is_told_apart_by_what_is_known_of_one(spre
     rng = np.random.default_rng(0)
     columns, residual = rng.standard_normal((48, 30, 1)), rng.standard_normal((48, 30))
     same, prior = np.repeat(columns, 2, axis=-1), np.array([0.0, 1 / 0.3**2])
-    block = np.arange(48) * blocks // 48
-    found = covariance(same, residual, block, prior, spread, CHANNELS, SETTINGS.numerics)
+    found = variance(same, residual, np.arange(48) * blocks // 48, prior, spread)
     np.testing.assert_allclose(np.sqrt(np.diagonal(found)), 0.3, rtol=0.05)
     assert found[0, 1] == pytest.approx(-found[1, 1], rel=0.05)
 
@@ -70,23 +72,12 @@ def test_what_two_parameters_do_alike_is_told_apart_by_what_is_known_of_one(spre
 def test_few_blocks_make_wider_intervals():
     rng = np.random.default_rng(0)
     columns, residual = rng.standard_normal((48, 30, 1)), rng.standard_normal((48, 30))
-    prior, half = np.zeros(1), []
-    for blocks in (48, 3):
-        block = np.arange(48) * blocks // 48
-        drawn = [
-            covariance(
-                columns,
-                rng.permutation(residual.ravel()).reshape(48, 30),
-                block,
-                prior,
-                1.0,
-                CHANNELS,
-                SETTINGS.numerics,
-            )[0, 0]
-            for _ in range(40)
-        ]
-        half.append(np.sqrt(np.mean(drawn)))
-    assert half[1] > 1.5 * half[0]
+    draws = [rng.permutation(residual.ravel()).reshape(48, 30) for _ in range(40)]
+    many, few = (
+        np.mean([variance(columns, e, np.arange(48) * blocks // 48, np.zeros(1)) for e in draws])
+        for blocks in (48, 3)
+    )
+    assert np.sqrt(few) > 1.5 * np.sqrt(many)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.explain.estimate.background import background
 from leo_diffmodel.explain.estimate.choice import choose, Price
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.fitted import linear_part
 from leo_diffmodel.explain.estimate.matrices import matrices
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
@@ -44,9 +44,8 @@ def recorded(*effects, seed=1, seconds=20.0):
     waves = np.sin(2 * np.pi * hertz * t[:, None, None] + phase).sum(axis=-1)
     inputs = waves * [2.0, 0.8]
     model = Model(ROBOT, effects)
-    q, dq = rollout(
-        model, np.zeros((1, 2)), np.zeros((1, 2)), inputs[None], np.full((1, len(t)), DT)
-    )
+    still = np.zeros((1, 2))
+    q, dq = rollout(model, still, still, inputs[None], np.full((1, len(t)), DT))
     q, dq = (
         x[0, :-1] + s * rng.standard_normal((len(t), 2))
         for x, s in zip((q, dq), NOISE, strict=True)
@@ -77,12 +76,12 @@ def test_losses_of_every_joint_are_named_with_their_sizes_and_nothing_beside_the
 
 def test_what_is_missing_beside_losses_is_named_too():
     other = place(ROBOT, 'joint_spring', 'elbow', k=1.2, rest=0.3)
-    found = searched([recorded(*LOSSES, other)], Model(ROBOT))
+    found = searched([recorded(*LOSSES, other, seconds=12.0)], Model(ROBOT))
     assert named(found) == {*TRUTH, ('joint_spring', 'elbow')}
 
 
 def test_nothing_is_named_where_nothing_is_missing():
-    found = searched([recorded()], Model(ROBOT))
+    found = searched([recorded(seconds=12.0)], Model(ROBOT))
     assert named(found) == set() and found.complete
 
 
@@ -95,9 +94,7 @@ def test_every_other_candidate_has_a_scan(rubbing):
 
 def test_without_time_the_answer_is_not_complete():
     data, model = [recorded(*LOSSES, seconds=8.0)], Model(ROBOT)
-    posed = pose(data, [], model)
-    found = search(data, model, posed, until=time.monotonic())
-    assert not found.complete
+    assert not search(data, model, pose(data, [], model), until=time.monotonic()).complete
 
 
 @pytest.fixture(scope='module')
@@ -148,9 +145,8 @@ def test_what_is_missing_is_chosen_and_fits_as_the_linear_answer_says(linear):
 
 def test_what_is_kept_is_in_every_choice(linear):
     problem, _, made = linear
-    assert choose(made, Price(1e9, 0.0), problem.numerics) == []
-    kept = choose(made, Price(1e9, 0.0), problem.numerics, lambda _: True)
-    assert kept == [*made.members]
+    dear = made, Price(1e9, 0.0), problem.numerics
+    assert choose(*dear) == [] and choose(*dear, lambda _: True) == [*made.members]
 
 
 def test_a_part_by_its_linear_answer_is_near_its_fit(rubbing):
@@ -188,9 +184,8 @@ def test_a_payload_is_a_mass_at_a_place_and_its_first_moments():
 
 def test_a_payload_beside_losses_at_every_joint_is_told_as_one():
     load = place(ROBOT, 'payload', 'lower', m=0.15, x=0.05, z=-0.1)
-    found = searched(
-        [recorded(load, *LOSSES)], Model(ROBOT), hold_out=[recorded(load, *LOSSES, seed=2)]
-    )
+    data, held = recorded(load, *LOSSES), recorded(load, *LOSSES, seed=2)
+    found = searched([data], Model(ROBOT), hold_out=[held])
     assert named(found) == {*TRUTH, ('payload', 'lower')}
     index = [c.effect.name for c in found.final.hypothesis.candidates].index('payload')
     values = found.final.hypothesis.values(found.final.theta, index)

@@ -11,6 +11,7 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.explain.estimate.choice import first_steps, Price, rivals
+from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.matrices import matrices
 from leo_diffmodel.explain.estimate.rounds import Rounds
 from leo_diffmodel.explain.estimate.smooth import of_joints, Smooth
@@ -120,32 +121,22 @@ def test_far_from_the_data_one_thing_is_added_at_a_time():
     assert all(len(terms) == 1 for terms in steps)
 
 
-def in_rounds(joints):
-    """Rounds of a robot that counts as one of several joints, or not."""
-    fits, first = begun(settings=SETTINGS.changed(several=1 if joints == 'several' else 2))
-    return Rounds(fits, first, POOL, heard()), fits, first
-
-
-@pytest.mark.parametrize('joints', ['several', 'one'])
-def test_at_several_joints_an_effect_must_save_more_than_a_trifle_of_what_is_unexplained(joints):
-    tried, fits, first = in_rounds(joints)
+@pytest.mark.parametrize('several', [True, False], ids=['several', 'one'])
+def test_at_several_joints_effects_save_more_than_a_trifle_and_friction_is_plain(several):
+    """A robot of one joint that counts as one of several, or not."""
+    fits, first = begun(settings=SETTINGS.changed(several=1 if several else 2))
+    tried = Rounds(fits, first, POOL, heard())
     linear = matrices(first.problem, first.fit, fits.scales, POOL)
     white = np.random.default_rng(0).standard_normal(first.fit.residual.shape)
     noise, much = (
         tried._price(first.problem, replace(first.fit, residual=by * white), linear).effect
         for by in (1.0, 10.0)
     )
-    assert noise < 2 * linear.threshold and (much > 3 * noise) == (joints == 'several')
-
-
-@pytest.mark.parametrize('joints', ['several', 'one'])
-def test_at_several_joints_short_windows_know_viscous_and_dry_friction_only(joints):
-    tried, _, _ = in_rounds(joints)
+    assert noise < 2 * linear.threshold and (much > 3 * noise) == several
     laws = {c.effect.name for c in tried._plain if c.effect.family == 'friction'}
-    assert (laws == {'viscous_friction', 'coulomb_friction'}) == (joints == 'several')
-    assert {c.effect.name for c in tried._plain if c.effect.family != 'friction'} == {
-        c.effect.name for c in POOL if c.effect.family != 'friction'
-    }
+    assert (laws == {'viscous_friction', 'coulomb_friction'}) == several
+    others = [c for c in POOL if c.effect.family != 'friction']
+    assert [c for c in tried._plain if c.effect.family != 'friction'] == others
 
 
 def test_one_value_for_all_joints_is_no_candidate_of_its_own():
@@ -157,8 +148,6 @@ def test_one_value_for_all_joints_is_no_candidate_of_its_own():
 
 
 class Lost(NamedTuple):
-    """A fit, by its loss."""
-
     hypothesis: Hypothesis
     loss: float
 
@@ -180,8 +169,8 @@ def test_sets_are_fitted_so_many_at_a_time_as_long_as_one_is_better(
     monkeypatch.setattr(smooth, 'dispersion', lambda _: 1.0)
     monkeypatch.setattr(smooth, '_fitted', lambda problem, near, rival, point: Lost(*point))
     monkeypatch.setattr(smooth, 'replace', lambda fit, hypothesis: fit)
-    _, first = begun()
-    base = first._replace(fit=Lost(Hypothesis(), 100.0))
+    problem = SimpleNamespace(train=None, until=np.inf, gates=SETTINGS.gates, late=lambda: False)
+    base = Estimate(SimpleNamespace(problem=problem), Lost(Hypothesis(), 100.0))
     linear = SimpleNamespace(scans=(), threshold=8.0)
     points = [(Hypothesis(), loss) for loss in losses]
     found = smooth._fitted_all(base, linear, points, heard(), patience=patience)

@@ -30,38 +30,26 @@ CART = cart(Path(tempfile.mkdtemp()))
 CONSTANT = 'actuators.pivot.torque_constant'
 UNSURE = PENDULUM.with_constants({CONSTANT: Constant(CONSTANT, 0.0536, 'N m/A', (0.03, 0.08))})
 DELAYS = ('command_delay', 'measurement_delay')
+BRAKES = ('viscous_friction', 'back_emf_scale')
+INERTIAS = ('armature', 'link_inertia')
+SCALES = ('torque_scale', 'voltage_scale')
+TURNED = ('encoder_offset', 'external_force', 'link_com', 'torque_ripple')
 
 # Members, and one truth that every one of them explains, where the class holds.
 PROOFS = [
-    (('viscous_friction', 'back_emf_scale'), PENDULUM, ('back_emf_scale', 'pivot', {'k': 1.5})),
-    (('viscous_friction', 'back_emf_scale'), PENDULUM, ('viscous_friction', 'pivot', {'b': 1e-4})),
+    (BRAKES, PENDULUM, ('back_emf_scale', 'pivot', {'k': 1.5})),
+    (BRAKES, PENDULUM, ('viscous_friction', 'pivot', {'b': 1e-4})),
     (DELAYS, TORQUE, ('measurement_delay', 'pivot', {'delay': 0.013})),
     (DELAYS, ARM, ('measurement_delay', 'all', {'delay': 0.013})),
-    (('armature', 'link_inertia'), PENDULUM, ('armature', 'pivot', {'J': 3e-5})),
-    (('armature', 'link_inertia'), TORQUE, ('link_inertia', 'bob', {'I': 0.03})),
-    (('armature', 'link_inertia'), ARM, ('link_inertia', 'upper', {'I': 0.02})),
-    (('torque_scale', 'voltage_scale'), TORQUE, ('torque_scale', 'pivot', {'k': 0.8})),
-    (('torque_scale', 'voltage_scale'), ARM, ('torque_scale', 'elbow', {'k': 0.8})),
-    (
-        ('back_emf_scale', 'torque_scale', 'voltage_scale'),
-        UNSURE,
-        ('torque_scale', 'pivot', {'k': 0.8}),
-    ),
-    (
-        ('back_emf_scale', 'torque_scale', 'viscous_friction', 'voltage_scale'),
-        UNSURE,
-        ('viscous_friction', 'pivot', {'b': 1e-4}),
-    ),
-    (
-        ('encoder_offset', 'external_force', 'link_com', 'torque_ripple'),
-        PENDULUM,
-        ('encoder_offset', 'pivot', {'o': 0.05}),
-    ),
-    (
-        ('encoder_offset', 'external_force', 'link_com', 'torque_ripple'),
-        TORQUE,
-        ('encoder_offset', 'pivot', {'o': -0.08}),
-    ),
+    (INERTIAS, PENDULUM, ('armature', 'pivot', {'J': 3e-5})),
+    (INERTIAS, TORQUE, ('link_inertia', 'bob', {'I': 0.03})),
+    (INERTIAS, ARM, ('link_inertia', 'upper', {'I': 0.02})),
+    (SCALES, TORQUE, ('torque_scale', 'pivot', {'k': 0.8})),
+    (SCALES, ARM, ('torque_scale', 'elbow', {'k': 0.8})),
+    (('back_emf_scale', *SCALES), UNSURE, ('torque_scale', 'pivot', {'k': 0.8})),
+    ((*BRAKES, *SCALES), UNSURE, ('viscous_friction', 'pivot', {'b': 1e-4})),
+    (TURNED, PENDULUM, ('encoder_offset', 'pivot', {'o': 0.05})),
+    (TURNED, TORQUE, ('encoder_offset', 'pivot', {'o': -0.08})),
     (('external_force', 'torque_ripple'), ARM, ('external_force', 'upper', {'x': 0.5, 'z': 0.2})),
     (('bias_torque', 'external_force'), CART, ('bias_torque', 'rail', {'t': 0.5})),
 ]

@@ -12,9 +12,12 @@ from leo_sim.effects import place
 from leo_sim.model import Model
 
 BASE = Model(TORQUE)
-STRIBECK = next(c for c in candidates(BASE) if c.effect.name == 'stribeck_friction')
-DRAG = next(c for c in candidates(BASE) if c.effect.name == 'quadratic_drag')
-SPRING = next(c for c in candidates(BASE) if c.effect.name == 'joint_spring')
+STRIBECK, DRAG, SPRING = (
+    next(c for c in candidates(BASE) if c.effect.name == name)
+    for name in ('stribeck_friction', 'quadratic_drag', 'joint_spring')
+)
+RUBBING = ['stribeck', 'coulomb', 'viscous', 'asymmetric']
+BENDING = 'torque_ripple', 'bias_torque', 'external_force', 'link_com', 'encoder_offset'
 BOTH = Hypothesis((DRAG, STRIBECK), uncertain(BASE))
 
 
@@ -29,15 +32,7 @@ def test_static_friction_is_kept_at_or_above_the_sliding_one():
 
 
 def test_friction_that_rises_with_speed_is_no_stribeck_friction(monkeypatch):
-    among(
-        monkeypatch,
-        BASE,
-        'stribeck_friction',
-        'coulomb_friction',
-        'viscous_friction',
-        'asymmetric_friction',
-        'quadratic_drag',
-    )
+    among(monkeypatch, BASE, *(f'{law}_friction' for law in RUBBING), 'quadratic_drag')
     effects = [
         place(TORQUE, 'coulomb_friction', 'pivot', c=0.15),
         place(TORQUE, 'quadratic_drag', 'pivot', d=0.02),
@@ -61,16 +56,7 @@ def test_a_step_is_straight_in_the_torque_of_a_spring():
 
 
 def test_a_spring_that_rests_far_beyond_the_data_is_no_ripple(monkeypatch):
-    among(
-        monkeypatch,
-        BASE,
-        'torque_ripple',
-        'bias_torque',
-        'external_force',
-        'link_com',
-        'encoder_offset',
-        'joint_spring',
-    )
+    among(monkeypatch, BASE, *BENDING, 'joint_spring')
     spring = place(TORQUE, 'joint_spring', 'pivot', k=0.25, rest=4.0)
     answer = explain([record(TORQUE, spring, seconds=15)], BASE)
     assert [e['name'] for e in answer.effects] == ['joint_spring']
@@ -80,10 +66,8 @@ def test_a_spring_that_rests_far_beyond_the_data_is_no_ripple(monkeypatch):
 
 def test_a_constant_is_known_by_its_bounds_and_may_lie_inside_the_one_it_met():
     model = Model('xl330_pendulum')
-    constants = uncertain(model)
-    free = Hypothesis(
-        (next(c for c in candidates(model) if c.effect.name == 'armature'),), constants
-    )
+    armature = next(c for c in candidates(model) if c.effect.name == 'armature')
+    free = Hypothesis((armature,), uncertain(model))
     half = 0.5 * (free.high - free.low)[1:]
     middle = np.array([0.001, *(free.low[1:] + half)])
     np.testing.assert_allclose(free.prior(middle), [0.0, *3 / half**2])

@@ -5,20 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.searched import among
 from tests.simulate import measured_torque, POSITION, record, TORQUE
 
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.fitted import unexplained
 from leo_diffmodel.explain.estimate.settle import settle
+from leo_diffmodel.explain.explanation import explain
 from leo_diffmodel.explain.problem.candidates import candidates, limited
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.problem.pose import pose, refined
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_sim.effects import EFFECTS, place
+from leo_sim.effects import place
 from leo_sim.model import Model
 
-EXACT = (1e-6, 1e-4)
+EXACT, NEARLY = (1e-6, 1e-4), (1e-4, 1e-3)
 COUNT = 'actuators.pivot.resolution'
 FINE = Model(TORQUE, integration_step=2e-4)
 
@@ -26,17 +28,12 @@ FINE = Model(TORQUE, integration_step=2e-4)
 @pytest.fixture(scope='module')
 def problem():
     friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.1)
-    return pose(
-        [record(TORQUE, friction, seconds=12, noise=EXACT, integration_step=2e-4)], (), FINE
-    ).problem
+    data = record(TORQUE, friction, seconds=12, noise=EXACT, integration_step=2e-4)
+    return pose([data], (), FINE).problem
 
 
 def drag() -> Hypothesis:
-    (one,) = [
-        c
-        for c in candidates(FINE)
-        if c.effect is EFFECTS['viscous_friction'] and c.where == 'pivot'
-    ]
+    one = next(c for c in candidates(FINE) if c.label == 'viscous_friction:pivot')
     return Hypothesis((limited(one, FINE, SETTINGS.grids),))
 
 
@@ -68,6 +65,16 @@ def test_a_step_that_is_fine_enough_without_a_lag_is_halved_for_a_fit_with_one()
     assert fine.theta[1] == pytest.approx(tau, abs=4.0 * fine.standard_errors[1])
 
 
+@pytest.mark.parametrize(('step', 'noted'), [(2.5e-4, True), (0.01, False)])
+def test_a_step_too_long_for_the_motion_is_halved_and_said(step, noted, monkeypatch):
+    among(monkeypatch, Model(TORQUE), 'viscous_friction', 'coulomb_friction', 'bias_torque')
+    friction = place(TORQUE, 'viscous_friction', 'pivot', b=0.02)
+    data = record(TORQUE, friction, seconds=10, noise=NEARLY, integration_step=step)
+    found = explain([data], Model(TORQUE, integration_step=0.01))
+    assert [e['name'] for e in found.effects] == ['viscous_friction']
+    assert ('10 ms of the robot are too long' in found.sentence) == noted
+
+
 def test_what_start_states_do_is_found_again_at_the_end_and_nearby_will_do(problem):
     """A fit that begins with what another one found ends at the same place."""
     first = fit(problem, drag())
@@ -87,9 +94,8 @@ def test_counts_of_a_servo_are_left_out_and_stay_in_the_model():
     assert posed.base.constants[COUNT] == 0.0 and coarse.constants[COUNT] == 0.02
     assert posed.base.constants == coarse.constants | {COUNT: 0.0}
     start = posed.windows.measured[:, 0]
-    (here, there) = (
-        posed.linearised(Hypothesis(), np.zeros(0), start + by).by_start for by in (0.0, 1e-4)
-    )
+    nothing = Hypothesis(), np.zeros(0)
+    here, there = (posed.linearised(*nothing, start + by).by_start for by in (0.0, 1e-4))
     assert np.linalg.norm(here - there) < 0.02 * np.linalg.norm(here)
 
 

@@ -8,12 +8,13 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.problem.shooting import eliminate, Linear, whiten
 
 
-def _linear(rng: np.random.Generator) -> Linear:
+def _linear(seed: int) -> Linear:
+    rng = np.random.default_rng(seed)
     return Linear(*(rng.standard_normal(shape) for shape in ((2, 12), (2, 12, 4), (2, 12, 3))))
 
 
 def test_the_step_of_the_starts_is_that_of_least_squares():
-    linear = _linear(np.random.default_rng(0))
+    linear = _linear(0)
     rest, by_theta, start, gain = eliminate(linear)
     for w in range(2):
         expected = np.linalg.lstsq(linear.by_start[w], linear.residual[w], rcond=None)[0]
@@ -24,7 +25,7 @@ def test_the_step_of_the_starts_is_that_of_least_squares():
 
 
 def test_a_start_that_does_not_show_stays_where_it_is():
-    linear = _linear(np.random.default_rng(1))
+    linear = _linear(1)
     linear.by_start[1, :, 2] = 0.0
     rest, _, start, gain = eliminate(linear)
     assert start[1, 2] == 0.0 and not gain[1, 2].any()

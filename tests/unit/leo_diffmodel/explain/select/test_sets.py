@@ -10,8 +10,7 @@ from tests.linear import POOL, posed, Regression, scored, wide
 
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.problem.candidates import candidates
-from leo_diffmodel.explain.problem.hypothesis import Hypothesis
-from leo_diffmodel.explain.problem.together import compatible, widens
+from leo_diffmodel.explain.problem.hypothesis import compatible, Hypothesis, widens
 from leo_diffmodel.explain.select.evidence import weigh, Weight
 from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import chosen, Sets

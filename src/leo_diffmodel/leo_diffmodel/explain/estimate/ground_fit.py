@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Steps of a fit on the ground, each with windows settled on contacts of their own."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,12 +8,12 @@ import numpy as np
 
 from leo_diffmodel.explain.estimate.fit import looked_at, moved, Step
 from leo_diffmodel.explain.estimate.fitted import dispersion, Fit, gain
-from leo_diffmodel.explain.problem.linearisation import refined, settled
+from leo_diffmodel.explain.estimate.ground_settle import refined, settled
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 
 
-class Stand(NamedTuple):
+class Iterate(NamedTuple):
     """A hypothesis at some values, linearised there, and the next step of its fit."""
 
     posed: Posed
@@ -23,41 +21,41 @@ class Stand(NamedTuple):
     step: Step
 
 
-def standing(posed: Posed) -> Posed:
-    """With the windows of a robot on the ground settled, those that can be trusted."""
-    problem = posed.problem
+def settled_on_ground(problem: Problem) -> Problem:
+    """The problem with its windows settled, those that can be trusted; itself without contacts."""
     if not problem.base.robot.contacts:
-        return posed
-    kept, linearisation = settled(problem.base, problem.windows, problem.noise, problem.settings)
-    return replace(posed, problem=replace(problem.take(kept), linearisation=linearisation))
+        return problem
+    kept, linearisation = settled(problem)
+    return replace(problem.take(kept), linearisation=linearisation)
 
 
-def linearised(posed: Posed, point: Fit, finer: bool = False, anew: bool = False) -> Stand:
+def linearised(
+    posed: Posed, point: Fit, finer: bool = False, relinearise: bool = False
+) -> Iterate:
     """A hypothesis at some values, its windows settled and linearised.
 
     Args:
         posed: the problem, settled before.
         point: the hypothesis at its values and start states.
-        finer: ask a finer integration anew what the coarse one is off by.
-        anew: find the sensitivity of all windows to their start states again.
+        finer: ask a finer integration what the coarse one is off by now.
+        relinearise: find the sensitivity of all windows to their start states again.
     """
     problem, hypothesis = posed.problem, point.hypothesis
     assert problem.linearisation
-    model = hypothesis.model(problem.base, point.theta)
-    windows, before = problem.windows, replace(problem.linearisation, start=point.start)
+    fixed, before = problem.fixed(hypothesis, point.theta), problem.linearisation
+    before = replace(before, start=point.start)
     if finer:
-        windows, before = refined(model, windows, before)
-    _, linearisation = settled(model, windows, problem.noise, problem.settings, before, anew)
-    problem = replace(problem, windows=windows, linearisation=linearisation)
-    return Stand(replace(posed, problem=problem), *looked_at(problem, hypothesis, point.theta))
+        fixed, before = refined(fixed, before)
+    _, linearisation = settled(fixed, before, relinearise)
+    problem = replace(problem, windows=fixed.windows, linearisation=linearisation)
+    return Iterate(replace(posed, problem=problem), *looked_at(problem, hypothesis, point.theta))
 
 
 def most_nats(problem: Problem, spread: float) -> float:
-    """Most that a window may say [nats], of residuals of some dispersion."""
     return problem.gates.window_nats * spread
 
 
-def advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
+def advanced(at: Iterate, finer: bool = False) -> tuple[Iterate, float]:
     """A step further, or a shorter one, where that is better, and what it gains [nats]."""
     problem = at.posed.problem
     for scale in problem.numerics.strides:
@@ -68,8 +66,8 @@ def advanced(at: Stand, finer: bool = False) -> tuple[Stand, float]:
     return at, 0.0
 
 
-def converged(posed: Posed, best: Fit) -> Stand:
-    """A hypothesis fitted with its windows linearised anew at every step."""
+def converged(posed: Posed, best: Fit) -> Iterate:
+    """A hypothesis fitted with its windows settled and linearised again at every step."""
     first = at = linearised(posed, best, finer=True)
     gained, numerics = 0.0, posed.problem.numerics
     for _ in range(numerics.ground_iterations if best.hypothesis.size else 0):
@@ -83,15 +81,14 @@ def converged(posed: Posed, best: Fit) -> Stand:
 
 
 def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
-    """A converged hypothesis with all windows linearised anew about their start states.
+    """A converged hypothesis with all windows linearised again about their start states.
 
-    Before, only that of windows where it was off by much was: the starts then remember the way on
-    which the parameters came, which holds these back by about a standard deviation. What a single
-    step gains is no judge here: it is less than the few windows say whose contacts settle
-    otherwise. All together must not make it worse.
+    Before, only windows where it was off by much were: their starts remember the way on which the
+    parameters came, which holds these back by about a standard deviation. Single steps gain less
+    than the few windows whose contacts settle otherwise; all together must not make it worse.
     """
     problem, numerics = posed.problem, posed.problem.numerics
-    at = linearised(posed, best, finer=True, anew=True)
+    at = linearised(posed, best, finer=True, relinearise=True)
     for _ in range(numerics.last_steps):
         if problem.late():
             break
@@ -99,13 +96,13 @@ def polished(posed: Posed, best: Fit) -> tuple[Posed, Fit]:
         if farthest < numerics.last_errors:
             break
         fitted = moved(at.fit, at.step, min(1.0, numerics.farthest_errors / farthest))
-        at = linearised(at.posed, fitted, finer=True, anew=True)
+        at = linearised(at.posed, fitted, finer=True, relinearise=True)
     spread = dispersion(best)
     worse = -gain(best, at.fit, problem.train, most_nats(problem, spread)) / spread
     return (at.posed, at.fit) if worse < problem.gates.margin_nats else (posed, best)
 
 
-def standard_errors_moved(at: Stand) -> float:
+def standard_errors_moved(at: Iterate) -> float:
     """The longest next move of a parameter [standard errors]; one on a bound has none."""
     errors = at.fit.standard_errors
     free = errors > 0

@@ -1,79 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linearisation of the windows of a robot on the ground: start states and sensitivity to them.
+"""The start states of a robot on the ground that fit best, and the sensitivity to them.
 
-The sensitivity to the initial state is expensive with contact: a foot bends it, so it is found
-again until the start states settle. It belongs to a hypothesis at some values; what is fitted
-from there moves the parameters, and the start states with them, along it.
+The sensitivity is expensive with contact: a foot bends it, so it is found again until the start
+states settle. It belongs to a hypothesis at some values; what is fitted from there moves the
+parameters, and the start states with them, along it. Without contact see `settle`.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from leo_diffmodel.compare.pushes import predict, respond, tame, whitened
+from leo_diffmodel.compare.pushes import predict, tame, whitened
 from leo_diffmodel.compare.windows import per_window, Windows
 from leo_diffmodel.explain.problem import likelihood
-from leo_diffmodel.explain.problem.shooting import whiten
-from leo_diffmodel.explain.settings import Numerics, Settings
-from leo_sim.model import Model
+from leo_diffmodel.explain.problem.problem import Linearisation, Problem
+from leo_diffmodel.explain.problem.shooting import sensitivities, whiten
 
 Array = np.ndarray
 COARSE, FINER = 'search', 'training'
 
 
-@dataclass(frozen=True)
-class Linearisation:
-    """The windows of one hypothesis, linearised about the start states that fit them best.
-
-    Attributes:
-        start: start states that fit them best, shape (W, 2J).
-        by_start: sensitivity of the sensed states to them, shape (W, K+1, 2J, 2J).
-        loss: what is left of each window there [nats], shape (W,).
-        finer: what a finer integration would add to the predictions, shape (W, K+1, 2J); it is
-            taken off the measurements of the settled windows.
-        traces: what scans found out about the candidates, kept from round to round.
-    """
-
-    start: Array
-    by_start: Array
-    loss: Array
-    finer: Array
-    traces: dict = field(default_factory=dict)
-
-    def take(self, index: Array) -> Linearisation:
-        """Of some of the windows; their traces start anew."""
-        parts = (self.start, self.by_start, self.loss, self.finer)
-        return Linearisation(*(part[index] for part in parts))
-
-
 def settled(
-    model: Model,
-    windows: Windows,
-    sigma: Array,
-    settings: Settings,
-    before: Linearisation | None = None,
-    anew: bool = False,
+    problem: Problem, before: Linearisation | None = None, relinearise: bool = False
 ) -> tuple[Array, Linearisation]:
-    """Which windows can be trusted, as indices, and their linearisation.
+    """Which windows can be trusted, as indices, and their linearisation with the model as it is.
 
     A window is trusted where the start states that its noise allows do not change what its
     contacts do: there the linearisation holds.
 
     Args:
-        model: the model as given.
-        windows: short windows.
-        sigma: noise of each recording and channel, shape (R, 2J).
-        settings: of the problem.
+        problem: short windows.
         before: the linearisation with another model, to go on from; its windows are all kept.
-        anew: find the sensitivity of all windows again, not of those alone where it was far off.
+        relinearise: find the sensitivity of all windows again, not only where it was far off.
     """
-    active = np.arange(windows.count)
-    at = _Settling(model, windows, sigma, settings.numerics, before)
-    if anew:
+    active = np.arange(problem.windows.count)
+    at = _Settling(problem, before)
+    if relinearise:
         at.linearise(active)
-    for round_ in range(settings.numerics.rounds):
+    for round_ in range(problem.numerics.rounds):
         going = at.step(active)
         if before and not round_:  # their sensitivity may be too old to have led anywhere
             going |= at.worse(before).all(axis=0)
@@ -82,30 +46,19 @@ def settled(
             break
         at.linearise(active)
     if before:
-        now = replace(before, start=at.start, by_start=at.columns, loss=at.loss)
-        return np.arange(windows.count), now
-    kept = _sure(model, windows, at.start, at.columns, sigma, settings)
-    nothing = np.zeros_like(windows.measured[kept])
+        after = replace(before, start=at.start, by_start=at.columns, loss=at.loss)
+        return np.arange(problem.windows.count), after
+    kept = _sure(problem, at.start, at.columns)
+    nothing = np.zeros_like(problem.windows.measured[kept])
     return kept, Linearisation(at.start[kept], at.columns[kept], at.loss[kept], nothing)
 
 
 class _Settling:
-    """Windows on the way to the start states that fit them best.
+    """Windows on the way to the start states that fit them best; see `Linearisation`."""
 
-    Attributes:
-        start, columns, loss: as `start`, `by_start` and `loss` of a `Linearisation`.
-    """
-
-    def __init__(
-        self,
-        model: Model,
-        windows: Windows,
-        sigma: Array,
-        numerics: Numerics,
-        before: Linearisation | None,
-    ) -> None:
-        self._model, self._windows, self._sigma = model, windows, sigma
-        self._numerics = numerics
+    def __init__(self, problem: Problem, before: Linearisation | None):
+        self._numerics, self._noise = problem.numerics, problem.noise
+        self._model, self._windows = model, windows = problem.base, problem.windows
         if before:
             self.start, self.columns = before.start.copy(), before.by_start.copy()
             self._predicted = predict(model, windows, before.start)
@@ -115,23 +68,19 @@ class _Settling:
                 self._try(bad, windows.measured[bad, 0], self._predicted[bad])
         else:
             self.start = windows.measured[:, 0].copy()
-            self._predicted, self.columns = respond(
-                model, windows, self.start, no_torques(windows)
-            )
+            self._predicted, self.columns = sensitivities(model, windows, self.start)
             self.columns[~tame(self.columns)] = 0.0
             self.loss = self._lost(windows, self._predicted)
 
     def worse(self, before: Linearisation) -> Array:
         """Windows that are far worse than most, and those that are worse than before, (2, W)."""
-        numerics, loss = self._numerics, self.loss
-        far = loss > numerics.released * np.median(loss)
-        return np.stack([far, loss > before.loss + numerics.follow_nats])
+        far = self.loss > self._numerics.released * np.median(self.loss)
+        return np.stack([far, self.loss > before.loss + self._numerics.follow_nats])
 
     def step(self, active: Array) -> Array:
-        """Move the starts of some windows where that is better; which are to be linearised anew.
+        """Move starts where that is better; which are to be linearised again.
 
-        They are those that gained much and whose linearisation was off by much: what it was off by
-        limits what another step could gain.
+        These gained much, and what their linearisation was off by limits what another step gains.
         """
         part, loss, numerics = self._windows.take(active), self.loss[active], self._numerics
         before, columns = self._predicted[active], self.columns[active]
@@ -146,12 +95,10 @@ class _Settling:
                 better, surprise[waiting] = self._try(active[waiting], moved, expected)
                 waiting = waiting[~better]
         enough = numerics.follow_nats
-        going: Array = (self.loss[active] < loss - enough) & (surprise > enough)
-        return going
+        return np.asarray((self.loss[active] < loss - enough) & (surprise > enough))
 
     def _robust_step(self, windows: Windows, predicted: Array, columns: Array) -> Array:
-        """The robust least-squares step of the start states, (W, 2J)."""
-        noise, numerics = per_window(self._sigma, windows), self._numerics
+        noise, numerics = per_window(self._noise, windows), self._numerics
         e, white = whitened(windows.measured - predicted, columns, noise)
         root = np.sqrt(likelihood.robust_weight(e, predicted.shape[-1], numerics))[..., None]
         a = root * white
@@ -159,7 +106,7 @@ class _Settling:
         return (inverse @ (np.swapaxes(a, -1, -2) @ (root * e[..., None])))[..., 0]
 
     def _lost(self, part: Windows, predicted: Array) -> Array:
-        e = whiten(part, predicted, self._sigma, self._numerics.farthest)
+        e = whiten(part, predicted, self._noise, self._numerics.farthest)
         return likelihood.loss(e, predicted.shape[-1], self._numerics)
 
     def _try(self, some: Array, start: Array, expected: Array) -> tuple[Array, Array]:
@@ -174,32 +121,26 @@ class _Settling:
         return better, self._lost(part, part.measured + expected - predicted)
 
     def linearise(self, active: Array) -> None:
-        """Find the sensitivity of some windows to their start states again."""
         part = self._windows.take(active)
-        predicted, columns = respond(self._model, part, self.start[active], no_torques(part))
+        predicted, columns = sensitivities(self._model, part, self.start[active])
         sane = tame(columns)
         self._predicted[active[sane]], self.columns[active[sane]] = predicted[sane], columns[sane]
 
 
-def no_torques(windows: Windows) -> Array:
-    """No torques that windows are to respond to."""
-    return np.zeros((0, *windows.dt.shape, windows.q.shape[-1]))
-
-
-def refined(
-    model: Model, windows: Windows, linearisation: Linearisation
-) -> tuple[Windows, Linearisation]:
+def refined(problem: Problem, linearisation: Linearisation) -> tuple[Problem, Linearisation]:
     """The windows less what a finer integration than the coarsest adds, from the settled starts.
 
     What a coarse one is off by hardly depends on the parameters, so this brings the fit with the
     coarse one to where the finer one has its best.
     """
+    model, windows = problem.base, problem.windows
     if model.scheme != COARSE:
-        return windows, linearisation
+        return problem, linearisation
     fine = predict(model.changed(scheme=FINER), windows, linearisation.start)
     finer = fine - predict(model, windows, linearisation.start)
     q, dq = np.split(windows.measured + linearisation.finer - finer, 2, axis=-1)
-    return replace(windows, q=q, dq=dq), replace(linearisation, finer=finer)
+    finely = replace(problem, windows=replace(windows, q=q, dq=dq))
+    return finely, replace(linearisation, finer=finer)
 
 
 def _inverse(a: Array, damping: float) -> Array:
@@ -211,19 +152,18 @@ def _inverse(a: Array, damping: float) -> Array:
     return inverse / (size[..., None] * size[:, None])
 
 
-def _sure(
-    model: Model, windows: Windows, start: Array, columns: Array, sigma: Array, settings: Settings
-) -> Array:
+def _sure(problem: Problem, start: Array, columns: Array) -> Array:
     """Indices of the windows whose predictions are linear within the noise of their start."""
-    noise, numerics = per_window(sigma, windows), settings.numerics
+    windows, numerics = problem.windows, problem.numerics
+    noise = per_window(problem.noise, windows)
     a = (columns / noise[..., None]).reshape(windows.count, -1, columns.shape[-1])
     values, vectors = np.linalg.eigh(_inverse(a, numerics.least_damping))
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None]
     shape = numerics.start_draws, *start.shape, 1
     draws = np.random.default_rng(0).standard_normal(shape)
     moves = (root @ draws)[..., 0]
-    y = predict(model, windows, np.concatenate([start[None], start + moves]))
+    y = predict(problem.base, windows, np.concatenate([start[None], start + moves]))
     linear = np.einsum('wkij,swj->swki', columns, moves)
     bend = (((y[1:] - y[0] - linear) / noise) ** 2).mean(axis=(0, 2, 3))
-    sure, fewest = np.flatnonzero(bend < numerics.most_bend), settings.gates.fewest_windows
+    sure, fewest = np.flatnonzero(bend < numerics.most_bend), problem.gates.fewest_windows
     return sure if sure.size >= fewest else np.argsort(bend)[:fewest]
