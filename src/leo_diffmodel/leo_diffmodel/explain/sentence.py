@@ -33,16 +33,10 @@ BY_HAND = 'swing it by hand from other angles'
 
 def answer(findings: Findings, decision: Decision, notes: Sequence[str] = ()) -> Told:
     """The decision in words; `notes` say what was done to recordings and model before."""
-    said = told(
-        decision.verdict,
-        decision.named,
-        _change(findings),
-        [*decision.doubts, *notes, *decision.notes],
-        findings.unknown.words if findings.unknown else '',
-        _left(findings),
-        not findings.search.complete,
-    )
-    seen = shown(findings)
+    all_notes = [*decision.doubts, *notes, *decision.notes]
+    law, late = findings.unknown.words if findings.unknown else '', not findings.search.complete
+    change, rest, seen = _change(findings), _left(findings), shown(findings)
+    said = told(decision.verdict, decision.named, change, all_notes, law, rest, late)
     return replace(said, more=(*said.more, seen)) if seen else said
 
 

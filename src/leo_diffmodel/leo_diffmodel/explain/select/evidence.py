@@ -27,31 +27,23 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Scored:
-    """A hypothesis with what it leaves of the data it was not fitted to.
+    """A hypothesis with what it leaves of the data it was not fitted to."""
 
-    Attributes:
-        at: the hypothesis, fitted.
-        left: loss of each training window, predicted from the other folds [nats], shape (W,).
-        fold: what was left out with each of them, shape (W,).
-        behind: nats that count by which longer windows put it behind the best of its rivals.
-        ends: errors of the states it predicts for the ends of long windows from their measured
-            start, in noise floors there, shape (V, 2J); None where that does not matter.
-    """
-
-    at: Estimate
-    left: Array
-    fold: Array
+    at: Estimate  # the hypothesis, fitted
+    left: Array  # loss of each training window, predicted from the other folds [nats], shape (W,)
+    fold: Array  # what was left out with each of them, shape (W,)
+    # nats that count by which longer windows put it behind the best of its rivals
     behind: float = 0.0
+    # errors of the states it predicts for the ends of long windows from their measured start, in
+    # noise floors there, shape (V, 2J); None where that does not matter
     ends: Array | None = None
 
     @property
     def fit(self) -> Fit:
-        """The joint fit."""
         return self.at.fit
 
     @property
     def names(self) -> frozenset[Candidate]:
-        """Its effects."""
         return self.at.names
 
     @property
@@ -62,25 +54,17 @@ class Scored:
 
 @dataclass(frozen=True)
 class Weight:
-    """What a nat counts where residuals are no white noise.
+    """What a nat counts where residuals are no white noise."""
 
-    Attributes:
-        spread: times the residuals exceed white noise; nats count so much less.
-        samples: effective number of independent samples.
-        most: what a single window may say for or against a hypothesis [nats, raw]: no more than
-            one contact that flips may decide.
-        gates: what counts.
-        folds: the folds that count, shape (F,); None for all.
-        null: the model as given.
-        usual: losses that are in every hypothesis, since most joints have them.
-    """
-
-    spread: float
-    samples: float
+    spread: float  # times the residuals exceed white noise; nats count so much less
+    samples: float  # effective number of independent samples
+    # what a single window may say for or against a hypothesis [nats, raw]: no more than one
+    # contact that flips may decide
     most: float
-    gates: Gates
-    folds: Array | None = None
-    null: Scored | None = None
+    gates: Gates  # what counts
+    folds: Array | None = None  # the folds that count, shape (F,); None for all
+    null: Scored | None = None  # the model as given
+    # losses that are in every hypothesis, since most joints have them
     usual: frozenset[Candidate] = frozenset()
 
     @property
@@ -116,13 +100,13 @@ class Weight:
     def saves(self, smaller: Scored, larger: Scored, limit: float) -> bool:
         """Whether a set predicts better than one of fewer effects or parameters, all counted.
 
-        What it saves must be beyond what noise gives, `limit` for an effect [nats], and more than
-        a trifle of what nothing explains. It need not hold the effects of the smaller set.
+        What it saves must be beyond what noise gives, `limit` for an effect [nats], and not
+        negligible beside what nothing explains. It need not hold the effects of the smaller set.
         """
         if self.ahead(larger, smaller) <= 0:
             return False
         more = max(len(larger.names) - len(smaller.names), 1)
-        least = more * max(limit * self.spread, self.trifle(larger))
+        least = more * max(limit * self.spread, self.negligible(larger))
         return bool(self._saved(smaller, larger).sum() > least)
 
     def supports(self, smaller: Scored, larger: Scored, limit: float) -> bool:
@@ -196,7 +180,7 @@ class Weight:
         of_noise = likelihood.unexplained(noise, channels, numerics).sum(axis=-1).mean()
         return bool(self.unexplained(scored) - of_noise < limit * self.spread)
 
-    def trifle(self, scored: Scored) -> float:
+    def negligible(self, scored: Scored) -> float:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
         more = likelihood.swollen(*_residual(scored), self.gates.material)
         return float(self._by_fold(more, scored).sum())

@@ -38,41 +38,25 @@ REVEALED = {
 
 @dataclass(frozen=True)
 class Unknown:
-    """A law that is no known effect, as in explain.json.
+    """A law that is no known effect, as in explain.json."""
 
-    Attributes:
-        joint: where it acts.
-        variable: what explains it: angle, rate, input, load, time or path.
-        of: the joint whose variable that is; '' for time.
-        acts_as: 'torque', 'friction' (dry, against motion) or 'drive' (share of the motor's).
-        formula: the law with its values and units.
-        parameters: {name: {value, unit, ci95}}; without intervals where no effect can hold it.
-        r2_held_out: share of the held-out error beyond noise that it removes, 0 to 1.
-        gain_train: loss saved on the training windows [nats].
-        gain_held_out: loss saved on the windows no fit saw [nats].
-        curve: the same without a formula: {x, x_unit, y, y_unit, ci95, law}, lists of one length.
-        effect: the law as an effect; None where one effect cannot hold it.
-        fit: joint fit with the named effects; None where `effect` is.
-        error_before: held-out error with the named effects alone, as for those.
-        error_after: held-out error with the law too; None where `effect` is.
-        source: where the effect file was written; '' where it was not.
-    """
-
-    joint: str
-    variable: str
-    of: str
-    acts_as: str
-    formula: str
+    joint: str  # where it acts
+    variable: str  # what explains it: angle, rate, input, load, time or path
+    of: str  # the joint whose variable that is; '' for time
+    acts_as: str  # 'torque', 'friction' (dry, against motion) or 'drive' (share of the motor's)
+    formula: str  # the law with its values and units
+    # {name: {value, unit, ci95}}; without intervals where no effect can hold it
     parameters: dict[str, dict]
-    r2_held_out: float
-    gain_train: float
-    gain_held_out: float
+    r2_held_out: float  # share of the held-out error beyond noise that it removes, 0 to 1
+    gain_train: float  # loss saved on the training windows [nats]
+    gain_held_out: float  # loss saved on the windows no fit saw [nats]
+    # the same without a formula: {x, x_unit, y, y_unit, ci95, law}, lists of one length
     curve: dict[str, list | str]
-    effect: FoundEffect | None
-    fit: Fit | None
-    error_before: float | None = None
-    error_after: float | None = None
-    source: str = ''
+    effect: FoundEffect | None  # the law as an effect; None where one effect cannot hold it
+    fit: Fit | None  # joint fit with the named effects; None where `effect` is
+    error_before: float | None = None  # held-out error with the named effects alone, as for those
+    error_after: float | None = None  # held-out error with the law too; None where `effect` is
+    source: str = ''  # where the effect file was written; '' where it was not
 
     @classmethod
     def of_law(cls, found: Found) -> Unknown:

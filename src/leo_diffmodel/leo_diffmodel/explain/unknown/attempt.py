@@ -33,17 +33,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Attempt:
-    """A law fitted together with named effects, as the last effect of a hypothesis.
+    """A law fitted together with named effects, as the last effect of a hypothesis."""
 
-    Attributes:
-        law: the law as it was read.
-        left: what it was read from.
-        scored: the hypothesis with it.
-    """
-
-    law: Law
-    left: Influence
-    scored: Scored
+    law: Law  # the law as it was read
+    left: Influence  # what it was read from
+    scored: Scored  # the hypothesis with it
 
     @property
     def fit(self) -> Fit:

@@ -31,15 +31,10 @@ Named = Mapping[Names, Scored]
 
 @dataclass(frozen=True)
 class Found:
-    """A law that is no known effect.
+    """A law that is no known effect."""
 
-    Attributes:
-        attempt: the law and its joint fit with the named effects that stay.
-        base: those named effects fitted without the law.
-    """
-
-    attempt: Attempt
-    base: Fit
+    attempt: Attempt  # the law and its joint fit with the named effects that stay
+    base: Fit  # those named effects fitted without the law
 
     def completed(self, own: Sequence[Constant]) -> Found:
         """With the constants that held-out recordings have of their own."""

@@ -21,21 +21,14 @@ SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't',
 
 @dataclass(frozen=True)
 class Law:
-    """A law of one variable with its parameters.
+    """A law of one variable with its parameters."""
 
-    Attributes:
-        curve: what it describes.
-        family: its form.
-        parameters: coefficients first; those that shape it are neutral at their fitted value.
-        values: the fitted values, same order.
-        read: it is the curve, whose values are no parameters.
-    """
-
-    curve: Curve
-    family: Family
+    curve: Curve  # what it describes
+    family: Family  # its form
+    # coefficients first; those that shape it are neutral at their fitted value
     parameters: tuple[Parameter, ...]
-    values: Array
-    read: bool = False
+    values: Array  # the fitted values, same order
+    read: bool = False  # it is the curve, whose values are no parameters
 
     @classmethod
     def of(cls, curve: Curve, family: Family, values: Array) -> Law:

@@ -21,7 +21,7 @@ def chosen(names, *turns):
     sets = [frozenset(names) for names, count in turns for _ in range(count)]
     final = SimpleNamespace(hypothesis=SimpleNamespace(candidates=tuple(names)))
     found = SimpleNamespace(
-        chosen=SimpleNamespace(names=frozenset(names)), turns=tuple(sets), final=final
+        chosen=SimpleNamespace(names=frozenset(names)), resamples=tuple(sets), final=final
     )
     return choices(found, Facts(PENDULUM, False))
 

@@ -49,7 +49,7 @@ def clean() -> list[Search]:
 
 def test_noise_alone_stays_below_the_threshold(clean):
     for found in clean:
-        assert names(found) == set() and not any(found.turns)
+        assert names(found) == set() and not any(found.resamples)
         empty = found.known(frozenset())
         saved = [found.weight.compare(empty, s)[0] for s in found.sets if s.names]
         assert max(saved, default=0.0) < found.threshold

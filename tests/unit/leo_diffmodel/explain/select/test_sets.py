@@ -15,7 +15,7 @@ from leo_diffmodel.explain.problem.together import compatible, widens
 from leo_diffmodel.explain.select.evidence import weigh, Weight
 from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import chosen, Sets
-from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, turns
+from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, resamples
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.console import Reporter
 from leo_sim.model import Model
@@ -76,7 +76,7 @@ def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, QUIET)
     best = searched(sets, estimator.first(Hypothesis()), ())
     best = canonical(sets, long_horizon_tie_break(sets, best))
-    return names(best), [frozenset(names(s)) for s in turns(sets)]
+    return names(best), [frozenset(names(s)) for s in resamples(sets)]
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
     sets.add([estimator.first(Hypothesis())])
     weight = weigh(list(sets.known.values()))
     assert weight.spread == pytest.approx(1.0, abs=0.3)
-    assert len(turns(sets)) == SETTINGS.gates.turns
+    assert len(resamples(sets)) == SETTINGS.gates.turns
 
 
 MUCH = {'none': 80000, 'a': 30000, 'b': 30000, 'c': 5000, 'a_b': 3500}

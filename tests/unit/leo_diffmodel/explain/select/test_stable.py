@@ -10,7 +10,7 @@ from tests.linear import posed, solved
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.select.sets import Sets
-from leo_diffmodel.explain.select.stable import holds, narrowed, part_of, share
+from leo_diffmodel.explain.select.stable import has, narrowed, part_of, share
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.console import Reporter
 from leo_sim.model import Model
@@ -34,7 +34,7 @@ def test_a_narrower_law_and_one_joint_are_part_of_a_wider_law_and_of_all(part, w
 @pytest.mark.parametrize('other', [ARM['coulomb_friction:shoulder'], SPRING, SCALE])
 def test_another_joint_or_law_is_none(other):
     assert not part_of(ELBOW, other) and not part_of(other, ELBOW)
-    assert not holds([other], ELBOW, eq)
+    assert not has([other], ELBOW, eq)
 
 
 def test_the_share_is_of_turns_that_hold_all_of_them():
