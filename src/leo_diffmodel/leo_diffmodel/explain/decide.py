@@ -89,19 +89,14 @@ def decide(
     open_points = len(doubts) + len(named) - sure
     tried: list[Rule] = []
     for verdict, name, fired, number in (
-        ('ambiguous', 'the time was over', cut_short, None),
-        ('unknown', 'a law that is no known effect explains more', unknown, None),
-        (
-            'unknown',
-            'no effect is sure, and what is left matters',
-            rest.matters and not sure,
-            sure,
-        ),
-        ('fine', 'no effect is supported', not named, len(named)),
-        ('ambiguous', 'something speaks against it', open_points > 0, open_points),
-        ('partly', 'what is left matters', rest.matters, rest.share),
-        ('partly', 'more effects are chosen too often', more, None),
-        ('named', 'nothing speaks against it', True, None),
+        ('ambiguous', 'out of time', cut_short, None),
+        ('unknown', 'no known law', unknown, None),
+        ('unknown', 'rest, none sure', rest.matters and not sure, rest.share),
+        ('fine', 'no effect', not named, len(named)),
+        ('ambiguous', 'open points', open_points > 0, open_points),
+        ('partly', 'rest matters', rest.matters, rest.share),
+        ('partly', 'more effects', more, None),
+        ('named', 'nothing open', True, None),
     ):
         tried.append(Rule(f'{verdict}: {name}', bool(fired), number))
         if fired:
@@ -111,7 +106,7 @@ def decide(
 
 def said(rules: Iterable[Rule]) -> tuple[str, ...]:
     """The doubts of those that fired."""
-    return tuple(rule.doubt for rule in rules if rule.fired)
+    return tuple(rule.doubt for rule in rules if rule.fired and rule.doubt)
 
 
 def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
@@ -121,7 +116,7 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     sizes = [(parameters[i], *fitted.ci95(first + i)) for i in amplitude_indices(parameters)]
     beyond = max(max(low - p.neutral, p.neutral - high) for p, low, high in sizes)
     doubt = 'whose interval holds no effect'
-    yield Rule('interval beyond no effect', not beyond > 0, beyond, 0.0, label, doubt)
+    yield Rule('holds no effect', not beyond > 0, beyond, 0.0, label, doubt)
     limited = any(at_limit(*size) for size in sizes)
     value, doubt = float(fitted.theta[first]), 'at the limit of what is plausible'
     yield Rule('value at its limit', limited, value, None, label, doubt)
@@ -131,6 +126,9 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
         floors, least = findings.floors[part.index], findings.gates.least_floors
         doubt = 'below the noise floor, as many small differences are'
         yield Rule('below the noise floor', floors < least, floors, least, label, doubt)
+    margin, behind = findings.gates.margin_nats, [r.behind for r in part.rivals if not r.same]
+    close = min(behind, default=None)
+    yield Rule('a rival is near', bool(part.close(margin)), close, margin, label)
 
 
 def instead(findings: Findings, part: Part) -> list[str]:
@@ -166,11 +164,11 @@ def answer_rules(findings: Findings) -> Iterator[Rule]:
         starts, least = certificate.starts, certificate.decrement
         several = f'{starts} starts of the fit end at different values'
         doubt = several if starts > 1 else 'the fit has not come to its end'
-        yield Rule('the fit has not converged', not certificate.converged, least, None, '', doubt)
+        yield Rule('fit not converged', not certificate.converged, least, None, '', doubt)
     untried, most = findings.search.untried, findings.numerics.listed
     more = f' and {len(untried) - most} more' if len(untried) > most else ''
     doubt = f'the time was over; not tried: {", ".join(untried[:most])}{more}'
-    yield Rule('something was not tried', bool(untried), len(untried), 0, '', doubt)
+    yield Rule('not all was tried', bool(untried), len(untried), 0, '', doubt)
 
 
 def _beaten(name: str, other: Contender | None, how: str) -> Rule:

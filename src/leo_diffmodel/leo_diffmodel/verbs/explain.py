@@ -14,12 +14,13 @@ import sys
 from rich.text import Text
 
 from leo_diffmodel.bags.episode import by_rate, distinct, Recording
+from leo_diffmodel.explain.decide import Rule
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare import ranking_table
-from leo_msgs_py.console import progress, Table, Terminal
+from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -31,6 +32,7 @@ EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
     'leo explain bags/run1 --hold-out bags/run2 --model pendulum --json',
     'leo explain bags/run1 --model pendulum --mend',
+    'leo explain bags/run1 --model pendulum --why',
     'leo explain bags/run1 --model pendulum --effect my_effect.py',
     'leo explain bags/run1 --model pendulum --write-effect found.py -o out/explain',
     'leo explain bags/light bags/heavy --each --model pendulum -o out/each',
@@ -71,6 +73,8 @@ def main(argv: list[str]) -> int:
         else:
             show(result)
     if not arguments.json:
+        if arguments.why:
+            _show_rules(result.rules)
         _point_on(arguments, folder, result)
         _point_on_effect(arguments, target, result)
     return 1 if result.verdict in common.NEGATIVE else 0
@@ -189,12 +193,28 @@ def show(result: Explanation) -> None:
         write(f'what would settle it: {result.next_run}')
 
 
+def _show_rules(rules: Sequence[Rule]) -> None:
+    """Print each rule of an answer beside its number; nothing where nothing was searched."""
+    if not rules:
+        return
+    table = Table('rule', 'of', 'fired', *figures('number', 'limit'), title='rules of the answer')
+    for rule in rules:
+        numbers = ('' if n is None else f'{n:.4g}' for n in (rule.number, rule.limit))
+        table.add_row(rule.name, rule.about, 'yes' if rule.fired else 'no', *numbers)
+    Terminal().print(table)
+
+
 def _parser() -> Parser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)
     arguments.add_argument(
         '--each', action='store_true', help='every bag by itself, answers side by side'
+    )
+    arguments.add_argument(
+        '--why',
+        action='store_true',
+        help='print the rules of the answer: which fired, with what number',
     )
     arguments.add_argument(
         '--edit-test',

@@ -206,8 +206,8 @@ def test_what_all_resamples_hold_is_sure():
     made = findings()
     assert not any(doubts(made, part) for part in made.effects) and not doubts(made)
     rules = [*effect_rules(made, made.effects[0])]
-    assert [rule.number for rule in rules] == pytest.approx([0.1, 0.1, 1.0], abs=0.01)
-    assert {rule.about for rule in rules} == {LABELS[0]} and rules[-1].limit == 0.9
+    assert [rule.number for rule in rules[:3]] == pytest.approx([0.1, 0.1, 1.0], abs=0.01)
+    assert {rule.about for rule in rules} == {LABELS[0]} and rules[2].limit == 0.9
 
 
 def test_what_too_few_resamples_hold_is_not_and_what_they_choose_instead_is_said():

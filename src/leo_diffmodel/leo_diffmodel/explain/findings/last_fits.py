@@ -20,7 +20,8 @@ from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import score, Scored
 from leo_diffmodel.explain.select.search import Search
-from leo_diffmodel.explain.unknown.find import find, Found, without
+from leo_diffmodel.explain.unknown.attempt import Attempt
+from leo_diffmodel.explain.unknown.find import find, without
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
@@ -30,7 +31,7 @@ class Finished:
     """Every hypothesis that an answer speaks of, and the windows that judge them."""
 
     search: Search  # its `null` and `final` completed
-    law: Found | None  # the law that is no known effect
+    law: Attempt | None  # the law that is no known effect
     held: HeldOut
     smaller: tuple[Scored, ...]  # the chosen hypothesis less each of its effects
     growing: tuple[Fit, ...]  # its first effect alone, its first two, and so on
@@ -51,14 +52,14 @@ def finish(
     held = HeldOut.of(recordings, found.posed, found.final, model, own)
     found = replace(found, null=held.completed(found.null), final=held.completed(found.final))
     law = law and _completed(law, held)
-    held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
+    held = held.undisturbed(law.fit if law and law.effect else found.final)
     names = found.final.hypothesis.candidates
     smaller = tuple(_less(found, c) for c in names)
     growing = tuple(_first(found, count) for count in range(1, len(names) + 1))
     return Finished(found, law, held, smaller, growing)
 
 
-def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, Found | None]:
+def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, Attempt | None]:
     """The search next to the law that is no known effect, and that law; None without one.
 
     A search that was cut short, or that leaves no time for it, knows none.
@@ -71,11 +72,10 @@ def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, F
     return (without(found, law), law) if law else (found, None)
 
 
-def _completed(law: Found, held: HeldOut) -> Found:
-    attempt, problem = law.attempt, law.attempt.scored.at.problem
-    if attempt.effect:
-        attempt = attempt.refitted(held.completed(attempt.fit, problem))
-    return Found(attempt, held.completed(law.base, problem))
+def _completed(law: Attempt, held: HeldOut) -> Attempt:
+    problem = law.scored.at.problem
+    whole = law.refitted(held.completed(law.fit, problem)) if law.effect else law
+    return replace(whole, base=held.completed(law.base, problem))
 
 
 def _less(found: Search, candidate: Candidate) -> Scored:
