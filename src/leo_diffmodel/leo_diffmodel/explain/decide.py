@@ -77,13 +77,8 @@ def decide(
 ) -> tuple[str, list[Rule]]:
     """The verdict, and its rules up to the first that fired.
 
-    Args:
-        named: the supported effects.
-        rest: what they leave.
-        unknown: a law that is no known effect explains more.
-        doubts: about the whole answer.
-        more: further effects are chosen too often for the named ones to be all.
-        cut_short: not all was tried, so that nothing is known of what is left.
+    `unknown`: a law that is no known effect explains more; `more`: further effects are chosen too
+    often for the named ones to be all; `cut_short`: nothing is known of what was not tried.
     """
     sure = sum(n.sure for n in named)
     open_points = len(doubts) + len(named) - sure

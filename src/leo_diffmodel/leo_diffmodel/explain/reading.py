@@ -55,7 +55,6 @@ class Reading:
 
     @property
     def leaves_noise(self) -> bool:
-        """Whether known effects leave no more than noise."""
         return not isinstance(self.search, str) and self.search.leaves_noise
 
     def missed(self, sigma: Array) -> Array:

@@ -44,7 +44,6 @@ def _names(candidate: Candidate) -> dict[str, str]:
 
 
 def _not_testable(findings: Findings) -> list[dict[str, str]]:
-    """Effects without a trace in the data that are none of the named ones."""
     shown = [part.candidate for part in findings.effects]
     shown += [r.candidate for part in findings.effects for r in part.rivals if r.same]
     threshold = findings.search.threshold
@@ -59,7 +58,7 @@ def _not_testable(findings: Findings) -> list[dict[str, str]]:
 def _hypotheses(findings: Findings) -> list[dict]:
     """All candidates on the model as given, best first; those never fitted have a scan only."""
     fitted = {part.candidate for part in findings.singles}
-    scanned = {
+    scanned: dict[str, Any] = {
         'gain_held_out': None,
         'error_before': findings.headline.mean(findings.ladder[0][1]),
         'error_after': None,
@@ -102,7 +101,6 @@ def _changed(findings: Findings, before: Figures, after: Figures) -> dict:
 
 
 def _errors(findings: Findings) -> dict:
-    """Held-out errors before, after and the floor of noise, and what is left unexplained."""
     ladder = [*findings.ladder, ('noise floor', findings.floor)]
     seconds = findings.headline.seconds
     return findings.errors | {

@@ -20,6 +20,7 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.ranking import half_seconds
 from leo_diffmodel.compare.windows import at_one_rate, Windows
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.references import load_mujoco
 
@@ -40,12 +41,8 @@ def check(
 ) -> dict[str, Any]:
     """Errors of a model, of what a format holds of it, and of an exported MJCF in MuJoCo.
 
-    Args:
-        recordings: Bags of the model's robot.
-        model: What was exported.
-        reduced: The same less what the format does not hold.
-        mjcf: The text of the exported file; None for formats that MuJoCo does not read.
-        progress: Called with what comes next, `STAGES` times.
+    `reduced` is the model less what the format does not hold; `mjcf` the text of the exported
+    file, None for formats that MuJoCo does not read. `progress` is called `STAGES` times.
 
     Returns:
         seconds, statistic, windows, states [{name, unit}]; of each predictor and of the noise
@@ -55,7 +52,7 @@ def check(
     Raises:
         UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
     """
-    played = None if mjcf is None else _played(mjcf, model)
+    played: Played | None = None if mjcf is None else _played(mjcf, model.robot)
     model = with_known(model, recordings)
     recordings = at_one_rate(recordings)
     windows, sigma = half_seconds(recordings, {model.robot.name: model}, None, progress)
@@ -101,12 +98,9 @@ def _finite(error: float) -> float | None:
     return error if math.isfinite(error) else None
 
 
-def _played(mjcf: str, model: Model) -> Played:
-    robot = model.robot
-    motors = [a.joint for a in robot.actuators]
-    held = len(robot.base_joints)
-    played: Played = needs_mujoco().Played(mjcf, robot.joint_names, motors, held)
-    return played
+def _played(mjcf: str, robot: Robot) -> Any:
+    motors, held = [a.joint for a in robot.actuators], len(robot.base_joints)
+    return needs_mujoco().Played(mjcf, robot.joint_names, motors, held)
 
 
 def _window(played: Played, windows: Windows, i: int) -> Array:

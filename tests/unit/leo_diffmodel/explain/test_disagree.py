@@ -20,15 +20,8 @@ SECONDS = 10
 
 @pytest.fixture(autouse=True)
 def _few(monkeypatch):
-    among(
-        monkeypatch,
-        Model(TORQUE),
-        'coulomb_friction',
-        'viscous_friction',
-        'stribeck_friction',
-        'bias_torque',
-        'torque_scale',
-    )
+    laws = 'coulomb_friction viscous_friction stribeck_friction bias_torque torque_scale'
+    among(monkeypatch, Model(TORQUE), *laws.split())
 
 
 def _recorded(friction: float, seed: int):

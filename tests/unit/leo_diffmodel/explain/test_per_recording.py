@@ -76,20 +76,10 @@ def written(folder: Path, content: dict) -> Path:
 
 
 def arm_run(name: str, seed: int) -> Recording:
-    rng = np.random.default_rng(seed)
-    t = DT * np.arange(100)
-    q, dq = rng.normal(size=(2, 100, 2))
-    episode = Episode(t, q, dq, rng.normal(size=(100, 2)), np.ones((100, 2), dtype=bool))
-    return Recording(
-        Path(name),
-        name,
-        ('shoulder', 'elbow'),
-        ('shoulder', 'elbow'),
-        'torque',
-        DT,
-        (episode,),
-        {},
-    )
+    rng, joints = np.random.default_rng(seed), ('shoulder', 'elbow')
+    q, dq, inputs = rng.normal(size=(3, 100, 2))
+    episode = Episode(DT * np.arange(100), q, dq, inputs, np.ones((100, 2), dtype=bool))
+    return Recording(Path(name), name, joints, joints, 'torque', DT, (episode,), {})
 
 
 CASES = [
@@ -310,18 +300,15 @@ def test_a_known_payload_is_known_in_held_out_recordings_too():
 
 
 @pytest.mark.parametrize(
-    ('metadata', 'said'),
+    ('constants', 'said'),
     [
-        (
-            {'constants': '{"links.bob.mas": 1}'},
-            "no 'links.bob.mas'; did you mean links.bob.mass?",
-        ),
-        ({'constants': '[1]'}, 'expected {path: value} as JSON'),
-        ({'constants': '{"links.bob.mass": "heavy"}'}, 'expected {path: value} as JSON'),
+        ('{"links.bob.mas": 1}', "no 'links.bob.mas'; did you mean links.bob.mass?"),
+        ('[1]', 'expected {path: value} as JSON'),
+        ('{"links.bob.mass": "heavy"}', 'expected {path: value} as JSON'),
     ],
 )
-def test_metadata_that_cannot_be_is_one_line(metadata, said):
-    recording = replace(runs(seconds=3.0)[0], metadata=metadata)
+def test_metadata_that_cannot_be_is_one_line(constants, said):
+    recording = replace(runs(seconds=3.0)[0], metadata={'constants': constants})
     with pytest.raises(UserError, match='run_1') as error:
         compare([recording], Model(TORQUE))
     assert said in str(error.value) and '\n' not in str(error.value)
@@ -355,34 +342,23 @@ def test_recordings_are_told_apart_by_name():
 # Model files
 
 
+EACH, RANGE, TORSO = {'per_recording': True}, {'uncertain': [0.1, 1]}, 'links.torso.mass'
+
+
 @pytest.mark.parametrize(
-    ('robot', 'path', 'given', 'said'),
+    ('path', 'given', 'said'),
     [
-        ('torque_pendulum', BOB, {'per_recording': True}, 'uncertain: [low, high]'),
-        (
-            'torque_pendulum',
-            'links.bop.mass',
-            {'per_recording': True, 'uncertain': [0.1, 1]},
-            "no 'links.bop.mass'",
-        ),
-        (
-            'torque_pendulum',
-            BOB,
-            {'per_recording': True, 'uncertain': [0.1, 1], 'recordings': {'run_1': 2.0}},
-            'outside its uncertain range',
-        ),
-        ('torque_pendulum', BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
-        ('torque_pendulum', BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),
-        (
-            'leo',
-            'links.torso.mass',
-            {'per_recording': True, 'uncertain': [0.5, 5]},
-            'leo stands on a ground',
-        ),
-        ('leo', 'links.torso.mass', {'recordings': {'run_1': 1.0}}, 'leo stands on a ground'),
+        (BOB, EACH, 'uncertain: [low, high]'),
+        ('links.bop.mass', EACH | RANGE, "no 'links.bop.mass'"),
+        (BOB, EACH | RANGE | {'recordings': {'run_1': 2.0}}, 'outside its uncertain range'),
+        (BOB, {'recordings': {'run_1': 'heavy'}}, 'recordings.run_1'),
+        (BOB, {'recording': {'run_1': 1.0}}, 'unknown key'),
+        (TORSO, EACH | RANGE, 'leo stands on a ground'),
+        (TORSO, {'recordings': {'run_1': 1.0}}, 'leo stands on a ground'),
     ],
 )
-def test_a_wrong_model_file_is_one_line(tmp_path, robot, path, given, said):
+def test_a_wrong_model_file_is_one_line(tmp_path, path, given, said):
+    robot = 'leo' if path == TORSO else 'torque_pendulum'
     content = {'robot': robot, 'constants': {path: {'value': 0.9, 'unit': 'kg', **given}}}
     with pytest.raises(UserError) as error:
         load_model(written(tmp_path, content))
@@ -449,31 +425,27 @@ def test_a_map_brings_what_a_log_knows_into_the_bag(tmp_path, name, where, conte
 
 
 @pytest.mark.parametrize(
-    ('change', 'logs', 'said'),
+    ('change', 'payloads', 'said'),
     [
-        (
-            {'constants': {BOB: 'paylod'}},
-            [csv(payload=0.5)],
-            "no column 'paylod' for links.bob.mass",
-        ),
-        ({'constants': {'links.bop.mass': 'payload'}}, [csv(payload=0.5)], "no 'links.bop.mass'"),
+        ({'constants': {BOB: 'paylod'}}, [0.5], "no column 'paylod' for links.bob.mass"),
+        ({'constants': {'links.bop.mass': 'payload'}}, [0.5], "no 'links.bop.mass'"),
         (
             {'constants': {BOB: {'column': 'payload', 'unit': 'mm'}}},
-            [csv(payload=0.5)],
+            [0.5],
             "'mm' is no unit of links.bob.mass; give it in kg",
         ),
-        ({'constants': {BOB: 'q'}}, [csv(payload=0.5)], 'goes from 0 to 4.9'),
-        ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [csv(payload=0.5)], 'no number for'),
-        ({}, [csv(payload=500), csv(payload=900)], 'bag of its own (--bag-per-log)'),
-        ({'robot': None}, [csv(payload=500)], 'add robot: NAME'),
+        ({'constants': {BOB: 'q'}}, [0.5], 'goes from 0 to 4.9'),
+        ({'constants': {BOB: {'expression': '0 * q / 0'}}}, [0.5], 'no number for'),
+        ({}, [500, 900], 'bag of its own (--bag-per-log)'),
+        ({'robot': None}, [500], 'add robot: NAME'),
     ],
 )
-def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, logs, said):
+def test_a_map_or_log_that_cannot_be_is_one_line(tmp_path, capsys, change, payloads, said):
     column_map, paths = tmp_path / 'map.yaml', []
     column_map.write_text(yaml.safe_dump(MAP | change))
-    for number, text in enumerate(logs):
-        paths.append(tmp_path / f'{number}.csv')
-        paths[-1].write_text(text)
+    for payload in payloads:
+        paths.append(tmp_path / f'{payload}.csv')
+        paths[-1].write_text(csv(payload=payload))
     words = ['import', *map(str, paths), '--map', str(column_map), '-o', str(tmp_path / 'run')]
     assert main(words) == 2
     error = capsys.readouterr().err

@@ -53,12 +53,8 @@ def test_the_ground_has_numbers_of_its_own_and_a_users_are_taken_as_they_are():
     assert settings_for(TORQUE) == SETTINGS
     assert own == SETTINGS.changed(**ON_GROUND) and own.gates.to_json()['window_nats'] == 6.0
     for part in PARTS:
-        given = {
-            name: value
-            for name, value in ON_GROUND.items()
-            if name in {f.name for f in fields(part)}
-        }
-        assert given and not any(given[name] == getattr(part(), name) for name in given)
+        given = ON_GROUND.keys() & {f.name for f in fields(part)}
+        assert given and not any(ON_GROUND[name] == getattr(part(), name) for name in given)
 
 
 def test_numbers_are_changed_by_name():

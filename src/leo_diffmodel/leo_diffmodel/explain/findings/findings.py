@@ -75,7 +75,6 @@ class Part:
 
     @property
     def index(self) -> int:
-        """Its place in the hypothesis."""
         return self.fit.hypothesis.candidates.index(self.candidate)
 
     def close(self, margin: float) -> list[Rival]:
@@ -130,5 +129,4 @@ class Findings:
 
     @property
     def final(self) -> Fit:
-        """The chosen hypothesis."""
         return self.search.final

@@ -48,7 +48,6 @@ class Scored:
 
     @property
     def size(self) -> int:
-        """How many parameters it has."""
         return self.fit.hypothesis.size
 
 
@@ -131,7 +130,7 @@ class Weight:
         return bool((added >= least).any())
 
     def matters(self, smaller: Scored, larger: Scored) -> bool:
-        """Whether a larger set predicts something else, and what anybody can see.
+        """Whether a larger set predicts something else, and what anybody can see far ahead.
 
         Beside few others an effect is seen that does half as much; or whatever it does, if it
         explains most of what is left.
@@ -139,17 +138,11 @@ class Weight:
         most = self.explains_most(smaller, larger)
         many = len(larger.names) >= self.gates.many
         least = (1.0 if many else self.gates.few_floors) * self.gates.least_floors
-        seen = self.floors(smaller, larger) >= least or (most and not many)
-        return seen and (most or self.tells_apart(smaller, larger))
-
-    def floors(self, smaller: Scored, larger: Scored) -> float:
-        """What a set changes the prediction of a smaller one by, far ahead [noise floors].
-
-        Root mean square over windows, angle and rate of the joint where that is most.
-        """
         if smaller.ends is None or larger.ends is None:
-            return np.inf
-        return most_floors(larger.ends - smaller.ends)
+            seen = True
+        else:
+            seen = most_floors(larger.ends - smaller.ends) >= least or (most and not many)
+        return seen and (most or self.tells_apart(smaller, larger))
 
     def explains_most(self, smaller: Scored, larger: Scored) -> bool:
         """Whether a set leaves but a small share of what a smaller one leaves beyond noise.

@@ -98,7 +98,6 @@ class Unknown:
 
     @property
     def words(self) -> str:
-        """One sentence."""
         of = f' of {self.of}' if self.of and self.of != self.joint else ''
         what = 'the path it has come (hysteresis)' if self.variable == 'path' else self.variable
         return (

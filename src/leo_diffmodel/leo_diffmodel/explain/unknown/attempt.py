@@ -52,7 +52,6 @@ class Attempt:
 
     @property
     def named(self) -> Names:
-        """The named effects."""
         return self.scored.names - {self.candidate}
 
     @property

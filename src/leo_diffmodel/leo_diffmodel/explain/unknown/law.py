@@ -43,7 +43,6 @@ class Law:
 
     @property
     def by_name(self) -> dict[str, float]:
-        """The values by the names of the parameters."""
         return dict(zip((p.name for p in self.parameters), self.values.tolist(), strict=True))
 
     @property
@@ -52,7 +51,6 @@ class Law:
         return self.family.words.format(x=SYMBOLS[self.curve.variable.name])
 
     def at(self, x: Array) -> Array:
-        """The law at values of its variable."""
         return self.family.law(x, **self.by_name)
 
     def settled(self, values: Array) -> Law:

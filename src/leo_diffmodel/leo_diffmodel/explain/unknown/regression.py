@@ -38,7 +38,6 @@ class Score(NamedTuple):
         return float(self.left_out[best, np.arange(len(best))].sum())
 
     def at(self, index: int) -> Score:
-        """One of the laws."""
         return Score(*(field[index] for field in self))
 
 
