@@ -25,7 +25,7 @@ from leo_sim.model import Model
 from leo_sim.references import load_mujoco
 
 if TYPE_CHECKING:
-    from leo_sim.references.mujoco import Past, Played, Steps
+    from leo_sim.references.mujoco import Played
 
 STAGES = 3
 OURS, REDUCED, EXPORTED = 'ours', 'reduced', 'exported'
@@ -61,7 +61,7 @@ def check(
     others = {REDUCED: predict(reduced, windows, windows.measured[:, 0])}
     progress('MuJoCo' if played else 'errors')
     if played is not None:
-        others[EXPORTED] = np.stack([_window(played, windows, i) for i in range(windows.count)])
+        others[EXPORTED] = _in_mujoco(played, windows)
     found = {OURS: ours} | {
         name: errors.Prediction(windows, states, ours.floor) for name, states in others.items()
     }
@@ -103,20 +103,17 @@ def _played(mjcf: str, robot: Robot) -> Any:
     return needs_mujoco().Played(mjcf, robot.joint_names, motors, held)
 
 
-def _window(played: Played, windows: Windows, i: int) -> Array:
-    """What the file does in a window, (K + 1, 2 J)."""
-    steps = _steps(windows.inputs[i], windows.enabled[i], windows.dt[i])
-    return played.window(windows.measured[i, 0], steps, _past(windows, i), bool(windows.held[i]))
-
-
-def _past(windows: Windows, i: int) -> Past | None:
-    if windows.history is None:
-        return None
-    q, dq, inputs, enabled, dt = (part[i] for part in windows.history)
-    return np.concatenate([q, dq], axis=-1), _steps(inputs, enabled, dt)
-
-
-def _steps(inputs: Array, enabled: Array, dt: Array) -> Steps:
+def _in_mujoco(played: Played, windows: Windows) -> Array:
+    """What the file does in each window, (W, K + 1, 2 J)."""
     from leo_sim.references.mujoco import Steps
 
-    return Steps(inputs, enabled, dt)
+    each = zip(windows.inputs, windows.enabled, windows.dt, strict=True)
+    steps = [Steps(*parts) for parts in each]
+    pasts: list[Any] = [None] * windows.count
+    if windows.history is not None:
+        q, dq, *driven = windows.history
+        before = [Steps(*parts) for parts in zip(*driven, strict=True)]
+        pasts = [*zip(np.concatenate([q, dq], axis=-1), before, strict=True)]
+    held = windows.held.tolist()
+    all_windows = zip(windows.measured[:, 0], steps, pasts, held, strict=True)
+    return np.stack([played.window(*window) for window in all_windows])

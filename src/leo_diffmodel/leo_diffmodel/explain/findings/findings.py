@@ -51,6 +51,9 @@ class Range(NamedTuple):
     high: float
     unit: str
 
+    def __str__(self) -> str:
+        return f'{self.low:.2g} to {self.high:.2g} {self.unit}'
+
 
 class Shown(NamedTuple):
     """Where a joint was in the data that show an answer; the load is the size of its torque."""

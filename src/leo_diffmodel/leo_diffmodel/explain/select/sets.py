@@ -18,7 +18,6 @@ from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
 from leo_msgs_py.console import Reporter
 
-Array = np.ndarray
 Names = frozenset[Candidate]
 
 
@@ -126,19 +125,15 @@ class Sets:
 
     def add_from(self, near: Estimate, candidates: Sequence[Candidate]) -> None:
         """Fit a set from the values of one that has its effects, or wider laws of them."""
-        full, theta = near.fit.hypothesis, near.fit.theta
-        values = [v for c in candidates for v in _values(full, theta, c)]
-        begin = np.array([*values, *theta[full.first_constant :]])
+        full, theta, begin = near.fit.hypothesis, near.fit.theta, list[float]()
+        held = full.candidates
+        for c in candidates:
+            law = c if c in held else next(wider for wider in held if widens(wider, c))
+            values = full.values(theta, held.index(law))
+            begin += [values[p.name] for p in c.parameters]
+        begin += theta[full.first_constant :].tolist()
         part = Hypothesis(tuple(candidates), full.constants)
-        self.add([self.estimator.refitted(near, part, begin)])
-
-
-def _values(full: Hypothesis, theta: Array, candidate: Candidate) -> list[float]:
-    """Values of an effect in a fit that has it, or a wider law of it."""
-    held = full.candidates
-    law = candidate if candidate in held else next(c for c in held if widens(c, candidate))
-    values = full.values(theta, held.index(law))
-    return [values[p.name] for p in candidate.parameters]
+        self.add([self.estimator.refitted(near, part, np.array(begin))])
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:

@@ -129,19 +129,16 @@ def joined(
         linear = _linear_fit(posed.problem, base, hypothesis, theta, trace)
         return Attempt(law, left, base, score(Estimate(posed, linear)))
     made = scored(Estimate(posed, fit(posed.problem, hypothesis, theta, base.start)))
-    return Attempt(law, left, base, _owing(made, law) if law.read else made)
+    if law.read:  # what it saves in each fold because its curve was read from that fold, too
+        curve, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
+        owed = (curve.fitted - curve.left_out) / np.bincount(number)
+        made = replace(made, left=made.left + owed[number])
+    return Attempt(law, left, base, made)
 
 
 def scored(at: Estimate) -> Scored:
     """A hypothesis with what it predicts of the folds left out, and far ahead."""
     return replace(score(at), ends=far_ends(at, far_floor(at.posed)))
-
-
-def _owing(made: Scored, law: Law) -> Scored:
-    """Without what the law saves in each fold because its curve was read from that fold, too."""
-    score, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
-    owed = (score.fitted - score.left_out) / np.bincount(number)
-    return replace(made, left=made.left + owed[number])
 
 
 def _effect(left: Influence, law: Law, joint: str) -> Candidate:
