@@ -57,8 +57,7 @@ class Place(Lack):
     bin: tuple[float, float] | str  # its range, or a word
     unit: str  # of the range
     data_share: float  # of the joint's time that lies in the bin, 0 to 1
-    # worst ones first, (begin, end) [s from the first state]
-    windows: tuple[tuple[float, float], ...]
+    windows: tuple[tuple[float, float], ...]  # worst first [s from the first state]
     bags: tuple[int, ...]  # for each of them which bag, from 0
 
 
@@ -129,14 +128,12 @@ class NamedEffect:
     where: str | tuple[str, ...]  # joint or link, a list of them, or `all`
     parameters: dict[str, Value]  # by name
     gain_train: float  # loss saved on the data it was fitted to [nats]
-    # on data it was not fitted to [nats]; None where it was only scanned
-    gain_held_out: float | None
+    gain_held_out: float | None  # on other data [nats]; None where it was only scanned
     error_before: float  # held-out error without it, mean over the states
     error_after: float | None  # with it; None where it was only scanned
     inclusion_probability: float  # share of the held-out turns that choose it
     confusable_with: tuple[Rival, ...]  # nearest first
-    # the Python file of an effect of the user's own; None for a known one
-    source: str | None = None
+    source: str | None = None  # the Python file of an effect of the user's own
 
 
 @dataclass(frozen=True)
@@ -166,19 +163,15 @@ class Explanation:
     sentence: str  # the answer in plain words
     states: tuple[State, ...]  # what is predicted; empty where nothing was fitted
     effects: tuple[NamedEffect, ...]  # the supported ones
-    # uncertain constants of the robot as refitted with them, by path in robot.yaml
-    constants: dict[str, Constant]
-    # all candidates, each alone on the model as given, best first
-    hypotheses: tuple[NamedEffect, ...]
+    constants: dict[str, Constant]  # uncertain ones as refitted, by path in robot.yaml
+    hypotheses: tuple[NamedEffect, ...]  # all candidates, each on the model as given, best first
     not_testable: tuple[NotTestable, ...]  # what this data cannot show
     next_run: str | None  # what to record next, in words; None where nothing is open
     errors: tuple[Change, ...]  # on held-out data, the nearest first
     seconds: float  # what it took
-    # the repaired model; the model as given where nothing was named
-    model: Model = field(repr=False, compare=False)
+    model: Model = field(repr=False, compare=False)  # repaired, or as given if none was named
     json: dict[str, Any] = field(repr=False, compare=False)  # the contents of explain.json
-    # its `edit_test`; None where no bags of a changed robot were given
-    edit_test: dict[str, Any] | None = None
+    edit_test: dict[str, Any] | None = None  # None without bags of a changed robot
 
     __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
 

@@ -24,8 +24,7 @@ class Told:
     about: str  # what is said of the things, up to its colon
     things: tuple[Thing, ...] = ()  # what it is said of
     change: str = ''  # of the held-out error
-    # what keeps it from being sure, and what was done to the data before
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what keeps it from being sure, and what was done to the data
     more: tuple[str, ...] = ()  # further sentences
 
     def __str__(self) -> str:

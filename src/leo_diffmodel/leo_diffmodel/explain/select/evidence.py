@@ -32,10 +32,8 @@ class Scored:
     at: Estimate  # the hypothesis, fitted
     left: Array  # loss of each training window, predicted from the other folds [nats], shape (W,)
     fold: Array  # what was left out with each of them, shape (W,)
-    # nats that count by which longer windows put it behind the best of its rivals
-    behind: float = 0.0
-    # errors of the states it predicts for the ends of long windows from their measured start, in
-    # noise floors there, shape (V, 2J); None where that does not matter
+    behind: float = 0.0  # nats by which longer windows put it behind the best of its rivals
+    # errors at the ends of long windows from their measured start, in noise floors, (V, 2J)
     ends: Array | None = None
 
     @property
@@ -57,14 +55,11 @@ class Weight:
 
     spread: float  # times the residuals exceed white noise; nats count so much less
     samples: float  # effective number of independent samples
-    # what a single window may say for or against a hypothesis [nats, raw]: no more than one
-    # contact that flips may decide
-    most: float
+    most: float  # for or against, of a single window [nats, raw]: a contact may flip there
     gates: Gates  # what counts
     folds: Array | None = None  # the folds that count, shape (F,); None for all
     null: Scored | None = None  # the model as given
-    # losses that are in every hypothesis, since most joints have them
-    usual: frozenset[Candidate] = frozenset()
+    usual: frozenset[Candidate] = frozenset()  # losses that are in every hypothesis
 
     @property
     def price(self) -> float:

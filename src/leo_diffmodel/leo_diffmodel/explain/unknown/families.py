@@ -21,14 +21,11 @@ class Family:
     law: Callable[..., Array]  # y of x and the parameters by their names
     text: str  # the same as an effect file has it, in numpy
     words: str  # the same for people
-    # names of the coefficients, with the power of 1/x in their unit
-    linear: tuple[tuple[str, int], ...]
+    linear: tuple[tuple[str, int], ...]  # coefficients, with the power of 1/x in their unit
     basis: Callable[[Array], Array]  # columns (..., F, B) at x for the grid
     shapes: tuple[tuple[str, int], ...] = ()  # names of the other parameters, with that power
-    # values of the other parameters to try, shape (F, S)
-    grid: Array = field(default_factory=lambda: np.zeros((1, 0)))
-    # the last two columns are a sine and a cosine, kept as amplitude and phase
-    polar: bool = False
+    grid: Array = field(default_factory=lambda: np.zeros((1, 0)))  # their values to try, (F, S)
+    polar: bool = False  # the last two columns are sine and cosine, kept as amplitude and phase
 
     def values(self, coefficients: Array, index: int) -> Array:
         """All parameters in order, from the coefficients (B,) of grid point `index`."""

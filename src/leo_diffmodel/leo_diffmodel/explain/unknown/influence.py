@@ -29,8 +29,7 @@ class Influence:
 
     residual: Array  # (measured - predicted) / sigma, robustly weighted, shape (W, N)
     root: Array  # the weights, as they multiply it, shape (W, N)
-    # change of the prediction per N m of torque at a joint throughout a stretch, (W, N, G, J)
-    answer: Array
+    answer: Array  # change per N m of torque at a joint throughout a stretch, (W, N, G, J)
     by_theta: Array  # change of the prediction per unit of the fit's parameters, shape (W, N, P)
     stretch: Array  # which stretch each interval of a window belongs to, shape (K,)
     q: Array  # predicted angles in the middle of each stretch [rad], shape (W, G, J)

@@ -25,8 +25,7 @@ class Law:
 
     curve: Curve  # what it describes
     family: Family  # its form
-    # coefficients first; those that shape it are neutral at their fitted value
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Parameter, ...]  # coefficients, then shapes, neutral at their values
     values: Array  # the fitted values, same order
     read: bool = False  # it is the curve, whose values are no parameters
 
