@@ -109,7 +109,7 @@ def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
     label, fitted, parameters = part.candidate.label, part.fit, part.candidate.parameters
     first = fitted.hypothesis.offset(part.index)
     sizes = [(parameters[i], *fitted.ci95(first + i)) for i in amplitude_indices(parameters)]
-    beyond = max(max(low - p.neutral, p.neutral - high) for p, low, high in sizes)
+    beyond = max((max(low - p.neutral, p.neutral - high) for p, low, high in sizes), default=0.0)
     doubt = 'whose interval holds no effect'
     yield Rule('holds no effect', not beyond > 0, beyond, 0.0, label, doubt)
     limited = any(at_limit(*size) for size in sizes)

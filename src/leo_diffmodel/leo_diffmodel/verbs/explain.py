@@ -126,19 +126,21 @@ def _each(
                 arguments.bags = [str(recording.path)]
                 _write(inside, result, parts, common.watch(arguments))
     finally:
-        _show_each(dict(zip(names, results, strict=False)), arguments.json)
+        _show_each(dict(zip(names, results, strict=False)), arguments)
     return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
 
 
-def _show_each(results: Mapping[str, Explanation], as_json: bool) -> None:
+def _show_each(results: Mapping[str, Explanation], arguments: argparse.Namespace) -> None:
     """Print the verdict on each bag, and the effects with their values; nothing of none."""
-    if results and as_json:
+    if results and arguments.json:
         print(json.dumps({name: result.to_json() for name, result in results.items()}))
     elif results:
         table = Table('bag', 'verdict', 'effects', title='each bag by itself')
         for bag, answer in results.items():
             table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
         Terminal().print(table)
+        for bag, answer in results.items() if arguments.why else ():
+            _show_rules(answer.rules, f'rules of the answer to {bag}')
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
@@ -193,11 +195,11 @@ def show(result: Explanation) -> None:
         write(f'what would settle it: {result.next_run}')
 
 
-def _show_rules(rules: Sequence[Rule]) -> None:
+def _show_rules(rules: Sequence[Rule], title: str = 'rules of the answer') -> None:
     """Print each rule of an answer beside its number; nothing where nothing was searched."""
     if not rules:
         return
-    table = Table('rule', 'of', 'fired', *figures('number', 'limit'), title='rules of the answer')
+    table = Table('rule', 'of', 'fired', *figures('number', 'limit'), title=title)
     for rule in rules:
         numbers = ('' if n is None else f'{n:.4g}' for n in (rule.number, rule.limit))
         table.add_row(rule.name, rule.about, 'yes' if rule.fired else 'no', *numbers)
