@@ -52,18 +52,24 @@ def wide(candidate: Candidate) -> Candidate:
 
 
 def solved(at: Any, hypothesis: Hypothesis, data: Array, columns: dict[str, Array]) -> Estimate:
-    """Least squares: data (W, N) by the columns (W, N) of the effects of a hypothesis."""
+    """Least squares: data (W, N) by the columns (W, N) of the effects of a hypothesis.
+
+    Of an effect with several parameters the first alone does something.
+    """
     names = [c.effect.name for c in hypothesis.candidates]
     none = np.zeros((*data.shape, 0))
     seen = np.stack([columns[n] for n in names], axis=-1) if names else none
     flat = seen.reshape(data.size, len(names))
-    theta = np.linalg.lstsq(flat, data.ravel(), rcond=None)[0]
-    residual = data - seen @ theta
+    found = np.linalg.lstsq(flat, data.ravel(), rcond=None)[0]
+    residual = data - seen @ found
     loss = likelihood.loss(residual, STATES, SETTINGS.numerics)
-    covariance = np.linalg.inv(flat.T @ flat) if names else np.zeros((0, 0))
+    first, count = [hypothesis.offset(i) for i in range(len(names))], hypothesis.size
+    theta, covariance, columns = np.zeros(count), np.eye(count), np.zeros((*data.shape, count))
+    theta[first], columns[..., first] = found, -seen
+    covariance[np.ix_(first, first)] = np.linalg.inv(flat.T @ flat) if names else 0.0
     start = np.zeros((len(data), STATES))
-    known = covariance, np.zeros((len(names), 2))
-    return Estimate(at, Fit(hypothesis, theta, *known, start, loss, residual, -seen))
+    known = covariance, np.zeros((count, 2))
+    return Estimate(at, Fit(hypothesis, theta, *known, start, loss, residual, columns))
 
 
 def scored(names: Sequence[str], left: Array, fold: Array) -> Scored:

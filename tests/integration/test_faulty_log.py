@@ -32,13 +32,13 @@ def faulty(tmp_path_factory) -> Path:
 
 
 def answered(monkeypatch: pytest.MonkeyPatch, sentence: str, seen: list[Recording]) -> None:
-    """Answer `fine` to whatever log is heard, and keep what it holds."""
+    """Answer `fine` to whatever log is read, and keep what it holds."""
 
-    def heard(log, asked, until):
+    def reading(log, asked, until):
         seen.extend(log.recordings)
         return SimpleNamespace(log=log, model=asked.model)
 
-    monkeypatch.setattr(EXPLANATION, 'heard', heard)
+    monkeypatch.setattr(EXPLANATION, 'best_reading', reading)
     monkeypatch.setattr(
         EXPLANATION,
         '_answered',

@@ -86,15 +86,15 @@ def explain(
     from leo_diffmodel.explain.edit_test import edit_test as edited
     from leo_diffmodel.explain.explanation import explain as explained
     from leo_diffmodel.results import Explanation
-    from leo_sim.effects import registered_effects
+    from leo_sim.effects import Effect, get_effect, registered_effects
 
-    own = [*registered_effects(), *(_effect(e) for e in effects)]
-    model = _alone(model)
+    named = (e if isinstance(e, Effect) else get_effect(str(e)) for e in effects)
+    extra, model = [*registered_effects(), *named], _alone(model)
     recordings, held = _read(bags, model), _read(hold_out, model)
     changed = _read(edit_test, model)
     distinct([*recordings, *held, *changed])
     found = explained(
-        recordings, model, held, own, progress, step, within=within, keep=keep, mend=mend
+        recordings, model, held, extra, progress, step, within=within, keep=keep, mend=mend
     )
     if changed and found.effects:
         found = replace(found, edit_test=edited(model, found.model, changed, step, progress))
@@ -156,21 +156,13 @@ def _alone(model: Model | str | Path) -> Model:
     return model.changed(difference_model=None)
 
 
-def _effect(effect: Effect | str | Path) -> Effect:
-    from leo_sim.effects import Effect, get_effect
-
-    return effect if isinstance(effect, Effect) else get_effect(str(effect))
-
-
 def _read(bags: Bags, model: Model) -> list[Recording]:
     """Recordings of the model's robot; what a bag warns of is warned of."""
-    several = [bags] if isinstance(bags, Recording | str | Path) else bags
     recordings = []
-    for bag in several:
+    for bag in [bags] if isinstance(bags, Recording | str | Path) else bags:
         recording = bag if isinstance(bag, Recording) else read_bag(bag, model.robot)
-        if bag is not recording:
-            for text in recording.warnings:
-                warnings.warn(text, stacklevel=3)
+        for text in recording.warnings if bag is not recording else ():
+            warnings.warn(text, stacklevel=3)
         recordings.append(recording)
     distinct(recordings)
     return by_rate(recordings)

@@ -28,63 +28,37 @@ class State:
 
 @dataclass(frozen=True)
 class Error:
-    """Root mean square error of a prediction from a measured start.
+    """Root mean square error of a prediction from a measured start."""
 
-    Attributes:
-        seconds: how far ahead [s].
-        rmse: per state, in its unit.
-        noise_floor: what a perfect model would score on this data, per state.
-    """
-
-    seconds: float
-    rmse: tuple[float, ...]
-    noise_floor: tuple[float, ...]
+    seconds: float  # how far ahead [s]
+    rmse: tuple[float, ...]  # per state, in its unit
+    noise_floor: tuple[float, ...]  # what a perfect model would score on this data, per state
 
 
 @dataclass(frozen=True)
 class Lack:
-    """The torque a model lacks at a joint, over all the data.
+    """The torque a model lacks at a joint, over all the data."""
 
-    Attributes:
-        joint: where.
-        share: of the error beyond noise, 0 to 1.
-        torque_nm: rms beyond noise [N m; on slides N, as `torque_unit` says].
-        torque_unit: its unit.
-        noise_nm: rms that noise alone gives.
-        mean_nm: mean, with its sign.
-        volts: the motor voltage that would give it; None on a joint without a voltage.
-        stall_percent: of the motor's stall torque; None on a joint without a motor.
-    """
-
-    joint: str
-    share: float
-    torque_nm: float
-    torque_unit: str
-    noise_nm: float
-    mean_nm: float
-    volts: float | None
-    stall_percent: float | None
+    joint: str  # where
+    share: float  # of the error beyond noise, 0 to 1
+    torque_nm: float  # rms beyond noise [N m; on slides N, as `torque_unit` says]
+    torque_unit: str  # its unit
+    noise_nm: float  # rms that noise alone gives
+    mean_nm: float  # mean, with its sign
+    volts: float | None  # the motor voltage that would give it; None on a joint without a voltage
+    stall_percent: float | None  # of the motor's stall torque; None on a joint without a motor
 
 
 @dataclass(frozen=True)
 class Place(Lack):
-    """The torque a model lacks at a joint in one bin of a variable.
+    """The torque a model lacks at a joint in one bin of a variable."""
 
-    Attributes:
-        variable: rate, angle, input, load, direction, time, …
-        bin: its range, or a word.
-        unit: of the range.
-        data_share: of the joint's time that lies in the bin, 0 to 1.
-        windows: worst ones first, (begin, end) [s from the first state].
-        bags: for each of them which bag, from 0.
-    """
-
-    variable: str
-    bin: tuple[float, float] | str
-    unit: str
-    data_share: float
-    windows: tuple[tuple[float, float], ...]
-    bags: tuple[int, ...]
+    variable: str  # rate, angle, input, load, direction, time, …
+    bin: tuple[float, float] | str  # its range, or a word
+    unit: str  # of the range
+    data_share: float  # of the joint's time that lies in the bin, 0 to 1
+    windows: tuple[tuple[float, float], ...]  # worst first [s from the first state]
+    bags: tuple[int, ...]  # for each of them which bag, from 0
 
 
 @dataclass(frozen=True)
@@ -98,25 +72,15 @@ class Budget:
 
 @dataclass(frozen=True)
 class Comparison:
-    """How wrong a model is on recordings.
+    """How wrong a model is on recordings."""
 
-    Attributes:
-        states: what is predicted.
-        errors: one control period ahead, then further, the nearest first.
-        budget: how much of the motion is explained, missed and noise.
-        joints: the missing torque by joint.
-        where: by joint, variable and bin, worst first.
-        noise_only: no torque is missing beyond noise.
-        json: the contents of compare.json.
-    """
-
-    states: tuple[State, ...]
-    errors: tuple[Error, ...]
-    budget: Budget
-    joints: tuple[Lack, ...]
-    where: tuple[Place, ...]
-    noise_only: bool
-    json: dict[str, Any] = field(repr=False, compare=False)
+    states: tuple[State, ...]  # what is predicted
+    errors: tuple[Error, ...]  # one control period ahead, then further, the nearest first
+    budget: Budget  # how much of the motion is explained, missed and noise
+    joints: tuple[Lack, ...]  # the missing torque by joint
+    where: tuple[Place, ...]  # by joint, variable and bin, worst first
+    noise_only: bool  # no torque is missing beyond noise
+    json: dict[str, Any] = field(repr=False, compare=False)  # the contents of compare.json
 
     @classmethod
     def of(cls, data: dict[str, Any]) -> Self:
@@ -140,59 +104,36 @@ class Value:
 
 @dataclass(frozen=True)
 class Constant(Value):
-    """A refitted constant.
+    """A refitted constant."""
 
-    Attributes:
-        recordings: by their names, where each has a value of its own; `value` is then the mean.
-    """
-
+    # by their names, where each has a value of its own; `value` is then the mean
     recordings: dict[str, Value] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Rival:
-    """What else could stand in the place of an effect.
+    """What else could stand in the place of an effect."""
 
-    Attributes:
-        name: of the effect.
-        where: joint or link, a list of them, or `all`.
-        separable_nats: by how much this data prefer the effect to it.
-        same_thing: why no data of this kind can tell them apart; None where some can.
-    """
-
-    name: str
-    where: str | tuple[str, ...]
-    separable_nats: float
-    same_thing: str | None
+    name: str  # of the effect
+    where: str | tuple[str, ...]  # joint or link, a list of them, or `all`
+    separable_nats: float  # by how much this data prefer the effect to it
+    same_thing: str | None  # why no data of this kind can tell them apart; None where some can
 
 
 @dataclass(frozen=True)
 class NamedEffect:
-    """An effect with its fitted parameters and the evidence for it.
+    """An effect with its fitted parameters and the evidence for it."""
 
-    Attributes:
-        name: of the effect.
-        where: joint or link, a list of them, or `all`.
-        parameters: by name.
-        gain_train: loss saved on the data it was fitted to [nats].
-        gain_held_out: on data it was not fitted to [nats]; None where it was only scanned.
-        error_before: held-out error without it, mean over the states.
-        error_after: with it; None where it was only scanned.
-        inclusion_probability: share of the held-out turns that choose it.
-        confusable_with: nearest first.
-        source: the Python file of an effect of the user's own; None for a known one.
-    """
-
-    name: str
-    where: str | tuple[str, ...]
-    parameters: dict[str, Value]
-    gain_train: float
-    gain_held_out: float | None
-    error_before: float
-    error_after: float | None
-    inclusion_probability: float
-    confusable_with: tuple[Rival, ...]
-    source: str | None = None
+    name: str  # of the effect
+    where: str | tuple[str, ...]  # joint or link, a list of them, or `all`
+    parameters: dict[str, Value]  # by name
+    gain_train: float  # loss saved on the data it was fitted to [nats]
+    gain_held_out: float | None  # on other data [nats]; None where it was only scanned
+    error_before: float  # held-out error without it, mean over the states
+    error_after: float | None  # with it; None where it was only scanned
+    inclusion_probability: float  # share of the held-out turns that choose it
+    confusable_with: tuple[Rival, ...]  # nearest first
+    source: str | None = None  # the Python file of an effect of the user's own
 
 
 @dataclass(frozen=True)
@@ -206,54 +147,31 @@ class NotTestable:
 
 @dataclass(frozen=True)
 class Change:
-    """Held-out error before and after the repair, beside what noise alone gives; per state.
+    """Held-out error before and after the repair, beside what noise alone gives; per state."""
 
-    Attributes:
-        seconds: how far ahead [s].
-        before: of the model as given.
-        after: of the repaired model.
-        noise_floor: of a perfect one.
-    """
-
-    seconds: float
-    before: tuple[float, ...]
-    after: tuple[float, ...]
-    noise_floor: tuple[float, ...]
+    seconds: float  # how far ahead [s]
+    before: tuple[float, ...]  # of the model as given
+    after: tuple[float, ...]  # of the repaired model
+    noise_floor: tuple[float, ...]  # of a perfect one
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """Which physical effect a model lacks.
+    """Which physical effect a model lacks."""
 
-    Attributes:
-        verdict: one of `Verdict`.
-        sentence: the answer in plain words.
-        states: what is predicted; empty where nothing was fitted.
-        effects: the supported ones.
-        constants: uncertain constants of the robot as refitted with them, by path in robot.yaml.
-        hypotheses: all candidates, each alone on the model as given, best first.
-        not_testable: what this data cannot show.
-        next_run: what to record next, in words; None where nothing is open.
-        errors: on held-out data, the nearest first.
-        seconds: what it took.
-        model: the repaired model; the model as given where nothing was named.
-        json: the contents of explain.json.
-        edit_test: its `edit_test`; None where no bags of a changed robot were given.
-    """
-
-    verdict: Verdict
-    sentence: str
-    states: tuple[State, ...]
-    effects: tuple[NamedEffect, ...]
-    constants: dict[str, Constant]
-    hypotheses: tuple[NamedEffect, ...]
-    not_testable: tuple[NotTestable, ...]
-    next_run: str | None
-    errors: tuple[Change, ...]
-    seconds: float
-    model: Model = field(repr=False, compare=False)
-    json: dict[str, Any] = field(repr=False, compare=False)
-    edit_test: dict[str, Any] | None = None
+    verdict: Verdict  # one of `Verdict`
+    sentence: str  # the answer in plain words
+    states: tuple[State, ...]  # what is predicted; empty where nothing was fitted
+    effects: tuple[NamedEffect, ...]  # the supported ones
+    constants: dict[str, Constant]  # uncertain ones as refitted, by path in robot.yaml
+    hypotheses: tuple[NamedEffect, ...]  # all candidates, each on the model as given, best first
+    not_testable: tuple[NotTestable, ...]  # what this data cannot show
+    next_run: str | None  # what to record next, in words; None where nothing is open
+    errors: tuple[Change, ...]  # on held-out data, the nearest first
+    seconds: float  # what it took
+    model: Model = field(repr=False, compare=False)  # repaired, or as given if none was named
+    json: dict[str, Any] = field(repr=False, compare=False)  # the contents of explain.json
+    edit_test: dict[str, Any] | None = None  # None without bags of a changed robot
 
     __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
 

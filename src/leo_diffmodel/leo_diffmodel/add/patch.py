@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import datetime
+from itertools import pairwise
 import json
 from pathlib import Path
 from typing import Any
@@ -23,23 +24,23 @@ from leo_sim.model import Model
 def from_explanation(
     model: Model, source: str | Path, sibling: bool = False
 ) -> tuple[Model, list[dict]]:
-    """The model with the effects and refitted constants of an explain.json, and its history.
-
-    Where an effect file was written of what is no known effect, that is added too. With `sibling`
-    the model may be of another robot that has the same places; constants that it does not have
-    are left out.
-
-    Raises:
-        UserError: not an explain.json, another robot, a place or a unit that this robot does not
-            have, nothing named in it, or a Python file that may not run.
-    """
+    """As `from_data`, of the path of an explain.json; UserError also where it is none."""
     return from_data(model, read_explanation(Path(source)), source, sibling)
 
 
 def from_data(
     model: Model, data: dict[str, Any], source: str | Path, sibling: bool = False
 ) -> tuple[Model, list[dict]]:
-    """As `from_explanation`, of the contents of an explain.json, which errors call `source`."""
+    """The model with the effects and refitted constants of an explain.json, and its history.
+
+    Where an effect file was written of what is no known effect, that is added too. With `sibling`
+    the model may be of another robot that has the same places; constants that it does not have
+    are left out. Errors call the data `source`.
+
+    Raises:
+        UserError: another robot, a place or a unit that this robot does not have, nothing named
+            in it, or a Python file that may not run.
+    """
     robot = data['provenance']['robot']
     if robot != model.robot.name and not sibling:
         raise UserError(
@@ -52,7 +53,7 @@ def from_data(
         raise UserError(
             f'{source} names no effect (verdict {data["verdict"]}): nothing to add{hint}'
         )
-    require((_named(row) for row in whole['effects']), source)
+    require((_file_or_name(row) for row in whole['effects']), source)
     placed = [_placed(model, row) for row in whole['effects']]
     refitted = {
         path: c for path, c in whole['constants'].items() if path in model.constants or not sibling
@@ -87,17 +88,9 @@ def by_name(
     parameters: Mapping[str, float],
     added: str = '',
 ) -> tuple[Model, list[dict]]:
-    """The model with one effect, and its history.
+    """The model with one effect, by its name or Python file, and its history; see `from_words`.
 
-    Args:
-        model: to add to.
-        name: of the effect, or the path of its Python file.
-        where: joint or link, several, or `all`.
-        parameters: in the effect's units.
-        added: what the history calls it; by default NAME:WHERE.
-
-    Raises:
-        UserError: as `from_words`.
+    Parameters are in the effect's units; `added` is what the history calls it.
     """
     several = where if isinstance(where, str) else list(where)
     added = added or f'{name}:{several}'
@@ -112,21 +105,15 @@ def by_name(
 
 def _each(words: Sequence[str]) -> list[list[str]]:
     """The words of each effect: itself and the parameters that follow it."""
-    out: list[list[str]] = []
-    for word in words:
-        if out and not _names_effect(word):
-            out[-1].append(word)
-        else:
-            out.append([word])
-    return out
+    begins = [0, *(i for i, word in enumerate(words) if i and _names_effect(word)), len(words)]
+    return [list(words[a:b]) for a, b in pairwise(begins) if a < b]
 
 
 def _names_effect(word: str) -> bool:
     """Whether a word is an effect, with its place or without, and no parameter."""
     if '=' in word or ':' in word or word.endswith('.py'):
         return '=' not in word
-    known = {*EFFECTS, *(effect.name for effect in registered_effects())}
-    return word in known
+    return word in {*EFFECTS, *(effect.name for effect in registered_effects())}
 
 
 def changed(model: Model, placed: Sequence[Placed]) -> Model:
@@ -136,13 +123,13 @@ def changed(model: Model, placed: Sequence[Placed]) -> Model:
 
 def _refitted(model: Model, source: str | Path, given: Mapping[str, dict[str, Any]]) -> Model:
     """A model with the constants of an explain.json; of those by recording, with each one's."""
-    shared, own = dict(model.constants), {p: dict(v) for p, v in model.by_recording.items()}
+    shared, each = dict(model.constants), {p: dict(v) for p, v in model.by_recording.items()}
     for path, row in given.items():
-        for name, each in row.get('recordings', {}).items():
-            own.setdefault(path, {})[name] = _constant(model, source, path, each)
+        for name, value in row.get('recordings', {}).items():
+            each.setdefault(path, {})[name] = _constant(model, source, path, value)
         if not row.get('recordings'):
             shared[path] = _constant(model, source, path, row)
-    return model.changed(constants=shared, by_recording=own)
+    return model.changed(constants=shared, by_recording=each)
 
 
 def history(explanation: dict) -> list[dict]:
@@ -166,7 +153,7 @@ def history(explanation: dict) -> list[dict]:
 
 def _placed(model: Model, row: dict[str, Any]) -> Placed:
     values = {name: p['value'] for name, p in row['parameters'].items()}
-    placed = place(model.robot, _named(row), row['where'], **values)
+    placed = place(model.robot, _file_or_name(row), row['where'], **values)
     for name, p in row['parameters'].items():
         if (unit := p.get('unit')) not in (None, placed.units[name]):
             label = f'{row["name"]}:{row["where"]}'
@@ -187,7 +174,7 @@ def _constant(model: Model, source: str | Path, path: str, given: dict[str, Any]
     return value
 
 
-def _named(row: dict[str, Any]) -> str:
+def _file_or_name(row: dict[str, Any]) -> str:
     return str(row.get('source') or row['name'])
 
 

@@ -15,13 +15,7 @@ from leo_sim.model import Model
 
 
 def doubts(given: Model, changed: Model, named: str) -> Iterator[str]:
-    """What speaks against a model with more effects, a line each.
-
-    Args:
-        given: the model before.
-        changed: the model with the effects.
-        named: what the lines call it.
-    """
+    """What speaks against a model with more effects, which lines call `named`, a line each."""
     if given.difference_model is not None:
         yield (
             f'{named} is without the difference model {given.difference_model}, which was '

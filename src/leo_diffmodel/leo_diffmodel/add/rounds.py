@@ -57,15 +57,17 @@ def merged(found: Sequence[Explanation]) -> Explanation:
 
 def _errors(found: Sequence[Explanation]) -> dict:
     first, last = found[0].errors, found[-1].errors
-    mean = {**last['one_step']['mean'], 'before': first['one_step']['mean']['before']}
-    horizon = [
+    one, *horizon = (
         {**b, 'before': a['before'], 'mean': {**b['mean'], 'before': a['mean']['before']}}
-        for a, b in zip(first['horizon'], last['horizon'], strict=True)
-    ]
+        for a, b in zip(_tables(first), _tables(last), strict=True)
+    )
     later = [row for each in found[1:] for row in ladder(each)[1:-1]]
     steps = [*ladder(found[0])[:-1], *later, ladder(found[-1])[-1]]
-    one = {**last['one_step'], 'before': first['one_step']['before'], 'mean': mean}
     return {**last, 'one_step': one, 'horizon': horizon, 'ladder': steps}
+
+
+def _tables(errors: dict) -> list[dict]:
+    return [errors['one_step'], *errors['horizon']]
 
 
 def ladder(result: Explanation) -> list[dict]:

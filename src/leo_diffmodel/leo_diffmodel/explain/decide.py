@@ -1,35 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From findings to a verdict, and what keeps an effect or the whole answer from being sure."""
+"""From findings to a verdict, by named rules: which of them fired, and by what number."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from leo_diffmodel.explain.estimate.fitted import in_words, Rest
-from leo_diffmodel.explain.findings.findings import Findings, Part
+from leo_diffmodel.explain.findings.findings import Contender, Findings, Part
 from leo_diffmodel.explain.problem.candidates import at_limit
 from leo_diffmodel.explain.problem.classes import pair_note
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices
 
 
 @dataclass(frozen=True)
+class Rule:
+    """One rule of an answer."""
+
+    name: str
+    fired: bool
+    number: float | None = None  # what it looked at
+    limit: float | None = None  # what that was held against
+    about: str = ''  # effect, constant or set; '' for the whole answer
+    doubt: str = ''  # how it speaks against the answer where it fired, in words
+
+
+@dataclass(frozen=True)
 class Named:
-    """One effect as the sentence says it.
+    """One effect as the sentence says it."""
 
-    Attributes:
-        label: effect:where.
-        text: parameters with units and intervals.
-        together: labels of the same thing in the data.
-        rivals: labels that this data cannot rule out.
-        doubt: why it is not sure; '' where it is.
-    """
-
-    label: str
-    text: str
-    together: tuple[str, ...] = ()
-    rivals: tuple[str, ...] = ()
-    doubt: str = ''
+    label: str  # effect:where
+    text: str  # parameters with units and intervals
+    together: tuple[str, ...] = ()  # labels of the same thing in the data
+    rivals: tuple[str, ...] = ()  # labels that this data cannot rule out
+    doubt: str = ''  # why it is not sure; '' where it is
 
     @property
     def sure(self) -> bool:
@@ -45,22 +49,22 @@ class Decision:
     named: tuple[Named, ...]
     doubts: tuple[str, ...]
     notes: tuple[str, ...]
+    rules: tuple[Rule, ...]  # those of the verdict, up to the one that fired, before the others
 
 
 def decision(findings: Findings) -> Decision:
     """The verdict, and what speaks against it."""
-    named = tuple(_named(findings, part) for part in findings.effects)
-    doubtful, more = tuple(doubts(findings)), also_chosen(findings)
-    verdict = decide(
-        named,
-        findings.rest,
-        bool(findings.unknown),
-        doubtful,
-        bool(more),
-        cut_short=not findings.search.complete,
+    of_effects = [[*effect_rules(findings, part)] for part in findings.effects]
+    named = tuple(
+        _named(findings, part, rules)
+        for part, rules in zip(findings.effects, of_effects, strict=True)
     )
+    whole, more = [*answer_rules(findings)], also_chosen(findings)
+    doubts, law, late = said(whole), bool(findings.unknown), not findings.search.complete
+    verdict, decisive = decide(named, findings.rest, law, doubts, bool(more), late)
     pair = pair_note((part.candidate for part in findings.effects), findings.facts)
-    return Decision(verdict, named, doubtful, tuple(filter(None, [more, pair])))
+    rules = (*decisive, *(rule for each in of_effects for rule in each), *whole)
+    return Decision(verdict, named, doubts, tuple(filter(None, [more, pair])), rules)
 
 
 def decide(
@@ -70,46 +74,60 @@ def decide(
     doubts: Sequence[str] = (),
     more: bool = False,
     cut_short: bool = False,
-) -> str:
-    """fine, named, partly, ambiguous or unknown.
+) -> tuple[str, list[Rule]]:
+    """The verdict, and its rules up to the first that fired.
 
-    Args:
-        named: the supported effects.
-        rest: what they leave.
-        unknown: a law that is no known effect explains more.
-        doubts: about the whole answer.
-        more: further effects are chosen too often for the named ones to be all.
-        cut_short: not all was tried, so that nothing is known of what is left.
+    `unknown`: a law that is no known effect explains more; `more`: further effects are chosen too
+    often for the named ones to be all; `cut_short`: nothing is known of what was not tried.
     """
-    if cut_short:
-        return 'ambiguous'
-    if unknown or (rest.matters and not any(n.sure for n in named)):
-        return 'unknown'
-    if not named:
-        return 'fine'
-    if doubts or not all(n.sure for n in named):
-        return 'ambiguous'
-    return 'partly' if rest.matters or more else 'named'
+    sure = sum(n.sure for n in named)
+    open_points = len(doubts) + len(named) - sure
+    tried: list[Rule] = []
+    for verdict, name, fired, number in (
+        ('ambiguous', 'out of time', cut_short, None),
+        ('unknown', 'no known law', unknown, None),
+        ('unknown', 'rest, none sure', rest.matters and not sure, rest.share),
+        ('fine', 'no effect', not named, len(named)),
+        ('ambiguous', 'open points', open_points > 0, open_points),
+        ('partly', 'rest matters', rest.matters, rest.share),
+        ('partly', 'more effects', more, None),
+        ('named', 'nothing open', True, None),
+    ):
+        tried.append(Rule(f'{verdict}: {name}', bool(fired), number))
+        if fired:
+            break
+    return verdict, tried
 
 
-def doubt(findings: Findings, part: Part) -> str:
-    """Why an effect is not sure; '' where it is."""
-    fitted, parameters = part.fit, part.candidate.parameters
+def said(rules: Iterable[Rule]) -> tuple[str, ...]:
+    """The doubts of those that fired."""
+    return tuple(rule.doubt for rule in rules if rule.fired and rule.doubt)
+
+
+def effect_rules(findings: Findings, part: Part) -> Iterator[Rule]:
+    """What keeps an effect from being sure; the first that fired is said."""
+    label, fitted, parameters = part.candidate.label, part.fit, part.candidate.parameters
     first = fitted.hypothesis.offset(part.index)
-    sizes = [(parameters[i], fitted.ci95(first + i)) for i in amplitude_indices(parameters)]
-    if not any(low > p.neutral or high < p.neutral for p, (low, high) in sizes):
-        return 'whose interval holds no effect'
-    if any(at_limit(p, *interval) for p, interval in sizes):
-        return 'at the limit of what is plausible'
-    if part.share < findings.gates.stable:
-        return f'chosen in {part.share:.0%} of the held-out turns'
-    if findings.floors and findings.floors[part.index] < findings.gates.least_floors:
-        return 'below the noise floor, as many small differences are'
-    return ''
+    sizes = [(parameters[i], *fitted.ci95(first + i)) for i in amplitude_indices(parameters)]
+    beyond = max((max(low - p.neutral, p.neutral - high) for p, low, high in sizes), default=0.0)
+    doubt = 'whose interval holds no effect'
+    yield Rule('holds no effect', not beyond > 0, beyond, 0.0, label, doubt)
+    limited = any(at_limit(*size) for size in sizes)
+    value, doubt = float(fitted.theta[first]), 'at the limit of what is plausible'
+    yield Rule('value at its limit', limited, value, None, label, doubt)
+    stable, doubt = findings.gates.stable, f'chosen in {part.share:.0%} of the held-out turns'
+    yield Rule('chosen too seldom', part.share < stable, part.share, stable, label, doubt)
+    if findings.floors:
+        floors, least = findings.floors[part.index], findings.gates.least_floors
+        doubt = 'below the noise floor, as many small differences are'
+        yield Rule('below the noise floor', floors < least, floors, least, label, doubt)
+    margin, behind = findings.gates.margin_nats, [r.behind for r in part.rivals if not r.same]
+    close = min(behind, default=None)
+    yield Rule('a rival is near', bool(part.close(margin)), close, margin, label)
 
 
 def instead(findings: Findings, part: Part) -> list[str]:
-    """What is chosen in its place in too many of the turns for it to be sure."""
+    """What is chosen in its place in too many of the resamples for it to be sure."""
     stable = findings.gates.stable
     if part.share >= stable:
         return []
@@ -118,7 +136,7 @@ def instead(findings: Findings, part: Part) -> list[str]:
 
 
 def also_chosen(findings: Findings) -> str:
-    """Effects chosen besides the chosen ones in too many turns for these to be all; else ''."""
+    """Effects chosen besides the chosen ones too often for these to be all; else ''."""
     choices = findings.choices
     (chosen, share), more = choices.sets[0], choices.more[: findings.numerics.listed]
     if not (chosen and more) or share >= findings.gates.stable:
@@ -127,61 +145,70 @@ def also_chosen(findings: Findings) -> str:
     return f'beside them the held-out turns choose {listed}'
 
 
-def doubts(findings: Findings) -> Iterator[str]:
-    """What keeps the whole answer from being sure, in words."""
-    yield from _on_limits(findings)
-    if (kept := findings.choices.kept) < findings.gates.stable:
-        yield f'this set is chosen in {kept:.0%} of the held-out turns'
+def answer_rules(findings: Findings) -> Iterator[Rule]:
+    """What keeps the whole answer from being sure."""
+    yield from _limits(findings)
+    kept, stable = findings.choices.kept, findings.gates.stable
+    doubt = f'this set is chosen in {kept:.0%} of the held-out turns'
+    yield Rule('set chosen too seldom', kept < stable, kept, stable, '', doubt)
     yield from _disagreements(findings)
-    if findings.other:
-        yield f'{findings.other} would leave less unexplained'
-    if findings.refuted:
-        yield f'{findings.refuted} has a smaller held-out error'
-    certificate = findings.final.certificate
-    if certificate and not certificate.converged:
-        starts = certificate.starts
+    less, smaller = 'would leave less unexplained', 'has a smaller held-out error'
+    yield _beaten('another set leaves less', findings.other, less)
+    yield _beaten('another set errs less', findings.refuted, smaller)
+    if certificate := findings.final.certificate:
+        starts, least = certificate.starts, certificate.decrement
         several = f'{starts} starts of the fit end at different values'
-        yield several if starts > 1 else 'the fit has not come to its end'
+        doubt = several if starts > 1 else 'the fit has not come to its end'
+        yield Rule('fit not converged', not certificate.converged, least, None, '', doubt)
     untried, most = findings.search.untried, findings.numerics.listed
-    if untried:
-        more = f' and {len(untried) - most} more' if len(untried) > most else ''
-        yield f'the time was over; not tried: {", ".join(untried[:most])}{more}'
+    more = f' and {len(untried) - most} more' if len(untried) > most else ''
+    doubt = f'the time was over; not tried: {", ".join(untried[:most])}{more}'
+    yield Rule('not all was tried', bool(untried), len(untried), 0, '', doubt)
 
 
-def _on_limits(findings: Findings) -> Iterator[str]:
+def _beaten(name: str, other: Contender | None, how: str) -> Rule:
+    if other is None:
+        return Rule(name, False)
+    return Rule(name, True, other.by, None, other.label, f'{other.label} {how}')
+
+
+def _limits(findings: Findings) -> Iterator[Rule]:
     """Constants that run onto the ends of their declared ranges."""
     theta, full = findings.final.theta, findings.final.hypothesis
-    for i, c in enumerate(full.constants, full.size - len(full.constants)):
-        if not full.low[i] < theta[i] < full.high[i]:
-            yield f'{c.label} runs onto its limit {theta[i]:.3g} {c.unit}'.rstrip()
+    for i, c in enumerate(full.constants, full.first_constant):
+        inside = full.low[i] < theta[i] < full.high[i]
+        doubt = f'{c.label} runs onto its limit {theta[i]:.3g} {c.unit}'.rstrip()
+        yield Rule('constant at its limit', not inside, float(theta[i]), None, c.label, doubt)
 
 
-def _disagreements(findings: Findings) -> Iterator[str]:
+def _disagreements(findings: Findings) -> Iterator[Rule]:
     """Effects of which two recordings ask for values that exclude each other.
 
     They differ by more than `disagree` of the joint value as well: on a real robot
     everything differs a little.
     """
-    for part, values in zip(findings.effects, findings.own, strict=True):
+    for part, values in zip(findings.effects, findings.by_recording, strict=True):
         first = part.fit.hypothesis.offset(part.index)
-        for i, own in values.items():
+        for i, asked in values.items():
             parameter, value = part.candidate.parameters[i - first], float(part.fit.theta[i])
-            low = min(own, key=lambda o: o.value + o.half, default=None)
-            high = max(own, key=lambda o: o.value - o.half, default=None)
-            if low is None or high is None or low.value + low.half >= high.value - high.half:
+            if not asked:
                 continue
-            least = findings.gates.disagree * abs(value - parameter.neutral)
-            if high.value - low.value > least:
-                yield (
-                    f'the bags disagree about {part.candidate.label}: {parameter.name} is '
-                    f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '
-                    '--each explains them one by one'
-                )
+            low = min(asked, key=lambda a: a.value + a.half)
+            high = max(asked, key=lambda a: a.value - a.half)
+            apart, least = high.value - low.value, abs(value - parameter.neutral)
+            exclude = low.value + low.half < high.value - high.half
+            limit, label = findings.gates.disagree * least, part.candidate.label
+            doubt = (
+                f'the bags disagree about {label}: {parameter.name} is '
+                f'{low.value:.3g} in {low.bag} and {high.value:.3g} in {high.bag}; '
+                '--each explains them one by one'
+            )
+            yield Rule('bags disagree', exclude and apart > limit, apart, limit, label, doubt)
 
 
-def _named(findings: Findings, part: Part) -> Named:
-    same = [r.candidate.label for r in part.rivals if r.same]
+def _named(findings: Findings, part: Part, rules: Sequence[Rule]) -> Named:
+    same = tuple(r.candidate.label for r in part.rivals if r.same)
     close = [r.candidate.label for r in part.close(findings.gates.margin_nats)]
     rivals = tuple(dict.fromkeys([*close, *instead(findings, part)]))
-    text = in_words(part.fit, part.index)
-    return Named(part.candidate.label, text, tuple(same), rivals, doubt(findings, part))
+    doubt = next(iter(said(rules)), '')
+    return Named(part.candidate.label, in_words(part.fit, part.index), same, rivals, doubt)

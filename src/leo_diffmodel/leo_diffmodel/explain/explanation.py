@@ -15,14 +15,13 @@ from typing import Any
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.known import provenance, with_known
-from leo_diffmodel.explain.decide import decision
+from leo_diffmodel.explain.decide import decision, Rule
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.fitted import Fit, intervals
 from leo_diffmodel.explain.findings.collect import collect
-from leo_diffmodel.explain.findings.findings import Findings
-from leo_diffmodel.explain.heard import Asked, Heard, heard
 from leo_diffmodel.explain.problem.candidates import candidates, own_constants, seen
 from leo_diffmodel.explain.problem.usable import Logged
+from leo_diffmodel.explain.reading import Asked, best_reading, Reading
 from leo_diffmodel.explain.rows import not_shown, rows
 from leo_diffmodel.explain.select.search import Search, search
 from leo_diffmodel.explain.sentence import answer, next_run
@@ -34,23 +33,16 @@ from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
+NOT_IN_JSON = ('verdict', 'told', 'model', 'rules', 'search', 'used', 'left_out')
+
 
 @dataclass(frozen=True)
 class Explanation:
-    """What `leo explain` says: explain.json, field by field, and what is not in it.
-
-    Attributes:
-        model: the repaired model; the model as given where nothing was named.
-        told: the answer in words, once for each round.
-        search: the search itself, for the report; None where untestable.
-        used: what the search was made in: thinned, without what was moved from outside.
-        left_out: stretches in which something else moved the robot.
-        unknown: the law that is missing and no known effect; None where there is none.
-    """
+    """What `leo explain` says: explain.json, field by field, and what is not in it."""
 
     verdict: str
-    told: tuple[Told, ...]
-    model: Model = field(repr=False)
+    told: tuple[Told, ...]  # the answer in words, once for each round
+    model: Model = field(repr=False)  # repaired; as given where nothing was named
     effects: list[dict] = field(default_factory=list)
     constants: dict[str, dict] = field(default_factory=dict)
     hypotheses: list[dict] = field(default_factory=list)
@@ -66,10 +58,11 @@ class Explanation:
     fit: dict | None = None
     shown_for: dict[str, dict] = field(default_factory=dict)
     log_faults: list[dict] = field(default_factory=list)
-    unknown: Unknown | None = None
-    search: Search | None = field(repr=False, default=None)
-    used: tuple[Recording, ...] = field(repr=False, default=())
-    left_out: tuple[Stretch, ...] = field(repr=False, default=())
+    unknown: Unknown | None = None  # the law that is missing and no known effect
+    rules: tuple[Rule, ...] = ()  # of the verdict and its doubts; none where nothing was searched
+    search: Search | None = field(repr=False, default=None)  # None where untestable
+    used: tuple[Recording, ...] = field(repr=False, default=())  # as the search had them
+    left_out: tuple[Stretch, ...] = field(repr=False, default=())  # moved by something else
 
     @property
     def sentence(self) -> str:
@@ -78,8 +71,7 @@ class Explanation:
 
     def to_json(self) -> dict:
         """The contents of explain.json."""
-        hidden = ('verdict', 'told', 'model', 'search', 'used', 'left_out')
-        row = {name: value for name, value in vars(self).items() if name not in hidden}
+        row = {name: value for name, value in vars(self).items() if name not in NOT_IN_JSON}
         row['unknown'] = self.unknown.to_json() if self.unknown else None
         return {'verdict': self.verdict, 'sentence': self.sentence, **row}
 
@@ -100,7 +92,7 @@ def explain(
 
     Arguments are those of `leo_diffmodel.explain`, bags and model read already. `extra` are
     effects of a user's own, `settings` every number by which it is answered, by default those for
-    this robot; `progress` hears what is being tried.
+    this robot.
 
     Raises:
         UserError: a step that cannot be scored, or constants that recordings say of themselves
@@ -116,9 +108,10 @@ def explain(
     # a user's own law may do what a hand does
     as_given, until = keep or foreign, began + settings.numerics.fitted * within
     asked = Asked(model, settings, Reporter.of(progress), extra, as_given)
-    found = heard(log, asked, until) if keep or not log.decided else None
+    found = best_reading(log, asked, until) if keep or not log.decided else None
     if found is None or (found.log.in_the_way and not keep):
-        answer = _not_named(log.answer, model)
+        told, record = log.answer
+        answer = Explanation('unknown', (told,), model, next_run=record)
     else:
         log, answer = found.log, _answered(found, step)
     (said,) = answer.told
@@ -132,44 +125,15 @@ def explain(
     )
 
 
-def _answered(heard: Heard, step: float | None) -> Explanation:
+def _answered(reading: Reading, step: float | None) -> Explanation:
     """The answer by the reading of the log that predicts best."""
-    found, asked, model, data = heard.search, heard.asked, heard.asked.model, heard.recordings
-    if isinstance(found, str) and not heard.cut.mostly:
-        return _untestable(model, found, asked.extra)
-    if isinstance(found, str) or (heard.cut.mostly and found.complete and not found.leaves_noise):
-        return _not_named(heard.cut.answer, model, heard.cut.stretches)
-    step, own = errors.step_seconds(data, step), own_constants(model, heard.cut.hold_out)
-    findings = collect(data, model, found, heard.facts, step, own, asked.progress)
-    left_out = [] if heard.cut.mostly else heard.cut.notes
-    answer = _answer(findings, [*left_out, *_step_note(model, found.problem.base)])
-    able, why = seen(model, data, asked.extra), 'no speed was measured'
-    blind = [not_shown(c, why) for c in candidates(model, asked.extra) if c not in able]
-    (said,), notes = answer.told, [f'Note: {note}.' for note in heard.log.notes]
-    return replace(
-        answer,
-        told=(replace(said, more=(*said.more, *notes)),),
-        used=data,
-        left_out=heard.cut.stretches,
-        not_testable=answer.not_testable + blind,
-    )
-
-
-def _step_note(model: Model, computed: Model) -> list[str]:
-    """That the robot's own integration step was too long, where it was."""
-    own, step = 1e3 * model.integration_step, 1e3 * computed.integration_step
-    if step >= own:
-        return []
-    return [
-        f'integrated by {step:.2g} ms, as {own:.2g} ms of the robot are too long for this motion'
-    ]
-
-
-def _not_named(
-    why: tuple[Told, str], model: Model, left_out: tuple[Stretch, ...] = ()
-) -> Explanation:
-    said, record = why
-    return Explanation('unknown', (said,), model, next_run=record, left_out=left_out)
+    found, model, cut = reading.search, reading.asked.model, reading.cut
+    if isinstance(found, str) and not cut.mostly:
+        return _untestable(model, found, reading.asked.extra)
+    if isinstance(found, str) or (cut.mostly and found.complete and not found.leaves_noise):
+        told, record = cut.answer
+        return Explanation('unknown', (told,), model, next_run=record, left_out=cut.stretches)
+    return _searched(reading, found, step)
 
 
 def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanation:
@@ -179,17 +143,39 @@ def _untestable(model: Model, reason: str, extra: Sequence[Effect]) -> Explanati
     return Explanation('untestable', (said,), model, not_testable=blind, next_run=record)
 
 
-def _answer(findings: Findings, notes: Sequence[str]) -> Explanation:
-    decided = decision(findings)
+def _searched(reading: Reading, found: Search, step: float | None) -> Explanation:
+    """The answer of a search."""
+    asked, model, data, cut = reading.asked, reading.asked.model, reading.recordings, reading.cut
+    step, own = errors.step_seconds(data, step), own_constants(model, cut.hold_out)
+    findings = collect(data, model, found, reading.facts, step, own, asked.progress)
+    decided, row = decision(findings), rows(findings)
+    left_out = [] if cut.mostly else cut.notes
+    said = answer(findings, decided, [*left_out, *_step_note(model, found.problem.base)])
+    able, why = seen(model, data, asked.extra), 'no speed was measured'
+    blind = [not_shown(c, why) for c in candidates(model, asked.extra) if c not in able]
+    notes = [f'Note: {note}.' for note in reading.log.notes]
     return Explanation(
         decided.verdict,
-        (answer(findings, decided, notes),),
+        (replace(said, more=(*said.more, *notes)),),
         _repaired(findings.base, findings.final),
         next_run=next_run(decided.verdict, findings),
+        rules=decided.rules,
         search=findings.search,
         unknown=findings.unknown,
-        **rows(findings),
+        used=data,
+        left_out=cut.stretches,
+        **row | {'not_testable': row['not_testable'] + blind},
     )
+
+
+def _step_note(model: Model, computed: Model) -> list[str]:
+    """That the robot's own integration step was too long, where it was."""
+    given, step = 1e3 * model.integration_step, 1e3 * computed.integration_step
+    if step >= given:
+        return []
+    return [
+        f'integrated by {step:.2g} ms, as {given:.2g} ms of the robot are too long for this motion'
+    ]
 
 
 def _repaired(base: Model, final: Fit) -> Model:

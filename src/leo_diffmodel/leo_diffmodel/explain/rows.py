@@ -13,20 +13,12 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate
 
 def rows(findings: Findings) -> dict[str, Any]:
     """The fields of explain.json that say what was found, by their names."""
-    certificate = findings.final.certificate
-    shown = [part.candidate for part in findings.effects]
-    shown += [r.candidate for part in findings.effects for r in part.rivals if r.same]
-    sets, threshold = findings.choices.sets, findings.search.threshold
-    why = 'its largest trace in this data is {:.1f} nats, {:.1f} are needed; {}'
+    certificate, sets = findings.final.certificate, findings.choices.sets
     return {
         'effects': [_row(findings, part) for part in findings.effects],
         'constants': constant_rows(findings.final),
         'hypotheses': _hypotheses(findings),
-        'not_testable': [
-            not_shown(s.candidate, why.format(s.evidence, threshold, s.candidate.effect.reveal))
-            for s in findings.search.scans
-            if s.evidence < threshold and s.candidate not in shown
-        ],
+        'not_testable': _not_testable(findings),
         'errors': _errors(findings),
         'stability': [{'effects': list(labels), 'share': share} for labels, share in sets],
         'fit': certificate.to_json() if certificate else None,
@@ -51,13 +43,33 @@ def _names(candidate: Candidate) -> dict[str, str]:
     return {'name': candidate.effect.name, 'where': candidate.where}
 
 
+def _not_testable(findings: Findings) -> list[dict[str, str]]:
+    shown = [part.candidate for part in findings.effects]
+    shown += [r.candidate for part in findings.effects for r in part.rivals if r.same]
+    threshold = findings.search.threshold
+    why = 'its largest trace in this data is {:.1f} nats, {:.1f} are needed; {}'
+    return [
+        not_shown(s.candidate, why.format(s.evidence, threshold, s.candidate.effect.reveal))
+        for s in findings.search.scans
+        if s.evidence < threshold and s.candidate not in shown
+    ]
+
+
 def _hypotheses(findings: Findings) -> list[dict]:
     """All candidates on the model as given, best first; those never fitted have a scan only."""
     fitted = {part.candidate for part in findings.singles}
-    before = findings.headline.mean(findings.ladder[0][1])
-    scans = [s for s in findings.search.scans if s.candidate not in fitted]
-    rest = [_ruled_out(s.candidate, s.gain, before) for s in scans]
-    return [*(_row(findings, part) for part in findings.singles), *rest]
+    scanned: dict[str, Any] = {
+        'gain_held_out': None,
+        'error_before': findings.headline.mean(findings.ladder[0][1]),
+        'error_after': None,
+        'errors': {},
+        'inclusion_probability': 0.0,
+        'confusable_with': [],
+    }
+    rest = [s for s in findings.search.scans if s.candidate not in fitted]
+    return [_row(findings, part) for part in findings.singles] + [
+        {**_names(s.candidate), 'parameters': {}, 'gain_train': s.gain, **scanned} for s in rest
+    ]
 
 
 def _row(findings: Findings, part: Part) -> dict:
@@ -77,20 +89,6 @@ def _row(findings: Findings, part: Part) -> dict:
     }
 
 
-def _ruled_out(candidate: Candidate, promised: float, before: float) -> dict:
-    return {
-        **_names(candidate),
-        'parameters': {},
-        'gain_train': promised,
-        'gain_held_out': None,
-        'error_before': before,
-        'error_after': None,
-        'errors': {},
-        'inclusion_probability': 0.0,
-        'confusable_with': [],
-    }
-
-
 def _changed(findings: Findings, before: Figures, after: Figures) -> dict:
     """Held-out errors of two fits: the mean over the states, and of each unit by itself."""
     headline, units = findings.headline, [state['unit'] for state in findings.errors['states']]
@@ -103,7 +101,6 @@ def _changed(findings: Findings, before: Figures, after: Figures) -> dict:
 
 
 def _errors(findings: Findings) -> dict:
-    """Held-out errors before, after and the floor of noise, and what is left unexplained."""
     ladder = [*findings.ladder, ('noise floor', findings.floor)]
     seconds = findings.headline.seconds
     return findings.errors | {

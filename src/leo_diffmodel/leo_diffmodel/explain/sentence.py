@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from leo_diffmodel.explain.decide import Decision, Named
-from leo_diffmodel.explain.findings.findings import Findings, Shown
+from leo_diffmodel.explain.findings.findings import Findings
 from leo_diffmodel.explain.told import Thing, Told
 
 ABOUT = {
@@ -33,16 +33,10 @@ BY_HAND = 'swing it by hand from other angles'
 
 def answer(findings: Findings, decision: Decision, notes: Sequence[str] = ()) -> Told:
     """The decision in words; `notes` say what was done to recordings and model before."""
-    said = told(
-        decision.verdict,
-        decision.named,
-        _change(findings),
-        [*decision.doubts, *notes, *decision.notes],
-        findings.unknown.words if findings.unknown else '',
-        _left(findings),
-        not findings.search.complete,
-    )
-    seen = shown(findings)
+    all_notes = [*decision.doubts, *notes, *decision.notes]
+    law, late = findings.unknown.words if findings.unknown else '', not findings.search.complete
+    change, rest, seen = _change(findings), _left(findings), shown(findings)
+    said = told(decision.verdict, decision.named, change, all_notes, law, rest, late)
     return replace(said, more=(*said.more, seen)) if seen else said
 
 
@@ -108,15 +102,8 @@ def shown(findings: Findings) -> str:
     more = len(findings.shown) - len(first)
     seen = 'one recording' if count == 1 else f'{count} recordings'
     rest = f', and {more} more joints' if more else ''
-    return f'Shown in {seen}, with {"; ".join(map(_range, first))}{rest}.'
-
-
-def _range(seen: Shown) -> str:
-    a, v, load = seen.angle, seen.speed, seen.load
-    return (
-        f'{seen.joint} at {a.low:.2g} to {a.high:.2g} {a.unit}, {v.low:.2g} to {v.high:.2g} '
-        f'{v.unit} and {load.low:.2g} to {load.high:.2g} {load.unit}'
-    )
+    where = '; '.join(f'{s.joint} at {s.angle}, {s.speed} and {s.load}' for s in first)
+    return f'Shown in {seen}, with {where}{rest}.'
 
 
 def _left(findings: Findings) -> str:

@@ -19,21 +19,13 @@ class Thing(NamedTuple):
 
 @dataclass(frozen=True)
 class Told:
-    """What is said, and of what.
+    """What is said, and of what."""
 
-    Attributes:
-        about: what is said of the things, up to its colon.
-        things: what it is said of.
-        change: of the held-out error.
-        notes: what keeps it from being sure, and what was done to the data before.
-        more: further sentences.
-    """
-
-    about: str
-    things: tuple[Thing, ...] = ()
-    change: str = ''
-    notes: tuple[str, ...] = ()
-    more: tuple[str, ...] = ()
+    about: str  # what is said of the things, up to its colon
+    things: tuple[Thing, ...] = ()  # what it is said of
+    change: str = ''  # of the held-out error
+    notes: tuple[str, ...] = ()  # what keeps it from being sure, and what was done to the data
+    more: tuple[str, ...] = ()  # further sentences
 
     def __str__(self) -> str:
         listed = '; '.join(filter(None, [*map(str, self.things), self.change]))

@@ -20,11 +20,12 @@ from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.ranking import half_seconds
 from leo_diffmodel.compare.windows import at_one_rate, Windows
+from leo_sim.description.robot import Robot
 from leo_sim.model import Model
 from leo_sim.references import load_mujoco
 
 if TYPE_CHECKING:
-    from leo_sim.references.mujoco import Past, Played, Steps
+    from leo_sim.references.mujoco import Played
 
 STAGES = 3
 OURS, REDUCED, EXPORTED = 'ours', 'reduced', 'exported'
@@ -40,12 +41,8 @@ def check(
 ) -> dict[str, Any]:
     """Errors of a model, of what a format holds of it, and of an exported MJCF in MuJoCo.
 
-    Args:
-        recordings: Bags of the model's robot.
-        model: What was exported.
-        reduced: The same less what the format does not hold.
-        mjcf: The text of the exported file; None for formats that MuJoCo does not read.
-        progress: Called with what comes next, `STAGES` times.
+    `reduced` is the model less what the format does not hold; `mjcf` the text of the exported
+    file, None for formats that MuJoCo does not read. `progress` is called `STAGES` times.
 
     Returns:
         seconds, statistic, windows, states [{name, unit}]; of each predictor and of the noise
@@ -55,7 +52,7 @@ def check(
     Raises:
         UserError: recordings too short, or rates that no model can follow; no MuJoCo here.
     """
-    played = None if mjcf is None else _played(mjcf, model)
+    played: Played | None = None if mjcf is None else _played(mjcf, model.robot)
     model = with_known(model, recordings)
     recordings = at_one_rate(recordings)
     windows, sigma = half_seconds(recordings, {model.robot.name: model}, None, progress)
@@ -64,7 +61,7 @@ def check(
     others = {REDUCED: predict(reduced, windows, windows.measured[:, 0])}
     progress('MuJoCo' if played else 'errors')
     if played is not None:
-        others[EXPORTED] = np.stack([_window(played, windows, i) for i in range(windows.count)])
+        others[EXPORTED] = _in_mujoco(played, windows)
     found = {OURS: ours} | {
         name: errors.Prediction(windows, states, ours.floor) for name, states in others.items()
     }
@@ -101,28 +98,22 @@ def _finite(error: float) -> float | None:
     return error if math.isfinite(error) else None
 
 
-def _played(mjcf: str, model: Model) -> Played:
-    robot = model.robot
-    motors = [a.joint for a in robot.actuators]
-    held = len(robot.base_joints)
-    played: Played = needs_mujoco().Played(mjcf, robot.joint_names, motors, held)
-    return played
+def _played(mjcf: str, robot: Robot) -> Any:
+    motors, held = [a.joint for a in robot.actuators], len(robot.base_joints)
+    return needs_mujoco().Played(mjcf, robot.joint_names, motors, held)
 
 
-def _window(played: Played, windows: Windows, i: int) -> Array:
-    """What the file does in a window, (K + 1, 2 J)."""
-    steps = _steps(windows.inputs[i], windows.enabled[i], windows.dt[i])
-    return played.window(windows.measured[i, 0], steps, _past(windows, i), bool(windows.held[i]))
-
-
-def _past(windows: Windows, i: int) -> Past | None:
-    if windows.history is None:
-        return None
-    q, dq, inputs, enabled, dt = (part[i] for part in windows.history)
-    return np.concatenate([q, dq], axis=-1), _steps(inputs, enabled, dt)
-
-
-def _steps(inputs: Array, enabled: Array, dt: Array) -> Steps:
+def _in_mujoco(played: Played, windows: Windows) -> Array:
+    """What the file does in each window, (W, K + 1, 2 J)."""
     from leo_sim.references.mujoco import Steps
 
-    return Steps(inputs, enabled, dt)
+    each = zip(windows.inputs, windows.enabled, windows.dt, strict=True)
+    steps = [Steps(*parts) for parts in each]
+    pasts: list[Any] = [None] * windows.count
+    if windows.history is not None:
+        q, dq, *driven = windows.history
+        before = [Steps(*parts) for parts in zip(*driven, strict=True)]
+        pasts = [*zip(np.concatenate([q, dq], axis=-1), before, strict=True)]
+    held = windows.held.tolist()
+    all_windows = zip(windows.measured[:, 0], steps, pasts, held, strict=True)
+    return np.stack([played.window(*window) for window in all_windows])

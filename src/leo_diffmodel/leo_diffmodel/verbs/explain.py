@@ -14,12 +14,13 @@ import sys
 from rich.text import Text
 
 from leo_diffmodel.bags.episode import by_rate, distinct, Recording
+from leo_diffmodel.explain.decide import Rule
 from leo_diffmodel.explain.edit_test import edit_test
 from leo_diffmodel.explain.explanation import explain, Explanation
 from leo_diffmodel.explain.unknown.found_effect import text_of
 from leo_diffmodel.verbs import common
 from leo_diffmodel.verbs.compare import ranking_table
-from leo_msgs_py.console import progress, Table, Terminal
+from leo_msgs_py.console import figures, progress, Table, Terminal
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.terminal import leo
 from leo_msgs_py.verbs.common import Parser
@@ -31,6 +32,7 @@ EXAMPLES = (
     'leo explain bags/run1 --model pendulum -o out/explain',
     'leo explain bags/run1 --hold-out bags/run2 --model pendulum --json',
     'leo explain bags/run1 --model pendulum --mend',
+    'leo explain bags/run1 --model pendulum --why',
     'leo explain bags/run1 --model pendulum --effect my_effect.py',
     'leo explain bags/run1 --model pendulum --write-effect found.py -o out/explain',
     'leo explain bags/light bags/heavy --each --model pendulum -o out/each',
@@ -71,6 +73,8 @@ def main(argv: list[str]) -> int:
         else:
             show(result)
     if not arguments.json:
+        if arguments.why:
+            _show_rules(result.rules)
         _point_on(arguments, folder, result)
         _point_on_effect(arguments, target, result)
     return 1 if result.verdict in common.NEGATIVE else 0
@@ -122,19 +126,21 @@ def _each(
                 arguments.bags = [str(recording.path)]
                 _write(inside, result, parts, common.watch(arguments))
     finally:
-        _show_each(dict(zip(names, results, strict=False)), arguments.json)
+        _show_each(dict(zip(names, results, strict=False)), arguments)
     return 1 if any(r.verdict in common.NEGATIVE for r in results) else 0
 
 
-def _show_each(results: Mapping[str, Explanation], as_json: bool) -> None:
+def _show_each(results: Mapping[str, Explanation], arguments: argparse.Namespace) -> None:
     """Print the verdict on each bag, and the effects with their values; nothing of none."""
-    if results and as_json:
+    if results and arguments.json:
         print(json.dumps({name: result.to_json() for name, result in results.items()}))
     elif results:
         table = Table('bag', 'verdict', 'effects', title='each bag by itself')
         for bag, answer in results.items():
             table.add_row(bag, answer.verdict, '\n'.join(map(_effect, answer.effects)))
         Terminal().print(table)
+        for bag, answer in results.items() if arguments.why else ():
+            _show_rules(answer.rules, f'rules of the answer to {bag}')
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
@@ -189,12 +195,28 @@ def show(result: Explanation) -> None:
         write(f'what would settle it: {result.next_run}')
 
 
+def _show_rules(rules: Sequence[Rule], title: str = 'rules of the answer') -> None:
+    """Print each rule of an answer beside its number; nothing where nothing was searched."""
+    if not rules:
+        return
+    table = Table('rule', 'of', 'fired', *figures('number', 'limit'), title=title)
+    for rule in rules:
+        numbers = ('' if n is None else f'{n:.4g}' for n in (rule.number, rule.limit))
+        table.add_row(rule.name, rule.about, 'yes' if rule.fired else 'no', *numbers)
+    Terminal().print(table)
+
+
 def _parser() -> Parser:
     arguments = common.parser('explain', __doc__ or '', EXAMPLES)
     common.add_bag_arguments(arguments)
     common.add_search_arguments(arguments)
     arguments.add_argument(
         '--each', action='store_true', help='every bag by itself, answers side by side'
+    )
+    arguments.add_argument(
+        '--why',
+        action='store_true',
+        help='print the rules of the answer: which fired, with what number',
     )
     arguments.add_argument(
         '--edit-test',

@@ -21,28 +21,19 @@ def round_of(number: int, verdict: str) -> Explanation:
     """The answer to a model with `number` effects: one more, and errors ten times smaller."""
     placed = [place(PENDULUM.robot, name, 'pivot') for name in FOUND[: number + 1]]
     before, after = 10.0**-number, 10.0 ** -(number + 1)
-    one = {
-        'before': [before],
-        'after': [after],
-        'noise_floor': [1e-9],
-        'mean': {'before': before, 'after': after, 'noise_floor': 1e-9},
-    }
+    mean = {'before': before, 'after': after, 'noise_floor': 1e-9}
+    one = {**{name: [error] for name, error in mean.items()}, 'mean': mean}
     steps = ('as given', before), (f'+ {FOUND[number]}', after), ('noise floor', 1e-9)
     return Explanation(
         verdict=verdict,
         told=(Told(f'Sentence {number}'),),
         effects=[{'name': FOUND[number], 'where': 'pivot'}],
-        constants={},
-        hypotheses=[],
-        not_testable=[],
-        next_run=None,
         errors={
             'one_step': one,
             'horizon': [one],
             'ladder': [{'model': name, 'rmse': [error]} for name, error in steps],
         },
         seconds=1.0,
-        provenance={},
         model=PENDULUM.changed(effects=tuple(placed)),
         search=object(),  # type: ignore[arg-type]
     )

@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record, TORQUE
 
-from leo_diffmodel.explain.decide import also_chosen, decide, doubt, doubts, instead, Named
+from leo_diffmodel.explain.decide import (
+    also_chosen,
+    answer_rules,
+    decide,
+    effect_rules,
+    instead,
+    Named,
+    said,
+)
 from leo_diffmodel.explain.estimate.fitted import Certificate, Fit, Rest, rest_of
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.explain.findings.findings import Choices, Own, Part
+from leo_diffmodel.explain.findings.findings import Asked, Choices, Contender, Part
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.sentence import told
@@ -26,7 +34,7 @@ WEAK = Named('armature:pivot', 'J = 1 kg m2', doubt='chosen in 60% of the held-o
 POOL = {c.effect.name: c for c in candidates(Model(PENDULUM))}
 CHOSEN = tuple(POOL[n] for n in ('coulomb_friction', 'bias_torque', 'torque_scale'))
 LABELS = tuple(c.label for c in CHOSEN)
-SURE, NOISE = [Named('coulomb_friction:pivot', 'c = 1 N m')], Rest(SETTINGS.gates, 1.0, 0.0)
+WHOLE = ['this set is chosen in 70% of the held-out turns']
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
@@ -47,10 +55,8 @@ def test_a_short_bag_is_untestable_and_says_what_to_record():
     assert answer.next_run is not None and answer.next_run.startswith('record 20 s')
     assert {'command_delay', 'link_mass'} < {row['name'] for row in answer.not_testable}
     assert all('record 20 s' in row['why'] for row in answer.not_testable)
-
-
-def test_a_bag_too_short_for_one_window_is_untestable():
-    assert explain([record(TORQUE, seconds=0.06)], Model(TORQUE)).verdict == 'untestable'
+    no_window = explain([record(TORQUE, seconds=0.06)], Model(TORQUE))
+    assert no_window.verdict == 'untestable'
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE], ids=lambda r: r.name)
@@ -87,40 +93,50 @@ def test_a_weak_spring_with_a_far_rest_leaves_a_constant_torque_its_name():
 
 
 @pytest.mark.parametrize(
-    ('named', 'ratio', 'share', 'verdict'),
+    ('named', 'ratio', 'share', 'verdict', 'more'),
     [
-        ([], 1.0, 0.0, 'fine'),
-        ([], 3.0, 1.0, 'unknown'),
-        ([ONE], 1.1, 0.01, 'named'),
-        ([ONE], 3.0, 0.01, 'named'),
-        ([ONE], 3.0, 0.6, 'partly'),
-        ([OPEN], 1.1, 0.01, 'ambiguous'),
-        ([WEAK], 1.1, 0.01, 'ambiguous'),
-        ([ONE, WEAK], 3.0, 0.6, 'ambiguous'),
-        ([OPEN], 3.0, 0.6, 'unknown'),
+        ([], 1.0, 0.0, 'fine', {}),
+        ([], 3.0, 1.0, 'unknown', {}),
+        ([ONE], 1.1, 0.01, 'named', {}),
+        ([ONE], 3.0, 0.01, 'named', {}),
+        ([ONE], 3.0, 0.6, 'partly', {}),
+        ([ONE], 1.0, 0.0, 'partly', {'more': True}),
+        ([OPEN], 1.1, 0.01, 'ambiguous', {}),
+        ([WEAK], 1.1, 0.01, 'ambiguous', {}),
+        ([ONE, WEAK], 3.0, 0.6, 'ambiguous', {}),
+        ([OPEN], 3.0, 0.6, 'unknown', {}),
+        ([ONE], 1.1, 0.01, 'ambiguous', {'doubts': WHOLE}),
+        ([], 1.1, 0.01, 'fine', {'doubts': WHOLE}),
+        ([], 1.0, 0.0, 'unknown', {'unknown': True}),
+        ([ONE], 1.0, 0.0, 'unknown', {'unknown': True}),
+        ([OPEN], 1.0, 0.0, 'unknown', {'unknown': True}),
+        ([], 1.0, 0.0, 'ambiguous', {'cut_short': True}),
+        ([ONE], 1.0, 0.0, 'ambiguous', {'cut_short': True}),
+        ([], 40.0, 0.9, 'ambiguous', {'cut_short': True}),
+        ([ONE], 40.0, 0.9, 'ambiguous', {'cut_short': True}),
     ],
 )
-def test_how_a_verdict_is_reached(named, ratio, share, verdict):
-    assert decide(named, Rest(SETTINGS.gates, ratio, share), unknown=False) == verdict
-    words = str(told(verdict, named, 'error 2 -> 1 rad', rest='60 % is something else'))
-    assert 'error 2 -> 1 rad' in words
-    assert all(n.label in words and n.doubt in words for n in named)
-    assert ('60 % is something else' in words) == (verdict == 'partly')
+def test_how_a_verdict_is_reached(named, ratio, share, verdict, more):
+    rest = Rest(SETTINGS.gates, ratio, share)
+    reached, rules = decide(named, rest, **{'unknown': False, **more})
+    assert reached == verdict and rules[-1].name.startswith(verdict)
+    assert [rule.fired for rule in rules] == [False] * (len(rules) - 1) + [True]
+
+
+@pytest.mark.parametrize('verdict', ['named', 'partly', 'ambiguous'])
+def test_what_is_named_is_said_with_its_doubt_and_the_error(verdict):
+    for named in ([ONE], [OPEN], [ONE, WEAK]):
+        words = str(told(verdict, named, 'error 2 -> 1 rad', rest='60 % is something else'))
+        assert 'error 2 -> 1 rad' in words
+        assert all(n.label in words and n.doubt in words for n in named)
+        assert ('60 % is something else' in words) == (verdict == 'partly')
+    assert WHOLE[0] in told(verdict, [ONE], 'error 2 -> 1 rad', WHOLE).notes
 
 
 @pytest.mark.parametrize('named', [[], [ONE], [OPEN]], ids=['nothing', 'one', 'open'])
-def test_a_law_that_is_no_known_effect_makes_it_unknown(named):
-    assert decide(named, Rest(SETTINGS.gates, 1.0, 0.0), unknown=True) == 'unknown'
+def test_a_law_that_is_no_known_effect_is_said(named):
     words = told('unknown', named, 'error 2 -> 1 rad', unknown='a torque of time')
     assert str(words).endswith(': a torque of time.')
-
-
-def test_a_doubt_about_the_whole_answer_makes_it_ambiguous_and_is_said():
-    whole = ['this set is chosen in 70% of the held-out turns']
-    rest = Rest(SETTINGS.gates, 1.1, 0.01)
-    assert decide([ONE], rest, unknown=False, doubts=whole) == 'ambiguous'
-    assert decide([], rest, unknown=False, doubts=whole) == 'fine'
-    assert whole[0] in told('ambiguous', [ONE], 'error 2 -> 1 rad', whole).notes
 
 
 def test_what_is_far_above_the_noise_matters_however_much_was_explained():
@@ -157,8 +173,8 @@ def test_on_the_ground_what_acts_in_some_steady_windows_matters(
     assert matters or rest.ratio == pytest.approx(1.0, abs=0.2)
 
 
-def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
-    """Three effects a little away from neutral, each in this share of the turns."""
+def findings(share=1.0, floors=(), by_recording=({}, {}, {}), **of_choices):
+    """Three effects a little away from neutral, each in this share of the resamples."""
     hypothesis, none = Hypothesis(CHOSEN), np.zeros((0, 0))
     theta = hypothesis.neutral + 0.1
     known = np.zeros((len(theta), 2))
@@ -171,30 +187,38 @@ def findings(share=1.0, floors=(), own=({}, {}, {}), **of_choices):
         final=fit,
         effects=parts,
         floors=floors,
-        own=own,
+        by_recording=by_recording,
         choices=Choices(**choices | of_choices),
-        other='',
-        refuted='',
+        other=None,
+        refuted=None,
         search=SimpleNamespace(untried=()),
     )
 
 
-def test_what_all_turns_hold_is_sure():
+def doubts(made, part=None):
+    """What is said against an effect, or against the whole answer."""
+    return [*said(effect_rules(made, part) if part else answer_rules(made))]
+
+
+def test_what_all_resamples_hold_is_sure():
     made = findings()
-    assert [doubt(made, part) for part in made.effects] == ['', '', ''] and not [*doubts(made)]
+    assert not any(doubts(made, part) for part in made.effects) and not doubts(made)
+    rules = [*effect_rules(made, made.effects[0])]
+    assert [rule.number for rule in rules[:3]] == pytest.approx([0.1, 0.1, 1.0], abs=0.01)
+    assert {rule.about for rule in rules} == {LABELS[0]} and rules[2].limit == 0.9
 
 
-def test_what_too_few_turns_hold_is_not_and_what_they_choose_instead_is_said():
+def test_what_too_few_resamples_hold_is_not_and_what_they_choose_instead_is_said():
     others = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
     made = findings(0.7, instead=others)
-    assert doubt(made, made.effects[0]) == 'chosen in 70% of the held-out turns'
-    assert [*doubts(made)] == ['this set is chosen in 70% of the held-out turns']
+    assert doubts(made, made.effects[0]) == ['chosen in 70% of the held-out turns']
+    assert doubts(made) == ['this set is chosen in 70% of the held-out turns']
     assert instead(made, made.effects[0]) == ['armature:pivot']
     sure = findings(instead=others)
     assert instead(sure, sure.effects[0]) == []
 
 
-def test_more_in_too_many_turns_is_said():
+def test_more_in_too_many_resamples_is_said():
     more = (('armature:pivot', 0.3), ('velocity_lag:pivot', 0.04))
     words = 'the held-out turns choose armature:pivot in 30%, velocity_lag:pivot in 4%'
     assert also_chosen(findings(sets=((LABELS, 0.66),), more=more)) == f'beside them {words}'
@@ -204,29 +228,22 @@ def test_more_in_too_many_turns_is_said():
 
 def test_effects_below_the_noise_floor_are_small():
     made = findings(floors=(22.0, 1.1, 0.3))
-    assert [bool(doubt(made, part)) for part in made.effects] == [False, False, True]
+    assert [bool(doubts(made, part)) for part in made.effects] == [False, False, True]
 
 
 @pytest.mark.parametrize(('other', 'agree'), [(0.11, True), (0.25, False)])
 def test_recordings_that_exclude_each_other_disagree(other, agree):
     first = Hypothesis(CHOSEN).offset(1)
-    values = {first: [Own('run_1', 0.1, 0.001), Own('run_2', other, 0.001)]}
-    said = [*doubts(findings(own=({}, values, {})))]
-    assert bool(said) is not agree
-    assert all('bias_torque:pivot: t is 0.1 in run_1 and 0.25 in run_2' in each for each in said)
-
-
-@pytest.mark.parametrize(('more', 'verdict'), [(False, 'named'), (True, 'partly')])
-def test_more_than_sure_effects_is_partly(more, verdict):
-    assert decide(SURE, NOISE, False, (), more) == verdict
+    values = {first: [Asked('run_1', 0.1, 0.001), Asked('run_2', other, 0.001)]}
+    told = doubts(findings(by_recording=({}, values, {})))
+    assert bool(told) is not agree
+    assert all('bias_torque:pivot: t is 0.1 in run_1 and 0.25 in run_2' in each for each in told)
 
 
 def test_what_there_was_no_time_for_is_said():
     made = findings()
     made.search.untried = ('a:pivot', 'b:pivot', 'c:pivot', 'd:pivot', 'e:pivot')
-    assert [*doubts(made)] == [
-        'the time was over; not tried: a:pivot, b:pivot, c:pivot and 2 more'
-    ]
+    assert doubts(made) == ['the time was over; not tried: a:pivot, b:pivot, c:pivot and 2 more']
 
 
 @pytest.mark.parametrize(
@@ -236,10 +253,13 @@ def test_what_there_was_no_time_for_is_said():
 def test_what_has_not_converged_is_never_sure(starts, said):
     made = findings()
     made.final = replace(made.final, certificate=Certificate(3.0, starts, 1, False))
-    assert [*doubts(made)] == [said]
+    assert doubts(made) == [said]
 
 
-@pytest.mark.parametrize('named', [[], SURE])
-@pytest.mark.parametrize('rest', [NOISE, Rest(SETTINGS.gates, 40.0, 0.9)])
-def test_an_answer_that_was_cut_short_is_open(named, rest):
-    assert decide(named, rest, False, cut_short=True) == 'ambiguous'
+def test_sets_that_speak_against_the_choice_are_said():
+    made = findings()
+    made.other, made.refuted = Contender('armature:pivot', 30.0), Contender('x:pivot', 0.2)
+    assert doubts(made) == [
+        'armature:pivot would leave less unexplained',
+        'x:pivot has a smaller held-out error',
+    ]

@@ -20,15 +20,8 @@ SECONDS = 10
 
 @pytest.fixture(autouse=True)
 def _few(monkeypatch):
-    among(
-        monkeypatch,
-        Model(TORQUE),
-        'coulomb_friction',
-        'viscous_friction',
-        'stribeck_friction',
-        'bias_torque',
-        'torque_scale',
-    )
+    laws = 'coulomb_friction viscous_friction stribeck_friction bias_torque torque_scale'
+    among(monkeypatch, Model(TORQUE), *laws.split())
 
 
 def _recorded(friction: float, seed: int):
@@ -55,9 +48,10 @@ def test_each_bag_by_itself(tmp_path, capsys):
         bag(tmp_path / f'run_{seed}', record(TORQUE, placed, seconds=SECONDS, seed=seed))
     bags = [str(tmp_path / name) for name in ('run_1', 'run_2')]
     out = tmp_path / 'out'
-    assert main(['explain', *bags, '--each', '--model', 'torque_pendulum', '-o', str(out)]) == 0
+    words = ['--each', '--why', '--model', 'torque_pendulum', '-o', str(out)]
+    assert main(['explain', *bags, *words]) == 0
     said = capsys.readouterr().out
-    assert 'run_1' in said and 'run_2' in said
+    assert all(f'rules of the answer to {name}' in said for name in ('run_1', 'run_2'))
     values = [
         json.loads((out / name / 'explain.json').read_text())['effects'][0]['parameters']['c']
         for name in ('run_1', 'run_2')

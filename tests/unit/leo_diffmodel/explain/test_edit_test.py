@@ -39,14 +39,8 @@ def _few():
 @pytest.fixture(scope='module')
 def bags(tmp_path_factory):
     folder = tmp_path_factory.mktemp('edit')
-    return {
-        name: bag(folder / name, run(name, *effects, seed=seed))
-        for name, effects, seed in (
-            ('on', (PAYLOAD,), 1),
-            ('off', (), 2),
-            ('still_on', (PAYLOAD,), 3),
-        )
-    }
+    runs = {'on': ([PAYLOAD], 1), 'off': ([], 2), 'still_on': ([PAYLOAD], 3)}
+    return {n: bag(folder / n, run(n, *effects, seed=s)) for n, (effects, s) in runs.items()}
 
 
 @pytest.fixture(scope='module')
@@ -76,13 +70,8 @@ def test_a_payload_that_was_never_taken_off_is_said(explained, bags):
 def test_each_effect_is_taken_out_and_all_of_them():
     repaired = Model(TORQUE, [PAYLOAD, FRICTION])
     said = edit_test(Model(TORQUE), repaired, [run('off', FRICTION, seed=2)])
-    assert {row['model'] for row in said['models']} == {
-        GIVEN,
-        REPAIRED,
-        WITHOUT,
-        'without viscous_friction:pivot',
-        ALL,
-    }
+    others = {GIVEN, REPAIRED, ALL, 'without viscous_friction:pivot'}
+    assert {row['model'] for row in said['models']} == {WITHOUT, *others}
     assert said['models'][0]['model'] == WITHOUT
     assert f'best predicted {WITHOUT}' in said['sentence']
 
@@ -93,17 +82,8 @@ def test_nothing_named_is_nothing_to_take_out():
 
 
 def test_the_command_prints_and_reports_it(bags, tmp_path, capsys):
-    main(
-        [
-            str(bags['on']),
-            '--model',
-            'torque_pendulum',
-            '--edit-test',
-            str(bags['off']),
-            '-o',
-            str(tmp_path / 'out'),
-        ]
-    )
+    words = ['--model', 'torque_pendulum', '--edit-test', str(bags['off'])]
+    main([str(bags['on']), *words, '-o', str(tmp_path / 'out')])
     printed = capsys.readouterr().out
     assert 'edit test: what was named' in printed
     said = json.loads((tmp_path / 'out/explain.json').read_text())['edit_test']

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What speaks against the choice: turns without some folds, sets that fit or predict better."""
+"""What speaks against the choice: resamples, and sets that fit or predict better."""
 
 from __future__ import annotations
 
@@ -10,52 +10,55 @@ import numpy as np
 from scipy.special import stdtrit
 
 from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.findings.findings import Choices, Counts
+from leo_diffmodel.explain.findings.findings import Choices, Contender, Counts
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.hypothesis import Candidate, widens
 from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names, supported
-from leo_diffmodel.explain.select.stable import holds, share
+from leo_diffmodel.explain.select.stable import has, share
 
 Array = np.ndarray
 
 
 def choices(found: Search, facts: Facts) -> Choices:
     """What is chosen where folds are left out of the choice, and how often."""
-    chosen, turns = found.chosen.names, found.turns
-    others = [c for names in turns for c in names if not any(facts.alike(c, d) for d in chosen)]
+    chosen, resamples = found.chosen.names, found.resamples
+    others = [
+        c for names in resamples for c in names if not any(facts.alike(c, d) for d in chosen)
+    ]
     more = [c for c in others if not any(widens(c, d) or widens(d, c) for d in chosen)]
     return Choices(
-        share(turns, chosen, facts.alike),
+        share(resamples, chosen, facts.alike),
         _sets(found, facts),
-        _counted(others, len(turns)),
-        _counted(more, len(turns)),
+        _counted(others, len(resamples)),
+        _counted(more, len(resamples)),
     )
 
 
 def _sets(found: Search, facts: Facts) -> tuple[tuple[tuple[str, ...], float], ...]:
     """How often each set is chosen; under other names the chosen one counts as itself."""
-    chosen, count = found.chosen.names, len(found.turns)
+    chosen, count = found.chosen.names, len(found.resamples)
 
     def is_chosen(names: Names) -> bool:
         return len(names) == len(chosen) and all(
             any(facts.alike(d, c) or widens(d, c) for d in names) for c in chosen
         )
 
-    counts = Counter(tuple(sorted(c.label for c in n)) for n in found.turns if not is_chosen(n))
-    mine = tuple(c.label for c in found.final.hypothesis.candidates)
+    others = [names for names in found.resamples if not is_chosen(names)]
+    counts = Counter(tuple(sorted(c.label for c in names)) for names in others)
+    labels = tuple(c.label for c in found.final.hypothesis.candidates)
     rest = [(labels, n / count) for labels, n in counts.most_common()]
-    return (mine, (count - counts.total()) / count), *rest
+    return (labels, (count - len(others)) / count), *rest
 
 
-def _counted(candidates: Iterable[Candidate], turns: int) -> Counts:
+def _counted(candidates: Iterable[Candidate], resamples: int) -> Counts:
     counts = Counter(c.label for c in candidates)
-    return tuple((label, n / turns) for label, n in counts.most_common())
+    return tuple((label, n / resamples) for label, n in counts.most_common())
 
 
-def other(found: Search, facts: Facts) -> str:
+def other(found: Search, facts: Facts) -> Contender | None:
     """The set that leaves much less unexplained than the chosen one, and is not surely behind it.
 
     Two measures then disagree: the chosen one saves more in all, the other in most windows. A
@@ -63,7 +66,7 @@ def other(found: Search, facts: Facts) -> str:
     shares none may have one effect more: what is little for one effect is no reason against two.
     """
     weight, chosen = found.weight, found.chosen
-    left = weight.unexplained(chosen) - weight.trifle(chosen)
+    left = weight.unexplained(chosen) - weight.negligible(chosen)
     near = [
         s
         for s in found.sets
@@ -71,19 +74,21 @@ def other(found: Search, facts: Facts) -> str:
         and weight.unexplained(s) < left
         and not weight.surely_ahead(chosen, s)
     ]
-    best = min(near, key=weight.unexplained, default=None)
-    return _label(best.names) if best else ''
+    if not near:
+        return None
+    best = min(near, key=weight.unexplained)
+    return Contender(_label(best), weight.unexplained(chosen) - weight.unexplained(best))
 
 
 def _comparable(found: Search, rival: Scored, facts: Facts) -> bool:
-    mine, names = found.chosen.names, rival.names
-    if not mine or not names or names <= mine or mine <= names:
+    chosen, names = found.chosen.names, rival.names
+    if not chosen or not names or names <= chosen or chosen <= names:
         return False
-    shared = [any(facts.alike(a, b) for b in mine) for a in names]
+    shared = [any(facts.alike(a, b) for b in chosen) for a in names]
     if not any(shared):
-        return len(names) <= len(mine) + 1
+        return len(names) <= len(chosen) + 1
     return (
-        len(names) <= len(mine)
+        len(names) <= len(chosen)
         and not all(shared)
         and supported(found.sets, rival, found.weight, found.threshold)
     )
@@ -95,22 +100,27 @@ def last_word(found: Search, held: HeldOut, facts: Facts) -> Search:
     Of sets that the folds cannot tell from the chosen one, and all of whose effects they ask for.
     """
     near = [s for s in found.sets if not found.weight.surely_ahead(found.chosen, s)]
-    choices = (found.choosing(s) for s in _better(found, held, facts, near))
+    choices = (found.choosing(s) for s, _ in _better(found, held, facts, near))
     return next((other for other in choices if other is not found), found)
 
 
-def refuted(found: Search, held: HeldOut, facts: Facts) -> str:
-    """The set with the surely smallest held-out error, in words; '' where the chosen one has it.
+def refuted(found: Search, held: HeldOut, facts: Facts) -> Contender | None:
+    """The set with the surely smallest held-out error; None where the chosen one has it.
 
     What the folds surely put behind the chosen one must be more surely (`surely`) better than what
     they do not (`likely`): two measures then disagree.
     """
     better = _better(found, held, facts, found.sets)
-    return (_label(better[0].names) or 'the model as given') if better else ''
+    if not better:
+        return None
+    best, part = better[0]
+    return Contender(_label(best) or 'the model as given', part)
 
 
-def _better(found: Search, held: HeldOut, facts: Facts, sets: Sequence[Scored]) -> list[Scored]:
-    """Sets with a surely smaller held-out error, the smallest first.
+def _better(
+    found: Search, held: HeldOut, facts: Facts, sets: Sequence[Scored]
+) -> list[tuple[Scored, float]]:
+    """Sets with a surely smaller held-out error, and the share of it they save, the most first.
 
     Of sets that lack a chosen effect, by any name, and have one effect more at most. The error is
     that of `leo compare`: squared, so far ahead of the measured start. A set is better where it
@@ -121,24 +131,24 @@ def _better(found: Search, held: HeldOut, facts: Facts, sets: Sequence[Scored]) 
     weight, gates = found.weight, found.weight.gates
     if len(np.unique(block)) < gates.fewest_blocks:
         return []
-    mine = _squares(held, found.final, floor)
-    better: list[tuple[float, Scored]] = []
+    squares = _squares(held, found.final, floor)
+    better: list[tuple[Scored, float]] = []
     for rival in sets:
-        lacks = any(not holds(rival.names, c, facts.alike) for c in chosen)
+        lacks = any(not has(rival.names, c, facts.alike) for c in chosen)
         if lacks and len(rival.names) <= len(chosen) + 1:
-            part, errors = _saved(mine, _squares(held, rival.fit, floor), block)
+            part, errors = _saved(squares, _squares(held, rival.fit, floor), block)
             behind = weight.surely_ahead(found.chosen, rival)
             least = stdtrit(block.max(), gates.surely if behind else gates.likely)
             if part > gates.material and errors > least:
-                better.append((part, rival))
-    return [s for _, s in sorted(better, key=lambda b: b[0], reverse=True)]
+                better.append((rival, part))
+    return sorted(better, key=lambda b: b[1], reverse=True)
 
 
-def _saved(mine: Array, other: Array, block: Array) -> tuple[float, float]:
+def _saved(squares: Array, other: Array, block: Array) -> tuple[float, float]:
     """The share of what windows leave that others save, and how many of its standard errors."""
-    saved = np.bincount(block, mine - other)
+    saved = np.bincount(block, squares - other)
     error = np.sqrt(len(saved)) * saved.std(ddof=1)
-    return saved.sum() / mine.sum(), saved.sum() / max(error, np.finfo(float).tiny)
+    return saved.sum() / squares.sum(), saved.sum() / max(error, np.finfo(float).tiny)
 
 
 def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:
@@ -146,5 +156,5 @@ def _squares(held: HeldOut, fitted: Fit, floor: Array) -> Array:
     return np.asarray((held.ahead(fitted) ** 2 / floor).mean(axis=-1))
 
 
-def _label(names: Iterable[Candidate]) -> str:
-    return ' + '.join(sorted(c.label for c in names))
+def _label(scored: Scored) -> str:
+    return ' + '.join(sorted(c.label for c in scored.names))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a finished search to all findings: the last fits and predictions of an answer."""
+"""From a finished search to all findings."""
 
 from __future__ import annotations
 
@@ -12,17 +12,15 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors
 from leo_diffmodel.compare.errors import Prediction
 from leo_diffmodel.explain.estimate.estimator import Progress, STEPS
-from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fitted import rest_of
 from leo_diffmodel.explain.findings import parts
-from leo_diffmodel.explain.findings.choices import choices, last_word, other, refuted
+from leo_diffmodel.explain.findings.choices import choices, other, refuted
 from leo_diffmodel.explain.findings.findings import Findings
-from leo_diffmodel.explain.findings.held_out import HeldOut
+from leo_diffmodel.explain.findings.last_fits import finish, Finished
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.unknown.answer import Unknown
 from leo_diffmodel.explain.unknown.attempt import with_past
-from leo_diffmodel.explain.unknown.find import find, Found, without
 from leo_sim.description.robot import Constant
 from leo_sim.model import Model
 
@@ -42,54 +40,10 @@ def collect(
     their own.
     """
     progress('what no known effect explains', STEPS.end // 2)
-    if found.complete:
-        held = HeldOut.of(recordings, found.posed, found.final, model, own)
-        found = last_word(found, held.undisturbed(found.final), facts)
-    found, law = _with_law(recordings, found)
-    null, final = (completed(found.problem, f, own) for f in (found.null, found.final))
-    found = replace(found, null=null, final=final)
-    law = law and law.completed(own)
-    held = HeldOut.of(recordings, found.posed, found.final, model, own)
-    held = held.undisturbed(law.attempt.fit if law and law.attempt.effect else found.final)
-    unknown = _unknown(recordings, law, held) if law else None
-    return _judged(found, held, facts, step, tuple(r.name for r in recordings), unknown)
-
-
-def _with_law(recordings: Sequence[Recording], found: Search) -> tuple[Search, Found | None]:
-    """The search next to the law that is no known effect, and that law; None without one.
-
-    A search that was cut short, or that leaves no time for it, knows none.
-    """
-    if not found.complete:
-        return found, None
-    law = None if found.problem.late() else find(recordings, found)
-    if found.problem.late():
-        return replace(found, untried=('a law that is no known effect',)), None
-    return (without(found, law), law) if law else (found, None)
-
-
-def _unknown(recordings: Sequence[Recording], law: Found, held: HeldOut) -> Unknown:
-    """The law that is no known effect, with what it does to the held-out error."""
-    unknown = Unknown.of_law(law)
-    if unknown.fit is None:
-        return unknown
-    if unknown.variable == 'path':
-        held = replace(held, windows=with_past(recordings, held.windows, held.problem.numerics))
-    before, after = (held.headline.mean(held.figures(f)) for f in (law.base, unknown.fit))
-    return replace(unknown, error_before=before, error_after=after)
-
-
-def _judged(
-    found: Search,
-    held: HeldOut,
-    facts: Facts,
-    step: float,
-    bags: tuple[str, ...],
-    unknown: Unknown | None,
-) -> Findings:
-    problem, smaller = found.problem, parts.without(found)
+    done = finish(recordings, model, found, facts, own)
+    found, held, bags = done.search, done.held, tuple(r.name for r in recordings)
     before, after = held.predict(found.null), held.predict(found.final)
-    many, chosen = len(smaller) >= found.weight.gates.many, found.final.hypothesis.candidates
+    chosen, windows = found.final.hypothesis.candidates, found.problem.windows
     return Findings(
         search=found,
         base=held.base,
@@ -98,19 +52,32 @@ def _judged(
         errors={'states': errors.state_names(held.base), **_tables(before, after, step)},
         windows=held.windows.count,
         floor=held.headline.floor(after),
-        ladder=tuple(parts.ladder(found, held)),
-        effects=tuple(parts.effects(found, smaller, held, facts)),
-        singles=tuple(parts.singles(found, held, facts)),
-        floors=parts.floors(found, smaller, held) if many else (),
-        own=parts.own_values(problem, found.final, bags),
+        ladder=tuple(parts.ladder(done)),
+        effects=tuple(parts.effects(done, facts)),
+        singles=tuple(parts.singles(done, facts)),
+        floors=parts.floors(done) if len(chosen) >= found.weight.gates.many else (),
+        by_recording=parts.values_by_recording(found.problem, found.final, bags),
         choices=choices(found, facts),
         other=other(found, facts),
         refuted=refuted(found, held, facts),
-        rest=rest_of(problem, found.null, found.final),
-        unknown=unknown,
+        rest=rest_of(found.problem, found.null, found.final),
+        unknown=_unknown(recordings, done),
         bags=bags,
-        shown=parts.shown_for(problem.windows, held.model(found.final), chosen, facts),
+        shown=parts.shown_for(windows, held.model(found.final), chosen, facts),
     )
+
+
+def _unknown(recordings: Sequence[Recording], done: Finished) -> Unknown | None:
+    """The law that is no known effect, with what it does to the held-out error."""
+    if done.law is None:
+        return None
+    unknown, held = Unknown.of_law(done.law), done.held
+    if unknown.fit is None:
+        return unknown
+    if unknown.variable == 'path':
+        held = replace(held, windows=with_past(recordings, held.windows, held.problem.numerics))
+    before, after = (held.headline.mean(held.figures(f)) for f in (done.law.base, unknown.fit))
+    return replace(unknown, error_before=before, error_after=after)
 
 
 def _tables(before: Prediction, after: Prediction, step: float) -> dict:

@@ -49,18 +49,14 @@ def held_out(
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Windows that no fit was made on, predicted from their measured start.
+    """Windows that no fit was made on, predicted from their measured start."""
 
-    Hypotheses were fitted to `problem`; `own` are constants that held-out recordings have of their
-    own.
-    """
-
-    problem: Problem
+    problem: Problem  # that hypotheses were fitted to
     base: Model
     windows: Windows
-    own: tuple[Constant, ...] = ()
+    own: tuple[Constant, ...] = ()  # constants that held-out recordings have of their own
+    _completed: dict[int, tuple[Fit, Fit]] = field(default_factory=dict, repr=False)
     _made: dict[Values, Prediction] = field(default_factory=dict, init=False, repr=False)
-    _figures: dict[Values, Figures] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(
@@ -71,10 +67,9 @@ class HeldOut:
         model: Model,
         own: Sequence[Constant] = (),
     ) -> HeldOut:
-        """Windows of validation data, as long as the longest horizon that fits.
+        """Windows of validation data, as long as the longest horizon of which there are enough.
 
-        That is the longest of which there are enough, or else the shortest. They keep what was
-        before them where the fitted model has a memory, such as a delay that was named.
+        They keep what was before them where the fitted model has a memory, such as a delay.
         """
         remembering = errors.has_memory(fitted.hypothesis.model(model, fitted.theta))
         problem = posed.problem
@@ -92,9 +87,19 @@ class HeldOut:
         """Which error of each state an answer gives."""
         return headline(self.base.robot, float(np.median(self.windows.dt.sum(axis=1))))
 
+    def completed(self, fitted: Fit, problem: Problem | None = None) -> Fit:
+        """The fit with the constants that held-out recordings have of their own, found once.
+
+        `problem` is what it was fitted to, where that is another one.
+        """
+        if id(fitted) not in self._completed:
+            done = completed(problem or self.problem, fitted, self.own)
+            self._completed.update({id(f): (f, done) for f in (fitted, done)})
+        return self._completed[id(fitted)][1]
+
     def model(self, fitted: Fit) -> Model:
         """The model as given with a fitted hypothesis, constants of held-out recordings too."""
-        fitted = completed(self.problem, fitted, self.own)
+        fitted = self.completed(fitted)
         return fitted.hypothesis.model(self.base, fitted.theta)
 
     def predict(self, fitted: Fit) -> Prediction:
@@ -107,10 +112,7 @@ class HeldOut:
 
     def figures(self, fitted: Fit) -> Figures:
         """The headline's errors of a fitted hypothesis."""
-        values = _values(fitted)
-        if values not in self._figures:
-            self._figures[values] = self.headline.figures(self._without_floor(fitted))
-        return self._figures[values]
+        return self.headline.figures(self._without_floor(fitted))
 
     def ahead(self, fitted: Fit) -> Array:
         """Errors of each window as far ahead as the headline, (W, 2J)."""

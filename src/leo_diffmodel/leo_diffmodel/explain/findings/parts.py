@@ -14,17 +14,15 @@ from leo_diffmodel.compare.headline import Figures
 from leo_diffmodel.compare.pushes import predict
 from leo_diffmodel.compare.sizes import length_unit, torque_unit
 from leo_diffmodel.compare.windows import Windows
-from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.finish import completed
-from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit, linear_part
-from leo_diffmodel.explain.findings.findings import Own, Part, Range, Rival, Shown
+from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.findings.findings import Asked, Part, Range, Rival, Shown
 from leo_diffmodel.explain.findings.held_out import HeldOut
+from leo_diffmodel.explain.findings.last_fits import Finished
 from leo_diffmodel.explain.problem import likelihood
 from leo_diffmodel.explain.problem.classes import Facts, same_thing
 from leo_diffmodel.explain.problem.hypothesis import amplitude_indices, Candidate, widens
 from leo_diffmodel.explain.problem.problem import Problem
-from leo_diffmodel.explain.select.evidence import score, Scored
+from leo_diffmodel.explain.select.evidence import Scored
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.select.sets import Names
 from leo_diffmodel.explain.select.stable import share
@@ -33,47 +31,42 @@ from leo_sim.model import Model
 Array = np.ndarray
 
 
-def without(found: Search) -> list[Scored]:
-    """The chosen hypothesis less each of its effects."""
-    return [_less(found, c) for c in found.final.hypothesis.candidates]
-
-
-def effects(found: Search, smaller: list[Scored], held: HeldOut, facts: Facts) -> Iterator[Part]:
+def effects(done: Finished, facts: Facts) -> Iterator[Part]:
     """The chosen effects, each compared with the hypothesis without it."""
-    after = _loss(found.chosen, held)
-    for candidate, part in zip(found.final.hypothesis.candidates, smaller, strict=True):
-        fits = part.fit, found.final
-        yield _part(found, candidate, _loss(part, held) - after, fits, held, facts)
+    found, after = done.search, _loss(done.search.chosen, done.held)
+    for candidate, part in zip(found.final.hypothesis.candidates, done.smaller, strict=True):
+        saved = _loss(part, done.held) - after
+        yield _part(done, candidate, saved, (part.fit, found.final), facts)
 
 
-def singles(found: Search, held: HeldOut, facts: Facts) -> Iterator[Part]:
+def singles(done: Finished, facts: Facts) -> Iterator[Part]:
     """Every effect that was fitted alone, compared with the model as given; best first."""
-    empty = found.known(frozenset())
+    found, empty = done.search, done.search.known(frozenset())
     assert empty is not None
-    before = _loss(empty, held)
-    for single in found.sets:
-        if len(single.names) == 1:
-            (candidate,) = single.names
-            fits = found.null, single.fit
-            yield _part(found, candidate, before - _loss(single, held), fits, held, facts)
+    before = _loss(empty, done.held)
+    for single in (s for s in found.sets if len(s.names) == 1):
+        (candidate,), saved = single.names, before - _loss(single, done.held)
+        yield _part(done, candidate, saved, (found.null, single.fit), facts)
 
 
-def ladder(found: Search, held: HeldOut) -> Iterator[tuple[str, Figures]]:
+def ladder(done: Finished) -> Iterator[tuple[str, Figures]]:
     """Held-out errors of the model as given, and with each of the chosen effects added."""
+    found, held = done.search, done.held
     yield 'as given', held.figures(found.null)
-    for count, candidate in enumerate(found.final.hypothesis.candidates, 1):
-        yield f'+ {candidate.label}', held.figures(_up_to(found, count))
+    for candidate, fitted in zip(found.final.hypothesis.candidates, done.growing, strict=True):
+        yield f'+ {candidate.label}', held.figures(fitted)
 
 
-def floors(found: Search, smaller: list[Scored], held: HeldOut) -> tuple[float, ...]:
+def floors(done: Finished) -> tuple[float, ...]:
     """What each effect does in the windows of the search that no other one can [noise floors].
 
     Root mean square over windows and states at their end, of the prediction from the measured
     start less that of the other effects, refitted without it.
     """
-    windows, sigma = found.problem.windows, found.problem.sigma
-    made, start = errors.predict_windows(held.model(found.final), windows, sigma), windows.measured
-    others = [predict(held.model(s.fit), windows, start[:, 0]) for s in smaller]
+    held, problem = done.held, done.search.problem
+    windows, final = problem.windows, held.model(done.search.final)
+    made, start = errors.predict_windows(final, windows, problem.sigma), windows.measured[:, 0]
+    others = [predict(held.model(s.fit), windows, start) for s in done.smaller]
     return tuple(errors.change_at_end(made, states) for states in others)
 
 
@@ -83,15 +76,15 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
     The other effects may have other names for the same thing. An effect that was not chosen is
     compared alone, on the model as given.
     """
-    gates, mine = found.weight.gates, found.chosen
-    if candidate not in mine.names:
+    gates, holder = found.weight.gates, found.chosen
+    if candidate not in holder.names:
         alone = found.known(frozenset({candidate}))
         assert alone is not None
-        mine = alone
+        holder = alone
     told = {candidate}
     for other in found.sets:
-        rival = _in_place_of(candidate, mine.names, other.names, facts)
-        behind = found.weight.ahead(mine, other)
+        rival = _in_place_of(candidate, holder.names, other.names, facts)
+        behind = found.weight.ahead(holder, other)
         if rival is None or rival in told or abs(behind) >= gates.told_nats:
             continue
         told.add(rival)
@@ -101,12 +94,12 @@ def rivals(found: Search, candidate: Candidate, facts: Facts) -> Iterator[Rival]
 
 
 def _in_place_of(
-    candidate: Candidate, mine: Names, other: Names, facts: Facts
+    candidate: Candidate, names: Names, other: Names, facts: Facts
 ) -> Candidate | None:
-    """What a set of as many effects has for one of mine; None where more is another thing."""
-    if len(other) != len(mine):
+    """What another set of as many effects has for this one; None where more differs."""
+    if len(other) != len(names):
         return None
-    rest = mine - {candidate}
+    rest = names - {candidate}
     less, more = rest - other, other - rest
     left = [c for c in more if not any(facts.alike(c, d) for d in less)]
     able = all(any(facts.alike(c, d) for c in more) for d in less)
@@ -114,68 +107,35 @@ def _in_place_of(
 
 
 def _part(
-    found: Search,
-    candidate: Candidate,
-    saved: Array,
-    fits: tuple[Fit, Fit],
-    held: HeldOut,
-    facts: Facts,
+    done: Finished, candidate: Candidate, saved: Array, fits: tuple[Fit, Fit], facts: Facts
 ) -> Part:
     """An effect by the loss it saves in each window, (W,), and the fits without and with it."""
-    trained, judged = (float(saved[w].sum()) for w in (found.problem.train, found.problem.judged))
-    before, after = (held.figures(f) for f in fits)
-    return Part(
-        candidate,
-        fits[1],
-        (trained, judged),
-        before,
-        after,
-        share(found.turns, [candidate], facts.alike),
-        tuple(rivals(found, candidate, facts)),
-    )
+    found, problem = done.search, done.search.problem
+    trained, judged = (float(saved[w].sum()) for w in (problem.train, problem.judged))
+    before, after = (done.held.figures(f) for f in fits)
+    kept = share(found.resamples, [candidate], facts.alike)
+    others = tuple(rivals(found, candidate, facts))
+    return Part(candidate, fits[1], (trained, judged), before, after, kept, others)
 
 
 def _loss(scored: Scored, held: HeldOut) -> Array:
     """Of each window, with the constants that held-out recordings have of their own, (W,)."""
-    return completed(scored.at.problem, scored.fit, held.own).loss
+    return held.completed(scored.fit, scored.at.problem).loss
 
 
-def _less(found: Search, candidate: Candidate) -> Scored:
-    """The chosen set less an effect, by its linear answer if it was not fitted, as of many."""
-    chosen, problem = found.chosen, found.chosen.at.problem
-    if known := found.known(chosen.names - {candidate}):
-        return known
-    if len(chosen.names) > problem.gates.many:
-        return score(Estimate(chosen.at.posed, linear_part(problem, chosen.fit, [candidate])))
-    full = chosen.fit.hypothesis
-    part = full.without(full.candidates.index(candidate))
-    begin = part.carried(full, chosen.fit.theta)
-    return score(Estimate(chosen.at.posed, fit(problem, part, begin, chosen.fit.start)))
-
-
-def _up_to(found: Search, count: int) -> Fit:
-    """The first effects of the final set without the others, as far as that is straight."""
-    full = found.final
-    names = full.hypothesis.candidates
-    known = found.known(frozenset(names[:count]))
-    if count == len(names):
-        return full
-    return known.fit if known else linear_part(found.problem, full, names[count:])
-
-
-def own_values(
+def values_by_recording(
     problem: Problem, final: Fit, bags: Sequence[str]
-) -> tuple[dict[int, list[Own]], ...]:
+) -> tuple[dict[int, list[Asked]], ...]:
     """For each effect, by its parameters that scale it, the values that recordings ask for."""
     hypothesis = final.hypothesis
     scaling = (
         [hypothesis.offset(n) + i for i in amplitude_indices(c.parameters)]
         for n, c in enumerate(hypothesis.candidates)
     )
-    return tuple({i: list(_own(problem, final, bags, i)) for i in places} for places in scaling)
+    return tuple({i: list(_asked(problem, final, bags, i)) for i in places} for places in scaling)
 
 
-def _own(problem: Problem, final: Fit, bags: Sequence[str], index: int) -> Iterator[Own]:
+def _asked(problem: Problem, final: Fit, bags: Sequence[str], index: int) -> Iterator[Asked]:
     """The values of parameter `index`, all else as it is.
 
     One Newton step from the joint fit; the interval is that of a sandwich over the blocks of the
@@ -189,14 +149,14 @@ def _own(problem: Problem, final: Fit, bags: Sequence[str], index: int) -> Itera
     slopes = (weight * column * final.residual).sum(axis=-1)
     curvature = (weight * column**2).sum(axis=-1)
     for number, bag in enumerate(bags):
-        mine = problem.windows.source == number
-        blocks, where = np.unique(problem.block[mine], return_inverse=True)
-        whole = float(curvature[mine].sum())
+        of_bag = problem.windows.source == number
+        blocks, where = np.unique(problem.block[of_bag], return_inverse=True)
+        whole = float(curvature[of_bag].sum())
         if len(blocks) < problem.gates.fewest_blocks or not whole > 0:
             continue
-        value = float(final.theta[index] - slopes[mine].sum() / whole)
-        spread = float(np.sqrt((np.bincount(where, slopes[mine]) ** 2).sum())) / whole
-        yield Own(bag, value, spread * float(stdtrit(len(blocks) - 1, 0.975)))
+        value = float(final.theta[index] - slopes[of_bag].sum() / whole)
+        spread = float(np.sqrt((np.bincount(where, slopes[of_bag]) ** 2).sum())) / whole
+        yield Asked(bag, value, spread * float(stdtrit(len(blocks) - 1, 0.975)))
 
 
 def shown_for(

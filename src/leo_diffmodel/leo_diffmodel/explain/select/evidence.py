@@ -27,61 +27,39 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Scored:
-    """A hypothesis with what it leaves of the data it was not fitted to.
+    """A hypothesis with what it leaves of the data it was not fitted to."""
 
-    Attributes:
-        at: the hypothesis, fitted.
-        left: loss of each training window, predicted from the other folds [nats], shape (W,).
-        fold: what was left out with each of them, shape (W,).
-        behind: nats that count by which longer windows put it behind the best of its rivals.
-        ends: errors of the states it predicts for the ends of long windows from their measured
-            start, in noise floors there, shape (V, 2J); None where that does not matter.
-    """
-
-    at: Estimate
-    left: Array
-    fold: Array
-    behind: float = 0.0
+    at: Estimate  # the hypothesis, fitted
+    left: Array  # loss of each training window, predicted from the other folds [nats], shape (W,)
+    fold: Array  # what was left out with each of them, shape (W,)
+    behind: float = 0.0  # nats by which longer windows put it behind the best of its rivals
+    # errors at the ends of long windows from their measured start, in noise floors, (V, 2J)
     ends: Array | None = None
 
     @property
     def fit(self) -> Fit:
-        """The joint fit."""
         return self.at.fit
 
     @property
     def names(self) -> frozenset[Candidate]:
-        """Its effects."""
         return self.at.names
 
     @property
     def size(self) -> int:
-        """How many parameters it has."""
         return self.fit.hypothesis.size
 
 
 @dataclass(frozen=True)
 class Weight:
-    """What a nat counts where residuals are no white noise.
+    """What a nat counts where residuals are no white noise."""
 
-    Attributes:
-        spread: times the residuals exceed white noise; nats count so much less.
-        samples: effective number of independent samples.
-        most: what a single window may say for or against a hypothesis [nats, raw]: no more than
-            one contact that flips may decide.
-        gates: what counts.
-        folds: the folds that count, shape (F,); None for all.
-        null: the model as given.
-        usual: losses that are in every hypothesis, since most joints have them.
-    """
-
-    spread: float
-    samples: float
-    most: float
-    gates: Gates
-    folds: Array | None = None
-    null: Scored | None = None
-    usual: frozenset[Candidate] = frozenset()
+    spread: float  # times the residuals exceed white noise; nats count so much less
+    samples: float  # effective number of independent samples
+    most: float  # for or against, of a single window [nats, raw]: a contact may flip there
+    gates: Gates  # what counts
+    folds: Array | None = None  # the folds that count, shape (F,); None for all
+    null: Scored | None = None  # the model as given
+    usual: frozenset[Candidate] = frozenset()  # losses that are in every hypothesis
 
     @property
     def price(self) -> float:
@@ -116,13 +94,13 @@ class Weight:
     def saves(self, smaller: Scored, larger: Scored, limit: float) -> bool:
         """Whether a set predicts better than one of fewer effects or parameters, all counted.
 
-        What it saves must be beyond what noise gives, `limit` for an effect [nats], and more than
-        a trifle of what nothing explains. It need not hold the effects of the smaller set.
+        What it saves must be beyond what noise gives, `limit` for an effect [nats], and not
+        negligible beside what nothing explains. It need not hold the effects of the smaller set.
         """
         if self.ahead(larger, smaller) <= 0:
             return False
         more = max(len(larger.names) - len(smaller.names), 1)
-        least = more * max(limit * self.spread, self.trifle(larger))
+        least = more * max(limit * self.spread, self.negligible(larger))
         return bool(self._saved(smaller, larger).sum() > least)
 
     def supports(self, smaller: Scored, larger: Scored, limit: float) -> bool:
@@ -147,7 +125,7 @@ class Weight:
         return bool((added >= least).any())
 
     def matters(self, smaller: Scored, larger: Scored) -> bool:
-        """Whether a larger set predicts something else, and what anybody can see.
+        """Whether a larger set predicts something else, and what anybody can see far ahead.
 
         Beside few others an effect is seen that does half as much; or whatever it does, if it
         explains most of what is left.
@@ -155,17 +133,11 @@ class Weight:
         most = self.explains_most(smaller, larger)
         many = len(larger.names) >= self.gates.many
         least = (1.0 if many else self.gates.few_floors) * self.gates.least_floors
-        seen = self.floors(smaller, larger) >= least or (most and not many)
-        return seen and (most or self.tells_apart(smaller, larger))
-
-    def floors(self, smaller: Scored, larger: Scored) -> float:
-        """What a set changes the prediction of a smaller one by, far ahead [noise floors].
-
-        Root mean square over windows, angle and rate of the joint where that is most.
-        """
         if smaller.ends is None or larger.ends is None:
-            return np.inf
-        return most_floors(larger.ends - smaller.ends)
+            seen = True
+        else:
+            seen = most_floors(larger.ends - smaller.ends) >= least or (most and not many)
+        return seen and (most or self.tells_apart(smaller, larger))
 
     def explains_most(self, smaller: Scored, larger: Scored) -> bool:
         """Whether a set leaves but a small share of what a smaller one leaves beyond noise.
@@ -196,7 +168,7 @@ class Weight:
         of_noise = likelihood.unexplained(noise, channels, numerics).sum(axis=-1).mean()
         return bool(self.unexplained(scored) - of_noise < limit * self.spread)
 
-    def trifle(self, scored: Scored) -> float:
+    def negligible(self, scored: Scored) -> float:
         """What it would cost to leave a small share more of what is unexplained [nats]."""
         more = likelihood.swollen(*_residual(scored), self.gates.material)
         return float(self._by_fold(more, scored).sum())

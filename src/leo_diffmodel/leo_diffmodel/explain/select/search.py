@@ -25,8 +25,7 @@ from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.select import stable
 from leo_diffmodel.explain.select.evidence import Scored, Weight
-from leo_diffmodel.explain.select.judged import judged
-from leo_diffmodel.explain.select.neighbours import searched
+from leo_diffmodel.explain.select.neighbours import judged, searched
 from leo_diffmodel.explain.select.sets import Names, Sets
 from leo_diffmodel.explain.select.stable import Alike
 from leo_msgs_py.console import Reporter
@@ -38,34 +37,21 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Search:
-    """What was chosen, and from what.
+    """What was chosen, and from what."""
 
-    Attributes:
-        null: the model as given, constants refitted, in units of the measurement noise.
-        final: the chosen hypothesis, in the same units.
-        posed: the problem in these units.
-        chosen: the chosen hypothesis as it was compared with the others.
-        sets: all hypotheses that were fitted, best first.
-        scans: what a scan promised of each candidate on the model as given, most first.
-        threshold: gain that noise alone can give an effect [nats].
-        weight: what a nat counts.
-        turns: what is chosen where folds are left out of the choice, one set for each draw.
-        untried: what there was no time for, in words.
-        judge: what is left of a set when folds have judged its effects.
-        last_fit: of a set, as the chosen one has had it.
-    """
-
-    null: Fit
-    final: Fit
-    posed: Posed
-    chosen: Scored
-    sets: tuple[Scored, ...]
-    scans: tuple[Scan, ...]
-    threshold: float
-    weight: Weight
-    turns: tuple[Names, ...]
-    untried: tuple[str, ...] = ()
+    null: Fit  # the model as given, constants refitted, in units of the measurement noise
+    final: Fit  # the chosen hypothesis, in the same units
+    posed: Posed  # the problem in these units
+    chosen: Scored  # the chosen hypothesis as it was compared with the others
+    sets: tuple[Scored, ...]  # all hypotheses that were fitted, best first
+    scans: tuple[Scan, ...]  # of each candidate on the model as given, the most promising first
+    threshold: float  # gain that noise alone can give an effect [nats]
+    weight: Weight  # what a nat counts
+    resamples: tuple[Names, ...]  # what is chosen where folds are left out, for each draw
+    untried: tuple[str, ...] = ()  # what there was no time for, in words
+    # what is left of a set when folds have judged its effects
     judge: Callable[[Estimate], Scored] | None = field(default=None, repr=False)
+    # of a set, as the chosen one has had it
     last_fit: Callable[[Scored], Estimate] | None = field(default=None, repr=False)
 
     @property
@@ -75,7 +61,6 @@ class Search:
 
     @property
     def problem(self) -> Problem:
-        """The short windows, in units of the measurement noise."""
         return self.posed.problem
 
     @property
@@ -116,15 +101,9 @@ def search(
 ) -> Search:
     """Choose the effects that the recordings, held-out ones last, support.
 
-    Args:
-        recordings: all of them.
-        model: the model to explain; its uncertain constants are refitted in every hypothesis.
-        posed: the problem made of them, with its settings.
-        extra: a user's own effects.
-        progress: is called with what is being tried.
-        until: when the last fit is to be over, with the best so far [s of `time.monotonic`].
-        alike: whether two effects are one, or the same thing in the data.
-        near: what was chosen with a longer integration step.
+    Uncertain constants of the model are refitted in every hypothesis. `extra` are a user's own
+    effects, `near` is what was chosen with a longer integration step. The last fit is over at
+    `until`, with the best so far [s of `time.monotonic`].
     """
     began, settings = time.monotonic(), posed.problem.settings
     longest = settings.numerics.last_longest
@@ -140,8 +119,8 @@ def search(
     best = searched(found, first, recordings, near)
     late = found.late
     best = stable.canonical(found, best if late else stable.long_horizon_tie_break(found, best))
-    turns = tuple(s.names for s in stable.turns(found))
-    best = best if late else stable.narrowed(found, best, turns, alike)
+    resamples = tuple(s.names for s in stable.resamples(found))
+    best = best if late else stable.narrowed(found, best, resamples, alike)
     last_fit = partial(_last_fit, found, until, model.integration_step)
     final = last_fit(best)
     progress('the last fit', STEPS.end // 2)
@@ -154,7 +133,7 @@ def search(
         scans=found.scans,
         threshold=found.threshold,
         weight=found.weight,
-        turns=turns,
+        resamples=resamples,
         untried=(*found.untried, *(['longer windows'] if late else [])),
         judge=partial(judged, found),
         last_fit=last_fit,
@@ -176,8 +155,8 @@ def _starts(fitted: Fit, scans: Sequence[Scan]) -> list[Array]:
     Whole numbers, which no fit moves, stay those of the fit.
     """
     hypothesis, kept = fitted.hypothesis, fitted.hypothesis.whole
-    own = {s.candidate: s.own for s in scans}
-    scanned: list[Array] = [own.get(c, np.zeros(0)) for c in hypothesis.candidates]
+    best = {s.candidate: s.own for s in scans}
+    scanned: list[Array] = [best.get(c, np.zeros(0)) for c in hypothesis.candidates]
     constants = np.array([c.value for c in hypothesis.constants])
     starts = [np.concatenate([*scanned, constants]), hypothesis.neutral]
     return [np.where(kept, fitted.theta, t) for t in starts if len(t) == len(kept)]

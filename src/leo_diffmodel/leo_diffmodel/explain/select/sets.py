@@ -17,37 +17,23 @@ from leo_diffmodel.explain.select.evidence import score, Scored, weigh, Weight
 from leo_diffmodel.explain.settings import Settings
 from leo_msgs_py.console import Reporter
 
-Array = np.ndarray
 Names = frozenset[Candidate]
 
 
 @dataclass
 class Sets:
-    """All sets that were fitted, and the extensions that led to them.
-
-    Attributes:
-        estimator: fits them.
-        pool: all candidates, in the order of the catalogue.
-        settings: of the problem.
-        progress: is called with what is being tried.
-        until: when to stop [s of `time.monotonic`].
-        known: the fitted sets by their effects.
-        extensions: what was tried on top of which set.
-        usual: losses that are in every hypothesis, since most joints have them.
-        carried: which set was fitted from the values of which other one.
-        judged: fits of which each effect was judged by the folds, by their identity.
-    """
+    """All sets that were fitted, and the extensions that led to them."""
 
     estimator: Estimator
-    pool: Sequence[Candidate]
+    pool: Sequence[Candidate]  # all candidates, in the order of the catalogue
     settings: Settings
     progress: Reporter
-    until: float = np.inf
+    until: float = np.inf  # when to stop [s of `time.monotonic`]
     known: dict[Names, Scored] = field(default_factory=dict)
-    extensions: dict[Names, Extension] = field(default_factory=dict)
-    usual: Names = frozenset()
-    carried: set[tuple[Names, Names]] = field(default_factory=set)
-    judged: dict[int, Fit] = field(default_factory=dict)
+    extensions: dict[Names, Extension] = field(default_factory=dict)  # tried on top of which set
+    usual: Names = frozenset()  # losses that are in every hypothesis, since most joints have them
+    carried: set[tuple[Names, Names]] = field(default_factory=set)  # which was fitted from which
+    judged: dict[int, Fit] = field(default_factory=dict)  # by their identity
 
     @property
     def weight(self) -> Weight:
@@ -56,7 +42,6 @@ class Sets:
 
     @property
     def late(self) -> bool:
-        """Whether the time is over."""
         return time.monotonic() > self.until
 
     @property
@@ -85,16 +70,21 @@ class Sets:
         """The best first."""
         return self.weight.ordered(list(self.known.values()))
 
+    def all_supported(self) -> list[Scored]:
+        """Those of which every part predicts worse."""
+        known, weight, limit = list(self.known.values()), self.weight, self.threshold
+        return [s for s in known if supported(known, s, weight, limit)]
+
     def add(self, sets: Iterable[Estimate]) -> None:
-        """Score fitted sets; of two fits of one set the better is kept, and carried on anew."""
+        """Score fitted sets; of two fits of one set the better is kept, and its parts renewed."""
         for at in sets:
-            mine = replace(score(at), ends=self.estimator.ends(at))
+            new = replace(score(at), ends=self.estimator.ends(at))
             other = self.known.get(at.names)
-            saved = float((other.left - mine.left).sum()) if other else np.inf
+            saved = float((other.left - new.left).sum()) if other else np.inf
             if other and saved > self.settings.gates.equal_nats * self.weight.spread:
                 self.carried = {(n, near) for n, near in self.carried if near != at.names}
             if saved > 0:
-                self.known[at.names] = mine
+                self.known[at.names] = new
 
     def keep(self, at: Estimate) -> Scored:
         """A fitted set as it is known: this fit or a better one."""
@@ -134,19 +124,15 @@ class Sets:
 
     def add_from(self, near: Estimate, candidates: Sequence[Candidate]) -> None:
         """Fit a set from the values of one that has its effects, or wider laws of them."""
-        full, theta = near.fit.hypothesis, near.fit.theta
-        values = [v for c in candidates for v in _values(full, theta, c)]
-        begin = np.array([*values, *theta[full.first_constant :]])
+        full, theta, begin = near.fit.hypothesis, near.fit.theta, list[float]()
+        held = full.candidates
+        for c in candidates:
+            law = c if c in held else next(wider for wider in held if widens(wider, c))
+            values = full.values(theta, held.index(law))
+            begin += [values[p.name] for p in c.parameters]
+        begin += theta[full.first_constant :].tolist()
         part = Hypothesis(tuple(candidates), full.constants)
-        self.add([self.estimator.refitted(near, part, begin)])
-
-
-def _values(full: Hypothesis, theta: Array, candidate: Candidate) -> list[float]:
-    """Values of an effect in a fit that has it, or a wider law of it."""
-    held = full.candidates
-    law = candidate if candidate in held else next(c for c in held if widens(c, candidate))
-    values = full.values(theta, held.index(law))
-    return [values[p.name] for p in candidate.parameters]
+        self.add([self.estimator.refitted(near, part, np.array(begin))])
 
 
 def chosen(sets: Sequence[Scored], weight: Weight, limit: float) -> Scored:

@@ -3,7 +3,7 @@
 
 Stability selection (Meinshausen and Bühlmann 2010) asks of each effect how often it is chosen. It
 is there by any name, in a wider law, or in a law of all joints. Where a wider law is not chosen in
-enough of the turns and a narrower one in it is, the narrower one is the answer.
+enough of the resamples and a narrower one in it is, the narrower one is the answer.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
     Not of more than `many` effects, where held-out errors alone have the last word.
     """
     longer, weight, margin = best.at.posed.longer, sets.weight, sets.settings.gates.margin_nats
-    size, able = len(best.names), _supported(sets)
+    size, able = len(best.names), sets.all_supported()
     near = [s for s in able if len(s.names) == size and weight.ahead(best, s) < margin]
     if longer is None or len(near) < 2 or size > sets.settings.gates.many:
         return best
@@ -41,21 +41,9 @@ def long_horizon_tie_break(sets: Sets, best: Scored) -> Scored:
     judge = weigh(again)
     first = judge.ordered(again)[0]
     for scored in again:
-        mine = sets.known[scored.names]
-        sets.known[scored.names] = replace(mine, behind=judge.ahead(first, scored))
+        known = sets.known[scored.names]
+        sets.known[scored.names] = replace(known, behind=judge.ahead(first, scored))
     return sets.known[first.names]
-
-
-def canonical(sets: Sets, best: Scored) -> Scored:
-    """Of sets that do as well with as many parameters, the one of fewest effects.
-
-    Then the one whose names come first in the catalogue.
-    """
-    order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
-    near, able = sets.settings.gates.equal_nats, _supported(sets)
-    alike = [s for s in able if s.size == best.size and abs(weight.ahead(best, s)) <= near]
-    ranks = [(len(s.names), sorted(order[c] for c in s.names)) for s in alike]
-    return alike[ranks.index(min(ranks))] if alike else best
 
 
 def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
@@ -67,12 +55,22 @@ def _distinct(ordered: Sequence[Scored], weight: Weight) -> list[Scored]:
     return kept
 
 
-def _supported(sets: Sets) -> list[Scored]:
-    known, weight, limit = list(sets.known.values()), sets.weight, sets.threshold
-    return [s for s in known if supported(known, s, weight, limit)]
+def canonical(sets: Sets, best: Scored) -> Scored:
+    """Of sets that do as well with as many parameters, the one of fewest effects.
+
+    Then the one whose names come first in the catalogue.
+    """
+    order, weight = {c: n for n, c in enumerate(sets.pool)}, sets.weight
+    near, able = sets.settings.gates.equal_nats, sets.all_supported()
+    alike = [s for s in able if s.size == best.size and abs(weight.ahead(best, s)) <= near]
+
+    def rank(scored: Scored) -> tuple[int, list[int]]:
+        return len(scored.names), sorted(order[c] for c in scored.names)
+
+    return min(alike, key=rank, default=best)
 
 
-def turns(sets: Sets) -> list[Scored]:
+def resamples(sets: Sets) -> list[Scored]:
     """What is chosen when folds at random are left out of the choice, again and again.
 
     Folds are left out, not windows: what two windows of one recording have in common would else
@@ -89,15 +87,15 @@ def turns(sets: Sets) -> list[Scored]:
 def part_of(candidate: Candidate, other: Candidate) -> bool:
     """Whether an effect is in another: a law of one joint in that of all, or in a wider one."""
     # the bounds of parameters may differ from joint to joint
-    mine, its = ({(p.name, p.unit) for p in c.parameters} for c in (candidate, other))
+    own, its = ({(p.name, p.unit) for p in c.parameters} for c in (candidate, other))
     return (
         other.where in (candidate.where, EVERYWHERE)
         and candidate.effect.hook == other.effect.hook
-        and (candidate.effect.name == other.effect.name or mine < its)
+        and (candidate.effect.name == other.effect.name or own < its)
     )
 
 
-def holds(names: Iterable[Candidate], candidate: Candidate, alike: Alike) -> bool:
+def has(names: Iterable[Candidate], candidate: Candidate, alike: Alike) -> bool:
     """Whether a set has an effect, the same thing by another name, or something that contains it.
 
     Two effects may do what one does for all joints.
@@ -105,38 +103,29 @@ def holds(names: Iterable[Candidate], candidate: Candidate, alike: Alike) -> boo
     return any(alike(c, candidate) or part_of(candidate, c) for c in names)
 
 
-def share(turns: Sequence[Names], candidates: Iterable[Candidate], alike: Alike) -> float:
-    """Share of the turns that hold all of some effects."""
+def share(resamples: Sequence[Names], candidates: Iterable[Candidate], alike: Alike) -> float:
+    """Share of the resamples that hold all of some effects."""
     wanted = list(candidates)
-    return float(np.mean([all(holds(names, c, alike) for c in wanted) for names in turns]))
+    return float(np.mean([all(has(names, c, alike) for c in wanted) for names in resamples]))
 
 
-def narrowed(found: Sets, best: Scored, turns: Sequence[Names], alike: Alike) -> Scored:
-    """The chosen set, wider laws given way to narrower ones where only those stay.
-
-    `turns` are the sets that are chosen where folds are left out, one for each draw.
-    """
-    names = frozenset(_narrowed(found, c, turns, alike) for c in best.names)
+def narrowed(found: Sets, best: Scored, resamples: Sequence[Names], alike: Alike) -> Scored:
+    """The chosen set, wider laws given way to narrower ones where only those stay."""
+    names = frozenset(_narrowed(found, c, resamples, alike) for c in best.names)
     if names == best.names:
         return best
-    narrow = _fitted(found, best, names)
-    known = list(found.known.values())
+    if names not in found.known:
+        found.add_from(best.at, [c for c in found.pool if c in names])
+    found.add_parts(found.known[names])
+    narrow, known = found.known[names], list(found.known.values())
     return narrow if supported(known, narrow, found.weight, found.threshold) else best
 
 
 def _narrowed(
-    found: Sets, candidate: Candidate, turns: Sequence[Names], alike: Alike
+    found: Sets, candidate: Candidate, resamples: Sequence[Names], alike: Alike
 ) -> Candidate:
-    """The effect, or the widest law in it that enough of the turns hold where they do not it."""
+    """The effect, or the widest law in it that enough resamples hold where they do not hold it."""
     narrower = [c for c in found.pool if widens(candidate, c)]
     laws = [candidate, *sorted(narrower, key=lambda c: -len(c.parameters))]
-    stays = (c for c in laws if share(turns, [c], alike) >= found.settings.gates.stable)
-    return next(stays, candidate)
-
-
-def _fitted(found: Sets, best: Scored, names: Names) -> Scored:
-    """A set, fitted with all its parts from the values of the chosen one."""
-    if names not in found.known:
-        found.add_from(best.at, [c for c in found.pool if c in names])
-    found.add_parts(found.known[names])
-    return found.known[names]
+    stable = found.settings.gates.stable
+    return next((c for c in laws if share(resamples, [c], alike) >= stable), candidate)

@@ -19,7 +19,6 @@ from leo_diffmodel.explain.problem.likelihood import degrees
 from leo_diffmodel.explain.settings import Grids
 from leo_diffmodel.explain.unknown.attempt import Attempt
 from leo_diffmodel.explain.unknown.curves import regressed, Variable
-from leo_diffmodel.explain.unknown.find import Found
 from leo_diffmodel.explain.unknown.found_effect import FoundEffect, KINDS
 from leo_diffmodel.explain.unknown.influence import influence
 from leo_diffmodel.explain.unknown.law import Law
@@ -38,49 +37,30 @@ REVEALED = {
 
 @dataclass(frozen=True)
 class Unknown:
-    """A law that is no known effect, as in explain.json.
+    """A law that is no known effect, as in explain.json."""
 
-    Attributes:
-        joint: where it acts.
-        variable: what explains it: angle, rate, input, load, time or path.
-        of: the joint whose variable that is; '' for time.
-        acts_as: 'torque', 'friction' (dry, against motion) or 'drive' (share of the motor's).
-        formula: the law with its values and units.
-        parameters: {name: {value, unit, ci95}}; without intervals where no effect can hold it.
-        r2_held_out: share of the held-out error beyond noise that it removes, 0 to 1.
-        gain_train: loss saved on the training windows [nats].
-        gain_held_out: loss saved on the windows no fit saw [nats].
-        curve: the same without a formula: {x, x_unit, y, y_unit, ci95, law}, lists of one length.
-        effect: the law as an effect; None where one effect cannot hold it.
-        fit: joint fit with the named effects; None where `effect` is.
-        error_before: held-out error with the named effects alone, as for those.
-        error_after: held-out error with the law too; None where `effect` is.
-        source: where the effect file was written; '' where it was not.
-    """
-
-    joint: str
-    variable: str
-    of: str
-    acts_as: str
-    formula: str
+    joint: str  # where it acts
+    variable: str  # what explains it: angle, rate, input, load, time or path
+    of: str  # the joint whose variable that is; '' for time
+    acts_as: str  # 'torque', 'friction' (dry, against motion) or 'drive' (share of the motor's)
+    formula: str  # the law with its values and units
+    # {name: {value, unit, ci95}}; without intervals where no effect can hold it
     parameters: dict[str, dict]
-    r2_held_out: float
-    gain_train: float
-    gain_held_out: float
+    r2_held_out: float  # share of the held-out error beyond noise that it removes, 0 to 1
+    gain_train: float  # loss saved on the training windows [nats]
+    gain_held_out: float  # loss saved on the windows no fit saw [nats]
+    # the same without a formula: {x, x_unit, y, y_unit, ci95, law}, lists of one length
     curve: dict[str, list | str]
-    effect: FoundEffect | None
-    fit: Fit | None
-    error_before: float | None = None
-    error_after: float | None = None
-    source: str = ''
+    effect: FoundEffect | None  # the law as an effect; None where one effect cannot hold it
+    fit: Fit | None  # joint fit with the named effects; None where `effect` is
+    error_before: float | None = None  # held-out error with the named effects alone, as for those
+    error_after: float | None = None  # held-out error with the law too; None where `effect` is
+    source: str = ''  # where the effect file was written; '' where it was not
 
     @classmethod
-    def of_law(cls, found: Found) -> Unknown:
+    def of_law(cls, tried: Attempt) -> Unknown:
         """A law that was found in words and numbers."""
-        tried, law = found.attempt, found.attempt.fitted_law
-        parameters, problem = _parameters(law, tried), tried.scored.at.problem
-        windows = problem.train, problem.judged
-        trained, held_out = (gain(found.base, tried.fit, w) for w in windows)
+        law, effect, parameters = tried.fitted_law, tried.effect, _parameters(tried)
         values = ', '.join(_value(name, p) for name, p in parameters.items())
         return cls(
             joint=tried.candidate.where,
@@ -89,12 +69,12 @@ class Unknown:
             acts_as=law.curve.carrier,
             formula=f'{law.words} with {values}',
             parameters=parameters,
-            r2_held_out=_removed(found),
-            gain_train=trained,
-            gain_held_out=held_out,
+            r2_held_out=_removed(tried),
+            gain_train=tried.gain_train,
+            gain_held_out=gain(tried.base, tried.fit, tried.scored.at.problem.judged),
             curve=_curve(tried),
-            effect=tried.effect,
-            fit=tried.fit if tried.effect else None,
+            effect=effect,
+            fit=tried.fit if effect else None,
         )
 
     def to_json(self) -> dict:
@@ -118,7 +98,6 @@ class Unknown:
 
     @property
     def words(self) -> str:
-        """One sentence."""
         of = f' of {self.of}' if self.of and self.of != self.joint else ''
         what = 'the path it has come (hysteresis)' if self.variable == 'path' else self.variable
         return (
@@ -136,9 +115,10 @@ class Unknown:
         return f'; beside it {"; ".join(told)}'
 
 
-def _parameters(law: Law, tried: Attempt) -> dict[str, dict]:
+def _parameters(tried: Attempt) -> dict[str, dict]:
     if tried.effect:
         return parameter_rows(tried.fit, len(tried.named))
+    law = tried.fitted_law
     units = {p.name: p.unit for p in law.parameters}
     return {name: {'value': v, 'unit': units[name]} for name, v in law.by_name.items()}
 
@@ -151,12 +131,11 @@ def _value(name: str, parameter: dict) -> str:
     return f'{text} {parameter["unit"]}'.rstrip()
 
 
-def _removed(found: Found) -> float:
+def _removed(tried: Attempt) -> float:
     """Share of the held-out loss beyond that of noise that the law removes."""
-    validation = ~found.attempt.scored.at.problem.train
-    before, after = (float(f.loss[validation].sum()) for f in (found.base, found.attempt.fit))
-    free = degrees(found.base.residual[validation], found.base.start.shape[-1])
-    noise = 0.5 * int(free.sum())
+    validation, base = ~tried.scored.at.problem.train, tried.base
+    before, after = (f.lost(validation) for f in (base, tried.fit))
+    noise = 0.5 * int(degrees(base.residual[validation], base.start.shape[-1]).sum())
     return float(np.clip((before - after) / max(before - noise, before - after, 1e-9), 0.0, 1.0))
 
 

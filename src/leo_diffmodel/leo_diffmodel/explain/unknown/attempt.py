@@ -21,6 +21,7 @@ from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import Posed
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import score, Scored, Weight
+from leo_diffmodel.explain.select.sets import Names
 from leo_diffmodel.explain.settings import Numerics
 from leo_diffmodel.explain.unknown.curves import carry, Curve
 from leo_diffmodel.explain.unknown.found_effect import expressible, FoundEffect
@@ -33,21 +34,15 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Attempt:
-    """A law fitted together with named effects, as the last effect of a hypothesis.
+    """A law fitted together with named effects, as the last effect of a hypothesis."""
 
-    Attributes:
-        law: the law as it was read.
-        left: what it was read from.
-        scored: the hypothesis with it.
-    """
-
-    law: Law
-    left: Influence
-    scored: Scored
+    law: Law  # as it was read
+    left: Influence  # what it was read from
+    base: Fit  # the named effects, fitted without it
+    scored: Scored  # the hypothesis with it
 
     @property
     def fit(self) -> Fit:
-        """The hypothesis, fitted."""
         return self.scored.fit
 
     @property
@@ -56,8 +51,7 @@ class Attempt:
         return self.fit.hypothesis.candidates[-1]
 
     @property
-    def named(self) -> frozenset[Candidate]:
-        """The named effects."""
+    def named(self) -> Names:
         return self.scored.names - {self.candidate}
 
     @property
@@ -72,7 +66,7 @@ class Attempt:
         return FoundEffect(law, made.joint, made.per_torque) if able else None
 
     @property
-    def own(self) -> Array:
+    def indices(self) -> Array:
         """Where the law's parameters are in `theta`."""
         first = self.fit.hypothesis.offset(len(self.fit.hypothesis.candidates) - 1)
         return np.arange(first, first + len(self.law.values))
@@ -80,7 +74,12 @@ class Attempt:
     @property
     def fitted_law(self) -> Law:
         """The law with the values of the fit."""
-        return self.law.settled(self.fit.theta[self.own])
+        return self.law.settled(self.fit.theta[self.indices])
+
+    @property
+    def gain_train(self) -> float:
+        """What it saves of the loss of its base on the training windows [nats]."""
+        return gain(self.base, self.fit, self.scored.at.problem.train)
 
     def refitted(self, fitted: Fit) -> Attempt:
         """This attempt with another fit of its hypothesis."""
@@ -90,7 +89,7 @@ class Attempt:
     def on(self, base: Fit) -> Attempt:
         """This attempt with the very effects of a fit, of which another process gives copies."""
         hypothesis = base.hypothesis.with_candidate(self.candidate)
-        return self.refitted(replace(self.fit, hypothesis=hypothesis))
+        return replace(self.refitted(replace(self.fit, hypothesis=hypothesis)), base=base)
 
 
 def attempt(
@@ -108,8 +107,8 @@ def attempt(
     made = joined(posed, base, left, law)
     if made.effect is None:
         return made
-    made = _refined(made, base, weight)
-    if not curve.hertz and _saved(made, base) < curve.score.gain_train:
+    made = _refined(made, weight)
+    if not curve.hertz and made.gain_train < curve.score.gain_train:
         whole = joined(posed, base, left, table_of(curve))
         made = made if weight.ahead(made.scored, whole.scored) > 0 else whole
     return _on_the_ground(made)
@@ -128,21 +127,18 @@ def joined(
     if not expressible(law, joint):
         trace = _trace(left, law) / left.root
         linear = _linear_fit(posed.problem, base, hypothesis, theta, trace)
-        return Attempt(law, left, score(Estimate(posed, linear)))
+        return Attempt(law, left, base, score(Estimate(posed, linear)))
     made = scored(Estimate(posed, fit(posed.problem, hypothesis, theta, base.start)))
-    return Attempt(law, left, _owing(made, law) if law.read else made)
+    if law.read:  # what it saves in each fold because its curve was read from that fold, too
+        curve, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
+        owed = (curve.fitted - curve.left_out) / np.bincount(number)
+        made = replace(made, left=made.left + owed[number])
+    return Attempt(law, left, base, made)
 
 
 def scored(at: Estimate) -> Scored:
     """A hypothesis with what it predicts of the folds left out, and far ahead."""
     return replace(score(at), ends=far_ends(at, far_floor(at.posed)))
-
-
-def _owing(made: Scored, law: Law) -> Scored:
-    """Without what the law saves in each fold because its curve was read from that fold, too."""
-    score, (_, number) = law.curve.score, np.unique(made.fold, return_inverse=True)
-    owed = (score.fitted - score.left_out) / np.bincount(number)
-    return replace(made, left=made.left + owed[number])
 
 
 def _effect(left: Influence, law: Law, joint: str) -> Candidate:
@@ -189,21 +185,17 @@ def _linear_fit(
     )
 
 
-def _saved(made: Attempt, base: Fit) -> float:
-    return gain(base, made.fit, made.scored.at.problem.train)
-
-
-def _refined(made: Attempt, base: Fit, weight: Weight) -> Attempt:
+def _refined(made: Attempt, weight: Weight) -> Attempt:
     """The law read again where it is nearly right, as often as that predicts better."""
     numerics, promised = made.scored.at.problem.numerics, float(made.law.curve.score.gain_train)
-    if abs(_saved(made, base) - promised) < numerics.law_near * promised:
+    if abs(made.gain_train - promised) < numerics.law_near * promised:
         return made
     for _ in range(numerics.law_refinements):
         left = _around(made)
         if left.runs_away:
             break
         law = law_of(left, made.law.curve.again(left), weight)
-        better = joined(made.scored.at.posed, base, made.left, law)
+        better = joined(made.scored.at.posed, made.base, made.left, law)
         if weight.ahead(better.scored, made.scored) <= 0:
             break
         made = better
@@ -213,11 +205,9 @@ def _refined(made: Attempt, base: Fit, weight: Weight) -> Attempt:
 def _around(made: Attempt) -> Influence:
     """What is left without the law, linearised about the fit with it."""
     left = influence(made.scored.at.problem, made.fit)
-    return replace(
-        left,
-        residual=left.residual + _trace(left, made.fitted_law),
-        by_theta=np.delete(left.by_theta, made.own, axis=-1),
-    )
+    residual = left.residual + _trace(left, made.fitted_law)
+    by_theta = np.delete(left.by_theta, made.indices, axis=-1)
+    return replace(left, residual=residual, by_theta=by_theta)
 
 
 def _on_the_ground(made: Attempt) -> Attempt:
@@ -225,18 +215,18 @@ def _on_the_ground(made: Attempt) -> Attempt:
     at = made.scored.at
     if not at.problem.on_ground or unexplained(made.fit) > at.problem.numerics.law_nearly:
         return made
-    stand = converged(at.posed, made.fit)
-    return replace(made, scored=scored(Estimate(stand.posed, stand.fit)))
+    settled = converged(at.posed, made.fit)
+    return replace(made, scored=scored(Estimate(settled.posed, settled.fit)))
 
 
 def _with_long_past(recordings: Sequence[Recording], posed: Posed) -> Posed:
     """The problem with as much history as a memory of the path needs."""
-    short, longer = (
-        p and replace(p, windows=with_past(recordings, p.windows, p.numerics))
-        for p in (posed.problem, posed.longer)
-    )
-    assert short
-    return replace(posed, problem=short, longer=longer)
+
+    def remembering(problem: Problem) -> Problem:
+        return replace(problem, windows=with_past(recordings, problem.windows, problem.numerics))
+
+    longer = posed.longer and remembering(posed.longer)
+    return replace(posed, problem=remembering(posed.problem), longer=longer)
 
 
 def with_past(recordings: Sequence[Recording], windows: Windows, numerics: Numerics) -> Windows:
@@ -244,11 +234,10 @@ def with_past(recordings: Sequence[Recording], windows: Windows, numerics: Numer
 
     Where an episode has fewer, its first sample is repeated for an instant.
     """
-    episodes = [(source, e) for source, r in enumerate(recordings) for e in r.episodes]
     parts = []
     for source, start in zip(windows.source, windows.start, strict=True):
-        inside = (e for s, e in episodes if s == source and e.t[0] <= start <= e.t[-1])
-        parts.append(_past(next(inside), float(start), numerics))
+        episode = next(e for e in recordings[source].episodes if e.t[0] <= start <= e.t[-1])
+        parts.append(_past(episode, float(start), numerics))
     q, dq, inputs, enabled, gaps = (np.stack(column) for column in zip(*parts, strict=True))
     return replace(windows, history=(q, dq, inputs, enabled, gaps))
 
@@ -260,5 +249,4 @@ def _past(episode: Episode, start: float, numerics: Numerics) -> tuple[Array, ..
     gaps = episode.t[np.minimum(pick + 1, first)] - episode.t[pick]
     gaps = np.maximum(gaps, numerics.instant)
     gaps[: max(0, count - first)] = numerics.instant
-    names = ('q', 'dq', 'inputs', 'enabled')
-    return (*(getattr(episode, name)[pick] for name in names), gaps)
+    return episode.q[pick], episode.dq[pick], episode.inputs[pick], episode.enabled[pick], gaps

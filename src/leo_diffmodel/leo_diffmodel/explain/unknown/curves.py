@@ -27,23 +27,14 @@ motion, or a share of the motor's own torque."""
 
 @dataclass(frozen=True)
 class Variable:
-    """One quantity along the data.
+    """One quantity along the data."""
 
-    Attributes:
-        name: angle, rate, input, load, time or path.
-        of: the joint whose quantity it is; '' for time.
-        unit: of its values.
-        values: in each stretch, shape (W, G).
-        knots: where its curve is read, ascending.
-        period: after which the curve repeats; None for one that does not.
-    """
-
-    name: str
-    of: str
-    unit: str
-    values: Array
-    knots: Array
-    period: float | None = None
+    name: str  # angle, rate, input, load, time or path
+    of: str  # the joint whose quantity it is; '' for time
+    unit: str  # of its values
+    values: Array  # in each stretch, shape (W, G)
+    knots: Array  # where its curve is read, ascending
+    period: float | None = None  # after which the curve repeats; None for one that does not
 
     @property
     def kind(self) -> tuple[str, str, float | None, int]:
@@ -66,21 +57,13 @@ class Variable:
 
 @dataclass(frozen=True)
 class Curve:
-    """A torque at one joint as a free function of one variable.
+    """A torque at one joint as a free function of one variable."""
 
-    Attributes:
-        joint: index of the joint it acts at.
-        variable: what it depends on.
-        carrier: 'torque', 'friction' or 'drive'; see `CARRIERS`.
-        hertz: of a torque periodic in time, whose values are those of sine and cosine; else 0.
-        score: coefficients and gains; the coefficients are the values at the knots.
-    """
-
-    joint: int
-    variable: Variable
-    carrier: str
-    hertz: float
-    score: Score
+    joint: int  # index of the joint it acts at
+    variable: Variable  # what it depends on
+    carrier: str  # 'torque', 'friction' or 'drive'; see `CARRIERS`
+    hertz: float  # of a torque periodic in time, whose values are those of sine and cosine; else 0
+    score: Score  # coefficients and gains; the coefficients are the values at the knots
 
     @property
     def gain(self) -> float:
@@ -104,23 +87,16 @@ def curves(left: Influence, paths: dict[float, Array]) -> list[Curve]:
     found, robot = [], left.model.robot
     for joint in range(len(robot.base_joints), len(robot.joint_names)):
         regression = Regression(left, joint)
-        found += list(_at_joint(regression))
+        for variable in variables(left, joint):
+            scores = ((c, regressed(regression, variable, c)) for c in CARRIERS[variable.name])
+            found += [Curve(joint, variable, c, 0.0, score) for c, score in scores if score]
+            if variable.name == 'time':
+                found.append(_periodic(regression, variable))
         for reach, z in paths.items():  # friction follows the direction of motion over a distance
             path = Variable('path', robot.joint_names[joint], '', z[..., joint], np.array([reach]))
             score = regression.of(-path.values[..., None, None]).at(0)
             found.append(Curve(joint, path, 'torque', 0.0, score))
     return sorted(found, key=lambda c: -c.gain)
-
-
-def _at_joint(regression: Regression) -> Iterator[Curve]:
-    joint = regression.joint
-    for variable in variables(regression.left, joint):
-        for carrier in CARRIERS[variable.name]:
-            score = regressed(regression, variable, carrier)
-            if score is not None:
-                yield Curve(joint, variable, carrier, 0.0, score)
-        if variable.name == 'time':
-            yield _periodic(regression, variable)
 
 
 def regressed(

@@ -16,27 +16,16 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Family:
-    """One form of law.
+    """One form of law."""
 
-    Attributes:
-        law: y of x and the parameters by their names.
-        text: the same as an effect file has it, in numpy.
-        words: the same for people.
-        linear: names of the coefficients, with the power of 1/x in their unit.
-        basis: columns (..., F, B) at x for the grid.
-        shapes: names of the other parameters, with that power.
-        grid: values of the other parameters to try, shape (F, S).
-        polar: the last two columns are a sine and a cosine, kept as amplitude and phase.
-    """
-
-    law: Callable[..., Array]
-    text: str
-    words: str
-    linear: tuple[tuple[str, int], ...]
-    basis: Callable[[Array], Array]
-    shapes: tuple[tuple[str, int], ...] = ()
-    grid: Array = field(default_factory=lambda: np.zeros((1, 0)))
-    polar: bool = False
+    law: Callable[..., Array]  # y of x and the parameters by their names
+    text: str  # the same as an effect file has it, in numpy
+    words: str  # the same for people
+    linear: tuple[tuple[str, int], ...]  # coefficients, with the power of 1/x in their unit
+    basis: Callable[[Array], Array]  # columns (..., F, B) at x for the grid
+    shapes: tuple[tuple[str, int], ...] = ()  # names of the other parameters, with that power
+    grid: Array = field(default_factory=lambda: np.zeros((1, 0)))  # their values to try, (F, S)
+    polar: bool = False  # the last two columns are sine and cosine, kept as amplitude and phase
 
     def values(self, coefficients: Array, index: int) -> Array:
         """All parameters in order, from the coefficients (B,) of grid point `index`."""

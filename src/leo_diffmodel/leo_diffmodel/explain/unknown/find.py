@@ -8,14 +8,13 @@ and is judged as they are: by what it predicts of the folds that are left out of
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate import helper
 from leo_diffmodel.explain.estimate.estimator import Estimate
-from leo_diffmodel.explain.estimate.finish import completed
 from leo_diffmodel.explain.estimate.fitted import Fit, rest_of
 from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.select.evidence import Scored, weigh
@@ -24,32 +23,11 @@ from leo_diffmodel.explain.select.sets import Names, supported
 from leo_diffmodel.explain.unknown.attempt import Attempt, attempt, joined, scored
 from leo_diffmodel.explain.unknown.curves import Curve, curves, paths
 from leo_diffmodel.explain.unknown.influence import Influence, influence
-from leo_sim.description.robot import Constant
 
 Named = Mapping[Names, Scored]
 
 
-@dataclass(frozen=True)
-class Found:
-    """A law that is no known effect.
-
-    Attributes:
-        attempt: the law and its joint fit with the named effects that stay.
-        base: those named effects fitted without the law.
-    """
-
-    attempt: Attempt
-    base: Fit
-
-    def completed(self, own: Sequence[Constant]) -> Found:
-        """With the constants that held-out recordings have of their own."""
-        problem, law = self.attempt.scored.at.problem, self.attempt
-        if law.effect:
-            law = law.refitted(completed(problem, law.fit, own))
-        return Found(law, completed(problem, self.base, own))
-
-
-def find(recordings: Sequence[Recording], found: Search) -> Found | None:
+def find(recordings: Sequence[Recording], found: Search) -> Attempt | None:
     """The law that what is known, the final hypothesis, cannot stand for, if any."""
     if found.weight.leaves_noise(found.chosen, found.threshold):
         return None  # nothing is ahead of it by more than noise gives
@@ -64,19 +42,18 @@ def find(recordings: Sequence[Recording], found: Search) -> Found | None:
             break
     if best is None or best.law.known(found.weight.gates.law_periods):
         return None
-    return Found(best, named[best.named].fit)
+    return replace(best, base=named[best.named].fit)
 
 
-def without(found: Search, law: Found) -> Search:
+def without(found: Search, law: Attempt) -> Search:
     """The search with the named effects that stay next to a law, fitted without it."""
-    names = frozenset(law.base.hypothesis.candidates)
-    return replace(found, final=law.base, chosen=found.known(names) or found.chosen)
+    return replace(found, final=law.base, chosen=found.known(law.named) or found.chosen)
 
 
 def _best(found: Search, named: Named, laws: dict[Names, Attempt]) -> Attempt | None:
     """The best law that is supported, once its parts are fitted too."""
-    while (best := _leading(found, named, laws)) and (lacking := _lacking(best, named, laws)):
-        for names in lacking:
+    while (best := _leading(found, named, laws)) and (parts := _unfitted(best, named, laws)):
+        for names in parts:
             base = named[names - {best.candidate}].fit
             posed = best.scored.at.posed
             laws[names] = joined(posed, base, best.left, best.fitted_law, best.candidate)
@@ -97,13 +74,13 @@ def _leading(found: Search, named: Named, laws: Mapping[Names, Attempt]) -> Atte
         if (
             all(weight.ahead(first, s) > limit for s in rivals)
             and all(weight.supports(s, first, limit) for s in as_few)
-            and (_lacking(law, named, laws) or supported(sets, first, weight, limit))
+            and (_unfitted(law, named, laws) or supported(sets, first, weight, limit))
         ):
             return law
     return None
 
 
-def _lacking(law: Attempt, named: Named, laws: Mapping[Names, Attempt]) -> list[Names]:
+def _unfitted(law: Attempt, named: Named, laws: Mapping[Names, Attempt]) -> list[Names]:
     """Sets not fitted yet: the law with all of its named effects but one."""
     parts = [law.named - {effect} for effect in law.named]
     return [p | {law.candidate} for p in parts if p in named and p | {law.candidate} not in laws]

@@ -91,18 +91,12 @@ FLAGS = ('dry', 'motor_side', 'uses_load', 'remembers', 'timed')
 class FoundEffect(Effect):
     """A law of one variable, held as numbers and a function.
 
-    Attributes:
-        joint: where it acts.
-        variable: what it depends on: angle, rate, input, load, time or path.
-        carrier: what it is: 'torque', 'friction' or 'drive' (share of the motor's).
-        per_torque: input that gives 1 N m at the joint [V or N m], for a law of the input.
-        text: the law as an effect file has it.
+    `per_torque` is the input that gives 1 N m at the joint [V or N m], for a law of the input.
     """
 
     family = 'found'
 
     def __init__(self, law: Law, joint: str, per_torque: float) -> None:
-        """Take over the law; `per_torque` as above."""
         self.joint, self.per_torque = joint, per_torque
         variable, carrier = law.curve.variable.name, law.curve.carrier
         self.variable, self.carrier = variable, carrier
@@ -129,7 +123,12 @@ class FoundEffect(Effect):
         memory: Any = None,
     ) -> Any:
         """Torque at the joint [N m]."""
-        y = self._at(p, self._argument(q, dq, motor, load, memory))
+        of = {'angle': q, 'rate': dq, 'load': load, 'input': motor.torque}
+        if self.variable == 'time':
+            of['time'] = (0.0 if memory is None else memory) + 0.0 * q
+        elif self.variable == 'path':
+            of['path'] = 0.0 * q if memory is None else -memory
+        y = self._at(p, of[self.variable])
         if self.carrier == 'drive':
             return y * motor.torque
         return (np.maximum(y, 0.0) if self.dry else y) + 0.0 * q
@@ -143,17 +142,6 @@ class FoundEffect(Effect):
 
     def _at(self, p: Values, x: Any) -> Any:
         return self._law(x, **{parameter.name: p[parameter.name] for parameter in self.parameters})
-
-    def _argument(
-        self, q: Array, dq: Array, motor: Motor, load: Numbers | None, memory: Any
-    ) -> Any:
-        """The variable's value."""
-        if self.variable == 'time':
-            return (0.0 if memory is None else memory) + 0.0 * q
-        if self.variable == 'path':
-            return 0.0 * q if memory is None else -memory
-        of = {'angle': q, 'rate': dq, 'load': load, 'input': motor.torque}
-        return of[self.variable]
 
 
 def expressible(law: Law, joint: str) -> bool:

@@ -25,30 +25,17 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Influence:
-    """The whitened residual of a fit and its answer to torques, initial states projected out.
+    """The whitened residual of a fit and its answer to torques, initial states projected out."""
 
-    Attributes:
-        residual: (measured - predicted) / sigma, robustly weighted, shape (W, N).
-        root: the weights, as they multiply it, shape (W, N).
-        answer: change of the prediction per N m of torque at joint j throughout stretch g, in
-            the same units, shape (W, N, G, J).
-        by_theta: change of the prediction per unit of the fit's parameters, shape (W, N, P).
-        stretch: which stretch each interval of a window belongs to, shape (K,).
-        q: predicted angles in the middle of each stretch [rad], shape (W, G, J).
-        dq: predicted rates there [rad/s], shape (W, G, J).
-        model: the fitted model, for states (W, G, J).
-        problem: the data.
-    """
-
-    residual: Array
-    root: Array
-    answer: Array
-    by_theta: Array
-    stretch: Array
-    q: Array
-    dq: Array
-    model: Model
-    problem: Problem
+    residual: Array  # (measured - predicted) / sigma, robustly weighted, shape (W, N)
+    root: Array  # the weights, as they multiply it, shape (W, N)
+    answer: Array  # change per N m of torque at a joint throughout a stretch, (W, N, G, J)
+    by_theta: Array  # change of the prediction per unit of the fit's parameters, shape (W, N, P)
+    stretch: Array  # which stretch each interval of a window belongs to, shape (K,)
+    q: Array  # predicted angles in the middle of each stretch [rad], shape (W, G, J)
+    dq: Array  # predicted rates there [rad/s], shape (W, G, J)
+    model: Model  # the fitted model, for states (W, G, J)
+    problem: Problem  # the data
 
     @property
     def runs_away(self) -> bool:

@@ -21,21 +21,13 @@ SYMBOLS = {'angle': 'q', 'rate': 'w', 'input': 'u', 'load': 'load', 'time': 't',
 
 @dataclass(frozen=True)
 class Law:
-    """A law of one variable with its parameters.
+    """A law of one variable with its parameters."""
 
-    Attributes:
-        curve: what it describes.
-        family: its form.
-        parameters: coefficients first; those that shape it are neutral at their fitted value.
-        values: the fitted values, same order.
-        read: it is the curve, whose values are no parameters.
-    """
-
-    curve: Curve
-    family: Family
-    parameters: tuple[Parameter, ...]
-    values: Array
-    read: bool = False
+    curve: Curve  # what it describes
+    family: Family  # its form
+    parameters: tuple[Parameter, ...]  # coefficients, then shapes, neutral at their values
+    values: Array  # the fitted values, same order
+    read: bool = False  # it is the curve, whose values are no parameters
 
     @classmethod
     def of(cls, curve: Curve, family: Family, values: Array) -> Law:
@@ -50,7 +42,6 @@ class Law:
 
     @property
     def by_name(self) -> dict[str, float]:
-        """The values by the names of the parameters."""
         return dict(zip((p.name for p in self.parameters), self.values.tolist(), strict=True))
 
     @property
@@ -59,7 +50,6 @@ class Law:
         return self.family.words.format(x=SYMBOLS[self.curve.variable.name])
 
     def at(self, x: Array) -> Array:
-        """The law at values of its variable."""
         return self.family.law(x, **self.by_name)
 
     def settled(self, values: Array) -> Law:

@@ -13,21 +13,13 @@ Array = np.ndarray
 
 
 class Score(NamedTuple):
-    """What a linear law is worth; every field has one entry for each of the F laws tried.
+    """What a linear law is worth; every field has one entry for each of the F laws tried."""
 
-    Attributes:
-        values: coefficients, shape (F, B).
-        spread: their standard deviation, shape (F, B).
-        fitted: gain in each fold, fitted to all [nats], shape (F, folds).
-        left_out: in each, predicted from the others [nats], shape (F, folds).
-        others: in these others, to which it was then fitted [nats], shape (F, folds).
-    """
-
-    values: Array
-    spread: Array
-    fitted: Array
-    left_out: Array
-    others: Array
+    values: Array  # coefficients, shape (F, B)
+    spread: Array  # their standard deviation, shape (F, B)
+    fitted: Array  # gain in each fold, fitted to all [nats], shape (F, folds)
+    left_out: Array  # in each, predicted from the others [nats], shape (F, folds)
+    others: Array  # in these others, to which it was then fitted [nats], shape (F, folds)
 
     @property
     def gain_train(self) -> Array:
@@ -46,7 +38,6 @@ class Score(NamedTuple):
         return float(self.left_out[best, np.arange(len(best))].sum())
 
     def at(self, index: int) -> Score:
-        """One of the laws."""
         return Score(*(field[index] for field in self))
 
 

@@ -71,7 +71,7 @@ def test_losses_of_every_joint_are_named_with_their_sizes_and_nothing_beside_the
         truth = TRUTH[candidate.effect.name, candidate.where]
         assert fitted.hypothesis.values(fitted.theta, i) == pytest.approx(truth, rel=0.05)
     assert rubbing.leaves_noise and fitted.certificate.converged
-    assert np.mean([names == rubbing.chosen.names for names in rubbing.turns]) >= 0.9
+    assert np.mean([names == rubbing.chosen.names for names in rubbing.resamples]) >= 0.9
 
 
 def test_what_is_missing_beside_losses_is_named_too():

@@ -21,48 +21,37 @@ def chosen(names, *turns):
     sets = [frozenset(names) for names, count in turns for _ in range(count)]
     final = SimpleNamespace(hypothesis=SimpleNamespace(candidates=tuple(names)))
     found = SimpleNamespace(
-        chosen=SimpleNamespace(names=frozenset(names)), turns=tuple(sets), final=final
+        chosen=SimpleNamespace(names=frozenset(names)), resamples=tuple(sets), final=final
     )
     return choices(found, Facts(PENDULUM, False))
 
 
-def test_a_wider_law_in_some_turns_is_the_effect():
-    made = chosen([COULOMB, SCALE], ([COULOMB, SCALE], 40), ([STRIBECK, SCALE], 20))
-    assert made.kept == 1.0 and made.more == ()
-    assert made.sets == ((('coulomb_friction:pivot', 'torque_scale:pivot'), 1.0),)
+DOUBLE = {c.label: c for c in candidates(Model('double_pendulum'))}
+ELBOW, BOTH = DOUBLE['coulomb_friction:elbow'], DOUBLE['stribeck_friction:all']
+TWO_THIRDS, THIRD = pytest.approx(2 / 3), pytest.approx(1 / 3)
 
 
-def test_a_narrower_law_in_some_turns_is_not():
+@pytest.mark.parametrize(
+    ('names', 'in_a_third', 'kept', 'first', 'more'),
+    [
+        ([COULOMB, SCALE], [STRIBECK, SCALE], 1.0, 1.0, []),
+        ([STRIBECK], [COULOMB], TWO_THIRDS, TWO_THIRDS, []),
+        ([ELBOW], [BOTH], 1.0, TWO_THIRDS, [BOTH]),
+        ([BOTH], [ELBOW], TWO_THIRDS, TWO_THIRDS, [ELBOW]),
+        ([COULOMB], [COULOMB, BIAS], 1.0, TWO_THIRDS, [BIAS]),
+        ([COULOMB, BIAS], [COULOMB, OFFSET], TWO_THIRDS, TWO_THIRDS, [OFFSET]),
+        ([], [BIAS], 1.0, TWO_THIRDS, [BIAS]),
+    ],
+    ids=['wider law', 'narrower law', 'all joints', 'one joint', 'more', 'another', 'nothing'],
+)
+def test_what_is_chosen_in_two_thirds_and_in_a_third(names, in_a_third, kept, first, more):
+    made = chosen(names, (names, 40), (in_a_third, 20))
+    assert made.kept == kept and made.more == tuple((c.label, THIRD) for c in more)
+    assert made.sets[0] == (tuple(c.label for c in names), first)
+    others = tuple(sorted(c.label for c in in_a_third))
+    assert made.sets[1:] == (() if first == 1.0 else ((others, THIRD),))
+
+
+def test_a_narrower_law_is_chosen_instead():
     made = chosen([STRIBECK], ([STRIBECK], 40), ([COULOMB], 20))
-    assert made.kept == pytest.approx(2 / 3) and made.more == ()
-    assert made.instead == (('coulomb_friction:pivot', pytest.approx(1 / 3)),)
-
-
-def test_a_law_of_all_joints_is_that_of_each_and_the_rest_is_told():
-    double = {c.label: c for c in candidates(Model('double_pendulum'))}
-    elbow, both = double['coulomb_friction:elbow'], double['stribeck_friction:all']
-    made = chosen([elbow], ([elbow], 40), ([both], 20))
-    assert made.kept == 1.0 and made.sets[0][1] == pytest.approx(2 / 3)
-    assert made.more == (('stribeck_friction:all', pytest.approx(1 / 3)),)
-    assert chosen([both], ([both], 40), ([elbow], 20)).kept == pytest.approx(2 / 3)
-
-
-def test_turns_with_more_effects_keep_the_chosen_ones_and_are_told():
-    made = chosen([COULOMB], ([COULOMB], 40), ([COULOMB, BIAS], 20))
-    assert made.kept == 1.0 and made.sets[0][1] == pytest.approx(2 / 3)
-    assert made.more == (('bias_torque:pivot', pytest.approx(1 / 3)),)
-
-
-def test_turns_without_one_of_them_do_not_keep_the_set():
-    made = chosen([COULOMB, BIAS], ([COULOMB, BIAS], 40), ([COULOMB, OFFSET], 20))
-    assert made.kept == pytest.approx(2 / 3)
-    assert made.sets[1] == (
-        ('coulomb_friction:pivot', 'encoder_offset:pivot'),
-        pytest.approx(1 / 3),
-    )
-
-
-def test_nothing_chosen_is_a_set_too():
-    made = chosen([], ([], 40), ([BIAS], 20))
-    assert made.sets[0] == ((), pytest.approx(2 / 3))
-    assert made.sets[1] == (('bias_torque:pivot',), pytest.approx(1 / 3))
+    assert made.instead == (('coulomb_friction:pivot', THIRD),)

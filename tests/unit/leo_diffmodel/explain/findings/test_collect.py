@@ -12,6 +12,7 @@ from leo_diffmodel.explain.decide import decision
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.findings.collect import collect
+from leo_diffmodel.explain.findings.findings import Contender
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
@@ -72,7 +73,9 @@ def test_findings_stay_as_they_are(findings):
     with pytest.raises(FrozenInstanceError):
         findings.rest = None
     assert decision(findings).verdict == 'named'
-    assert decision(replace(findings, other='armature:pivot')).verdict == 'ambiguous'
+    assert (
+        decision(replace(findings, other=Contender('armature:pivot', 9.0))).verdict == 'ambiguous'
+    )
 
 
 def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monkeypatch):
@@ -84,7 +87,7 @@ def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monke
     held = [record(TORQUE, *EFFECTS, seconds=10, seed=7)]
     found = searched(data, MODEL, hold_out=held)
     right = collect([*data, *held], MODEL, found, Facts(TORQUE, False), STEP)
-    assert right.refuted == '' and decision(right).verdict == 'named'
+    assert right.refuted is None and decision(right).verdict == 'named'
     other = next(c for c in candidates(MODEL) if c.label == 'coulomb_friction:pivot')
     less = score(Estimate(found.posed, fit(found.problem, Hypothesis((other,)), np.array([0.1]))))
 
@@ -95,13 +98,13 @@ def test_a_choice_that_compare_would_refute_is_corrected_or_not_sure(data, monke
 
     mine = 'bias_torque:pivot + viscous_friction:pivot'
     corrected = judged().search
-    assert corrected.chosen.names == found.chosen.names and judged().refuted == ''
+    assert corrected.chosen.names == found.chosen.names and judged().refuted is None
     assert ' + '.join(sorted(c.label for c in corrected.final.hypothesis.candidates)) == mine
     folds_say_so = {'least_errors': -np.inf}
     wrong = judged(**folds_say_so)
-    assert wrong.search.chosen is less and wrong.refuted == mine
+    assert wrong.search.chosen is less and wrong.refuted.label == mine
     assert decision(replace(wrong, unknown=None)).verdict != 'named'
-    assert judged(surely=1.0, **folds_say_so).refuted == judged(likely=1.0).refuted == ''
+    assert judged(surely=1.0, **folds_say_so).refuted is judged(likely=1.0).refuted is None
 
 
 def test_what_did_not_converge_is_not_sure(findings):

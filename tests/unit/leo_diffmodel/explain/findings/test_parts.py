@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Angles, speeds and loads of an answer are those of its windows, at the joints it is about."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -28,12 +29,8 @@ def test_the_ranges_are_those_of_all_recordings():
     q, dq = (np.concatenate([getattr(r.episodes[0], n) for r in data]) for n in ('q', 'dq'))
     (each,) = shown(TORQUE, data, 'coulomb_friction:pivot')
     (first,) = shown(TORQUE, data[:1], 'coulomb_friction:pivot')
-    assert (each.joint, each.angle.unit, each.speed.unit, each.load.unit) == (
-        'pivot',
-        'rad',
-        'rad/s',
-        'N m',
-    )
+    units = [getattr(each, name).unit for name in ('angle', 'speed', 'load')]
+    assert (each.joint, units) == ('pivot', ['rad', 'rad/s', 'N m'])
     assert each.angle[:2] == pytest.approx(np.percentile(q, (1, 99)), rel=0.1)
     assert each.speed[:2] == pytest.approx(np.percentile(dq, (1, 99)), rel=0.1)
     assert np.ptp(each.speed[:2]) > np.ptp(first.speed[:2])
@@ -50,13 +47,8 @@ def test_the_load_is_what_the_gear_carries():
 def test_only_joints_where_the_effects_act_are_shown():
     robot = load_robot('double_pendulum')
     windows = cut([record(TORQUE, seconds=3)], 0.3)
-    both = windows.__class__(
-        **vars(windows)
-        | {
-            name: np.repeat(getattr(windows, name), 2, axis=-1)
-            for name in ('q', 'dq', 'inputs', 'enabled')
-        }
-    )
+    names = ('q', 'dq', 'inputs', 'enabled')
+    both = replace(windows, **{n: np.repeat(getattr(windows, n), 2, axis=-1) for n in names})
     pool, facts = candidates(Model(robot)), Facts(robot, False)
 
     def joints(label):
@@ -93,10 +85,8 @@ def test_what_stands_in_place_of_an_effect_may_stand_beside_other_names_of_the_r
     weight = SimpleNamespace(gates=SETTINGS.gates, ahead=lambda _, s: s.behind)
     found = SimpleNamespace(sets=sets, chosen=mine, weight=weight)
     told = [*rivals(found, pool['torque_scale'], Facts(TORQUE, False))]
-    assert [(r.candidate.effect.name, r.behind) for r in told] == [
-        ('armature', 0.5),
-        ('link_mass', 1.0),
-    ]
+    near = [('armature', 0.5), ('link_mass', 1.0)]
+    assert [(r.candidate.effect.name, r.behind) for r in told] == near
     assert not [*rivals(found, pool['external_force'], Facts(TORQUE, False))]
     both = known(0.0, 'external_force', 'torque_ripple')
     beside = [both, known(0.5, 'link_com', 'torque_ripple')]

@@ -148,7 +148,7 @@ def test_a_set_leaves_no_more_than_noise_or_does(times, noise):
 def test_what_saves_a_trifle_of_what_nothing_explains_is_not_supported():
     empty = scored([], np.full(40, 200.0), FOLD)
     larger = scored(['armature'], np.full(40, 199.0), FOLD)
-    assert PLAIN.trifle(larger) > 60.0 and not PLAIN.supports(empty, larger, 8.0)
+    assert PLAIN.negligible(larger) > 60.0 and not PLAIN.supports(empty, larger, 8.0)
     best = scored(['armature'], np.full(40, 190.0), FOLD)
     assert PLAIN.supports(empty, best, 8.0)
 

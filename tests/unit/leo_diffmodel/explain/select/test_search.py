@@ -49,7 +49,7 @@ def clean() -> list[Search]:
 
 def test_noise_alone_stays_below_the_threshold(clean):
     for found in clean:
-        assert names(found) == set() and not any(found.turns)
+        assert names(found) == set() and not any(found.resamples)
         empty = found.known(frozenset())
         saved = [found.weight.compare(empty, s)[0] for s in found.sets if s.names]
         assert max(saved, default=0.0) < found.threshold
@@ -91,7 +91,8 @@ def test_a_wider_law_is_fitted_from_the_narrower_one_too(monkeypatch):
     assert (np.abs(off) < 5 * found.final.standard_errors[:3]).all()
 
 
-def test_the_largest_effect_comes_first():
+def test_the_largest_effect_comes_first(monkeypatch):
+    among(monkeypatch, Model(TORQUE), *FEW, 'voltage_scale', 'torque_scale')
     effects = (
         place(TORQUE, 'coulomb_friction', 'pivot', c=0.1),
         place(TORQUE, 'voltage_scale', 'pivot', k=0.7),
@@ -223,7 +224,8 @@ def test_what_a_parameter_at_its_bound_cannot_do_another_that_does_the_same_make
         assert found.theta[0] + found.theta[-1] == pytest.approx(2 * low, abs=2e-3)
 
 
-def test_two_effects_are_both_named_with_their_sizes():
+def test_two_effects_are_both_named_with_their_sizes(monkeypatch):
+    among(monkeypatch, Model(TORQUE), *FEW)
     truth = [
         place(TORQUE, 'coulomb_friction', 'pivot', c=0.2),
         place(TORQUE, 'command_delay', 'pivot', delay=0.02),
@@ -241,18 +243,8 @@ def test_two_effects_are_both_named_with_their_sizes():
 @pytest.mark.parametrize('seed', [*(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4)), 2])
 def test_a_constant_at_its_bound_hides_no_effect(seed, monkeypatch):
     robot = load_robot('servo_pendulum')
-    among(
-        monkeypatch,
-        Model(robot),
-        'encoder_offset',
-        'actuator_lag',
-        'command_delay',
-        'measurement_delay',
-        'velocity_lag',
-        'bias_torque',
-        'link_com',
-        'viscous_friction',
-    )
+    near = 'encoder_offset actuator_lag command_delay measurement_delay velocity_lag bias_torque'
+    among(monkeypatch, Model(robot), *near.split(), 'link_com', 'viscous_friction')
     low = robot.constants['sensors.pivot.offset'].uncertain[0]
     effects = [
         place(robot, 'encoder_offset', 'pivot', o=2 * low),

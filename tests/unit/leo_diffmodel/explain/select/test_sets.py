@@ -11,10 +11,10 @@ from tests.linear import POOL, posed, Regression, scored, wide
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.problem.candidates import candidates
 from leo_diffmodel.explain.problem.hypothesis import compatible, Hypothesis, widens
-from leo_diffmodel.explain.select.evidence import weigh, Weight
+from leo_diffmodel.explain.select.evidence import Weight
 from leo_diffmodel.explain.select.neighbours import searched
 from leo_diffmodel.explain.select.sets import chosen, Sets
-from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, turns
+from leo_diffmodel.explain.select.stable import canonical, long_horizon_tie_break, resamples
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_msgs_py.console import Reporter
 from leo_sim.model import Model
@@ -75,7 +75,7 @@ def found(estimator: Regression, pool: tuple = NAMES) -> tuple[set, list]:
     sets = Sets(estimator, [wide(POOL[n]) for n in pool], SETTINGS, QUIET)
     best = searched(sets, estimator.first(Hypothesis()), ())
     best = canonical(sets, long_horizon_tie_break(sets, best))
-    return names(best), [frozenset(names(s)) for s in turns(sets)]
+    return names(best), [frozenset(names(s)) for s in resamples(sets)]
 
 
 @pytest.mark.parametrize(
@@ -136,16 +136,8 @@ def test_an_effect_stands_beside_no_other_that_holds_it_at_its_place():
 
 
 def test_an_effect_stands_beside_no_other_with_a_term_of_its_own():
-    load, stribeck, *others = (
-        next(c for n, c in BETWEEN.items() if n == f'{name}_friction:all')
-        for name in (
-            'load_dependent',
-            'stribeck',
-            'stribeck_load',
-            'quadratic_load',
-            'directional_load',
-        )
-    )
+    laws = 'load_dependent stribeck stribeck_load quadratic_load directional_load'
+    load, stribeck, *others = (BETWEEN[f'{name}_friction:all'] for name in laws.split())
     assert all(widens(c, load) and compatible([stribeck], c) for c in others)
     assert not any(compatible([c], d) for c in others for d in (load, *others))
 
@@ -155,8 +147,7 @@ def test_of_two_fits_of_one_set_the_better_is_kept():
     sets = Sets(estimator, [], SETTINGS, QUIET)
     hypothesis = Hypothesis((wide(POOL['armature']),))
     good = estimator.refitted(estimator.first(Hypothesis()), hypothesis)
-    worse = good._replace(fit=good.fit.__class__(**{**vars(good.fit), 'loss': good.fit.loss + 1}))
-    for order in ((good, worse), (worse, good)):
+    for order in ((good, unfinished(good)), (unfinished(good), good)):
         sets.known.clear()
         sets.add(order)
         (kept,) = sets.known.values()
@@ -168,15 +159,6 @@ def test_a_search_whose_time_is_over_goes_no_further():
     late = Sets(estimator, [wide(POOL[n]) for n in NAMES], SETTINGS, QUIET, until=0.0)
     best = searched(late, estimator.first(Hypothesis()), ())
     assert late.late and names(best) == set() and len(late.untried) == len(NAMES)
-
-
-def test_a_turn_leaves_out_a_tenth_of_the_folds_and_asks_for_so_much_less():
-    estimator = regression({}, alike=1.0)
-    sets = Sets(estimator, [], SETTINGS, QUIET)
-    sets.add([estimator.first(Hypothesis())])
-    weight = weigh(list(sets.known.values()))
-    assert weight.spread == pytest.approx(1.0, abs=0.3)
-    assert len(turns(sets)) == SETTINGS.gates.turns
 
 
 MUCH = {'none': 80000, 'a': 30000, 'b': 30000, 'c': 5000, 'a_b': 3500}

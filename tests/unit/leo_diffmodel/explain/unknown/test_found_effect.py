@@ -14,6 +14,7 @@ from leo_diffmodel.explain.unknown.law import Law
 from leo_sim.effects import Effect, get_effect
 
 JOINT = 'elbow\'\'\'"""\n__import__("pathlib").Path("ran").touch()\n"""'
+SAME = 'name hook parameters equation looks_like dry motor_side uses_load remembers timed'
 VALUES = np.linspace(-3.0, 4.0, 60)
 KINDS = [
     ('angle', 'torque', None),
@@ -65,19 +66,8 @@ def test_the_file_gives_what_the_effect_gives(name, carrier, period, tmp_path, m
         file = tmp_path / f'found_{number}.py'
         file.write_text(text_of(found))
         read = get_effect(str(file))
-        same = (
-            'name',
-            'hook',
-            'parameters',
-            'equation',
-            'looks_like',
-            'dry',
-            'motor_side',
-            'uses_load',
-            'remembers',
-            'timed',
-        )
-        assert [getattr(read, a) for a in same] == [getattr(found, a) for a in same]
+        for attribute in SAME.split():
+            assert getattr(read, attribute) == getattr(found, attribute)
         for one, other in zip(answers(found, law), answers(read, law), strict=True):
             np.testing.assert_array_equal(one, other)
     assert not (tmp_path / 'ran').exists()

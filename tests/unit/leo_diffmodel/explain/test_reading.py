@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A fault that torques show is heard beside all effects: what predicts better is the answer."""
+"""A fault that torques show is judged beside all effects: what predicts better is the answer."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from leo_diffmodel.explain import heard as module
-from leo_diffmodel.explain.heard import Asked, heard
+from leo_diffmodel.explain import reading as module
 from leo_diffmodel.explain.problem.usable import Logged
+from leo_diffmodel.explain.reading import Asked, best_reading
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
@@ -56,29 +56,29 @@ def able(faults) -> bool:
 
 def test_a_fault_stands_where_the_log_predicts_surely_better_without(asked):
     log = Logged((), (), faults=(fault('input_scale'),))
-    assert heard(log, asked(given=2.0, mended=0.5), np.inf).log.in_the_way == [*log.faults]
+    assert best_reading(log, asked(given=2.0, mended=0.5), np.inf).log.in_the_way == [*log.faults]
     assert len(asked.searched) == 2
 
 
 @pytest.mark.parametrize('mended', [1.0, 1.5])
 def test_effects_that_do_as_well_leave_no_more_than_a_doubt(asked, mended):
     log = Logged((), (), faults=(fault('input_scale'),))
-    told = heard(log, asked(given=1.0, mended=mended), np.inf).log
+    told = best_reading(log, asked(given=1.0, mended=mended), np.inf).log
     assert not told.in_the_way and 'it is' in told.notes[0]
 
 
 @pytest.mark.parametrize('noise', [True, False])
 def test_what_cannot_be_undone_stands_unless_known_effects_leave_noise(asked, noise):
     log = Logged((), (), faults=(fault('gravity_compensated'),))
-    told = heard(log, asked(given=1.0, mended=1.0, noise=noise), np.inf).log
+    told = best_reading(log, asked(given=1.0, mended=1.0, noise=noise), np.inf).log
     assert bool(told.in_the_way) is not noise and len(asked.searched) == 1
 
 
 def test_a_log_as_given_and_one_without_faults_are_searched_once(asked):
     log = Logged((), (), faults=(fault('input_scale'),))
     one = asked(given=1.0, mended=0.1)
-    assert heard(log, replace(one, as_given=True), np.inf).log is log
-    assert heard(Logged((), ()), one, np.inf).log.faults == () and len(asked.searched) == 2
+    assert best_reading(log, replace(one, as_given=True), np.inf).log is log
+    assert best_reading(Logged((), ()), one, np.inf).log.faults == () and len(asked.searched) == 2
 
 
 def test_what_torques_show_far_beyond_doubt_is_decided():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search in a reading of the log: as it is, or without what its torques say is wrong with it.
 
-A fault that torques show is heard beside all effects: each reading has its own search, and what
+A fault that torques show is judged beside all effects: each reading has its own search, and what
 predicts the motion that neither was fitted to is the answer.
 """
 
@@ -33,46 +33,28 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Asked:
-    """What a search is asked for.
-
-    Attributes:
-        model: the model to explain.
-        settings: every number by which it is answered.
-        progress: hears what is being tried.
-        extra: a user's own effects.
-        as_given: take the log, and what may have been moved from outside, as it is.
-    """
+    """What a search is asked for."""
 
     model: Model
     settings: Settings
     progress: Reporter
-    extra: Sequence[Effect] = ()
-    as_given: bool = False
+    extra: Sequence[Effect] = ()  # a user's own effects
+    as_given: bool = False  # take the log, and what may have been moved from outside, as it is
 
 
 @dataclass(frozen=True)
-class Heard:
-    """What a search found in one reading of the log.
-
-    Attributes:
-        asked: what was asked for.
-        log: the reading.
-        cut: its recordings, without what moved them from outside.
-        recordings: thinned, as the search had them, held-out ones last.
-        facts: what acts alike in them.
-        search: the search, or why these data cannot test the model.
-    """
+class Reading:
+    """What a search found in one reading of the log."""
 
     asked: Asked
     log: Logged
-    cut: Cut
-    recordings: tuple[Recording, ...]
+    cut: Cut  # its recordings, without what moved them from outside
+    recordings: tuple[Recording, ...]  # thinned, as the search had them, held-out ones last
     facts: Facts
-    search: Search | str
+    search: Search | str  # or why these data cannot test the model
 
     @property
     def leaves_noise(self) -> bool:
-        """Whether known effects leave no more than noise."""
         return not isinstance(self.search, str) and self.search.leaves_noise
 
     def missed(self, sigma: Array) -> Array:
@@ -91,16 +73,11 @@ class Heard:
             return np.bincount(block, size) / np.bincount(block)
 
 
-def heard(log: Logged, asked: Asked, until: float) -> Heard:
-    """A search in the log as it is; its faults stand where it predicts surely better without.
+def best_reading(log: Logged, asked: Asked, until: float) -> Reading:
+    """A search in the log as it is; its faults stay where it predicts surely better without.
 
-    Of a fault that cannot be undone nothing is predicted: it stands unless known effects leave no
-    more than noise.
-
-    Args:
-        log: with what its torques say is wrong with it.
-        asked: what is searched for.
-        until: when the searches are to be over [s of `time.monotonic`].
+    Of a fault that cannot be undone nothing is predicted: it stays unless known effects leave no
+    more than noise. The searches are over at `until` [s of `time.monotonic`].
     """
     accused, began = log.in_the_way, time.monotonic()
     if asked.as_given or not accused:
@@ -115,7 +92,7 @@ def heard(log: Logged, asked: Asked, until: float) -> Heard:
     return given if _predicts_better(mended, given) else replace(given, log=log.doubted)
 
 
-def _predicts_better(other: Heard, given: Heard) -> bool:
+def _predicts_better(other: Reading, given: Reading) -> bool:
     """Whether one reading predicts motion surely better than another, by blocks of time."""
     if isinstance(other.search, str) or isinstance(given.search, str):
         return isinstance(given.search, str)
@@ -125,7 +102,7 @@ def _predicts_better(other: Heard, given: Heard) -> bool:
     return better([first], [second]) > LIMITS.sure
 
 
-def _searched(log: Logged, asked: Asked, until: float) -> Heard:
+def _searched(log: Logged, asked: Asked, until: float) -> Reading:
     """A search in one reading.
 
     A log that looks moved from outside mostly is whole: known effects may do what a hand does.
@@ -135,20 +112,21 @@ def _searched(log: Logged, asked: Asked, until: float) -> Heard:
     if cut.mostly:
         cut = replace(cut, recordings=log.recordings, hold_out=log.hold_out)
     recordings, hold_out = cut.thinned
-    heard = Heard(asked, log, cut, (*recordings, *hold_out), Facts.of(model.robot, recordings), '')
+    facts = Facts.of(model.robot, recordings)
+    reading = Reading(asked, log, cut, (*recordings, *hold_out), facts, '')
     try:
         posed = pose(recordings, hold_out, model, settings)
     except ValueError as error:
-        return replace(heard, search=f'{error}: record 20 s or more with a changing input')
-    return replace(heard, search=untestable(posed.problem) or _found(heard, posed, until))
+        return replace(reading, search=f'{error}: record 20 s or more with a changing input')
+    return replace(reading, search=untestable(posed.problem) or _found(reading, posed, until))
 
 
-def _found(heard: Heard, posed: Posed, until: float) -> Search:
+def _found(reading: Reading, posed: Posed, until: float) -> Search:
     """The search, again with a finer step where that fits better."""
-    asked, data = heard.asked, heard.recordings
-    how = asked.extra, asked.progress, until, heard.facts.alike
+    asked, data = reading.asked, reading.recordings
+    how = asked.extra, asked.progress, until, reading.facts.alike
     found = search(data, asked.model, posed, *how)
-    if heard.cut.mostly and not found.leaves_noise:
+    if reading.cut.mostly and not found.leaves_noise:
         return found
     fine = _finer(found, posed, asked.model)
     return search(data, asked.model, fine, *how, found.final) if fine else found
@@ -160,9 +138,9 @@ def _finer(found: Search, posed: Posed, model: Model) -> Posed | None:
     The step is that of the last fit, or shorter than the robot's own where this is too long for
     the model as given. A gain counts above what noise alone can give an effect.
     """
-    fine, own, used = found.posed, model.integration_step, posed.problem.base
-    if used.integration_step <= own:
-        fine = refined(posed, found.null.point, posed.problem.numerics.finest_step * own)
+    fine, given, used = found.posed, model.integration_step, posed.problem.base
+    if used.integration_step <= given:
+        fine = refined(posed, found.null.point, posed.problem.numerics.finest_step * given)
     if fine.problem.base.integration_step == used.integration_step:
         return None
     gained = found.better_with(fine.problem.base) - found.better_with(used)
