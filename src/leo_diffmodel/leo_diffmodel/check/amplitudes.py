@@ -20,32 +20,22 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reach:
-    """What the data can say about one effect at one place.
+    """What the data can say about one effect at one place."""
 
-    Attributes:
-        name, where: the effect and its place.
-        unit: of the amplitudes, which are changes from neutral.
-        detectable: smallest amplitude that is found in 95 % of runs; None where none is.
-        nameable: smallest amplitude at which every other effect fits clearly worse as well.
-        nearest: the effect that is most like it, and nats between the two when it has its typical
-            size.
-        typical: a small but common size, to compare data sets by.
-        typical_nats: evidence of that size.
-        seconds_to_detect, seconds_to_name: data like these that the typical size needs [s].
-        together: effects that are the same thing in any data of this kind.
-    """
-
-    name: str
+    name: str  # the effect and its place
     where: str
-    unit: str
+    unit: str  # of the amplitudes, which are changes from neutral
     detectable: float | None
+    """Smallest amplitude that is found in 95 % of runs; None where none is."""
     nameable: float | None
+    """Smallest amplitude at which every other effect fits clearly worse as well."""
     nearest: tuple[str, float]
-    typical: float
-    typical_nats: float
-    seconds_to_detect: float | None
+    """The effect that is most like it, and nats between the two when it has its typical size."""
+    typical: float  # a small but common size, to compare data sets by
+    typical_nats: float  # evidence of that size
+    seconds_to_detect: float | None  # data like these that the typical size needs [s]
     seconds_to_name: float | None
-    together: tuple[str, ...]
+    together: tuple[str, ...]  # effects that are the same thing in any data of this kind
 
     @property
     def label(self) -> str:
@@ -65,17 +55,11 @@ def needed(nats: float | Array) -> Array:
 
 @dataclass(frozen=True)
 class Apart:
-    """How far apart every two effects are; row i has its typical size, column j explains it.
+    """How far apart every two effects are; row i has its typical size, column j explains it."""
 
-    Attributes:
-        nats: evidence of i that j cannot reproduce, shape (effects, effects).
-        ahead: nats by which i is cheaper than j, having fewer parameters.
-        same: whether both are the same thing in any data of this kind.
-    """
-
-    nats: Array
-    ahead: Array
-    same: Array
+    nats: Array  # evidence of i that j cannot reproduce, shape (effects, effects)
+    ahead: Array  # nats by which i is cheaper than j, having fewer parameters
+    same: Array  # whether both are the same thing in any data of this kind
 
     @cached_property
     def separable(self) -> Array:

@@ -34,40 +34,26 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Bag:
-    """A bag to check.
+    """A bag to check."""
 
-    Attributes:
-        recording: as read.
-        other: read with the inputs held the other way; None leaves that question out.
-        hold: how `recording` was read, 'next' or 'previous'.
-    """
-
-    recording: Recording
+    recording: Recording  # as read
     other: Recording | None = None
-    hold: str = 'next'
+    """Read with the inputs held the other way; None leaves that question out."""
+    hold: str = 'next'  # how `recording` was read, 'next' or 'previous'
 
 
 @dataclass(frozen=True)
 class Check:
-    """What `leo check` says.
+    """What `leo check` says."""
 
-    Attributes:
-        findings: of every check, per bag, errors first.
-        excitation: what each joint was put through.
-        reaches: what can be said about each effect.
-        pairs: effects that look alike in this data.
-        threshold: gain that noise alone can give [nats]; None where nothing could be scanned.
-        seconds: how much data there is.
-        provenance: bags, hashes, model, versions.
-    """
-
-    findings: tuple[Finding, ...]
-    excitation: tuple[Excitation, ...]
-    reaches: tuple[Reach, ...]
-    pairs: tuple[Pair, ...]
+    findings: tuple[Finding, ...]  # of every check, per bag, errors first
+    excitation: tuple[Excitation, ...]  # what each joint was put through
+    reaches: tuple[Reach, ...]  # what can be said about each effect
+    pairs: tuple[Pair, ...]  # effects that look alike in this data
     threshold: float | None
-    seconds: float
-    provenance: dict
+    """Gain that noise alone can give [nats]; None where nothing could be scanned."""
+    seconds: float  # how much data there is
+    provenance: dict  # bags, hashes, model, versions
 
     @property
     def is_good(self) -> bool:

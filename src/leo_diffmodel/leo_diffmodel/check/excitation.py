@@ -19,31 +19,18 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Excitation:
-    """Ranges of one joint over all bags.
-
-    Attributes:
-        joint: its name.
-        angle: lowest and highest.
-        rate: lowest and highest.
-        angle_unit: rad, or m on a slide; that of the rate is by the second.
-        input: lowest and highest applied; None without a motor.
-        unit: of the input.
-        levels: number of different inputs, 0 without a motor.
-        moving: share of the time in which the rate stands out of its noise.
-        forward: share of the moving time in which the angle grows.
-        free: time with its motor off [s].
-    """
+    """Ranges of one joint over all bags."""
 
     joint: str
-    angle: tuple[float, float]
-    rate: tuple[float, float]
-    angle_unit: str
-    input: tuple[float, float] | None
-    unit: str
-    levels: int
-    moving: float
-    forward: float
-    free: float
+    angle: tuple[float, float]  # lowest and highest
+    rate: tuple[float, float]  # lowest and highest
+    angle_unit: str  # rad, or m on a slide; that of the rate is by the second
+    input: tuple[float, float] | None  # lowest and highest applied; None without a motor
+    unit: str  # of the input
+    levels: int  # number of different inputs, 0 without a motor
+    moving: float  # share of the time in which the rate stands out of its noise
+    forward: float  # share of the moving time in which the angle grows
+    free: float  # time with its motor off [s]
 
 
 def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Excitation]:

@@ -25,23 +25,16 @@ TODO = {
 
 @dataclass(frozen=True)
 class Finding:
-    """What one check found.
+    """What one check found."""
 
-    Attributes:
-        code: stable name of the finding, for programs.
-        severity: ok; warning, which limits what can be learned; or error, which makes what is
-            learned wrong.
-        what: a sentence.
-        todo: what to do about it; empty where nothing is to be done.
-        where: stretches of the bag [s since its first state], empty for all of it.
-        bag: path of the bag.
-    """
-
-    code: str
+    code: str  # stable name of the finding, for programs
     severity: str
-    what: str
-    todo: str = ''
+    """Ok; warning, which limits what can be learned; or error, which makes what is learned
+    wrong."""
+    what: str  # a sentence
+    todo: str = ''  # what to do about it; empty where nothing is to be done
     where: tuple[tuple[float, float], ...] = ()
+    """Stretches of the bag [s since its first state], empty for all of it."""
     bag: str = ''
 
 

@@ -26,19 +26,12 @@ MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its 
 
 @dataclass(frozen=True)
 class Misfit:
-    """What short windows miss.
+    """What short windows miss."""
 
-    Attributes:
-        start: of each window [s], (W,).
-        loss: without what is free [nats], (W,).
-        error: measured less predicted, over the noise, (W, K).
-        columns: what the free states and torques do to it, (W, K, F).
-    """
-
-    start: Array
-    loss: Array
-    error: Array
-    columns: Array
+    start: Array  # of each window [s], (W,)
+    loss: Array  # without what is free [nats], (W,)
+    error: Array  # measured less predicted, over the noise, (W, K)
+    columns: Array  # what the free states and torques do to it, (W, K, F)
 
 
 def hold(

@@ -19,20 +19,15 @@ from leo_sim.model import Model
 
 @dataclass(frozen=True)
 class Pair:
-    """Two effects that look alike here.
+    """Two effects that look alike here."""
 
-    Attributes:
-        a, b: labels, effect:where.
-        separable_nats: by which either beats the other where it is the truth, at a typical size.
-        seconds: data like these that separating them needs [s]; None where none would do.
-        same_thing: they are equal in any data of this kind.
-    """
-
-    a: str
+    a: str  # labels, effect:where
     b: str
     separable_nats: float
+    """By which either beats the other where it is the truth, at a typical size."""
     seconds: float | None
-    same_thing: bool
+    """Data like these that separating them needs [s]; None where none would do."""
+    same_thing: bool  # they are equal in any data of this kind
 
 
 def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:

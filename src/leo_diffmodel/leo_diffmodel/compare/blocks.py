@@ -17,23 +17,18 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Blocks:
-    """Numbered stretches of time over several recordings.
+    """Numbered stretches of time over several recordings."""
 
-    Attributes:
-        begin: first stamp of each recording [s], shape (R,).
-        length: block length in each recording [s], shape (R,).
-        offset: number of the first block of each recording, shape (R,). Recordings are numbered
-            by their names, so that what is held out does not depend on how they were listed.
-        held_sources: recordings held out whole; where there are none, every fourth block is.
-        own: recordings held out have constants of their own, which are fitted on every other
-            block of theirs; the rest of them is held out.
-    """
-
-    begin: Array
-    length: Array
+    begin: Array  # first stamp of each recording [s], shape (R,)
+    length: Array  # block length in each recording [s], shape (R,)
     offset: Array
+    """Number of the first block of each recording, shape (R,). Recordings are numbered by their
+    names, so that what is held out does not depend on how they were listed."""
     held_sources: tuple[int, ...] = ()
+    """Recordings held out whole; where there are none, every fourth block is."""
     own: bool = False
+    """Recordings held out have constants of their own, which are fitted on every other block of
+    theirs; the rest of them is held out."""
 
     def index(self, windows: Windows, at: float = 0.0) -> Array:
         """Block of each window's instant `at` (0 its first sample, 1 its last), shape (W,)."""

@@ -26,19 +26,13 @@ STAGES = 3
 
 @dataclass(frozen=True)
 class Comparison:
-    """How wrong a model is on recordings.
-
-    Attributes:
-        data: the contents of compare.json.
-        missing: the torque the model lacks, window by window.
-        where: the missing torque by joint and condition.
-        prediction: the windows behind the errors, as predicted.
-    """
+    """How wrong a model is on recordings."""
 
     data: dict
-    missing: MissingTorque = field(repr=False)
-    where: Where = field(repr=False)
+    missing: MissingTorque = field(repr=False)  # the torque the model lacks, window by window
+    where: Where = field(repr=False)  # the missing torque by joint and condition
     prediction: errors.Prediction = field(repr=False)
+    """The windows behind the errors, as predicted."""
 
 
 def compare(

@@ -28,25 +28,17 @@ LYING, HANGING = 'lying', 'hanging'
 
 @dataclass(frozen=True)
 class Condition:
-    """Windows in which one joint was in one condition.
-
-    Attributes:
-        joint: index of the joint.
-        variable: speed, direction, load, angle (of a slide: position), turned (the angle with
-            its whole turns, where the joint went around), input, motor, phase (of a walker's
-            feet, see `phases`) or time.
-        unit: of the bin's ends; empty where the bin is a word.
-        bin: lowest and highest value, or a word.
-        inside: which windows, shape (W,).
-        bag: the recording that a time bin lies in.
-    """
+    """Windows in which one joint was in one condition."""
 
     joint: int
     variable: str
-    unit: str
-    bin: tuple[float, float] | str
-    inside: Array
-    bag: int | None = None
+    """Speed, direction, load, angle (of a slide: position), turned (the angle with its whole
+    turns, where the joint went around), input, motor, phase (of a walker's feet, see `phases`) or
+    time."""
+    unit: str  # of the bin's ends; empty where the bin is a word
+    bin: tuple[float, float] | str  # lowest and highest value, or a word
+    inside: Array  # which windows, shape (W,)
+    bag: int | None = None  # the recording that a time bin lies in
 
 
 def conditions(

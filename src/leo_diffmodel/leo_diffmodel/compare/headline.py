@@ -21,15 +21,10 @@ NORMAL = ndtri(0.5 + (np.arange(64) + 0.5) / 128)
 
 @dataclass(frozen=True)
 class Headline:
-    """Errors as an answer gives them.
+    """Errors as an answer gives them."""
 
-    Attributes:
-        statistic: rmse, or median (of the size), which a few hand pushes do not move.
-        seconds: how far ahead of the measured start [s].
-    """
-
-    statistic: str
-    seconds: float
+    statistic: str  # rmse, or median (of the size), which a few hand pushes do not move
+    seconds: float  # how far ahead of the measured start [s]
 
     @property
     def words(self) -> str:

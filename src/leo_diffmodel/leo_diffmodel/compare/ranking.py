@@ -31,19 +31,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class _Scored:
-    """A model's errors at the end of windows.
+    """A model's errors at the end of windows."""
 
-    Attributes:
-        square: squared errors of each window and state, (W, S).
-        floor: what noise alone makes of them, (W, S).
-        share: mean squared errors as shares of the motion, (W,).
-        noise: what noise alone makes of that share.
-    """
-
-    square: Array
-    floor: Array
-    share: Array
-    noise: float
+    square: Array  # squared errors of each window and state, (W, S)
+    floor: Array  # what noise alone makes of them, (W, S)
+    share: Array  # mean squared errors as shares of the motion, (W,)
+    noise: float  # what noise alone makes of that share
 
 
 def rank(

@@ -158,29 +158,17 @@ def _actuator(robot: Robot, joint: str) -> Actuator | None:
 
 @dataclass(frozen=True)
 class UnitSizes:
-    """What is large of each quantity; of seconds an angle at a rate, or a length at a speed.
+    """What is large of each quantity; of seconds an angle at a rate, or a length at a speed."""
 
-    Attributes:
-        torque: N m.
-        rate: rad/s.
-        angle: rad.
-        force: N.
-        speed: m/s.
-        length: m.
-        inertia: kg m2.
-        mass: kg.
-        input: at a motor [V].
-    """
-
-    torque: float
-    rate: float
-    angle: float
-    force: float
-    speed: float
-    length: float
-    inertia: float
-    mass: float
-    input: float
+    torque: float  # N m
+    rate: float  # rad/s
+    angle: float  # rad
+    force: float  # N
+    speed: float  # m/s
+    length: float  # m
+    inertia: float  # kg m2
+    mass: float  # kg
+    input: float  # at a motor [V]
 
     def of(self, unit: str) -> float | None:
         """Large in a unit: torque / rate in N m s/rad; None where the unit has other symbols.

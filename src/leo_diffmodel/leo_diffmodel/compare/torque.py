@@ -26,33 +26,22 @@ MOST_DRAWN = 1500
 
 @dataclass(frozen=True)
 class MissingTorque:
-    """Missing torque by least squares over short windows, each with a free start state.
+    """Missing torque by least squares over short windows, each with a free start state."""
 
-    Attributes:
-        time: middle of each window [s], shape (W,).
-        torque: constant torque that the model lacks there [N m], shape (W, J).
-        spread: its standard deviation from measurement noise [N m], shape (W, J).
-        q: mean joint angle [rad], shape (W, J).
-        dq: mean joint rate [rad/s], shape (W, J).
-        inputs: mean input [V, N m or rad], shape (W, A).
-        windows: the short windows.
-        carrying: which spheres the ground presses on at each sample, shape (W, K+1, P); None for
-            a robot without a ground.
-        bend: how far from linear the answer to the torque is (mean square, in noise variances),
-            as where a contact begins or ends, shape (W,); None for a robot without a ground.
-        untrusted: share of the windows that were left out because of that.
-    """
-
-    time: Array
-    torque: Array
-    spread: Array
-    q: Array
-    dq: Array
-    inputs: Array
+    time: Array  # middle of each window [s], shape (W,)
+    torque: Array  # constant torque that the model lacks there [N m], shape (W, J)
+    spread: Array  # its standard deviation from measurement noise [N m], shape (W, J)
+    q: Array  # mean joint angle [rad], shape (W, J)
+    dq: Array  # mean joint rate [rad/s], shape (W, J)
+    inputs: Array  # mean input [V, N m or rad], shape (W, A)
     windows: Windows
     carrying: Array | None = None
+    """Which spheres the ground presses on at each sample, shape (W, K+1, P); None for a robot
+    without a ground."""
     bend: Array | None = None
-    untrusted: float = 0.0
+    """How far from linear the answer to the torque is (mean square, in noise variances), as where
+    a contact begins or ends, shape (W,); None for a robot without a ground."""
+    untrusted: float = 0.0  # share of the windows that were left out because of that
 
     @property
     def seen(self) -> Array:

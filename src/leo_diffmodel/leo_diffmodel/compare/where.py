@@ -25,19 +25,14 @@ class Where:
     Torques of different joints are compared in units of their joint's own noise, which is how
     far they move the joint. Single events (a push, a glitch: a few windows far above all others)
     take no part.
-
-    Attributes:
-        joints: rows {joint, share, torque_nm (on slides N, as torque_unit says), noise_nm,
-            volts, stall_percent, mean_nm, mean_error_nm}.
-        rows: rows of `where` in compare.json.
-        noise_only: all of it is within four standard errors of what noise gives.
-        events: rows {joint, torque_nm, window, bag} of single events, largest first.
     """
 
     joints: list[dict]
+    """Rows {joint, share, torque_nm (on slides N, as torque_unit says), noise_nm, volts,
+    stall_percent, mean_nm, mean_error_nm}."""
     rows: list[dict]
-    noise_only: bool
-    events: list[dict]
+    noise_only: bool  # all of it is within four standard errors of what noise gives
+    events: list[dict]  # rows {joint, torque_nm, window, bag} of single events, largest first
 
 
 def where(missing: MissingTorque, model: Model) -> Where:

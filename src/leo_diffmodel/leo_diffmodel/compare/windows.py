@@ -17,31 +17,20 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Windows:
-    """W stretches of K control intervals, each with H samples of history before it.
+    """W stretches of K control intervals, each with H samples of history before it."""
 
-    Attributes:
-        q: measured joint angle [rad], shape (W, K+1, J).
-        dq: measured joint rate [rad/s], shape (W, K+1, J).
-        inputs: applied input [V, N m or rad], shape (W, K, A); row k acts from sample k to k+1.
-        enabled: motors on, shape (W, K, A).
-        dt: length of each interval [s], shape (W, K).
-        start: time of the first sample [s], shape (W,).
-        source: index of the recording each window comes from, shape (W,).
-        held: the base was fixed, shape (W,).
-        history: the same five arrays for the H samples before, or None where H is 0.
-        recordings: names of the recordings, by which `source` counts.
-    """
-
-    q: Array
-    dq: Array
+    q: Array  # measured joint angle [rad], shape (W, K+1, J)
+    dq: Array  # measured joint rate [rad/s], shape (W, K+1, J)
     inputs: Array
-    enabled: Array
-    dt: Array
-    start: Array
-    source: Array
-    held: Array
+    """Applied input [V, N m or rad], shape (W, K, A); row k acts from sample k to k+1."""
+    enabled: Array  # motors on, shape (W, K, A)
+    dt: Array  # length of each interval [s], shape (W, K)
+    start: Array  # time of the first sample [s], shape (W,)
+    source: Array  # index of the recording each window comes from, shape (W,)
+    held: Array  # the base was fixed, shape (W,)
     history: tuple[Array, Array, Array, Array, Array] | None = None
-    recordings: tuple[str, ...] = ()
+    """The same five arrays for the H samples before, or None where H is 0."""
+    recordings: tuple[str, ...] = ()  # names of the recordings, by which `source` counts
 
     @property
     def count(self) -> int:

@@ -24,17 +24,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Ladder:
-    """Every law fitted, and how they compare.
-
-    Attributes:
-        rungs: those that the robot can have, with what each leaves; from the lowest on.
-        weight: what a nat counts.
-        limit: gain that noise alone can give an effect [nats].
-    """
+    """Every law fitted, and how they compare."""
 
     rungs: tuple[tuple[Rung, Scored], ...]
-    weight: Weight
-    limit: float
+    """Those that the robot can have, with what each leaves; from the lowest on."""
+    weight: Weight  # what a nat counts
+    limit: float  # gain that noise alone can give an effect [nats]
 
     @property
     def chosen(self) -> tuple[Rung, Scored]:

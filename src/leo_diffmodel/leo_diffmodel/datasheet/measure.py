@@ -36,27 +36,18 @@ RECORD = 'record the motion that leo datasheet --motion writes'
 
 @dataclass(frozen=True)
 class Measured:
-    """A motor's recordings, fitted.
+    """A motor's recordings, fitted."""
 
-    Attributes:
-        model: whose constants of the motor were open.
-        posed: the windows.
-        ladder: the friction laws.
-        final: the chosen law, fitted once more with finer integration steps.
-        alone: the chosen law with each effect that a scan finds worth a fit, and whether that
-            surely predicts better.
-        held: windows that no fit was made on.
-        notes: what is wrong with the log, and what of it was left out.
-    """
-
-    model: Model
+    model: Model  # whose constants of the motor were open
     joint: str
     posed: Posed
     ladder: Ladder
-    final: Fit
+    final: Fit  # the chosen law, fitted once more with finer integration steps
     alone: tuple[tuple[Scored, bool], ...]
-    held: HeldOut
-    notes: tuple[str, ...]
+    """The chosen law with each effect that a scan finds worth a fit, and whether that surely
+    predicts better."""
+    held: HeldOut  # windows that no fit was made on
+    notes: tuple[str, ...]  # what is wrong with the log, and what of it was left out
 
 
 def measure(

@@ -41,20 +41,16 @@ class Figure:
 
 @dataclass(frozen=True)
 class Balance:
-    """Factors of one joint.
-
-    Attributes:
-        figures: by name: `weight`, of gravity, and `across` it (as if the joint were a quarter of
-            a turn on); `motor`; `late`, how much later the motor acts [s]. Some are missing where
-            they do not show: a wheel has no weight.
-        gained: what is left over with the best delay, as a share of what is left with the best
-            of those that a good log has.
-        shares: rms of what each gives, as a share of that of all torques.
-    """
+    """Factors of one joint."""
 
     figures: Mapping[str, Figure]
-    shares: Mapping[str, float]
+    """By name: `weight`, of gravity, and `across` it (as if the joint were a quarter of a turn
+    on); `motor`; `late`, how much later the motor acts [s]. Some are missing where they do not
+    show: a wheel has no weight."""
+    shares: Mapping[str, float]  # rms of what each gives, as a share of that of all torques
     gained: float = 1.0
+    """What is left over with the best delay, as a share of what is left with the best of those
+    that a good log has."""
 
 
 def balance(flow: Flow, j: int) -> Balance | None:

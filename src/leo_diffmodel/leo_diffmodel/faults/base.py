@@ -22,36 +22,25 @@ COLUMNS = {'angle': 'q', 'speed': 'dq', 'input': 'inputs'}
 
 
 class Fault:
-    """Something that can be wrong with a log: a class of `catalogue`.
+    """Something that can be wrong with a log: a class of `catalogue`."""
 
-    Attributes:
-        name: stable, for programs.
-        channel: angle, speed, input or time.
-        unit: of its value; '' for a factor.
-        key: of a topic map, whose value is its size, that undoes it; '' where there is none.
-        turn: values that differ by it are the same; infinite where none are.
-        law: what is logged, of what happened.
-        harmless: sizes that a good log may have, lowest and highest; outside it is an error.
-        harmless_words: the same where it is not a size in the fault's unit.
-        looks_like, confused_with, costs: a sentence each; the last says what it does to an
-            answer if it is not seen.
-        todo: what to do where no map undoes it.
-        whole_log: it is one for all joints.
-    """
-
-    name: ClassVar[str]
-    channel: ClassVar[str]
-    unit: ClassVar[str] = ''
+    name: ClassVar[str]  # stable, for programs
+    channel: ClassVar[str]  # angle, speed, input or time
+    unit: ClassVar[str] = ''  # of its value; '' for a factor
     key: ClassVar[str] = ''
+    """Of a topic map, whose value is its size, that undoes it; '' where there is none."""
     turn: ClassVar[float] = math.inf
-    law: ClassVar[str]
+    """Values that differ by it are the same; infinite where none are."""
+    law: ClassVar[str]  # what is logged, of what happened
     harmless: ClassVar[tuple[float, float]] = (0.0, 0.0)
-    harmless_words: ClassVar[str] = ''
+    """Sizes that a good log may have, lowest and highest; outside it is an error."""
+    harmless_words: ClassVar[str] = ''  # the same where it is not a size in the fault's unit
     looks_like: ClassVar[str]
+    """A sentence each; the last says what it does to an answer if it is not seen."""
     confused_with: ClassVar[str]
     costs: ClassVar[str]
-    todo: ClassVar[str] = ''
-    whole_log: ClassVar[bool] = False
+    todo: ClassVar[str] = ''  # what to do where no map undoes it
+    whole_log: ClassVar[bool] = False  # it is one for all joints
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
         """The episode as a log with this fault has it.
@@ -95,41 +84,27 @@ class Factor(Fault):
 
 @dataclass(frozen=True)
 class Found:
-    """A fault that was found.
-
-    Attributes:
-        fault: of the catalogue.
-        joint: its joint; '' where it is of the whole log.
-        value: estimate, in the fault's unit.
-        sd: standard deviation of the estimate.
-        what: a sentence without a full stop.
-        error: whether the interval excludes every harmless reading.
-        evidence: kinematics, balance or sensor.
-        worst: by how much the estimate could be off if all that the model leaves over were of
-            one kind; 0 where no model was asked.
-        where: stretches [s since the first state]; empty for all of it.
-        otherwise: other readings of the same contradiction, in words.
-        names: whose columns it is about, where it is of several joints.
-        gained: standard errors by which a log with it predicts blocks of time that were left out
-            better than all that is ordinary does; infinite where that was not asked.
-        bag: path of the log.
-        slides: whether its joint does.
-    """
+    """A fault that was found."""
 
     fault: Fault
-    joint: str
-    value: float
-    sd: float
-    what: str
-    error: bool
-    evidence: str
+    joint: str  # its joint; '' where it is of the whole log
+    value: float  # estimate, in the fault's unit
+    sd: float  # standard deviation of the estimate
+    what: str  # a sentence without a full stop
+    error: bool  # whether the interval excludes every harmless reading
+    evidence: str  # kinematics, balance or sensor
     worst: float = 0.0
+    """By how much the estimate could be off if all that the model leaves over were of one kind; 0
+    where no model was asked."""
     where: tuple[tuple[float, float], ...] = ()
-    otherwise: tuple[str, ...] = ()
-    names: tuple[str, ...] = ()
+    """Stretches [s since the first state]; empty for all of it."""
+    otherwise: tuple[str, ...] = ()  # other readings of the same contradiction, in words
+    names: tuple[str, ...] = ()  # whose columns it is about, where it is of several joints
     gained: float = math.inf
-    bag: str = field(default='', compare=False)
-    slides: bool = False
+    """Standard errors by which a log with it predicts blocks of time that were left out better
+    than all that is ordinary does; infinite where that was not asked."""
+    bag: str = field(default='', compare=False)  # path of the log
+    slides: bool = False  # whether its joint does
 
     @property
     def ci95(self) -> tuple[float, float]:

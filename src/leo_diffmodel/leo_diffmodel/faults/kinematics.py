@@ -20,25 +20,15 @@ BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
 
 @dataclass(frozen=True)
 class Relation:
-    """How the logged speed of a joint follows its logged angle.
+    """How the logged speed of a joint follows its logged angle."""
 
-    Attributes:
-        law: scale, lateness, filter and zero, with their covariance.
-        kind: `speed_late` or `speed_filter`, whichever fits better.
-        sure: whether it does so clearly.
-        period: of the samples [s].
-        speed: rms of the true speed [rad/s].
-        grain: step of the speed's sensor [rad/s].
-        usual: mean size of the logged speed [rad/s].
-    """
-
-    law: Law
-    kind: str
-    sure: bool
-    period: float
-    speed: float
-    grain: float
-    usual: float
+    law: Law  # scale, lateness, filter and zero, with their covariance
+    kind: str  # `speed_late` or `speed_filter`, whichever fits better
+    sure: bool  # whether it does so clearly
+    period: float  # of the samples [s]
+    speed: float  # rms of the true speed [rad/s]
+    grain: float  # step of the speed's sensor [rad/s]
+    usual: float  # mean size of the logged speed [rad/s]
 
     @property
     def rounded(self) -> float:

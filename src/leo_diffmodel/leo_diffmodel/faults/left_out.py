@@ -23,17 +23,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reading:
-    """How the log of a joint's input is read.
+    """How the log of a joint's input is read."""
 
-    Attributes:
-        unit: what it says where 1 N m or N acts.
-        column: whose input is in its place; its own where None.
-        share: of the weight that something besides carries.
-    """
-
-    unit: float = 1.0
-    column: int | None = None
-    share: float = 0.0
+    unit: float = 1.0  # what it says where 1 N m or N acts
+    column: int | None = None  # whose input is in its place; its own where None
+    share: float = 0.0  # of the weight that something besides carries
 
 
 AS_LOGGED = Reading()

@@ -37,19 +37,12 @@ class Channels(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """How the logged speed relates to the logged angle.
+    """How the logged speed relates to the logged angle."""
 
-    Attributes:
-        theta: scale, late [s], filter [s], zero [rad/s].
-        covariance: of these, from blocks of 1 s; 0 of what was not fitted.
-        loss: Huber loss of both channels [nats].
-        weight: of each sample of both channels.
-    """
-
-    theta: Array
-    covariance: Array
-    loss: float
-    weight: Array
+    theta: Array  # scale, late [s], filter [s], zero [rad/s]
+    covariance: Array  # of these, from blocks of 1 s; 0 of what was not fitted
+    loss: float  # Huber loss of both channels [nats]
+    weight: Array  # of each sample of both channels
 
     def of(self, name: str) -> tuple[float, float]:
         """A parameter with its standard deviation."""

@@ -38,17 +38,11 @@ SPEEDS = {
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to resolve a contradiction: the fault that it would be, and how far it is off.
-
-    Attributes:
-        found: the fault.
-        off: distance of the torques' factor from 1 (natural logarithm).
-        half: what `off` is known to; infinite where nothing shows.
-    """
+    """One way to resolve a contradiction: the fault that it would be, and how far it is off."""
 
     found: Found
-    off: float
-    half: float
+    off: float  # distance of the torques' factor from 1 (natural logarithm)
+    half: float  # what `off` is known to; infinite where nothing shows
 
 
 def who_is_right(recording: Recording, model: Model | None, found: Sequence[Found]) -> list[Found]:

@@ -22,43 +22,27 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Travel:
-    """What one joint does.
-
-    Attributes:
-        joint: its name.
-        unit: of its angle, 'rad' or 'm'.
-        low, high: where it goes.
-        stops: where it ends; None on a side without a stop.
-        fastest: its largest speed [unit/s].
-        inputs: lowest and highest input; None for a joint without a motor.
-    """
+    """What one joint does."""
 
     joint: str
-    unit: str
-    low: float
+    unit: str  # of its angle, 'rad' or 'm'
+    low: float  # where it goes
     high: float
-    stops: tuple[float | None, float | None]
-    fastest: float
+    stops: tuple[float | None, float | None]  # where it ends; None on a side without a stop
+    fastest: float  # its largest speed [unit/s]
     inputs: tuple[float, float] | None
+    """Lowest and highest input; None for a joint without a motor."""
 
 
 @dataclass(frozen=True)
 class DryRun:
-    """A run as a model predicts it.
+    """A run as a model predicts it."""
 
-    Attributes:
-        travels: of each joint that the run moves, in the robot's order.
-        hits: what it runs into, in sentences, first things first.
-        first: how long servos take to its first goal [s].
-        seconds: how long the run itself takes [s].
-        finite: whether the model predicts a motion at all.
-    """
-
-    travels: tuple[Travel, ...]
-    hits: tuple[str, ...]
-    first: float
-    seconds: float
-    finite: bool = True
+    travels: tuple[Travel, ...]  # of each joint that the run moves, in the robot's order
+    hits: tuple[str, ...]  # what it runs into, in sentences, first things first
+    first: float  # how long servos take to its first goal [s]
+    seconds: float  # how long the run itself takes [s]
+    finite: bool = True  # whether the model predicts a motion at all
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""

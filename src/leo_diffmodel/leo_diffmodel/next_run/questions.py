@@ -34,32 +34,21 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Question:
-    """One effect that could be one of several.
+    """One effect that could be one of several."""
 
-    Attributes:
-        others: labels (effect:where) of the effects that are not in question.
-        choices: labels of what it could be, the leading one first.
-        pairs: numbers of the choices that a run could separate, two by two.
-    """
-
-    others: tuple[str, ...]
-    choices: tuple[str, ...]
+    others: tuple[str, ...]  # labels (effect:where) of the effects that are not in question
+    choices: tuple[str, ...]  # labels of what it could be, the leading one first
     pairs: tuple[tuple[int, int], ...]
+    """Numbers of the choices that a run could separate, two by two."""
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """The answers to a question, each fitted to the bags.
+    """The answers to a question, each fitted to the bags."""
 
-    Attributes:
-        question: what is open.
-        fits: one per choice.
-        sigma: noise of angles and rates, shape (2J,).
-    """
-
-    question: Question
-    fits: tuple[Fit, ...]
-    sigma: Array
+    question: Question  # what is open
+    fits: tuple[Fit, ...]  # one per choice
+    sigma: Array  # noise of angles and rates, shape (2J,)
 
 
 def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:

@@ -18,16 +18,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reach:
-    """Where the inputs of a run may go [V, N m or rad], each (A,).
+    """Where the inputs of a run may go [V, N m or rad], each (A,)."""
 
-    Attributes:
-        low, high: lowest and highest input.
-        rest: the input that leaves the robot where it begins: 0 V or N m, or the goal there.
-    """
-
-    low: Array
+    low: Array  # lowest and highest input
     high: Array
-    rest: Array
+    rest: Array  # the input that leaves the robot where it begins: 0 V or N m, or the goal there
 
     @property
     def centre(self) -> Array:
@@ -61,21 +56,14 @@ class Reach:
 
 @dataclass(frozen=True)
 class Seen:
-    """What the robot has been through already.
+    """What the robot has been through already."""
 
-    Attributes:
-        least, most: lowest and highest input on each actuator [V, N m or rad], shape (A,).
-        speed: largest speed of each joint [rad/s], shape (J,).
-        low, high: angles of each joint [rad], shape (J,).
-        period: time from state to state [s].
-    """
-
-    least: Array
+    least: Array  # lowest and highest input on each actuator [V, N m or rad], shape (A,)
     most: Array
-    speed: Array
-    low: Array
+    speed: Array  # largest speed of each joint [rad/s], shape (J,)
+    low: Array  # angles of each joint [rad], shape (J,)
     high: Array
-    period: float
+    period: float  # time from state to state [s]
 
     def allowed(self, robot: Robot) -> Reach:
         """Inputs a run may use: a quarter more than seen, and within the limits."""

@@ -45,25 +45,15 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class RunFile:
-    """A run file as read.
+    """A run file as read."""
 
-    Attributes:
-        robot: name of the robot it was made for.
-        name: of the run.
-        actuators: joints of the columns, with the unit of each, one of `UNITS`.
-        time: of each row [s], shape (N,), increasing from 0.
-        inputs: shape (N, A).
-        enabled: motors on, shape (N,).
-        start: pose that it begins in, '' where none is named.
-    """
-
-    robot: str
-    name: str
-    actuators: dict[str, str]
-    time: np.ndarray
-    inputs: np.ndarray
-    enabled: np.ndarray
-    start: str = ''
+    robot: str  # name of the robot it was made for
+    name: str  # of the run
+    actuators: dict[str, str]  # joints of the columns, with the unit of each, one of `UNITS`
+    time: np.ndarray  # of each row [s], shape (N,), increasing from 0
+    inputs: np.ndarray  # shape (N, A)
+    enabled: np.ndarray  # motors on, shape (N,)
+    start: str = ''  # pose that it begins in, '' where none is named
 
     def run_for(self, robot: Robot) -> Run:
         """The run in control periods of a robot, inputs within its limits, actuators in order.
@@ -239,23 +229,15 @@ def _check_times(path: Path, time: np.ndarray, numbers: Sequence[int]) -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """What to send to a robot.
+    """What to send to a robot."""
 
-    Attributes:
-        name: short, for tables.
-        about: what it does, in words.
-        inputs: of each control period [V, N m or rad], shape (N, A).
-        enabled: motors on (False: free, no current) in each period, shape (N,).
-        start: pose of the robot that it begins in; '' takes the one the robot starts in.
-        around: inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently.
-    """
-
-    name: str
-    about: str
-    inputs: Array
-    enabled: Array
-    start: str = ''
+    name: str  # short, for tables
+    about: str  # what it does, in words
+    inputs: Array  # of each control period [V, N m or rad], shape (N, A)
+    enabled: Array  # motors on (False: free, no current) in each period, shape (N,)
+    start: str = ''  # pose of the robot that it begins in; '' takes the one the robot starts in
     around: Array | float = 0.0
+    """Inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently."""
 
     def milder(self, shares: Array) -> Run:
         """The run with a share of its size on each actuator, shape (A,)."""

@@ -25,41 +25,24 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Flow:
-    """N instants of one recording, J joints.
+    """N instants of one recording, J joints."""
 
-    Attributes:
-        time: since the first state of the recording [s], shape (N,).
-        episode: number of the episode, shape (N,).
-        q: angles [rad, m], shape (N, J).
-        dq: rates [rad/s, m/s], shape (N, J).
-        ddq: accelerations [rad/s2, m/s2], shape (N, J).
-        missing: torque that the motion takes less what the model gives [N m, N], shape (N, J).
-        motor: torque of the motors by the model, without back-EMF [N m, N], shape (N, J).
-        before: the same some tens of milliseconds earlier, shape (N, D, J).
-        load: torque of gravity by the model [N m, N], shape (N, J).
-        turning: what the joint's own acceleration takes [N m, N], shape (N, J).
-        sign: -1 to 1, mean direction of motion, shape (N, J).
-        moving: share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays.
-        enabled: share with the motor on, shape (N, J); 0 without a motor.
-        bell: length of the stretches that torques are means over [s].
-        motion: the same angles, rates and accelerations, with the model.
-    """
-
-    time: Array
-    episode: Array
-    q: Array
-    dq: Array
-    ddq: Array
-    missing: Array
-    motor: Array
-    before: Array
-    load: Array
-    turning: Array
-    sign: Array
+    time: Array  # since the first state of the recording [s], shape (N,)
+    episode: Array  # number of the episode, shape (N,)
+    q: Array  # angles [rad, m], shape (N, J)
+    dq: Array  # rates [rad/s, m/s], shape (N, J)
+    ddq: Array  # accelerations [rad/s2, m/s2], shape (N, J)
+    missing: Array  # torque that the motion takes less what the model gives [N m, N], shape (N, J)
+    motor: Array  # torque of the motors by the model, without back-EMF [N m, N], shape (N, J)
+    before: Array  # the same some tens of milliseconds earlier, shape (N, D, J)
+    load: Array  # torque of gravity by the model [N m, N], shape (N, J)
+    turning: Array  # what the joint's own acceleration takes [N m, N], shape (N, J)
+    sign: Array  # -1 to 1, mean direction of motion, shape (N, J)
     moving: Array
-    enabled: Array
-    bell: float
-    motion: Motion
+    """Share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays."""
+    enabled: Array  # share with the motor on, shape (N, J); 0 without a motor
+    bell: float  # length of the stretches that torques are means over [s]
+    motion: Motion  # the same angles, rates and accelerations, with the model
 
     @property
     def rotor(self) -> Array:

@@ -16,19 +16,13 @@ Array = np.ndarray
 
 
 class Frozen(NamedTuple):
-    """Stretches of one value.
-
-    Attributes:
-        joint: its name.
-        sensor: angle or speed.
-        at_end: the values are the largest or smallest that the sensor ever showed.
-        spans: begin and end of each since the recording's first state [s].
-    """
+    """Stretches of one value."""
 
     joint: str
-    sensor: str
-    at_end: bool
+    sensor: str  # angle or speed
+    at_end: bool  # the values are the largest or smallest that the sensor ever showed
     spans: tuple[tuple[float, float], ...]
+    """Begin and end of each since the recording's first state [s]."""
 
 
 def frozen(recording: Recording) -> list[Frozen]:

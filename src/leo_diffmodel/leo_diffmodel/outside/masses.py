@@ -25,15 +25,10 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Motion:
-    """N instants of a robot's motion, and what they would take if it weighed something else.
-
-    Attributes:
-        model: of the robot.
-        q, dq, ddq: angles, rates and accelerations in SI units, shape (N, J).
-    """
+    """N instants of a robot's motion, and what they would take if it weighed something else."""
 
     model: Model
-    q: Array
+    q: Array  # angles, rates and accelerations in SI units, shape (N, J)
     dq: Array
     ddq: Array
 

@@ -35,15 +35,10 @@ class Law:
 
 @dataclass(frozen=True)
 class Ordinary:
-    """The torque at one joint, explained as far as ordinary effects can.
+    """The torque at one joint, explained as far as ordinary effects can."""
 
-    Attributes:
-        rest: what is left over [N m, N], shape (N,).
-        friction: of the effects that take energy [N m, N], shape (N,).
-    """
-
-    rest: Array
-    friction: Array
+    rest: Array  # what is left over [N m, N], shape (N,)
+    friction: Array  # of the effects that take energy [N m, N], shape (N,)
 
 
 def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinary:

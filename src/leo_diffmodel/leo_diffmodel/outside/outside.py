@@ -37,22 +37,15 @@ HELD = 'all joints: stand before the first input where the model would move; hel
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of a recording in which somebody else moves or holds the robot.
+    """A stretch of a recording in which somebody else moves or holds the robot."""
 
-    Attributes:
-        source: number of the recording in the list.
-        begin: since the recording's first state [s].
-        end: the same [s].
-        why: a sentence without a full stop, beginning with the joint.
-        kind: push (short), hand (lasting), blocked or held; unexplained where the motor acts by
-            itself and the joint does not do what model, motor and friction can.
-    """
-
-    source: int
-    begin: float
-    end: float
-    why: str
+    source: int  # number of the recording in the list
+    begin: float  # since the recording's first state [s]
+    end: float  # the same [s]
+    why: str  # a sentence without a full stop, beginning with the joint
     kind: str
+    """Push (short), hand (lasting), blocked or held; unexplained where the motor acts by itself
+    and the joint does not do what model, motor and friction can."""
 
 
 @np.errstate(all='ignore')

@@ -18,17 +18,12 @@ TINY = 1e-12
 
 @dataclass(frozen=True)
 class Rate:
-    """Angle change = scale x integral of the rate, less its zero, `lag` later.
+    """Angle change = scale x integral of the rate, less its zero, `lag` later."""
 
-    Attributes:
-        scale: of the angle against the rate, with its standard deviation.
-        lag: by which the rate is late [s], with its standard deviation.
-        zero: what the rate is where the joint stands [rad/s, m/s], with its standard deviation.
-    """
-
-    scale: tuple[float, float]
-    lag: tuple[float, float]
+    scale: tuple[float, float]  # of the angle against the rate, with its standard deviation
+    lag: tuple[float, float]  # by which the rate is late [s], with its standard deviation
     zero: tuple[float, float]
+    """What the rate is where the joint stands [rad/s, m/s], with its standard deviation."""
 
 
 def with_true_rates(recording: Recording) -> Recording:
