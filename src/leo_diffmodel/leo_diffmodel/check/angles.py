@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import free_speed, length_unit
+from leo_diffmodel.outside.finding import ERROR, Finding, OK, WARNING
 from leo_diffmodel.outside.frozen import resolution
 from leo_diffmodel.outside.samples import period, steps
 from leo_sim.description.robot import Robot

@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_level
-from leo_diffmodel.check.finding import ERROR, Finding, forces, of_faults, OK, WARNING
+from leo_diffmodel.check.finding import forces, of_faults
 from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.hold import hold
 from leo_diffmodel.check.pairs import alike, hidden, Pair
@@ -25,6 +25,7 @@ from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.faults.find import faults_of
 from leo_diffmodel.faults.mending import mapped
+from leo_diffmodel.outside.finding import ERROR, Finding, OK, WARNING
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -124,7 +125,7 @@ def check(
 def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
     """What is wrong, or right, with a bag of noise sigma (2J,), and the bag put right."""
     faults = faults_of(bag.recording, model)
-    sure = [f for f in faults if f.error and f.fault.name != 'input_late']  # `hold` tells it
+    sure = [f for f in faults if f.error and f.code != 'input_late']  # `hold` tells it
     recording, other = bag.recording, bag.other and mapped(bag.other, sure)
     held = hold(mapped(recording, sure), other, bag.hold, model, sigma)
     if bag.other is not None and any(f.severity == ERROR for f in held):

@@ -1,41 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A finding of a check; those of faults of the log, and of what moved the robot from outside."""
+"""Faults of the log, and what moved the robot from outside, as findings of a check."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import groupby
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.settings import CHECK
-from leo_diffmodel.faults.base import Found
-from leo_diffmodel.outside.outside import moved_from_outside, Stretch
+from leo_diffmodel.faults.found import Found
+from leo_diffmodel.outside.finding import Finding, OK
+from leo_diffmodel.outside.outside import moved_from_outside
 from leo_sim.model import Model
-
-OK, WARNING, ERROR = 'ok', 'warning', 'error'
-TODO = {
-    'push': 'a hand, a stop or a cable? cut it out: leo bag cut --without-outside',
-    'hand': 'a hand is in no model: record again with nothing but the motors moving it',
-    'blocked': 'free the joint and record again, or cut it out: leo bag cut --without-outside',
-    'unexplained': 'are columns, units and signs of the inputs right? leo explain asks effects',
-    'held': 'nothing: leo explain leaves it out',
-}
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What one check found."""
-
-    code: str  # stable name of the finding, for programs
-    severity: str
-    """Ok; warning, which limits what can be learned; or error, which makes what is learned
-    wrong."""
-    what: str  # a sentence
-    todo: str = ''  # what to do about it; empty where nothing is to be done
-    where: tuple[tuple[float, float], ...] = ()
-    """Stretches of the bag [s since its first state], empty for all of it."""
-    bag: str = ''
 
 
 def times(stretches: Sequence[tuple[float, float]]) -> str:
@@ -60,28 +37,25 @@ def of_faults(recording: Recording, faults: Sequence[Found]) -> list[Finding]:
 
 
 def _finding(f: Found) -> Finding:
-    what = '; or '.join([f.what, *f.otherwise])
     where = f': {times(f.where)}' if f.where else ''
     mend = f'put "{f.line}" into the topic map (--topic-map MAP.yaml)' if f.line else ''
     todo = mend if f.error and mend else f.fault.todo or mend
-    return Finding(f.fault.name, ERROR if f.error else WARNING, what + where, todo, f.where)
+    return Finding(f.code, f.severity, f.in_words + where, todo, f.where)
 
 
 def forces(recording: Recording, model: Model) -> list[Finding]:
     """One finding for each joint and kind of force from outside."""
     if model.robot.contacts and not recording.held:
         return []
-    found = sorted(moved_from_outside([recording], model), key=_kind)
-    groups = groupby(found, _kind)
-    out = [_of_force(kind, list(stretches)) for (kind, _), stretches in groups]
+    groups = groupby(sorted(moved_from_outside(recording, model), key=_kind), _kind)
+    out = [_together(list(stretches)) for _, stretches in groups]
     return out or [Finding('push', OK, 'no hand push, no collision')]
 
 
-def _kind(stretch: Stretch) -> tuple[str, str]:
-    return stretch.kind, stretch.why.split(':')[0]
+def _kind(stretch: Finding) -> tuple[str, str]:
+    return stretch.code, stretch.what.split(':')[0]
 
 
-def _of_force(kind: str, found: list[Stretch]) -> Finding:
-    where = tuple((s.begin, s.end) for s in found)
-    severity = ERROR if kind == 'hand' else WARNING
-    return Finding(kind, severity, f'{found[0].why}: {times(where)}', TODO[kind], where)
+def _together(stretches: Sequence[Finding]) -> Finding:
+    first, where = stretches[0], tuple(span for f in stretches for span in f.where)
+    return replace(first, what=f'{first.what}: {times(where)}', where=where)

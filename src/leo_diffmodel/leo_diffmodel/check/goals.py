@@ -11,8 +11,9 @@ from numpy.lib.stride_tricks import sliding_window_view
 from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.check.finding import Finding, OK, times, WARNING
+from leo_diffmodel.check.finding import times
 from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.outside.finding import Finding, OK, WARNING
 from leo_diffmodel.outside.samples import period, runs
 
 Array = np.ndarray

@@ -10,7 +10,6 @@ import numpy as np
 from leo_diffmodel.bags.mend import with_inputs_late
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.types import at_rows
-from leo_diffmodel.check.finding import ERROR, Finding, OK
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
@@ -18,6 +17,7 @@ from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
 from leo_diffmodel.explain.problem.likelihood import huber, huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.outside.finding import ERROR, Finding, OK
 from leo_sim.model import Model
 
 Array = np.ndarray

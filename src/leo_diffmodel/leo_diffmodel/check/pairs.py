@@ -10,10 +10,10 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Apart, Reach
-from leo_diffmodel.check.finding import Finding, OK, WARNING
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.outside.finding import Finding, OK, WARNING
 from leo_sim.model import Model
 
 

@@ -29,7 +29,7 @@ from leo_diffmodel.explain.sentence import answer, next_run
 from leo_diffmodel.explain.settings import Settings, settings_for
 from leo_diffmodel.explain.told import Thing, Told
 from leo_diffmodel.explain.unknown.answer import Unknown
-from leo_diffmodel.outside.outside import Stretch
+from leo_diffmodel.outside.finding import Finding
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -69,7 +69,7 @@ class Explanation:
     unknown: Unknown | None = None
     search: Search | None = field(repr=False, default=None)
     used: tuple[Recording, ...] = field(repr=False, default=())
-    left_out: tuple[Stretch, ...] = field(repr=False, default=())
+    left_out: tuple[list[Finding], ...] = field(repr=False, default=())
 
     @property
     def sentence(self) -> str:
@@ -166,7 +166,7 @@ def _step_note(model: Model, computed: Model) -> list[str]:
 
 
 def _not_named(
-    why: tuple[Told, str], model: Model, left_out: tuple[Stretch, ...] = ()
+    why: tuple[Told, str], model: Model, left_out: tuple[list[Finding], ...] = ()
 ) -> Explanation:
     said, record = why
     return Explanation('unknown', (said,), model, next_run=record, left_out=left_out)

@@ -10,15 +10,16 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue.speed import unfiltered
 from leo_diffmodel.faults.dynamics import dynamic_faults
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.left_out import better, split
 from leo_diffmodel.faults.mending import mapped, without
 from leo_diffmodel.faults.readings import who_is_right
 from leo_diffmodel.faults.sensors import sensor_faults
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.finding import WARNING
 from leo_diffmodel.outside.rate import stretches
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
@@ -40,7 +41,7 @@ def find_faults(
 
 
 def _of_this_log_alone(found: Found) -> Found:
-    return replace(found, error=False, what=f'{found.what}, in this log alone')
+    return replace(found, severity=WARNING, what=f'{found.what}, in this log alone')
 
 
 def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
@@ -50,7 +51,7 @@ def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
     motion between the samples: where feet rattle, sampled speeds are not the mean ones.
     """
     low, high = LIMITS.about_one
-    if found.fault.name not in ('speed_scale', 'angle_scale') or not low < found.value < high:
+    if found.code not in ('speed_scale', 'angle_scale') or not low < found.value < high:
         return False
     others = [r for r in recordings if str(r.path) != found.bag and found.joint in r.joints]
     related = (relate(r, r.joints.index(found.joint)) for r in others)
@@ -87,7 +88,7 @@ def _kinematic(
 ) -> list[Found]:
     """Where angle and speed contradict each other, of all joints whose angle is measured."""
     robot = model.robot
-    silent = {f.joint for f in stuck if f.fault.name == 'goal_as_angle'}
+    silent = {f.joint for f in stuck if f.code == 'goal_as_angle'}
     silent.update(robot.base_joints if recording.held else ())
     moves = [
         f
@@ -118,7 +119,7 @@ def adding_up(recording: Recording, found: Sequence[Found]) -> list[Found]:
 
 def _put_right(recording: Recording, moves: Sequence[Found]) -> Recording:
     """The recording with its speeds put right; what a filter rounded is made sharp again."""
-    filters = [f for f in moves if f.fault.name == 'speed_filter']
+    filters = [f for f in moves if f.code == 'speed_filter']
     right = mapped(recording, [f for f in moves if f not in filters])
     for f in filters:
         right = unfiltered(right, f.joint, f.value)
@@ -133,8 +134,8 @@ def _still_there(
     An angle that stands while the speed is not 0 is not frozen where the speed's zero is wrong,
     or its filter still forgets what was before.
     """
-    if not moves or all(f.fault.name != 'frozen' for f in found):
+    if not moves or all(f.code != 'frozen' for f in found):
         return [*found]
     again = sensor_faults(_put_right(recording, moves), robot)
-    frozen = {f.joint for f in again if f.fault.name == 'frozen'}
-    return [f for f in found if f.fault.name != 'frozen' or f.joint in frozen]
+    frozen = {f.joint for f in again if f.code == 'frozen'}
+    return [f for f in found if f.code != 'frozen' or f.joint in frozen]

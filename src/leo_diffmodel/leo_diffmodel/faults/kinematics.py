@@ -5,16 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.finding import ERROR, graded
 from leo_diffmodel.outside.frozen import resolution
 
+_found = partial(Found, evidence='kinematics')
 BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
 
 
@@ -107,24 +110,26 @@ def _scales(relation: Relation, joint: str) -> Iterator[Found]:
     scale, sd = relation.law.of('scale')
     if scale < 0:
         what = f'the logged speed of {joint} has the other sign than the change of its angle'
-        yield Found(FAULTS['speed_sign'], joint, -1.0, sd, what, True, 'kinematics')
+        yield _found('speed_sign', ERROR, what, joint=joint, value=-1.0, sd=sd)
     low, high = FAULTS['speed_scale'].harmless
     if outside(abs(scale), LIMITS.shows * sd + relation.rounded, low, high):
         what = (
             f'the logged speed of {joint} is {abs(scale):.4g} ± {LIMITS.sigmas * sd:.2g} times '
             'the change of its angle'
         )
-        yield Found(FAULTS['speed_scale'], joint, abs(scale), sd, what, True, 'kinematics')
+        yield _found('speed_scale', ERROR, what, joint=joint, value=abs(scale), sd=sd)
 
 
 def _zero(relation: Relation, joint: str, unit: str) -> Iterator[Found]:
     zero, sd = relation.law.of('zero')
-    fault = FAULTS['speed_zero']
-    most = max(fault.harmless[1] * relation.speed * abs(relation.law.theta[0]), relation.grain)
+    most = max(
+        FAULTS['speed_zero'].harmless[1] * relation.speed * abs(relation.law.theta[0]),
+        relation.grain,
+    )
     if abs(zero) > most + LIMITS.shows * sd:
         figure = f'{zero:.3g} ± {LIMITS.sigmas * sd:.1g} {unit}'
         what = f'the logged speed of {joint} is {figure} where it stands'
-        yield Found(fault, joint, zero, sd, what, True, 'kinematics')
+        yield _found('speed_zero', ERROR, what, joint=joint, value=zero, sd=sd)
 
 
 def _late(relation: Relation, joint: str) -> Iterator[Found]:
@@ -143,7 +148,7 @@ def _late(relation: Relation, joint: str) -> Iterator[Found]:
     )
     kinds = [relation.kind] if relation.sure else [*BY]
     error = all(outside(late, LIMITS.sigmas * sd, *FAULTS[kind].harmless) for kind in kinds)
-    yield Found(FAULTS[relation.kind], joint, late, sd, what, error, 'kinematics')
+    yield _found(relation.kind, graded(error), what, joint=joint, value=late, sd=sd)
 
 
 def _stretches(recording: Recording, j: int) -> list[Channels]:

@@ -15,9 +15,9 @@ from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.check import Bag, look_at, traps
-from leo_diffmodel.check.finding import Finding
 from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.timing import even_stamps, is_even, slow
+from leo_diffmodel.outside.finding import Finding
 from leo_sim.description.robot import load_robot
 from leo_sim.model import Model
 

@@ -13,9 +13,10 @@ from tests.simulate import POSITION, record
 from leo_diffmodel.bags.mend import mended
 from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import map_of
+from leo_diffmodel.outside.finding import ERROR
 
 SIZES = {
     'speed_wraps': 100.0,
@@ -70,7 +71,7 @@ def test_it_changes_its_channel_and_no_other(log, name):
 def test_its_patch_is_its_inverse(log, name):
     value = -1.0 if name.endswith('sign') else SIZES.get(name, 0.5)
     joint = '' if name == 'time_stretch' else 'pivot'
-    found = Found(FAULTS[name], joint, value, 0.0, '', True, 'kinematics')
+    found = Found(name, ERROR, '', joint=joint, value=value, evidence='kinematics')
     clean = log.episodes[0]
     back = mended(
         replace(log, input='torque', episodes=(spoilt(log, name),)), map_of([found])

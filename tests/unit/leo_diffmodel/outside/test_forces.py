@@ -41,9 +41,9 @@ def test_what_somebody_holds_is_left_out_and_is_no_motion():
     recording, model = stood(INCLINED), Model(TORQUE)
     ((begin, end),) = held(recording, model)
     assert begin == 0.0 and end == pytest.approx(STOOD, abs=0.02)
-    (stretch,) = (s for s in moved_from_outside([recording], model) if s.kind == 'held')
-    assert share_outside([recording], [stretch]) == 0.0
-    assert without([recording], [stretch])[0].episodes[0].t[0] >= STOOD
+    (stretch,) = (f for f in moved_from_outside(recording, model) if f.code == 'held')
+    assert share_outside([recording], [[stretch]]) == 0.0
+    assert without([recording], [[stretch]])[0].episodes[0].t[0] >= STOOD
     (finding,) = (f for f in forces(recording, model) if f.code == 'held')
     assert 'before the first input' in finding.what and finding.severity == 'warning'
 

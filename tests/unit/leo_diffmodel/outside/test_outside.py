@@ -14,8 +14,9 @@ from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.episode import between
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.check.finding import ERROR, forces
+from leo_diffmodel.check.finding import forces
 from leo_diffmodel.compare.sizes import gravity_scale
+from leo_diffmodel.outside.finding import ERROR
 from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.outside import moved_from_outside, not_the_robot, share_outside, without
 from leo_diffmodel.verbs.bag import main
@@ -49,7 +50,7 @@ def wrong(robot: Robot, what: str) -> tuple:
 
 
 def found(recording: Recording, robot: Robot) -> list[tuple[str, float, float]]:
-    return [(s.kind, s.begin, s.end) for s in moved_from_outside([recording], Model(robot))]
+    return [(f.code, *f.where[0]) for f in moved_from_outside(recording, Model(robot))]
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE, SERVO], ids=lambda r: r.name)
@@ -73,10 +74,10 @@ def test_shoves_are_found_where_they_are(robot, what):
 @pytest.mark.parametrize('held', [False, True])
 def test_a_hand_is_found_all_along(robot, held):
     recording = led(robot, 3, held)
-    stretches = moved_from_outside([recording], Model(robot))
-    assert [s.kind for s in stretches] == ['hand']
-    assert share_outside([recording], stretches) > 0.95
-    assert without([recording], stretches) == []
+    stretches = moved_from_outside(recording, Model(robot))
+    assert [f.code for f in stretches] == ['hand']
+    assert share_outside([recording], [stretches]) > 0.95
+    assert without([recording], [stretches]) == []
     (told,) = forces(recording, Model(robot))
     assert told.severity == ERROR and 'pivot' in told.what
 
@@ -171,19 +172,19 @@ def test_missing_samples_are_a_gap_and_no_force():
     some = np.r_[0:500, 508:2000]
     arrays = {n: getattr(e, n)[some] for n in ('t', 'q', 'dq', 'inputs', 'enabled')}
     gappy = replace(record(PENDULUM, seconds=SECONDS), episodes=(Episode(**arrays),))
-    assert moved_from_outside([gappy], Model(PENDULUM)) == []
+    assert moved_from_outside(gappy, Model(PENDULUM)) == []
     assert not_the_robot(gappy, Model(PENDULUM)) == [pytest.approx((4.89, 5.18))]
 
 
 def test_without_splits_there_and_drops_short_pieces():
     pushed = record(PENDULUM, seconds=SECONDS, seed=3, push=shove(PENDULUM, 0.4, 12.0))
-    stretches = moved_from_outside([pushed], Model(PENDULUM))
-    (rest,) = without([pushed], stretches)
+    stretches = moved_from_outside(pushed, Model(PENDULUM))
+    (rest,) = without([pushed], [stretches])
     assert len(rest.episodes) == 2 and rest.episodes[0].t[0] > 0.5
     for a, b in pairwise(rest.episodes):
         assert a.t[-1] < 11.95 and b.t[0] > 12.2
-    assert moved_from_outside([rest], Model(PENDULUM)) == []
-    assert without([rest], []) == [rest]
+    assert moved_from_outside(rest, Model(PENDULUM)) == []
+    assert without([rest], [[]]) == [rest]
 
 
 def test_between_takes_a_part_and_refuses_what_is_none():

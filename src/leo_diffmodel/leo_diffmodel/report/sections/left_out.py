@@ -7,25 +7,27 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.outside.outside import share_outside, Stretch
+from leo_diffmodel.outside.finding import Finding
+from leo_diffmodel.outside.outside import share_outside
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import numbered, percent
 
 
-def stretches(recordings: Sequence[Recording], found: Sequence[Stretch]) -> Section:
-    """Every stretch of the recordings with its bag, times and reason."""
-    numbers = numbered(recordings)
+def stretches(recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]) -> Section:
+    """Every stretch found in each recording with its bag, times and reason."""
+    both = zip(numbered(recordings), found, strict=False)
     values = {
         'share': percent(share_outside(recordings, found)),
-        'rows': [_row(s, numbers[s.source]) for s in found],
+        'rows': [_row(f, bag) for bag, each in both for f in each],
         'several': len(recordings) > 1,
     }
     return Section('outside.html', values)
 
 
-def _row(stretch: Stretch, bag: str) -> dict[str, str]:
-    time = f'{max(0.0, stretch.begin):.1f} … {stretch.end:.1f}\u00a0s'
-    return {'bag': bag, 'time': time, 'kind': stretch.kind, 'why': stretch.why}
+def _row(stretch: Finding, bag: str) -> dict[str, str]:
+    ((begin, end),) = stretch.where
+    time = f'{max(0.0, begin):.1f} … {end:.1f}\u00a0s'
+    return {'bag': bag, 'time': time, 'kind': stretch.code, 'why': stretch.what}
 
 
 def effects(not_testable: Sequence[Mapping[str, Any]]) -> Section:
