@@ -9,8 +9,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import free_speed, length_unit
 from leo_diffmodel.outside.finding import ERROR, Finding, OK, WARNING
-from leo_diffmodel.outside.frozen import resolution
-from leo_diffmodel.outside.samples import period, steps
+from leo_diffmodel.outside.samples import period, resolution, steps
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Joint
 

@@ -16,6 +16,7 @@ import numpy as np
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.ordinary import losses
 from leo_diffmodel.outside.samples import block_covariance, reweighted
 
 Array = np.ndarray
@@ -91,22 +92,13 @@ def _seconds(found: Balance, shift: float) -> Figure:
 
 def _columns(flow: Flow, j: int) -> dict[str, Array]:
     """Weight, and all that takes energy or is constant."""
-    model = flow.motion.model
-    dq, sign, load = (x[:, j] for x in (flow.dq, flow.sign, flow.load))
+    model, load = flow.motion.model, flow.load[:, j]
     turned = flow.q.copy()
     turned[:, j] += 0.5 * np.pi
     slides = model.robot.joint_names[j] in model.robot.slides
     across = np.zeros_like(load) if slides else model.rigid.load(turned)[:, j]
-    return {
-        'weight': load,
-        'across': across,
-        'viscous': -dq,
-        'dry': -sign,
-        'drag': -dq * np.abs(dq),
-        'by load': -sign * np.abs(load),
-        'by motor': -sign * np.abs(flow.motor[:, j]),
-        'constant': np.ones_like(load),
-    }
+    constant = np.ones_like(load)
+    return {'weight': load, 'across': across, **losses(flow, j), 'constant': constant}
 
 
 def _delays(motor: Array) -> Array:
@@ -135,7 +127,11 @@ def _loss(columns: dict[str, Array], y: Array) -> float:
 def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Balance:
     size = np.array([np.sqrt((v**2).mean()) for v in used.values()])
     a = np.stack([*used.values()], axis=1) / size
-    amounts, weight = _robust(a, y)
+
+    def solve(weight: Array) -> Array:
+        return np.asarray(np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y)))
+
+    amounts, weight = reweighted(solve, a, y, 1e-9 * float(np.abs(y).max()) + 1e-300)
     left = y - a @ amounts
     inverse = np.linalg.pinv(a.T @ (weight[:, None] * a))
     sd = _spread(a, weight * left, inverse, flow, fitted) / size
@@ -149,14 +145,6 @@ def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Bala
     whole = max(float(np.sqrt((y**2).mean())), 1e-300)
     shares = {name: abs(float(v)) / whole for name, v in zip(used, amounts, strict=True)}
     return Balance(figures, shares)
-
-
-def _robust(a: Array, y: Array) -> tuple[Array, Array]:
-    def solve(weight: Array) -> Array:
-        return np.asarray(np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y)))
-
-    floor = 1e-9 * float(np.abs(y).max()) + 1e-300
-    return reweighted(solve, a, y, floor)
 
 
 def _spread(a: Array, left: Array, inverse: Array, flow: Flow, fitted: Array) -> Array:

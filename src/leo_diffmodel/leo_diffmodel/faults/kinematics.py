@@ -15,7 +15,7 @@ from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.finding import ERROR, graded
-from leo_diffmodel.outside.frozen import resolution
+from leo_diffmodel.outside.samples import resolution
 
 _found = partial(Found, evidence='kinematics')
 BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}

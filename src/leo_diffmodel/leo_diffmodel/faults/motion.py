@@ -19,8 +19,7 @@ from scipy.special import huber
 
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.faults.spline import Knots, Rows, solved
-from leo_diffmodel.outside.frozen import resolution
-from leo_diffmodel.outside.samples import block_covariance, noise, spread
+from leo_diffmodel.outside.samples import block_covariance, huber_weight, noise, resolution, spread
 
 Array = np.ndarray
 TINY = 1e-300
@@ -134,9 +133,7 @@ class Motion:
 
     def _point(self, theta: Array, weight: Array, index: Sequence[int]) -> _Point:
         rest, slope = self._linearised(theta, weight, index)
-        size = spread(rest) + TINY
-        heavy = np.minimum(1.0, LIMITS.motion_huber * size / np.maximum(np.abs(rest), TINY))
-        return _Point(theta, heavy, rest, slope)
+        return _Point(theta, huber_weight(rest, TINY, LIMITS.motion_huber), rest, slope)
 
     def _law(self, at: _Point, index: Sequence[int]) -> Law:
         """Its covariance is the larger of what blocks and what single samples say."""

@@ -14,8 +14,8 @@ from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.finding import ERROR, graded, WARNING
-from leo_diffmodel.outside.frozen import frozen, resolution
-from leo_diffmodel.outside.samples import spread, steps
+from leo_diffmodel.outside.frozen import frozen
+from leo_diffmodel.outside.samples import resolution, spread, steps
 from leo_sim.description.robot import Robot
 
 _found = partial(Found, evidence='sensor')

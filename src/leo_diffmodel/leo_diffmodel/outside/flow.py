@@ -15,7 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.outside.masses import Motion
-from leo_diffmodel.outside.samples import integral, period, THIRD
+from leo_diffmodel.outside.samples import integral, noise, period, THIRD
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
@@ -43,6 +43,9 @@ class Flow:
     enabled: Array  # share with the motor on, shape (N, J); 0 without a motor
     bell: float  # length of the stretches that torques are means over [s]
     motion: Motion  # the same angles, rates and accelerations, with the model
+
+    def joint(self, j: int) -> str:
+        return self.motion.model.robot.joint_names[j]
 
     @property
     def rotor(self) -> Array:
@@ -77,12 +80,10 @@ def flow(recording: Recording, model: Model) -> Flow | None:
 
 def still_rates(recording: Recording) -> Array:
     """Rate below which a joint may stand, shape (J,): three times the noise of the rate."""
-    rough = np.concatenate([np.diff(e.dq, 3, axis=0) for e in recording.episodes])
-    if not len(rough):
-        return np.full(len(recording.joints), OUTSIDE.least_still)
-    fast = np.quantile(np.abs(np.concatenate([e.dq for e in recording.episodes])), 0.95, axis=0)
-    noise = 1.4826 * np.median(np.abs(rough), axis=0) / np.sqrt(THIRD)
-    moving = np.maximum(OUTSIDE.still_sigmas * noise, OUTSIDE.still_share * fast)
+    rates = [e.dq for e in recording.episodes]
+    fast = np.quantile(np.abs(np.concatenate(rates)), 0.95, axis=0)
+    rough = np.array([noise(column) for column in zip(*(dq.T for dq in rates), strict=True)])
+    moving = np.maximum(OUTSIDE.still_sigmas * rough, OUTSIDE.still_share * fast)
     return np.asarray(np.maximum(moving, OUTSIDE.least_still))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.samples import integral
+from leo_diffmodel.outside.samples import integral, resolution
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
@@ -78,10 +78,3 @@ def _constant(t: Array, values: Array) -> list[tuple[int, int]]:
     long = t[last] - t[first] >= OUTSIDE.frozen_seconds
     long &= last - first >= OUTSIDE.frozen_samples - 1
     return list(zip(first[long].tolist(), last[long].tolist(), strict=True))
-
-
-def resolution(*parts: Array, quantile: float = 0.05) -> float:
-    """The smallest step between neighbouring samples of stretches (N,); 0 where there is none."""
-    step = np.abs(np.concatenate([np.diff(part) for part in parts]))
-    moved = step[step > 0]
-    return float(np.quantile(moved, quantile)) if moved.size else 0.0

@@ -53,7 +53,7 @@ def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinar
     columns = np.stack([law.torque for law in laws], axis=1)
     size = np.maximum(np.sqrt((columns[fitted] ** 2).mean(axis=0)), 1e-12)
     bounds = np.array([(law.low, law.high) for law in laws]).T * size
-    amounts = _robust(columns[fitted] / size, flow.missing[fitted, j], bounds)
+    amounts = _within(bounds, columns[fitted] / size, flow.missing[fitted, j])
     parts = columns / size * amounts
     taking = np.array([law.takes for law in laws])
     return Ordinary(flow.missing[:, j] - parts.sum(axis=1), parts[:, taking].sum(axis=1))
@@ -99,11 +99,9 @@ def _coarsest(t: Array, y: Array, most: float) -> float:
     return coarse * (first + int(np.argmax(strength[first : last + 1])))
 
 
-def _robust(columns: Array, y: Array, bounds: Array) -> Array:
+def _within(bounds: Array, columns: Array, y: Array) -> Array:
     """Amounts within bounds that fit most instants, whatever the others do."""
     low, high = np.minimum(bounds[0], -1e-12), np.maximum(bounds[1], 1e-12)
-    floor = 1e-9 * float(np.abs(y).max()) + 1e-15
-
     held = OUTSIDE.ridge**2 * len(y) * np.eye(columns.shape[1])
 
     def solve(weight: Array) -> Array:
@@ -112,7 +110,7 @@ def _robust(columns: Array, y: Array, bounds: Array) -> Array:
         right = solve_triangular(upper, weighted @ y, trans='T')
         return np.asarray(lsq_linear(upper, right, (low, high), method='bvls').x)
 
-    return reweighted(solve, columns, y, floor)[0]
+    return reweighted(solve, columns, y, 1e-9 * float(np.abs(y).max()) + 1e-15)[0]
 
 
 def ordinary(flow: Flow, j: int) -> list[Law]:
@@ -139,16 +137,22 @@ def _masses(flow: Flow, j: int) -> list[Law]:
 
 def _friction(flow: Flow, j: int) -> list[Law]:
     """What takes energy; less than nothing only as far as the model itself has friction."""
-    dq, sign, load, motor = (x[:, j] for x in (flow.dq, flow.sign, flow.load, flow.motor))
     viscous, dry = _model_friction(flow.motion.model, j)
-    return [
-        Law(-dq, -viscous, ANY, True),
-        Law(-sign, -dry, ANY, True),
-        Law(-dq * np.abs(dq), 0.0, ANY, True),
-        Law(-sign * np.abs(load), 0.0, ANY, True),
-        Law(-sign * np.abs(motor), 0.0, ANY, True),
-        Law(-dq * flow.enabled[:, j], -viscous, ANY, True),
-    ]
+    least = {'viscous': -viscous, 'dry': -dry}
+    laws = [Law(x, least.get(name, 0.0), ANY, True) for name, x in losses(flow, j).items()]
+    return [*laws, Law(-flow.dq[:, j] * flow.enabled[:, j], -viscous, ANY, True)]
+
+
+def losses(flow: Flow, j: int) -> dict[str, Array]:
+    """Torques of what takes energy at joint j, for a unit of each (N,)."""
+    dq, sign, load, motor = (x[:, j] for x in (flow.dq, flow.sign, flow.load, flow.motor))
+    return {
+        'viscous': -dq,
+        'dry': -sign,
+        'drag': -dq * np.abs(dq),
+        'by load': -sign * np.abs(load),
+        'by motor': -sign * np.abs(motor),
+    }
 
 
 def _model_friction(model: Model, j: int) -> tuple[float, float]:

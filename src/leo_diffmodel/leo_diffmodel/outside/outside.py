@@ -10,9 +10,9 @@ import numpy as np
 
 from leo_diffmodel.bags.episode import kept, merged
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.outside.finding import ERROR, Finding, WARNING
+from leo_diffmodel.outside.finding import Finding
 from leo_diffmodel.outside.flow import Flow, flow, still_rates
-from leo_diffmodel.outside.forces import blocked, Burst, bursts, held
+from leo_diffmodel.outside.forces import blocked, bursts, held, stretch
 from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.ordinary import (
     explained,
@@ -32,14 +32,6 @@ Array = np.ndarray
 Span = tuple[float, float]
 FORCES = ('push', 'hand', 'blocked', 'unexplained')
 """The kinds of stretches in which the robot is moved, or stopped."""
-TODO = {
-    'push': 'a hand, a stop or a cable? cut it out: leo bag cut --without-outside',
-    'hand': 'a hand is in no model: record again with nothing but the motors moving it',
-    'blocked': 'free the joint and record again, or cut it out: leo bag cut --without-outside',
-    'unexplained': 'are columns, units and signs of the inputs right? leo explain asks effects',
-    'held': 'nothing: leo explain leaves it out',
-}
-HELD = 'all joints: stand before the first input where the model would move; held by a hand?'
 
 
 @np.errstate(all='ignore')
@@ -57,16 +49,11 @@ def moved_from_outside(recording: Recording, model: Model) -> list[Finding]:
     """
     model = model.of_recordings((recording.name,))
     true = with_true_rates(recording)
-    found = [_stretch('held', HELD, *span) for span in held(true, model)]
+    found = held(true, model)
     if (seen := flow(true, model)) is not None:
-        joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
-        found += [s for j, joint in joints for s in _at_joint(true, seen, j, joint)]
+        joints = range(len(model.robot.base_joints), len(recording.joints))
+        found += [f for j in joints for f in _at_joint(true, seen, j)]
     return sorted(found, key=lambda f: f.where[0][0])
-
-
-def _stretch(kind: str, why: str, begin: float, end: float) -> Finding:
-    severity = ERROR if kind == 'hand' else WARNING
-    return Finding(kind, severity, why, TODO[kind], ((begin, end),))
 
 
 def share_outside(recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]) -> float:
@@ -140,7 +127,7 @@ def _gaps(recording: Recording) -> list[Span]:
     return [(a, b) for a, b in (*edges, *inner) if b - a > limit]
 
 
-def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Finding]:
+def _at_joint(recording: Recording, seen: Flow, j: int) -> list[Finding]:
     fitted = seen.moving[:, j] > 0.5
     if fitted.sum() < OUTSIDE.fewest_instants:
         return []
@@ -152,14 +139,10 @@ def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Find
     rung = resonance(recording, j) if led or pushes else None
     if led and follows(seen, j):
         why = 'is led by a hand: no motor, weight or friction gives what accelerates it'
-        return _all_of(seen, 'hand', f'{joint}: {why}')
+        return _all_of(seen, 'hand', f'{seen.joint(j)}: {why}')
     if led or rung:
-        return _all_of(seen, 'unexplained', f'{joint}: {_unlike(seen, found, j, rung)}')
-    stands = [
-        _stretch('blocked', f'{joint}: stands while motor and weight push with {size:.2g}', a, b)
-        for a, b, size in blocked(seen, found, j, fitted)
-    ]
-    return [*(_of_burst(b, joint) for b in pushes), *stands]
+        return _all_of(seen, 'unexplained', _unlike(seen, found, j, rung))
+    return [*pushes, *blocked(seen, found, j, fitted)]
 
 
 def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) -> bool:
@@ -195,25 +178,14 @@ def _lasting(rest: Array, fitted: Array) -> float:
 
 def _unlike(seen: Flow, found: Ordinary, j: int, rung: float | None) -> str:
     """What is not like the model at a joint whose motor acts by itself, in words."""
-    robot, size = seen.motion.model.robot, _lasting(found.rest, seen.moving[:, j] > 0.5)
-    unit = 'N' if robot.joint_names[j] in robot.slides else 'N m'
+    joint, size = seen.joint(j), _lasting(found.rest, seen.moving[:, j] > 0.5)
+    unit = 'N' if joint in seen.motion.model.robot.slides else 'N m'
     what = f'a resonance at {rung:.1f} Hz (an elastic gear?)' if rung else 'the model or the log'
-    return f'moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'
+    return f'{joint}: moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'
 
 
 def _all_of(seen: Flow, kind: str, why: str) -> list[Finding]:
     """The whole recording, episode by episode."""
     times = [seen.time[seen.episode == n] for n in np.unique(seen.episode)]
     half = 0.5 * seen.bell
-    return [_stretch(kind, why, float(t[0]) - half, float(t[-1]) + half) for t in times]
-
-
-def _of_burst(burst: Burst, joint: str) -> Finding:
-    begin, end, size, stopped = burst
-    if stopped:
-        kind, why = 'blocked', f'{joint}: hits something that stops it with {size:.2g}'
-    elif end - begin > OUTSIDE.lasting:
-        kind, why = 'hand', f'{joint}: is led by a hand or a cable with up to {size:.2g}'
-    else:
-        kind, why = 'push', f'{joint}: is pushed with up to {size:.2g}'
-    return _stretch(kind, why, begin, end)
+    return [stretch(kind, why, float(t[0]) - half, float(t[-1]) + half) for t in times]

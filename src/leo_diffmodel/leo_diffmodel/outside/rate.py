@@ -83,8 +83,15 @@ def relate(recording: Recording, j: int) -> Rate | None:
     if np.sqrt((integral**2).mean()) < OUTSIDE.rate_clear * _noise_of_integral(recording, j):
         return None
     columns = np.stack([integral, ends, -seconds], axis=1)
-    theta, covariance = _robust(columns, change)
-    sigma = np.sqrt(np.diag(covariance))
+
+    def solve(weight: Array) -> Array:
+        root = np.sqrt(weight)
+        return np.asarray(np.linalg.lstsq(columns * root[:, None], change * root, rcond=None)[0])
+
+    huber, rounds = OUTSIDE.rate_huber, OUTSIDE.rate_rounds
+    theta, weight = reweighted(solve, columns, change, TINY, huber, rounds)
+    inverse = np.linalg.pinv(columns.T @ (columns * weight[:, None]))
+    sigma = (spread(change - columns @ theta) + TINY) * np.sqrt(np.diag(inverse))
     scale = float(theta[0])
     lag, zero = ((float(theta[i]) / scale, float(sigma[i]) / abs(scale)) for i in (1, 2))
     return Rate((scale, float(sigma[0])), lag, zero)
@@ -102,22 +109,9 @@ def _noise(recording: Recording, j: int, name: str) -> float:
 
 def stretches(recording: Recording, j: int) -> Array:
     """Angle change, integral of the rate, change of the rate, and seconds, of stretches (4, S)."""
-    return np.concatenate([_stretches(e, j) for e in recording.episodes], axis=1)
-
-
-def _stretches(e: Episode, j: int) -> Array:
-    count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
-    channels = np.stack([e.q[:, j], integral(e.t, e.dq[:, j]), e.dq[:, j], e.t])
-    return np.diff(channels[:, ::count])
-
-
-def _robust(columns: Array, y: Array) -> tuple[Array, Array]:
-    """Amounts of columns (N, P) that fit most of y (N,), and their covariance."""
-
-    def solve(weight: Array) -> Array:
-        root = np.sqrt(weight)[:, None]
-        return np.asarray(np.linalg.lstsq(columns * root, y * root[:, 0], rcond=None)[0])
-
-    theta, weight = reweighted(solve, columns, y, TINY, OUTSIDE.rate_huber, OUTSIDE.rate_rounds)
-    gram = columns.T @ (columns * weight[:, None])
-    return theta, (spread(y - columns @ theta) + TINY) ** 2 * np.linalg.pinv(gram)
+    parts = []
+    for e in recording.episodes:
+        count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
+        channels = np.stack([e.q[:, j], integral(e.t, e.dq[:, j]), e.dq[:, j], e.t])
+        parts.append(np.diff(channels[:, ::count]))
+    return np.concatenate(parts, axis=1)

@@ -42,6 +42,13 @@ def noise(parts: Sequence[Array]) -> float:
     return spread(rough) / np.sqrt(THIRD) if rough.size else 0.0
 
 
+def resolution(*parts: Array, quantile: float = 0.05) -> float:
+    """The smallest step between neighbouring samples of stretches (N,); 0 where there is none."""
+    step = np.abs(np.concatenate([np.diff(part) for part in parts]))
+    moved = step[step > 0]
+    return float(np.quantile(moved, quantile)) if moved.size else 0.0
+
+
 def runs(inside: Array, part: Array | None = None) -> list[Array]:
     """Rows of each run of rows that are all inside (N,), of one and the same part (N,)."""
     cut = np.diff(inside.astype(int)) != 0
@@ -72,10 +79,14 @@ def reweighted(
     weight = np.ones(len(y))
     for _ in range(rounds):
         amounts = solve(weight)
-        rest = np.abs(y - columns @ amounts)
-        size = spread(rest) + floor
-        weight = np.minimum(1.0, huber * size / np.maximum(rest, 1e-300))
+        weight = huber_weight(y - columns @ amounts, floor, huber)
     return amounts, weight
+
+
+def huber_weight(rest: Array, floor: float, huber: float) -> Array:
+    """Of samples by what is left over (N,); see `reweighted`."""
+    size = spread(rest) + floor
+    return np.asarray(np.minimum(1.0, huber * size / np.maximum(np.abs(rest), 1e-300)))
 
 
 def block_covariance(inverse: Array, scores: Array, block: Array) -> Array:

@@ -39,7 +39,7 @@ def stood(angle: float, noise: float = 1e-3) -> Recording:
 
 def test_what_somebody_holds_is_left_out_and_is_no_motion():
     recording, model = stood(INCLINED), Model(TORQUE)
-    ((begin, end),) = held(recording, model)
+    (((begin, end),),) = (f.where for f in held(recording, model))
     assert begin == 0.0 and end == pytest.approx(STOOD, abs=0.02)
     (stretch,) = (f for f in moved_from_outside(recording, model) if f.code == 'held')
     assert share_outside([recording], [[stretch]]) == 0.0
