@@ -153,13 +153,10 @@ def _smallest(trace: Trace, ratio: Array) -> float | None:
 
 
 def explained(traces: Sequence[Trace]) -> Array:
-    """Share of each trace's evidence that another effect reproduces.
+    """Share of each trace's evidence that another effect reproduces (cos^2), (points, traces).
 
-    The other effect may take any size and sign that was tried, or any mix of the parameters
-    that scale it. An effect explains all of itself (docs/reference/identification.md 1.5).
-
-    Returns:
-        shape (points of all traces, traces): cos^2; what is left is 1 less that.
+    The other effect may take any size and sign that was tried, or any mix of the parameters that
+    scale it. An effect explains all of itself (docs/reference/identification.md 1.5).
     """
     stacked = np.concatenate([t.signatures for t in traces])
     cosines, last = stacked @ stacked.T, np.cumsum([len(t.sizes) for t in traces])

@@ -81,13 +81,9 @@ def check(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Check:
-    """Look at the bags one by one, then at what they can show together.
+    """Look at the bags of one robot one by one, then at what they can show together.
 
-    Args:
-        bags: of one robot.
-        model: its model, as it stands.
-        extra: a user's own effects.
-        progress: called with what is being looked at.
+    `extra` are a user's own effects; `progress` hears of what is being looked at.
     """
     recordings = [bag.recording for bag in bags]
     model = with_known(model, recordings)

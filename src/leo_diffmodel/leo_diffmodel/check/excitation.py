@@ -34,13 +34,7 @@ class Excitation:
 
 
 def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Excitation]:
-    """One row per joint; those of a base that was held in all bags have none.
-
-    Args:
-        recordings: of one robot.
-        sigma: noise of each recording and channel, shape (R, 2J).
-        robot: which they are of.
-    """
+    """One row per joint by noise (R, 2J); those of a base that was held in all bags have none."""
     return [
         _joint([recordings[i] for i in used], sigma[used], j, robot)
         for j, used in _loose(recordings, robot.base_joints)
@@ -121,10 +115,7 @@ def _moves(row: Excitation) -> Finding:
 def noise_level(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Finding]:
     """One finding per joint: the noisiest of its bags against what it moves in all of them.
 
-    Args:
-        recordings: of one robot.
-        sigma: noise of positions, then rates, shape (R, 2J).
-        robot: which they are of; the joints of its base count where it is not held.
+    Of noise (R, 2J) of positions, then rates. Joints of a base count where it is not held.
     """
     joints, out = recordings[0].joints, []
     for j, used in _loose(recordings, robot.base_joints):

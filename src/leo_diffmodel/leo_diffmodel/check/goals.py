@@ -104,9 +104,7 @@ def frame_shift(recording: Recording) -> list[Finding]:
 def _first(share: Array, spread: Array) -> int | None:
     """The newest row whose goal has a share, None where newer ones may have one as well.
 
-    Args:
-        share: of the goals in the angle, the newest first, shape (R,).
-        spread: their standard deviations, shape (R,).
+    Of shares, newest first, and their standard deviations, (R,).
     """
     small = CHECK.small_share
     for row in (EARLY, OWN, LATE):

@@ -37,14 +37,9 @@ class Misfit:
 def hold(
     recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
 ) -> list[Finding]:
-    """Which way of holding the inputs the data support.
+    """Which way of holding the inputs the data support, with noise (2J,).
 
-    Args:
-        recording: the bag as read.
-        other: the same bag read the other way; None leaves that question out.
-        hold_now: 'next' or 'previous', how `recording` was read.
-        model: the model.
-        sigma: noise, shape (2J,).
+    `other` is the bag read the other way; None leaves that question out.
     """
     if other is None or recording.input == 'none':
         return []
@@ -142,13 +137,8 @@ def shifted(recording: Recording, seconds: float) -> Recording:
 def misfit(recording: Recording, model: Model, sigma: Array) -> Misfit:
     """Robust loss of short windows with free start states and free missing torques.
 
-    Torques that are constant, that grow in time and that go along with the input are free at
-    each joint, so that what the model lacks does not pass for an input at the wrong time.
-
-    Args:
-        recording: the bag.
-        model: its model, good or not.
-        sigma: noise of angles and rates, shape (2J,).
+    Torques that are constant, that grow in time and that go along with the input are free at each
+    joint, so that what the model lacks does not pass for an input at the wrong time.
     """
     seconds = CHECK.hold_intervals * sample_period([recording])
     most = CHECK.hold_windows_on_ground if model.robot.contacts else CHECK.hold_windows

@@ -55,15 +55,9 @@ def traces_of(
 ) -> Traces:
     """Change every effect on top of the model and see what it does to the data.
 
-    Nothing is named: the model is taken as it stands, with its uncertain constants refitted.
-    Some hundred windows stand for all of them, since evidence adds up over time.
-
-    Args:
-        recordings: of one robot.
-        model: its model.
-        extra: a user's own effects.
-        progress: called with what is being looked at.
-        sigma: noise of each recording and channel, shape (R, 2J); None reads it.
+    Nothing is named: the model is taken as it stands, with its uncertain constants refitted. Some
+    hundred windows stand for all of them, since evidence adds up over time. Noise is (R, 2J); None
+    reads it.
 
     Raises:
         ValueError: no window fits.

@@ -89,13 +89,7 @@ class Blocks:
 def make_blocks(
     recordings: Sequence[Recording], hold_out: Sequence[Recording], own: bool = False
 ) -> Blocks:
-    """Blocks of 2 s, or an eighth of a recording shorter than 16 s.
-
-    Args:
-        recordings: to learn from.
-        hold_out: held out whole.
-        own: see `Blocks`.
-    """
+    """Blocks of 2 s, or an eighth of a recording shorter than 16 s; see `Blocks`."""
     everything = [*recordings, *hold_out]
     begin, duration = np.array([_span(r) for r in everything]).T
     length = np.maximum(np.minimum(COMPARE.block_seconds, duration / COMPARE.fewest_blocks), 1e-9)

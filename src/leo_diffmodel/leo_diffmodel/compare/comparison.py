@@ -41,17 +41,14 @@ def compare(
     step: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
-    """Score a model on recordings.
+    """Score a model on recordings of one robot.
 
-    Args:
-        recordings: bags of one robot.
-        model: the model.
-        step: length of one step [s]; by default the control period of the data.
-        progress: called with what comes next; `STAGES` times.
+    A step [s] is the control period of the data by default. `progress` hears `STAGES` times what
+    comes next.
 
     Raises:
         UserError: the recordings are too short for a single window, or a step out of reach; or
-            they say constants of themselves that the robot does not have.
+        they say constants of themselves that the robot does not have.
     """
     began = time.monotonic()
     model = with_known(model, recordings)

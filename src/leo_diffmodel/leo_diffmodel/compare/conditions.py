@@ -46,11 +46,7 @@ def conditions(
 ) -> list[Condition]:
     """Every condition that at least eight windows were in, each window once per variable.
 
-    Args:
-        windows: the data.
-        model: whose motor law and gravity say what a gear carries.
-        most: number of bands of a variable.
-        pressed: which spheres the ground presses on, shape (W, K+1, P).
+    `pressed` are the spheres that the ground presses on, (W, K+1, P).
     """
     load = carried(windows, model)
     of_feet = None if pressed is None else phases(model.robot, pressed, windows.held)
@@ -167,12 +163,8 @@ def phases(robot: Robot, pressed: Array, held: Array) -> list[Array]:
 
     Joints of one leg see their own foot: swing, stance, double support (the other foot carries
     too), touch-down, lift-off. The others see both feet. All see lying (something other than the
-    feet carries) and hanging (the base is held).
-
-    Args:
-        robot: with feet and spheres.
-        pressed: which spheres the ground presses on, (W, K, P).
-        held: windows with a held base, (W,).
+    feet carries) and hanging (the base is held). Spheres are `pressed` (W, K, P), bases `held`
+    (W,).
     """
     links = [contact.link for contact in robot.contacts]
     on = np.stack(

@@ -49,11 +49,7 @@ def own(model: Model, windows: Windows, instants: bool = False) -> Model:
 def respond(model: Model, windows: Windows, start: Array, torques: Array) -> tuple[Array, Array]:
     """Predicted states and their sensitivities, by finite differences in one rollout.
 
-    Args:
-        model: the model.
-        windows: W windows of K intervals.
-        start: start states, shape (W, 2J).
-        torques: small extra joint torques [N m], shape (B, W, K, J).
+    Of start states (W, 2J) and small extra joint torques (B, W, K, J) [N m].
 
     Returns:
         predictions (W, K+1, 2J) and columns (W, K+1, 2J, 2J + B): per unit of start state
@@ -99,14 +95,9 @@ def tame(columns: Array) -> Array:
 def nearer(windows: Windows, predicted: Array, columns: Array, sigma: Array) -> Array:
     """Start states (W, 2J) that fit the windows best, linearised about the measured ones.
 
-    Contact makes the answer nonlinear: a foot that the noise of its start puts a millimetre
-    into the ground leaps. Near the true start the columns mean what they say.
-
-    Args:
-        windows: the data.
-        predicted: what `respond` found at the measured start.
-        columns: the sensitivities it found there.
-        sigma: noise of each window and channel, shape (W or 1, 1, 2J).
+    By what `respond` found there, and noise (W or 1, 1, 2J). Contact makes the answer nonlinear: a
+    foot that the noise of its start puts a millimetre into the ground leaps. Near the true start
+    the columns mean what they say.
     """
     states = windows.measured.shape[-1]
     e, a = whitened(windows.measured - predicted, columns, sigma)

@@ -52,11 +52,8 @@ def rank(
     each model to the best is averaged in each block of 2 s (an eighth of a shorter bag); where its
     95 % t interval over the blocks holds 0, the two are not distinguishable.
 
-    Args:
-        recordings: bags of one robot.
-        models: by their names, all with the joints and the input of that robot.
-        step: the shortest window [s]; by default the control period of the data.
-        progress: called with what comes next; `STAGES` times for each model.
+    The shortest window is a `step` [s], the control period of the data by default. `progress`
+    hears what comes next, `STAGES` times for each model.
 
     Raises:
         UserError: models of different robots, recordings too short, or as `compare`.
@@ -168,12 +165,8 @@ def _rows(scored: Mapping[str, _Scored], block: Array) -> list[dict]:
 def behind(difference: Array, block: Array) -> dict:
     """How far a model is behind the best, with its 95 % interval over blocks of time.
 
-    Args:
-        difference: of the shares, in each window, (W,).
-        block: the block of each window, (W,).
-
-    Returns:
-        value, ci95 (None with a single block), and whether the two are distinguishable.
+    Of the difference of shares in each window and the block of each (W,). With a single block
+    there is no interval.
     """
     means = np.array([difference[block == b].mean() for b in np.unique(block)])
     value, count = float(means.mean()), len(means)

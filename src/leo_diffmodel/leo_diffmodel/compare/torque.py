@@ -99,10 +99,7 @@ def window_seconds(recordings: Sequence[Recording]) -> float:
 def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
     """Least squares for a constant torque per window and joint, with a free start state.
 
-    Args:
-        model: the model that lacks the torque; positive turns the joint forward.
-        windows: short windows.
-        sigma: noise of each recording and channel, shape (R, 2J).
+    A positive torque turns the joint forward. Noise is (R, 2J).
     """
     joints = windows.q.shape[-1]
     unit = COMPARE.small_torque * torque_scale(model.robot)
@@ -152,8 +149,7 @@ def lacking_and_supposed(
 ) -> tuple[MissingTorque, dict[str, Array]]:
     """What a model lacks, in windows as many as a page can draw, each with a past.
 
-    Returns:
-        the estimate, and what it would be by each other model [N m], shape (W, J).
+    And what that would be by each other model [N m], (W, J).
     """
     windows = cut(recordings, window_seconds(recordings), history=COMPARE.history)
     found = trusted(estimate(model, spread_out(windows, MOST_DRAWN), sigma), model)

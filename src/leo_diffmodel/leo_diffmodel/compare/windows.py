@@ -76,13 +76,10 @@ def cut(
     stride: float | None = None,
     history: float = 0.0,
 ) -> Windows:
-    """Windows of about `seconds`, none across an episode's end.
+    """Windows of about `seconds`, none across an episode's end, `stride` [s] from start to start.
 
-    Args:
-        recordings: what to cut; all of one robot.
-        seconds: length of a window; at least one sample interval.
-        stride: time from start to start; by default windows share no sample.
-        history: time before each window to keep [s]; windows without it are left out.
+    By default they share no sample. They keep `history` [s] before them; those without it are left
+    out.
 
     Raises:
         ValueError: no episode is long enough.

@@ -41,14 +41,7 @@ class Fault:
     whole_log: ClassVar[bool] = False  # it is one for all joints
 
     def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
-        """The episode as a log with this fault has it.
-
-        Args:
-            e: as it was.
-            j: the joint.
-            a: its actuator, where it has one.
-            value: size of the fault.
-        """
+        """The episode as a log with this fault of size `value` at joint j, actuator a, has it."""
         name, column = COLUMNS[self.channel], a if self.channel == 'input' else j
         values = getattr(e, name).copy()
         values[:, column] = self.logged(e.t, values[:, column], value)
@@ -59,11 +52,9 @@ class Fault:
         raise NotImplementedError
 
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        """What undoes it in a topic map; empty where no map can.
+        """What undoes a fault of size `value` in a topic map; empty where no map can.
 
-        Args:
-            value: size of the fault.
-            names: joints whose columns it is about.
+        Some are about the columns of several joints, `names`.
         """
         return {self.key: value} if self.key else {}
 
@@ -72,9 +63,7 @@ class Factor(Fault):
     """A channel logged as a multiple of what happened; `key` of a topic map has the inverse."""
 
     def logged(self, t: Array, x: Array, value: float) -> Array:
-        """The multiple."""
         return value * x
 
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        """The inverse of the factor."""
         return {self.key: 1 / value}

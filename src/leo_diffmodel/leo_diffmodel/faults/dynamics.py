@@ -42,12 +42,8 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
     """What is wrong with inputs, zeros and time, by the torques of a log without other faults.
 
     What the balance of one joint suggests is a fault only where it predicts the log better than
-    all that is ordinary does, in blocks of time that neither was fitted to.
-
-    Args:
-        recording: the log.
-        model: of its robot.
-        settled: joints whose inputs are in their own columns by now, or whose zeros are right.
+    all that is ordinary does, in blocks of time that neither was fitted to. Inputs of `settled`
+    joints are in their own columns by now, or their zeros right.
     """
     seen = flow(with_true_rates(recording), model)
     if seen is None:

@@ -28,12 +28,9 @@ from leo_sim.model import Model
 def find_faults(
     recordings: Sequence[Recording], model: Model, by_torques: bool = True
 ) -> list[Found]:
-    """What is wrong with the logs, errors first.
+    """What is wrong with the logs of one robot, errors first.
 
-    Args:
-        recordings: of one robot.
-        model: its model, with what the recordings know of themselves.
-        by_torques: ask the balance of torques, too: not where laws that nobody knows act.
+    `by_torques` asks the balance of torques, too: not where laws that nobody knows act.
     """
     out = [f for r in recordings for f in faults_of(r, model.of_recordings((r.name,)), by_torques)]
     told = [_of_this_log_alone(f) if _contradicted(f, recordings) else f for f in out]

@@ -37,11 +37,7 @@ TINY = 1e-12
 def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Array:
     """What of the input of joint j its motion does not explain [N m, N as logged], (N,).
 
-    Args:
-        flow: of one recording.
-        j: the joint.
-        fitted: the instants that are fitted, (N,).
-        reading: of its log.
+    The instants `fitted` (N,) are fitted.
     """
     column = j if reading.column is None else reading.column
     motor, before, missing = flow.motor.copy(), flow.before.copy(), flow.missing.copy()
@@ -72,11 +68,8 @@ def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
 def better(first: Iterable[Array], second: Iterable[Array]) -> float:
     """By how much less the second misses than the first, in standard errors over the blocks.
 
-    Each block of each joint counts alike, however much moves in it.
-
-    Args:
-        first: what was missed at each joint, (B,) each.
-        second: the same, under another reading of the log.
+    Both are what was missed at each joint (B,), by two readings of a log. Each block of each joint
+    counts alike, however much moves in it.
     """
     a, b = np.array([*first]), np.array([*second])
     known = np.isfinite(a) & np.isfinite(b)

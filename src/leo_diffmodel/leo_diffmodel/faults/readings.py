@@ -47,10 +47,7 @@ class Reading:
 def who_is_right(recording: Recording, model: Model | None, found: Sequence[Found]) -> list[Found]:
     """The faults with each contradiction of scales resolved by the balance of torques.
 
-    Args:
-        recording: the log.
-        model: of its robot; None where torques cannot be asked.
-        found: what the kinematics say.
+    Without a model torques are not asked.
     """
     out = [f for f in found if f.code not in CONTRADICTIONS]
     for joint in dict.fromkeys(f.joint for f in found if f.code in CONTRADICTIONS):

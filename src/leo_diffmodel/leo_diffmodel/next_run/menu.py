@@ -165,12 +165,10 @@ class MotionRun:
 
     @property
     def name(self) -> str:
-        """Short, for tables."""
         return f'{self.motion}, seed {self.seed}'
 
     @property
     def about(self) -> str:
-        """What it does, in words."""
         return f'{MOTIONS[self.motion].about}, from the pose {MOTIONS[self.motion].start!r}'
 
     @property

@@ -45,7 +45,6 @@ class Option:
         return min(self.nats, default=0.0), sum(self.nats)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values."""
         return {
             'name': self.run.name,
             'about': self.run.about,
@@ -73,7 +72,6 @@ class Proposal:
         return self.options[0]
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values."""
         return {
             'aim': self.aim,
             'points': list(self.points),

@@ -250,5 +250,4 @@ class Run:
 
     @property
     def count(self) -> int:
-        """Number of control periods."""
         return len(self.inputs)

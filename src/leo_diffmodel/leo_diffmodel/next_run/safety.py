@@ -67,10 +67,8 @@ def tamed(
 ) -> tuple[list[Run | MotionRun], list[str | None]]:
     """The runs, milder where any of the models predicts that they go too far.
 
-    A scripted motion steers, and falls by intent: it is taken as it is.
-
-    Returns:
-        The runs, and why one may not be sent however mild it is, or None.
+    And why one may not be sent however mild it is, or None. A scripted motion steers, and falls by
+    intent: it is taken as it is.
     """
     robot, mild = models[0].robot, list(runs)
     unsafe: list[str | None] = [None] * len(runs)

@@ -30,10 +30,9 @@ Array = np.ndarray
 def windows_of(
     runs: Sequence[Recording], period: float, grids: Grids, most: int = NEXT.most_windows
 ) -> tuple[Windows, Array]:
-    """Short windows of every run, some of each, and how many each of them stands for.
+    """Short windows of every run, some of each, and how many each of them stands for, (W,).
 
-    Returns:
-        the windows, `source` the number of the run, and their weights, shape (W,).
+    Their `source` is the number of the run.
     """
     seconds = window_seconds(grids, period)
     windows = cut(runs, seconds, history=noise.HISTORY)
@@ -51,20 +50,11 @@ def windows_of(
 def separable(
     base: Model, runs: Sequence[Recording], period: float, sigma: Array, other: Fit
 ) -> Array:
-    """Nats by which each run, as one hypothesis makes it, speaks against another one.
+    """Nats by which each run, as one hypothesis makes it, speaks against another one, (runs,).
 
     The other hypothesis may fit its start states anew, and its parameters as far as the bags
-    recorded before let it: their information counts as a prior.
-
-    Args:
-        base: the model that both hypotheses change.
-        runs: the runs under the first hypothesis, without noise.
-        period: time from state to state [s].
-        sigma: measurement noise, shape (2J,).
-        other: the second hypothesis, fitted to the bags recorded before.
-
-    Returns:
-        shape (runs,).
+    recorded before let it: their information counts as a prior. Both change the model `base`; runs
+    have no noise, and are measured with sigma (2J,).
     """
     settings = settings_for(base.robot)
     windows, weight = windows_of(runs, period, settings.grids)
@@ -116,13 +106,7 @@ def shown(
 ) -> Array:
     """Evidence of each effect's largest plausible size in each run, shape (runs, labels) [nats].
 
-    Args:
-        model: the model as it stands.
-        runs: simulated with it, without noise.
-        period: time from state to state [s].
-        sigma: measurement noise, shape (2J,).
-        labels: the effects that the bags could not test, as effect:where.
-        extra: a user's own effects.
+    Runs are simulated with the model as it stands, without noise, and measured with sigma (2J,).
     """
     wanted = [c for c in candidates(model, extra) if c.label in labels]
     on_ground = bool(model.robot.contacts)

@@ -26,5 +26,5 @@ class Finding:
 
 
 def graded(error: bool) -> str:
-    """The severity of what is wrong, surely or perhaps."""
+    """What is wrong surely is an error, perhaps a warning."""
     return ERROR if error else WARNING

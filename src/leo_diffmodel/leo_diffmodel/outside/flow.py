@@ -118,7 +118,6 @@ def _smoothed(values: Array, weights: Array, every: int) -> Array:
 
 
 def _windows(values: Array, weights: Array, every: int) -> Array:
-    """What lies under each bell, along the last axis."""
     return sliding_window_view(values, len(weights), axis=0)[::every]
 
 

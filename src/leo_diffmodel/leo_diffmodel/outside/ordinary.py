@@ -42,13 +42,9 @@ class Ordinary:
 
 
 def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinary:
-    """Explain the torque that the model lacks at joint j.
+    """The torque that the model lacks at joint j, by laws that are fitted to some instants (N,).
 
-    Args:
-        flow: of one recording.
-        j: the joint.
-        fitted: the instants that are fitted (N,); those of a joint that stands say nothing.
-        laws: what may explain it.
+    Those in which a joint stands say nothing.
     """
     columns = np.stack([law.torque for law in laws], axis=1)
     size = np.maximum(np.sqrt((columns[fitted] ** 2).mean(axis=0)), 1e-12)

@@ -103,7 +103,6 @@ def _noise_of_integral(recording: Recording, j: int) -> float:
 
 
 def _noise(recording: Recording, j: int, name: str) -> float:
-    """Of angle or rate."""
     return noise([getattr(e, name)[:, j] for e in recording.episodes])
 
 

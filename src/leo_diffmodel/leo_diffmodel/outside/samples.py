@@ -68,13 +68,8 @@ def reweighted(
 ) -> tuple[Array, Array]:
     """Amounts of columns (N, P) that fit most of y (N,), whatever the others do; the weights (N,).
 
-    Args:
-        solve: the amounts for weights (N,).
-        columns: what is fitted.
-        y: to this.
-        floor: added to the standard deviation of what is left over.
-        huber: such deviations from which on a sample counts less.
-        rounds: of reweighting.
+    `solve` gives the amounts for weights (N,). A sample counts less from `huber` standard
+    deviations of what is left over on; `floor` is added to these.
     """
     weight = np.ones(len(y))
     for _ in range(rounds):
@@ -92,10 +87,8 @@ def huber_weight(rest: Array, floor: float, huber: float) -> Array:
 def block_covariance(inverse: Array, scores: Array, block: Array) -> Array:
     """Of P estimates, where errors are correlated within blocks (the clustered sandwich), (P, P).
 
-    Args:
-        inverse: of the normal matrix, shape (P, P).
-        scores: weighted residual times column of each sample, shape (N, P).
-        block: number of the block of each sample, shape (N,).
+    Of the inverse of the normal matrix (P, P), the weighted residual times column of each sample
+    (N, P), and the number of its block (N,).
     """
     sums = np.stack([np.bincount(block, score) for score in scores.T], axis=1)
     blocks, count = sums.shape
