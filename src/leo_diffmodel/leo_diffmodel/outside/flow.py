@@ -48,12 +48,6 @@ class Flow:
         return self.motion.model.robot.joint_names[j]
 
     @property
-    def rotor(self) -> Array:
-        """Inertia of the rotors by the model [kg m2, kg], shape (J,)."""
-        rotors = np.asarray(self.motion.model.laws.rotor_inertia, dtype=float).reshape(-1)
-        return np.broadcast_to(rotors, self.q.shape[1:])
-
-    @property
     def own(self) -> Array:
         """The largest torque at work at each instant and joint [N m, N], shape (N, J)."""
         return np.maximum(np.maximum(np.abs(self.motor), np.abs(self.load)), np.abs(self.turning))
@@ -69,13 +63,19 @@ def flow(recording: Recording, model: Model) -> Flow | None:
     step, still = period(recording), still_rates(recording)
     bell = max(OUTSIDE.bell_seconds, OUTSIDE.bell_least_intervals * step)
     grid = max(step, bell / OUTSIDE.bell_most_intervals)
-    parts = [_episode(e, i, model, grid, bell, still) for i, e in enumerate(recording.episodes)]
-    found = [p for p in parts if p is not None]
-    if not found:
+    episodes = enumerate(recording.episodes)
+    parts = [p for i, e in episodes if (p := _episode(e, i, model, grid, bell, still))]
+    if not parts:
         return None
-    whole = {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+    whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     motion = Motion(model, whole['q'], whole['dq'], whole['ddq'])
     return Flow(**whole, bell=bell, motion=motion)
+
+
+def rotors(model: Model) -> Array:
+    """Inertia of the rotors [kg m2, kg], shape (J,)."""
+    inertia = np.asarray(model.laws.rotor_inertia, dtype=float).reshape(-1)
+    return np.broadcast_to(inertia, len(model.robot.joint_names))
 
 
 def still_rates(recording: Recording) -> Array:
@@ -89,20 +89,25 @@ def still_rates(recording: Recording) -> Array:
 
 def _episode(
     e: Episode, number: int, model: Model, grid: float, bell: float, still: Array
-) -> dict[str, Array] | None:
-    """What a flow has of one episode; None where it holds no bell."""
+) -> dict[str, Array]:
+    """What a flow has of one episode; empty where it holds no bell."""
     count = int((e.t[-1] - e.t[0]) / grid + 1e-6)
     weights = _bell(max(2, round(bell / grid)))
     if count < len(weights) + 1:
-        return None
+        return {}
     nodes = e.t[0] + grid * np.arange(count + 1)
     raw = _intervals(e, model, nodes, grid, weights, still)
+    raw['time'] = 0.5 * (nodes[1:] + nodes[:-1])
     every = max(1, len(weights) // OUTSIDE.per_bell)
-    smooth = {name: _smoothed(values, weights, every) for name, values in raw.items()}
-    turned = np.ptp(_windows(raw['q'], weights, every), axis=-1)
+
+    def under_bells(values: Array) -> Array:
+        """One after the other, inside the episode, along the last axis."""
+        return sliding_window_view(values, len(weights), axis=0)[::every]
+
+    smooth = {name: under_bells(values) @ weights for name, values in raw.items()}
+    turned = np.ptp(under_bells(raw['q']), axis=-1)
     smooth['moving'] *= turned > OUTSIDE.turned * still * bell
-    middle = _smoothed(0.5 * (nodes[1:] + nodes[:-1]), weights, every)
-    return {'time': middle, 'episode': np.full(len(middle), number), **smooth}
+    return {**smooth, 'episode': np.full(len(turned), number)}
 
 
 def _bell(count: int) -> Array:
@@ -110,15 +115,6 @@ def _bell(count: int) -> Array:
     x = (np.arange(count) + 0.5) / count * 2 - 1
     weights = (1 - x**2) ** 2
     return np.asarray(weights / weights.sum())
-
-
-def _smoothed(values: Array, weights: Array, every: int) -> Array:
-    """Means under the bell, where it lies inside the episode, one every so many intervals."""
-    return np.asarray(_windows(values, weights, every) @ weights)
-
-
-def _windows(values: Array, weights: Array, every: int) -> Array:
-    return sliding_window_view(values, len(weights), axis=0)[::every]
 
 
 def _intervals(
@@ -142,8 +138,7 @@ def _intervals(
     held = _held(model, middle, rate, u, on, sign)
     mass, bias = model.rigid.mass_and_bias(middle, rate)
     load = model.rigid.load(middle)
-    rotors = np.asarray(model.laws.rotor_inertia, dtype=float).reshape(-1)
-    inertial = (mass + np.diag(np.broadcast_to(rotors, ddq.shape[-1:]))) * ddq[:, None, :]
+    inertial = (mass + np.diag(rotors(model))) * ddq[:, None, :]
     return {
         'q': middle,
         'dq': rate,

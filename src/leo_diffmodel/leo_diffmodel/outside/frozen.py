@@ -32,29 +32,33 @@ def frozen(recording: Recording) -> list[Frozen]:
         for sensor, find, name in (('angle', _angle, 'q'), ('speed', _speed, 'dq')):
             values = np.concatenate([getattr(e, name)[:, j] for e in recording.episodes])
             ends = values.min(), values.max()
-            found = [(a, b, v in ends) for e in recording.episodes for a, b, v in find(e, j)]
+            found = [(e, a, b) for e in recording.episodes for a, b in find(e, j)]
             for at_end in (False, True):
-                same = ((a, b) for a, b, end in found if end == at_end)
+                same = [
+                    (float(e.t[a]), float(e.t[b]))
+                    for e, a, b in found
+                    if (getattr(e, name)[a, j] in ends) == at_end
+                ]
                 spans = merged(same, OUTSIDE.frozen_adjacent)
                 out.append(Frozen(joint, sensor, at_end, spans))
     return [f for f in out if f.spans]
 
 
-def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
-    """Stretches, with their value, of one angle although the speed adds up."""
+def _angle(e: Episode, j: int) -> list[tuple[int, int]]:
+    """First and last samples of stretches of one angle although the speed adds up."""
     area = integral(e.t, e.dq[:, j])
     least = max(OUTSIDE.frozen_move, OUTSIDE.frozen_resolutions * resolution(e.q[:, j]))
     fastest = float(np.abs(e.dq[:, j]).max())
     slowest = max(OUTSIDE.frozen_slowest * fastest, 2 * resolution(e.dq[:, j]))
     return [
-        (float(e.t[a]), float(e.t[b]), float(e.q[a, j]))
+        (a, b)
         for a, b in _constant(e.t, e.q[:, j])
         if np.ptp(area[a : b + 1]) > max(least, slowest * (e.t[b] - e.t[a]))
     ]
 
 
-def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
-    """Stretches, with their value, of one speed that the angle does not go along with.
+def _speed(e: Episode, j: int) -> list[tuple[int, int]]:
+    """First and last samples of stretches of one speed that the angle does not go along with.
 
     While the joint stands, a speed may be a bit off and repeat itself.
     """
@@ -67,7 +71,7 @@ def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
         stands = abs(after - e.q[a, j]) < OUTSIDE.frozen_move
         off = abs(e.q[b, j] - e.q[a, j] - e.dq[a, j] * seconds)
         if off > OUTSIDE.frozen_move + max(coarse, slowest * stands) * seconds:
-            out.append((float(e.t[a]), float(e.t[b]), float(e.dq[a, j])))
+            out.append((a, b))
     return out
 
 

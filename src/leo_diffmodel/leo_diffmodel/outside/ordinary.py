@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
-from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.flow import Flow, rotors
 from leo_diffmodel.outside.samples import reweighted
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
@@ -128,7 +128,11 @@ def _masses(flow: Flow, j: int) -> list[Law]:
     torque, least, most = flow.motion.masses
     weights = [Law(-x, a, b) for x, a, b in zip(torque[:, j].T, least, most, strict=True)]
     tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.motion.turned[:, j].T]
-    return [*weights, *tilted, Law(-flow.ddq[:, j], OUTSIDE.lighter * flow.rotor[j], ANY)]
+    return [
+        *weights,
+        *tilted,
+        Law(-flow.ddq[:, j], OUTSIDE.lighter * rotors(flow.motion.model)[j], ANY),
+    ]
 
 
 def _friction(flow: Flow, j: int) -> list[Law]:
