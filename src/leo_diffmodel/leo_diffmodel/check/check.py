@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_level
-from leo_diffmodel.check.finding import forces, of_faults
 from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.hold import hold
 from leo_diffmodel.check.pairs import alike, hidden, Pair
@@ -24,8 +24,10 @@ from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.faults.find import faults_of
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import mapped
-from leo_diffmodel.outside.finding import ERROR, Finding, OK, WARNING
+from leo_diffmodel.outside.finding import ERROR, Finding, OK, times, WARNING
+from leo_diffmodel.outside.outside import moved_from_outside
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -176,3 +178,42 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     ]
     findings, origin = [short, length(recordings), *found], provenance(recordings, model)
     return Check(_sorted(findings), (), (), (), None, seconds, origin)
+
+
+def of_faults(recording: Recording, faults: Sequence[Found]) -> list[Finding]:
+    """One finding for each fault, and one for each joint whose speed is that of its angle."""
+    found = [_finding(f) for f in faults]
+    if recording.rates != 'measured':
+        return found
+    wrong = {f.joint for f in faults if f.evidence == 'kinematics'}
+    good = [
+        Finding('rate', OK, f'{joint}: the speed is the derivative of the position')
+        for joint in recording.joints
+        if joint not in wrong and '' not in wrong
+    ]
+    return found + good
+
+
+def _finding(f: Found) -> Finding:
+    where = f': {times(f.where)}' if f.where else ''
+    mend = f'put "{f.line}" into the topic map (--topic-map MAP.yaml)' if f.line else ''
+    todo = mend if f.error and mend else f.fault.todo or mend
+    return Finding(f.code, f.severity, f.in_words + where, todo, f.where)
+
+
+def forces(recording: Recording, model: Model) -> list[Finding]:
+    """One finding for each joint and kind of force from outside."""
+    if model.robot.contacts and not recording.held:
+        return []
+    groups = groupby(sorted(moved_from_outside(recording, model), key=_kind), _kind)
+    out = [_together(list(stretches)) for _, stretches in groups]
+    return out or [Finding('push', OK, 'no hand push, no collision')]
+
+
+def _kind(stretch: Finding) -> tuple[str, str]:
+    return stretch.code, stretch.what.split(':')[0]
+
+
+def _together(stretches: Sequence[Finding]) -> Finding:
+    first, where = stretches[0], tuple(span for f in stretches for span in f.where)
+    return replace(first, what=f'{first.what}: {times(where)}', where=where)

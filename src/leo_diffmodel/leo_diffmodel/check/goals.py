@@ -11,14 +11,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.check.finding import times
 from leo_diffmodel.check.settings import CHECK
-from leo_diffmodel.outside.finding import Finding, OK, WARNING
+from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
 from leo_diffmodel.outside.samples import period, runs
 
 Array = np.ndarray
-EARLY, OWN, LATE = 0, 1, 2
-"""Rows from the goal to the angle that it moves first."""
+EARLY, OWN, LATE = 0, 1, 2  # rows from the goal to the angle that it moves first
 TODO = 'log what was sent (what send_action returns), or cut these parts out: leo bag cut'
 
 

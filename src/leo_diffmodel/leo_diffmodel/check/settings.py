@@ -78,7 +78,6 @@ class Limits:
     most_times: float = 1000.0  # times these data to separate a pair: more is none
     likeness_least: float = 1e-11
     """Share of the square of the largest direction of a trace: what is less is rounding."""
-    times_shown: int = 3  # stretches of a finding that are named one by one
 
 
 CHECK = Limits()

@@ -9,9 +9,8 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.finding import times
 from leo_diffmodel.check.settings import CHECK
-from leo_diffmodel.outside.finding import Finding, OK, WARNING
+from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
 from leo_diffmodel.outside.samples import period, steps
 
 HARMLESS = (

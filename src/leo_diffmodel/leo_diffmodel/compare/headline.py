@@ -13,8 +13,7 @@ from leo_diffmodel.compare.errors import Prediction, root_mean
 from leo_diffmodel.compare.settings import COMPARE
 from leo_sim.description.robot import Robot
 
-Figures = dict[str, list[float]]
-"""rmse and median of each state, as in explain.json."""
+Figures = dict[str, list[float]]  # rmse and median of each state, as in explain.json
 NORMAL = ndtri(0.5 + (np.arange(64) + 0.5) / 128)
 """Sizes of a standard normal variable, each as likely as the others."""
 

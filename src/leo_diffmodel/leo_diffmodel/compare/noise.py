@@ -24,8 +24,7 @@ from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Window
 from leo_sim.model import Model
 
 Array = np.ndarray
-HISTORY = COMPARE.history
-"""What windows keep before them [s]."""
+HISTORY = COMPARE.history  # what windows keep before them [s]
 
 
 def short_windows(recordings: Sequence[Recording]) -> list[Windows]:

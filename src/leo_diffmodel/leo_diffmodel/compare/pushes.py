@@ -15,8 +15,7 @@ from leo_sim.model import Model
 from leo_sim.model.batch import rollout
 
 Array = np.ndarray
-SCHEMES = ('search', 'training')
-"""The coarsest first."""
+SCHEMES = ('search', 'training')  # the coarsest first
 
 
 def predict(model: Model, windows: Windows, start: Array, push: Array | None = None) -> Array:

@@ -15,8 +15,7 @@ from leo_sim.description.constants import BODY_UNITS, COM
 from leo_sim.description.robot import Actuator, Robot
 from leo_sim.effects import Parameter
 
-EARTH = 9.81
-"""Standard gravity [m/s2]."""
+EARTH = 9.81  # standard gravity [m/s2]
 SYMBOLS = ('N', 'm', 's', 'rad', 'kg', 'V')
 COUNTS = ('', '1', '1/turn', '1/m')
 """Units of plain numbers: shares, scales, how often in a turn (on a slide in 2 pi m)."""

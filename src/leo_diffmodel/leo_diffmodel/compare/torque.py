@@ -20,8 +20,7 @@ from leo_diffmodel.compare.windows import cut, per_window, sample_period, spread
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOST_DRAWN = 1500
-"""Windows whose torque a page shows."""
+MOST_DRAWN = 1500  # windows whose torque a page shows
 
 
 @dataclass(frozen=True)

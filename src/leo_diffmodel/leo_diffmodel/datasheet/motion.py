@@ -20,10 +20,8 @@ from leo_sim.model import Model
 PARTS = ('triangle, slow', 'steps, small', 'steps, large', 'chirp', 'kick and let go')
 """Friction near rest and under load; dead band and delay; inertia, delay and lag; back-EMF; and
 viscous friction apart from it, as a free motor has none."""
-SECONDS = 15.0
-"""Of each part: two slow triangles, four free swings."""
-LEVEL = 0.7
-"""Of the largest input [V, N m]."""
+SECONDS = 15.0  # of each part: two slow triangles, four free swings
+LEVEL = 0.7  # of the largest input [V, N m]
 GOALS = 1.2
 """rad to either side, at most: where gravity changes by more than nine tenths of its most."""
 

@@ -15,8 +15,7 @@ from leo_diffmodel.bags.recording import Episode
 Array = np.ndarray
 Patch = Mapping[str, Any]
 """Keys of one joint in a topic map, or of the map itself, that undo a fault."""
-COLUMNS = {'angle': 'q', 'speed': 'dq', 'input': 'inputs'}
-"""Of an episode, by channel."""
+COLUMNS = {'angle': 'q', 'speed': 'dq', 'input': 'inputs'}  # of an episode, by channel
 
 
 class Fault:

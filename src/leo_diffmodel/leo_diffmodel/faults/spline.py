@@ -12,8 +12,7 @@ from scipy.linalg import solveh_banded
 from leo_diffmodel.faults.settings import LIMITS
 
 Array = np.ndarray
-ORDER = 4
-"""Basis functions that are not zero at an instant."""
+ORDER = 4  # basis functions that are not zero at an instant
 PIECES = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
 """Coefficients in u, u from 0 to 1 between two knots, of the four basis functions."""
 

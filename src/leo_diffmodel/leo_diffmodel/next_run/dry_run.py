@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.next_run.ramp import from_here
+from leo_diffmodel.next_run.reach import from_here
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import from_states, start_of

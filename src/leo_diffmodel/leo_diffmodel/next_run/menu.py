@@ -19,8 +19,7 @@ Array = np.ndarray
 Shape = Callable[[Array, np.random.Generator], Array]
 SEED = 0
 KICK_SECONDS, SWING_SECONDS = 1.5, 2.5
-SEEDS = (11, 12, 13)
-"""Of the figures of each motion; others than those a user takes first."""
+SEEDS = (11, 12, 13)  # of the figures of each motion; others than those a user takes first
 
 
 def menu(robot: Robot, reach: Reach, seconds: float) -> list[Run]:

@@ -38,8 +38,7 @@ from leo_sim.description.robot import Robot
 FIRST = '# leo run file'
 UNITS = dict.fromkeys([*INPUT_UNITS.values(), *map(sliding, INPUT_UNITS.values())])
 TORQUE = {'on': True, 'off': False}
-MOST_PERIODS = 1e6
-"""Of one run: 2.8 hours at 100 Hz."""
+MOST_PERIODS = 1e6  # of one run: 2.8 hours at 100 Hz
 Array = np.ndarray
 
 

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 OK, WARNING, ERROR = 'ok', 'warning', 'error'
 """An error makes what is learned wrong, a warning limits what can be learned."""
+
+SHOWN = 3  # stretches of a finding that are named one by one
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,13 @@ class Finding:
     @property
     def error(self) -> bool:
         return self.severity == ERROR
+
+
+def times(stretches: Sequence[tuple[float, float]]) -> str:
+    """The first few stretches in words."""
+    first = ', '.join(f'{begin:.2f}-{end:.2f} s' for begin, end in stretches[:SHOWN])
+    more = len(stretches) - SHOWN
+    return f'{first} and {more} more' if more > 0 else first
 
 
 def graded(error: bool) -> str:

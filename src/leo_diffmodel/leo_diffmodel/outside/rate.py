@@ -12,8 +12,7 @@ from leo_diffmodel.outside.samples import integral, noise, period, reweighted, s
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
-TINY = 1e-12
-"""rad, m: keeps weights finite where a fit is exact."""
+TINY = 1e-12  # rad, m: keeps weights finite where a fit is exact
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
-THIRD = 20.0
-"""Variance of third differences of white noise of variance 1: 1 + 9 + 9 + 1."""
+THIRD = 20.0  # variance of third differences of white noise of variance 1: 1 + 9 + 9 + 1
 
 
 def steps(recording: Recording) -> Array:

@@ -8,7 +8,7 @@ import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.finding import forces
+from leo_diffmodel.check.check import forces
 from leo_diffmodel.outside.forces import held
 from leo_diffmodel.outside.outside import moved_from_outside, share_outside, without
 from leo_sim.effects import place

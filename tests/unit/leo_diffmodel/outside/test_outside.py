@@ -14,7 +14,7 @@ from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.episode import between
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.check.finding import forces
+from leo_diffmodel.check.check import forces
 from leo_diffmodel.compare.sizes import gravity_scale
 from leo_diffmodel.outside.finding import ERROR
 from leo_diffmodel.outside.frozen import frozen

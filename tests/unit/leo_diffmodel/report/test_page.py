@@ -135,7 +135,7 @@ def test_the_page_of_recordings_that_were_moved_from_outside(model, recording, t
     pushed = Finding('push', WARNING, 'pivot: a push', where=((1.0, 2.0),))
     gates = SETTINGS.gates.to_json()
     answer = replace(
-        explanation('unknown', model), not_testable=[], settings=gates, left_out=(pushed,)
+        explanation('unknown', model), not_testable=[], settings=gates, left_out=([pushed],)
     )
     path = tmp_path / 'report.html'
     path.write_text(
