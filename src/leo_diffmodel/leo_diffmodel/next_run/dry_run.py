@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.next_run.reach import from_here
 from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.safety import limits
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import from_states, start_of
 from leo_sim.description.robot import Robot
@@ -69,10 +71,11 @@ def dry_run(
     (track,) = from_states([whole], model, 1.0 / robot.state_rate, [start], held)
     (episode,) = track.episodes
     finite = bool(np.isfinite(episode.q).all() and np.isfinite(episode.dq).all())
+    hits = sorted([*_stops(robot, episode), *_ground(model, episode, held)]) if finite else []
     period = robot.control_period
     return DryRun(
         _travels(robot, episode),
-        _hits(model, episode, held) if finite else (),
+        tuple(said for _, said in hits),
         period * (whole.count - run.count),
         period * run.count,
         finite,
@@ -80,34 +83,24 @@ def dry_run(
 
 
 def _travels(robot: Robot, episode: Episode) -> tuple[Travel, ...]:
-    stops = {joint.name: joint.limits for joint in robot.joints}
-    driven = {a.joint: k for k, a in enumerate(robot.actuators)}
+    given = {a.joint: episode.inputs[:, k] for k, a in enumerate(robot.actuators)}
     out = []
-    for j, name in enumerate(robot.joint_names):
-        q, dq, k = episode.q[:, j], episode.dq[:, j], driven.get(name)
-        given = None if k is None else episode.inputs[:, k]
-        unit = 'm' if name in robot.slides else 'rad'
-        low, high = (float(s) if np.isfinite(s) else None for s in stops[name])
-        inputs = None if given is None else (float(given.min()), float(given.max()))
-        most = float(np.abs(dq).max())
-        out.append(Travel(name, unit, float(q.min()), float(q.max()), (low, high), most, inputs))
+    for j, (name, stops) in enumerate(zip(robot.joint_names, limits(robot), strict=True)):
+        q, dq, u = episode.q[:, j], episode.dq[:, j], given.get(name)
+        low, high = (float(s) if np.isfinite(s) else None for s in stops)
+        inputs = None if u is None else (float(u.min()), float(u.max()))
+        ends, most = (float(q.min()), float(q.max())), float(np.abs(dq).max())
+        out.append(Travel(name, length_unit(robot, name), *ends, (low, high), most, inputs))
     return tuple(out)
-
-
-def _hits(model: Model, episode: Episode, held: bool) -> tuple[str, ...]:
-    """What it runs into, first things first."""
-    found = [*_stops(model.robot, episode), *_ground(model, episode, held)]
-    return tuple(said for _, said in sorted(found))
 
 
 def _stops(robot: Robot, episode: Episode) -> list[tuple[float, str]]:
     """Stops that joints come to from elsewhere; those of a walker are part of its days."""
     if robot.base_joints:
         return []
-    stops, out = {joint.name: joint.limits for joint in robot.joints}, []
-    for j, name in enumerate(robot.joint_names):
-        low, high = stops[name]
-        off = np.minimum(episode.q[:, j] - low, high - episode.q[:, j])
+    (low, high), out = limits(robot).T, []
+    room = np.minimum(episode.q - low, high - episode.q)
+    for name, off in zip(robot.joint_names, room.T, strict=True):
         clear = np.flatnonzero(off > NEXT.clear)
         at = np.flatnonzero(off < NEXT.touch)
         if clear.size and (at := at[at > clear[0]]).size:

@@ -94,10 +94,11 @@ def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Ques
     for row, label, rivals in zip(rows, labels, close, strict=True):
         nearest = sorted(rivals, key=lambda c: c['separable_nats'])[: NEXT.most_choices - 1]
         choices = [row, *nearest]
+        placed = [(c['name'], c['where']) for c in choices]
         pairs = tuple(
             (i, j)
             for i, j in itertools.combinations(range(len(choices)), 2)
-            if why_same(_placed(choices[i]), _placed(choices[j]), facts) is None
+            if why_same(placed[i], placed[j], facts) is None
         )
         if pairs:
             others = tuple(other for other in labels if other != label)
@@ -149,10 +150,6 @@ def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit
     models = [f.hypothesis.model(problem.base, f.theta) for f in fits]
     left = np.min([problem.sigma, *(noise.estimate(m, short) for m in models)], axis=0)
     return np.asarray(left.max(axis=0))
-
-
-def _placed(row: dict[str, Any]) -> tuple[str, str]:
-    return row['name'], row['where']
 
 
 def _label(row: dict[str, Any]) -> str:

@@ -72,8 +72,7 @@ class RunFile:
                 f'the run begins in {self.start!r}, a start pose that {robot.name} '
                 f'does not have{nearest(self.start, robot.start_poses)}'
             )
-        count = _periods(float(self.time[-1]), robot)
-        at = np.arange(count) * robot.control_period + 1e-6
+        at = np.arange(_periods(float(self.time[-1]), robot)) * robot.control_period + 1e-6
         row = np.searchsorted(self.time, at, side='right') - 1
         order = [[*self.actuators].index(joint) for joint in wanted]
         inputs = np.clip(self.inputs[row][:, order], *robot.bounds)
@@ -174,13 +173,9 @@ def read_run(path: Path) -> RunFile:
     rows = [_row(path, n, next(csv.reader([line])), header) for n, line in table[1:]]
     time = np.array([r[0] for r in rows])
     _check_times(path, time, [n for n, _ in table[1:]])
-    robot, name, start = (
-        notes.get('robot', ''),
-        notes.get('run', path.stem),
-        notes.get('start', ''),
-    )
     inputs, enabled = (np.array([row[k] for row in rows]) for k in (1, 2))
-    return RunFile(robot, name, actuators, time, inputs, enabled, start)
+    robot, name = notes.get('robot', ''), notes.get('run', path.stem)
+    return RunFile(robot, name, actuators, time, inputs, enabled, notes.get('start', ''))
 
 
 def _column(path: Path, name: str) -> tuple[str, str]:

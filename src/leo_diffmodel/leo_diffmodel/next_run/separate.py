@@ -37,10 +37,8 @@ def windows_of(
     seconds = window_seconds(grids, period)
     windows = cut(runs, seconds, history=noise.HISTORY)
     kept, weight = [], []
-    for run in range(len(runs)):
+    for run in np.unique(windows.source):
         own = np.flatnonzero(windows.source == run)
-        if not own.size:
-            continue
         some = own[np.linspace(0, len(own) - 1, min(len(own), most)).astype(int)]
         kept.append(some)
         weight.append(np.full(len(some), len(own) / len(some)))
@@ -73,12 +71,12 @@ def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: floa
 
     Windows that say more have as much less say in where that is.
     """
-    step, heard, found = np.zeros(by_theta.shape[-1]), weight, np.inf
+    step, share, found = np.zeros(by_theta.shape[-1]), weight, np.inf
     for _ in range(NEXT.rounds if np.isfinite(most) else 1):
-        step = _best(rest, by_theta, heard, prior)
+        step = _best(rest, by_theta, share, prior)
         each = _nats(rest, by_theta, step)
         total = float(weight @ np.minimum(each, most)) + 0.5 * float(step @ prior @ step)
-        found, heard = min(found, total), weight * np.minimum(1.0, most / np.maximum(each, 1e-12))
+        found, share = min(found, total), weight * np.minimum(1.0, most / np.maximum(each, 1e-12))
     still = float(weight @ np.minimum(_nats(rest, by_theta, np.zeros_like(step)), most))
     return min(found, still)
 
@@ -91,9 +89,8 @@ def _best(rest: Array, by_theta: Array, weight: Array, prior: Array) -> Array:
     matrix = np.einsum('w,wnp,wnq->pq', weight, by_theta, by_theta) + prior
     slope = np.einsum('w,wnp,wn->p', weight, by_theta, rest)
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    return np.asarray(
-        np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0] / size
-    )
+    scaled = np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0]
+    return np.asarray(scaled / size)
 
 
 def shown(
@@ -111,9 +108,8 @@ def shown(
     wanted = [c for c in candidates(model, extra) if c.label in labels]
     on_ground = bool(model.robot.contacts)
     settings = settings_for(model.robot)
-    windows, weight = windows_of(
-        runs, period, settings.grids, NEXT.windows_on_ground if on_ground else NEXT.most_windows
-    )
+    most = NEXT.windows_on_ground if on_ground else NEXT.most_windows
+    windows, weight = windows_of(runs, period, settings.grids, most)
     model, noises, out = uncounted(model), np.tile(sigma, (len(runs), 1)), []
     for run in range(len(runs)):
         own = windows.source == run
