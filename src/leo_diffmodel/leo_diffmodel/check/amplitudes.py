@@ -44,10 +44,7 @@ class Reach:
 
 
 def needed(nats: float | Array) -> Array:
-    """Evidence at which a gain of `nats` is passed in 95 % of runs; 0 where any will do.
-
-    A gain of mean m has the variance 2 m.
-    """
+    """Evidence at which a gain (mean m, variance 2 m) passes `nats` in 95 % of runs; 0 for any."""
     half = CHECK.power_sigmas / np.sqrt(2)
     under = half**2 + np.asarray(nats, dtype=float)
     return np.where(under > 0, (half + np.sqrt(np.maximum(under, 0.0))) ** 2, 0.0)

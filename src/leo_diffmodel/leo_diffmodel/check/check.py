@@ -16,7 +16,7 @@ from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_
 from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.hold import hold
 from leo_diffmodel.check.pairs import alike, hidden, Pair
-from leo_diffmodel.check.timing import even_stamps, length, reading, slow, timing
+from leo_diffmodel.check.timing import even_stamps, length, slow, timing
 from leo_diffmodel.check.traces import traces_of
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import provenance, with_known
@@ -131,7 +131,6 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Record
     right = mapped(recording, [f for f in faults if f.error])
     found = [
         *timing(recording),
-        *reading(recording),
         *held,
         *of_faults(recording, faults),
         *traps(recording, model.robot),
@@ -162,8 +161,7 @@ def of_all(
 
 
 def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    order = {ERROR: 0, WARNING: 1, OK: 2}
-    return tuple(sorted(findings, key=lambda f: order[f.severity]))
+    return tuple(sorted(findings, key=lambda f: (ERROR, WARNING, OK).index(f.severity)))
 
 
 def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
@@ -174,7 +172,7 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     found = [
         replace(f, bag=str(r.path))
         for r in recordings
-        for f in (*timing(r), *reading(r), *traps(r, model.robot))
+        for f in (*timing(r), *traps(r, model.robot))
     ]
     findings, origin = [short, length(recordings), *found], provenance(recordings, model)
     return Check(_sorted(findings), (), (), (), None, seconds, origin)

@@ -113,10 +113,7 @@ def _moves(row: Excitation) -> Finding:
 
 
 def noise_level(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Finding]:
-    """One finding per joint: the noisiest of its bags against what it moves in all of them.
-
-    Of noise (R, 2J) of positions, then rates. Joints of a base count where it is not held.
-    """
+    """One finding per joint: the noisiest of its bags (R, 2J) against what it moves in all."""
     joints, out = recordings[0].joints, []
     for j, used in _loose(recordings, robot.base_joints):
         largest = sigma[used][:, [j, len(joints) + j]].max(axis=0)

@@ -37,10 +37,7 @@ class Misfit:
 def hold(
     recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
 ) -> list[Finding]:
-    """Which way of holding the inputs the data support, with noise (2J,).
-
-    `other` is the bag read the other way; None leaves that question out.
-    """
+    """Which way of holding the inputs the data support, if there is the `other` way to ask."""
     if other is None or recording.input == 'none':
         return []
     ahead = preference(recording, other, model, sigma)
@@ -52,7 +49,14 @@ def hold(
         )
         todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
         return [Finding('hold', ERROR, what, todo)]
-    return [_right_way(hold_now, ahead)]
+    if ahead > CHECK.hold_nats:
+        what = f'an input acts {MEANING[hold_now]}, as read: that fits better by {ahead:.0f} nats'
+    else:
+        what = (
+            f'whether an input acts {MEANING["next"]} or {MEANING["previous"]} makes no '
+            f'difference that shows here ({ahead:.0f} nats)'
+        )
+    return [Finding('hold', OK, what)]
 
 
 def _agrees(recording: Recording, hold_now: str, model: Model, sigma: Array) -> bool:
@@ -69,12 +73,11 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
     0 where the difference is small against what the model lacks anyway.
     """
     read, way = (misfit(r, model, sigma) for r in (recording, other))
-    _, mine, theirs = np.intersect1d(
-        np.round(read.start, 6), np.round(way.start, 6), return_indices=True
-    )
-    if not len(mine):
+    starts = np.round(read.start, 6), np.round(way.start, 6)
+    _, first, second = np.intersect1d(*starts, return_indices=True)
+    if not len(first):
         return 0.0
-    read, way = at_rows(read, mine), at_rows(way, theirs)
+    read, way = at_rows(read, first), at_rows(way, second)
     if _removed(read.loss, way.loss, model) < CHECK.hold_trifle:
         return 0.0
     usual = float(np.median(np.minimum(read.loss, way.loss)))
@@ -114,17 +117,6 @@ def _expected(model: Model) -> float:
     channels = 2 * joints * (CHECK.hold_intervals + 1)
     free = 4 * joints + len(model.robot.actuators)
     return 0.5 * (channels - free)
-
-
-def _right_way(hold_now: str, nats: float) -> Finding:
-    if nats > CHECK.hold_nats:
-        what = f'an input acts {MEANING[hold_now]}, as read: that fits better by {nats:.0f} nats'
-    else:
-        what = (
-            f'whether an input acts {MEANING["next"]} or {MEANING["previous"]} makes no '
-            f'difference that shows here ({nats:.0f} nats)'
-        )
-    return Finding('hold', OK, what)
 
 
 def shifted(recording: Recording, seconds: float) -> Recording:

@@ -44,10 +44,7 @@ class Condition:
 def conditions(
     windows: Windows, model: Model, most: int = COMPARE.most_bins, pressed: Array | None = None
 ) -> list[Condition]:
-    """Every condition that at least eight windows were in, each window once per variable.
-
-    `pressed` are the spheres that the ground presses on, (W, K+1, P).
-    """
+    """Every condition that at least eight windows were in, each window once per variable."""
     load = carried(windows, model)
     of_feet = None if pressed is None else phases(model.robot, pressed, windows.held)
     found: list[Condition] = []

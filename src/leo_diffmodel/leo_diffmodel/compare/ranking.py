@@ -47,13 +47,11 @@ def rank(
 ) -> dict:
     """Score models half a second ahead on the same windows: the contents of ranking.json.
 
-    Nothing is fitted, so all data are held out. Where a model was fitted to one of these bags, all
-    are scored on blocks of time that no fit saw (every fourth, `Blocks.held`). The difference of
-    each model to the best is averaged in each block of 2 s (an eighth of a shorter bag); where its
-    95 % t interval over the blocks holds 0, the two are not distinguishable.
-
-    The shortest window is a `step` [s], the control period of the data by default. `progress`
-    hears what comes next, `STAGES` times for each model.
+    Nothing is fitted, so all data are held out; where a model was fitted to one of these bags,
+    blocks of time that no fit saw (`Blocks.held`). The difference of each model to the best is
+    averaged in each block of 2 s (an eighth of a shorter bag); where its 95 % t interval over the
+    blocks holds 0, the two are not distinguishable. `step` and `progress` are as for `compare`,
+    `STAGES` of each model.
 
     Raises:
         UserError: models of different robots, recordings too short, or as `compare`.
@@ -107,10 +105,7 @@ def half_seconds(
 ) -> tuple[Windows, Array]:
     """Windows of half a second, with the past that any model needs, and the noise (R, 2J).
 
-    The noise is the least that any model leaves; `progress` hears of each.
-
-    Raises:
-        UserError: too short for a single window, or rates that no model can follow.
+    The noise is the least that any model leaves. UserError where it is too short for any.
     """
     needy, found = max(models.values(), key=errors.has_memory), []
     with enough(recordings):
@@ -163,10 +158,9 @@ def _rows(scored: Mapping[str, _Scored], block: Array) -> list[dict]:
 
 
 def behind(difference: Array, block: Array) -> dict:
-    """How far a model is behind the best, with its 95 % interval over blocks of time.
+    """How far a model is behind the best by its difference in each window (W,).
 
-    Of the difference of shares in each window and the block of each (W,). With a single block
-    there is no interval.
+    With its 95 % interval over blocks of time, None where there is one block.
     """
     means = np.array([difference[block == b].mean() for b in np.unique(block)])
     value, count = float(means.mean()), len(means)

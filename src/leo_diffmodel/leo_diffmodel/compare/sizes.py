@@ -92,10 +92,7 @@ def inertia_scale(robot: Robot) -> float:
 
 
 def reach(robot: Robot) -> float:
-    """Longest way from the base through the links' frames to the end of a link's extent [m].
-
-    Slides with stops are run out.
-    """
+    """Longest way from the base to the end of a link's extent [m], slides with stops run out."""
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
         stop = max(map(abs, joint.limits)) if joint.name in robot.slides else 0.0
@@ -126,10 +123,7 @@ def _gravity(robot: Robot) -> float:
 
 
 def _extent(robot: Robot, link: str) -> float:
-    """How far the mass of a link is from its joint [m].
-
-    The distance of its centre of mass, or its radius of gyration: of a wheel the first is 0.
-    """
+    """Distance of the centre of mass from the joint, or radius of gyration (of a wheel) [m]."""
     value = _body(robot, link)
     gyration = math.sqrt(value['inertia'] / value['mass']) if value['mass'] else 0.0
     return max(math.hypot(*(value[key] for key in COM)), gyration, COMPARE.smallest_extent)

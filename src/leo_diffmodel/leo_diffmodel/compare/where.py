@@ -20,11 +20,9 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Where:
-    """Shares of the missing torque's square beyond noise.
+    """Shares of the missing torque's square beyond noise, single events left out.
 
-    Torques of different joints are compared in units of their joint's own noise, which is how
-    far they move the joint. Single events (a push, a glitch: a few windows far above all others)
-    take no part.
+    Torques are compared in units of their joint's own noise, which is how far they move it.
     """
 
     joints: list[dict]
@@ -36,10 +34,7 @@ class Where:
 
 
 def where(missing: MissingTorque, model: Model) -> Where:
-    """Share of the missing torque by joint, variable and bin.
-
-    Worst first: by how much more than its part of the joint's time a bin has of the error.
-    """
+    """By joint, variable and bin; worst is what has most beyond its part of the joint's time."""
     single = single_events(missing)
     events = _events(missing, model.robot, single)
     missing = missing.take(np.flatnonzero(~single.any(axis=1)))
@@ -138,8 +133,7 @@ def noise_only(missing: MissingTorque) -> bool:
 def _excess(missing: MissingTorque) -> Array:
     """Squared torque beyond noise, in units of the joint's noise, shape (W, J).
 
-    Typical noise; on the ground that of each window, since a joint swings in one and stands in
-    the next.
+    On the ground of each window: a joint swings in one and stands in the next.
     """
     spread = np.where(missing.seen, missing.spread, 0.0)
     typical = _median(missing.spread, missing)

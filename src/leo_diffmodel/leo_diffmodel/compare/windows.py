@@ -78,11 +78,7 @@ def cut(
 ) -> Windows:
     """Windows of about `seconds`, none across an episode's end, `stride` [s] from start to start.
 
-    By default they share no sample. They keep `history` [s] before them; those without it are left
-    out.
-
-    Raises:
-        ValueError: no episode is long enough.
+    By default they share no sample. They keep `history` [s] before them. ValueError without any.
     """
     period = sample_period(recordings)
     count = max(1, round(seconds / period))
@@ -137,20 +133,15 @@ def spread_out(windows: Windows, most: int) -> Windows:
 
 
 def per_window(sigma: Array, windows: Windows) -> Array:
-    """The noise of the recording each window comes from, shape (W, 1 or K+1, 2J).
-
-    `sigma` is (R, 2J), or (R, K+1, 2J) of each sample of a window.
-    """
+    """Noise (R, 2J) or (R, K+1, 2J) of the recording of each window, (W, 1 or K+1, 2J)."""
     return sigma.reshape(len(sigma), -1, sigma.shape[-1])[windows.source]
 
 
 def thin(recordings: Sequence[Recording]) -> list[Recording]:
     """The recordings with every n-th state, as near as that comes to the period of the slowest.
 
-    A search costs in proportion to the samples, and a faster log would cost most of the time.
-    Each episode has its own n: one bag may hold logs of several rates. The common period is
-    5 ms to 10 ms. States are left out and not averaged, so their noise stays white; inputs become
-    the mean over the longer steps.
+    The common period is 5 ms to 10 ms, since a search costs in proportion to the samples. States
+    are left out and not averaged, so their noise stays white; inputs become means.
     """
     shortest, longest = COMPARE.shortest_period, COMPARE.longest_period
     period = min(max([shortest, *_periods(recordings)]), longest)

@@ -80,7 +80,6 @@ def climb(
     """Fit each law with the other effects of `rich`, a hypothesis that holds friction of any kind.
 
     The chosen law and its rivals are brought to the least loss that several starts find.
-    `pool` has the friction effects of the joint by name.
     """
     bare = _bare(rich.fit)
     at = {RUNGS[0].name: fits.refitted(rich, bare.hypothesis, bare.theta)}

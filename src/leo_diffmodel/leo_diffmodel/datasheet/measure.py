@@ -101,11 +101,7 @@ def measure(
 
 
 def opened(model: Model, joint: str) -> Model:
-    """The model with the constants of the motor at a joint uncertain.
-
-    Raises:
-        UserError: no motor is there, or the robot walks.
-    """
+    """The model with the constants of the motor at a joint uncertain; UserError without one."""
     robot, names = model.robot, [a.joint for a in model.robot.actuators]
     if robot.contacts:
         raise UserError(f'{robot.name} touches the ground; a data sheet is of a motor on a bench')
@@ -170,13 +166,10 @@ def _rich(fits: Smooth, pool: Sequence[Candidate], heard: Progress) -> Estimate:
 
 
 def last_fit(problem: Problem, fitted: Fit) -> Fit:
-    """A fit made again with finer and finer steps, and what the last one leaves taken off.
+    """A fit with finer and finer steps, and what the last one leaves (Richardson 1911) taken off.
 
-    A log of a minute tells a constant to a few parts in ten thousand; what a step of 1.25 ms is
-    off by (the scheme is of first order) moved a rotor inertia by eight standard errors.
-
-    Halving a step twice leaves a quarter of what it was off by: a third of what that moves a value
-    (Richardson 1911). It goes into the value, and as much into its error.
+    The scheme is of first order: what a step of 1.25 ms was off by moved a rotor inertia by eight
+    standard errors. What is taken off a value goes into its error as well.
     """
     for power in range(1, MOST_FINER + 1):
         before, fitted = fitted, _stepped(problem, fitted, FINER**power)

@@ -132,10 +132,7 @@ def _units(found: Measured) -> list[str]:
 
 
 def conditions(bags: Iterable[str], joint: str) -> list[dict[str, Any]]:
-    """For each bag its name, `supply` [V] and `temperature` [degC]: first, last, least, most.
-
-    What was not measured is left out.
-    """
+    """Of each bag its name, `supply` [V] and `temperature` [degC] as far as they were measured."""
     return [_row(load(Path(bag)), joint) for bag in bags]
 
 

@@ -25,10 +25,7 @@ GIVEN = ('weight', 'across', 'motor', 'late')
 
 @dataclass(frozen=True)
 class Figure:
-    """A factor, its standard deviation, and how far it is off at worst.
-
-    The worst is what it would change by if all that is left over were of its kind.
-    """
+    """A factor, its sd, and what it changes by if all that is left over is of its kind."""
 
     value: float
     sd: float
@@ -148,10 +145,7 @@ def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Bala
 
 
 def _spread(a: Array, left: Array, inverse: Array, flow: Flow, fitted: Array) -> Array:
-    """Standard deviations from blocks of 1 s; infinite where there are no more than columns.
-
-    Fewer blocks than columns are fitted one by one, and say nothing of how far they disagree.
-    """
+    """Standard deviations from blocks of 1 s; infinite where there are no more than columns."""
     times = (flow.time[fitted] / LIMITS.block).astype(int)
     _, block = np.unique(np.stack([flow.episode[fitted], times]), axis=1, return_inverse=True)
     if block.max() + 1 <= a.shape[1]:

@@ -51,10 +51,7 @@ class Fault:
         raise NotImplementedError
 
     def patch(self, value: float, names: Sequence[str] = ()) -> Patch:
-        """What undoes a fault of size `value` in a topic map; empty where no map can.
-
-        Some are about the columns of several joints, `names`.
-        """
+        """What undoes it in a topic map, by the names of its joints; empty where no map can."""
         return {self.key: value} if self.key else {}
 
 

@@ -41,9 +41,9 @@ def _balances(recording: Recording, seen: Flow) -> dict[str, Balance]:
 def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = ()) -> list[Found]:
     """What is wrong with inputs, zeros and time, by the torques of a log without other faults.
 
-    What the balance of one joint suggests is a fault only where it predicts the log better than
-    all that is ordinary does, in blocks of time that neither was fitted to. Inputs of `settled`
-    joints are in their own columns by now, or their zeros right.
+    What the balance of one joint suggests is a fault only where it predicts blocks of time that
+    were left out better than all that is ordinary. Joints are `settled` whose inputs or zeros are
+    right.
     """
     seen = flow(with_true_rates(recording), model)
     if seen is None:
@@ -76,10 +76,7 @@ def _first_zero(told: Sequence[Found], settled: Sequence[str]) -> Found | None:
 def _suggested(
     found: dict[str, Balance], driven: Sequence[str], acting: Sequence[str], period: float
 ) -> list[Found]:
-    """What the balances say: of `driven` joints of their inputs, too, and when these act.
-
-    The latter where motors do something of their own (`acting`): others come with the motion.
-    """
+    """What the balances say of `driven` joints, too, and of when `acting` inputs act."""
     out: list[Found] = []
     for name, b in found.items():
         zero = [*_zero(name, b)]
@@ -138,10 +135,7 @@ def _motor(joint: str, b: Balance) -> Iterator[Found]:
 
 
 def _gain(b: Balance) -> Figure | None:
-    """The motor's factor, against that of the weight where this is known.
-
-    An inertia that the model lacks makes both small alike.
-    """
+    """The motor's factor, against a known weight's: a missing inertia makes both small."""
     motor, weight = b.figures.get('motor'), b.figures.get('weight')
     if motor is None or weight is None or weight.half > LIMITS.clear * weight.value:
         return motor
@@ -157,8 +151,7 @@ def _near_one(figure: Figure | None) -> bool:
 def _zero(joint: str, b: Balance) -> Iterator[Found]:
     """Where gravity pulls to, by its part along and its part across the model's.
 
-    Another zero leaves the weight as large as it is. A force or a load that the model lacks turns
-    it as well, less than a quarter, and changes it.
+    Another zero leaves the weight as large as it is; a force or a load changes it.
     """
     if not {'weight', 'across'} <= set(b.figures):
         return
@@ -211,7 +204,7 @@ def _late(found: Sequence[Balance], period: float) -> Iterator[Found]:
 
 
 def _time(found: Sequence[Balance]) -> Iterator[Found]:
-    """Whether gravity swings the joints faster or slower than the model, by the surest joint.
+    """Whether gravity swings the joints faster than the model, by the surest joint, or slower.
 
     Slower may be an inertia as well that the model lacks, and is no error.
     """

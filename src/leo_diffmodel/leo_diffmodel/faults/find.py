@@ -44,8 +44,7 @@ def _of_this_log_alone(found: Found) -> Found:
 def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
     """Whether another log of the joint has the right unit, and this one is less than twice off.
 
-    A sensor has one unit in all logs. A factor near 1 that only some of them have comes from
-    motion between the samples: where feet rattle, sampled speeds are not the mean ones.
+    That comes from motion between the samples: where feet rattle, sampled speeds are no means.
     """
     low, high = LIMITS.about_one
     if found.code not in ('speed_scale', 'angle_scale') or not low < found.value < high:
@@ -57,12 +56,10 @@ def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
 
 @np.errstate(all='ignore')
 def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> list[Found]:
-    """What is wrong with one log.
+    """What is wrong with one log; each step looks at what the one before leaves, or puts right.
 
-    Each step looks at what the one before leaves, or puts right: a channel that holds another
-    number than it says is read as what it is; what a sensor did not measure says nothing of the
-    motion; torques need a motion that agrees with itself. A wrong zero or unit that takes away
-    what looks like a sensor that stands is the answer.
+    A channel that holds another number than it says is read as what it is; what a sensor did not
+    measure says nothing of the motion; torques need a motion that agrees with itself.
     """
     robot = model.robot
     whole = [f for f in sensor_faults(recording, robot) if f.patch and not f.where]
@@ -97,10 +94,7 @@ def _kinematic(
 
 
 def adding_up(recording: Recording, found: Sequence[Found]) -> list[Found]:
-    """Those faults of one joint without which its speed adds up to its angle less well.
-
-    Over stretches of 0.25 s, in which hardly any of the speed's noise is left.
-    """
+    """Those faults of one joint without which its speed adds up to its angle less well."""
 
     def missed(faults: Sequence[Found]) -> np.ndarray:
         right = _put_right(recording, faults)
@@ -128,8 +122,7 @@ def _still_there(
 ) -> list[Found]:
     """Faults of single sensors that stay once the kinematics are put right.
 
-    An angle that stands while the speed is not 0 is not frozen where the speed's zero is wrong,
-    or its filter still forgets what was before.
+    A wrong zero of the speed, or its filter, makes an angle that stands look frozen.
     """
     if not moves or all(f.code != 'frozen' for f in found):
         return [*found]

@@ -78,10 +78,7 @@ def relate(recording: Recording, j: int) -> Relation | None:
 
 
 def kinematic_faults(relation: Relation, joint: str, unit: str) -> list[Found]:
-    """What is wrong with the speed of a joint or its angle: kinematics do not say with which.
-
-    `unit` is that of the speed.
-    """
+    """What is wrong with a joint's speed, in that unit, or with its angle: both may be."""
     return [*_scales(relation, joint), *_zero(relation, joint, unit), *_late(relation, joint)]
 
 

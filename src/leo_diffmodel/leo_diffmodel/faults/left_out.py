@@ -35,10 +35,7 @@ TINY = 1e-12
 
 
 def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Array:
-    """What of the input of joint j its motion does not explain [N m, N as logged], (N,).
-
-    The instants `fitted` (N,) are fitted.
-    """
+    """What of the input of joint j those instants (N,) do not explain [N m, N as logged], (N,)."""
     column = j if reading.column is None else reading.column
     motor, before, missing = flow.motor.copy(), flow.before.copy(), flow.missing.copy()
     motor[:, j] = flow.motor[:, column] / reading.unit
@@ -51,8 +48,7 @@ def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Arr
 def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
     """Mean size of the rest of joint j in blocks of time, each by a fit of the others, (B,).
 
-    Instants that share a bell with one of the block are not fitted, either. NaN in blocks without
-    motion.
+    No instant that shares a bell with the block is fitted. NaN in blocks without motion.
     """
     moving = flow.moving[:, j] > LIMITS.moving
     block = _blocks(len(flow.time))
@@ -68,8 +64,7 @@ def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
 def better(first: Iterable[Array], second: Iterable[Array]) -> float:
     """By how much less the second misses than the first, in standard errors over the blocks.
 
-    Both are what was missed at each joint (B,), by two readings of a log. Each block of each joint
-    counts alike, however much moves in it.
+    Each block of each joint (B,) counts alike, however much moves in it.
     """
     a, b = np.array([*first]), np.array([*second])
     known = np.isfinite(a) & np.isfinite(b)

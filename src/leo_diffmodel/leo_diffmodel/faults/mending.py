@@ -90,9 +90,8 @@ def pooled(faults: Sequence[Found]) -> list[Found]:
 def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list[Recording]:
     """Each recording without the errors that can be undone.
 
-    A wrong unit or sign that the log itself shows is mended in the logs that show it, with the
-    value of all of them; what only torques show is mended in every log. Stretches are left out
-    of the log that they are of.
+    What a log itself shows is mended in the logs that show it, with the value of all of them; what
+    only torques show is mended in every log. Stretches are left out of their own log.
     """
     errors = pooled([f for f in faults if f.error and f.patch])
     out = []

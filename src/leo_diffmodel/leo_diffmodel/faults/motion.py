@@ -99,10 +99,7 @@ class Motion:
         return self.fit(NAMES, start)
 
     def fit(self, free: Sequence[str], start: Array) -> Law:
-        """The robust least-squares fit of the `free` parameters, the others as in `start`.
-
-        A step is halved until the loss falls; where none falls, the fit has ended.
-        """
+        """The robust least-squares fit of the `free` parameters, by steps halved if need be."""
         index = [NAMES.index(name) for name in free]
         at = self._point(np.array(start, float), np.ones(2 * len(self.q)), index)
         for _ in range(LIMITS.most_steps):

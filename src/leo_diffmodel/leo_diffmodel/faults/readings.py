@@ -45,10 +45,7 @@ class Reading:
 
 
 def who_is_right(recording: Recording, model: Model | None, found: Sequence[Found]) -> list[Found]:
-    """The faults with each contradiction of scales resolved by the balance of torques.
-
-    Without a model torques are not asked.
-    """
+    """The faults with contradictions of scales resolved by the torques, where a model is given."""
     out = [f for f in found if f.code not in CONTRADICTIONS]
     for joint in dict.fromkeys(f.joint for f in found if f.code in CONTRADICTIONS):
         out += _resolved(recording, model, joint, found)
@@ -109,10 +106,7 @@ def _with_unit(found: Found, units: dict[float, str]) -> Found:
 def _chosen(
     recording: Recording, model: Model | None, rest: Sequence[Found], readings: Sequence[Found]
 ) -> Found:
-    """The reading under which the torques balance, with the others that are left.
-
-    The first one stands where no other balances clearly better.
-    """
+    """The first reading, or one under which the torques balance clearly better; others."""
     seen = [_seen(recording, model, rest, r) for r in readings]
     clear = [s for s in seen if s.half < LIMITS.clear]
     best = min(clear, key=lambda s: s.off, default=seen[0])

@@ -36,10 +36,7 @@ def sensor_faults(recording: Recording, robot: Robot) -> list[Found]:
 
 
 def _longest(recording: Recording, found: Found) -> float:
-    """The longest stretch of one value that another fault explains [s].
-
-    That is any where the angle is a goal, and where samples repeat what comes about by chance.
-    """
+    """The longest stretch of one value that another fault, or chance repetition, explains [s]."""
     if found.code == 'goal_as_angle':
         return np.inf
     if found.code != 'repeated':

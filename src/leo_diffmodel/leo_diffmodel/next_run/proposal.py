@@ -89,9 +89,7 @@ def propose(
     seconds: float = 20.0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Proposal:
-    """Choose the next run, of `seconds`, for an explanation of the same bags and model.
-
-    `answer` is the content of explain.json, `extra` are a user's own effects.
+    """Choose the next run, of `seconds`, for an explain.json of the same bags and model.
 
     Raises:
         UserError: the bags are too short to plan from.

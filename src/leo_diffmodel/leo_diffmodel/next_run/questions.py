@@ -54,8 +54,8 @@ class Fitted:
 def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     """The open questions of an explain.json: effects with rivals that nothing separates.
 
-    Effects that are the same in any run are no open question. Effects that are the same only as
-    long as the motors are never free are one where there is no other.
+    Effects that are the same in any run are none; if only while motors are on, where there is no
+    other.
     """
     margin = SETTINGS.gates.margin_nats
     close = [
@@ -113,11 +113,7 @@ def fit_all(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fitted]:
-    """Fit every choice of every question to the bags, all windows open to the fit.
-
-    Raises:
-        UserError: a label that this robot has no candidate for.
-    """
+    """Fit every choice of every question to all windows; UserError of one without candidate."""
     posed = pose(recordings, (), model)
     problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
     at = replace(posed, problem=problem), 1.0
@@ -166,10 +162,7 @@ def linearised(posed: Posed) -> tuple[Posed, float]:
 
 
 def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> Fit:
-    """Add effects one by one, each from where a scan points; sure as all windows would make it.
-
-    `share` is the share of all windows that are fitted.
-    """
+    """Add effects one by one, each from where a scan points; sure as all windows would make it."""
     problem = posed.problem
     found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)

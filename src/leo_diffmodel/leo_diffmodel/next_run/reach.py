@@ -45,10 +45,7 @@ class Reach:
         return replace(self, rest=at_rest)
 
     def lead(self, robot: Robot) -> Array:
-        """The inputs with which a run begins, (N, A): from `rest` to `centre` where they differ.
-
-        None for volts and torques: a motor has no place to be brought to.
-        """
+        """Servos from `rest` to `centre`, (N, A); a motor has no place to be brought to."""
         if robot.input != 'position':
             return np.zeros((0, len(self.rest)))
         return approach(self.rest, self.centre, robot)
@@ -131,7 +128,7 @@ def gentle_speeds(robot: Robot) -> Array:
 def ramp(start: Array, end: Array, robot: Robot) -> Array:
     """Goals of each control period from `start` to `end`, (N, A), both among them.
 
-    All joints begin and end together and at rest, none faster than `gentle_speeds`.
+    All joints begin and end at rest together, none faster than `gentle_speeds`.
     """
     mean = 2 / np.pi * gentle_speeds(robot)  # of half a wave of a cosine
     seconds = float(np.max(np.abs(end - start) / mean, initial=0.0))

@@ -57,9 +57,7 @@ class RunFile:
     def run_for(self, robot: Robot) -> Run:
         """The run in control periods of a robot, inputs within its limits, actuators in order.
 
-        Raises:
-            UserError: made for other actuators, another unit or another robot's start pose, or too
-                long to be one.
+        UserError of other actuators, units or start poses, or if it is too long to be one.
         """
         wanted = {a.joint: input_unit(robot, a.joint) for a in robot.actuators}
         if not _fits(self.actuators, wanted):
@@ -80,10 +78,7 @@ class RunFile:
 
 
 def _fits(said: Mapping[str, str], wanted: Mapping[str, str]) -> bool:
-    """Whether units by joint are those wanted, or on slides those of turning.
-
-    Earlier files have the latter.
-    """
+    """Whether units by joint are those wanted; in earlier files slides had those of turning."""
     return said.keys() == wanted.keys() and all(
         wanted[joint] in (unit, sliding(unit)) for joint, unit in said.items()
     )
@@ -109,11 +104,7 @@ def _periods(seconds: float, robot: Robot) -> int:
 
 
 def check_place(path: Path) -> None:
-    """See that a run file may be written there; one of before is replaced.
-
-    Raises:
-        UserError: another ending, no folder, or what is there is no run file.
-    """
+    """UserError unless a run file may be written there, or replaced."""
     if not is_run_file(path):
         raise UserError(f'a run file ends in .csv, found {path}')
     if not path.absolute().parent.is_dir():
@@ -123,11 +114,7 @@ def check_place(path: Path) -> None:
 
 
 def write_run(path: Path, run: Run, robot: Robot) -> Path:
-    """Write a run file, whole or not at all.
-
-    Raises:
-        UserError: as `check_place`.
-    """
+    """Write a run file, whole or not at all; UserError as `check_place`."""
     check_place(path)
     names = [f'{a.joint} [{input_unit(robot, a.joint)}]' for a in robot.actuators]
     lines = [
@@ -154,11 +141,7 @@ def is_run_file(path: Path) -> bool:
 
 
 def read_run(path: Path) -> RunFile:
-    """Read a run file.
-
-    Raises:
-        UserError: no such file, or the line that is wrong in it.
-    """
+    """Read a run file; UserError where there is none, or says the line that is wrong in it."""
     lines = read_text(path).splitlines()
     noted = (line[2:].partition(': ') for line in lines if line.startswith('# '))
     notes = {name: text.strip() for name, colon, text in noted if colon}

@@ -40,10 +40,9 @@ def of_explanation(answer: dict[str, Any], model: Model) -> list[Model]:
 
 
 def values(fit: Fit) -> list[Array]:
-    """The parameters (P,) as fitted, and two standard deviations away along the main direction.
+    """The parameters (P,) as fitted, and two standard deviations away where they are least sure.
 
-    That is the one in which they are least sure, each in parts of the range that it may have, or
-    of its value where that is not bounded.
+    In parts of the range that each may have, or of its value where that is not bounded.
     """
     span = fit.hypothesis.high - fit.hypothesis.low
     span = np.where(np.isfinite(span) & (span > 0), span, np.maximum(np.abs(fit.theta), 1e-9))
@@ -66,10 +65,9 @@ class TooFar:
 def tamed(
     runs: Sequence[Run | MotionRun], models: Sequence[Model], before: Seen
 ) -> tuple[list[Run | MotionRun], list[str | None]]:
-    """The runs, milder where any of the models predicts that they go too far.
+    """The runs, milder where any model predicts that they go too far; why one is too far still.
 
-    And why one may not be sent however mild it is, or None. A scripted motion steers, and falls by
-    intent: it is taken as it is.
+    A scripted motion steers, and falls by intent: it is taken as it is.
     """
     robot, mild = models[0].robot, list(runs)
     unsafe: list[str | None] = [None] * len(runs)
@@ -140,8 +138,8 @@ def limits(robot: Robot) -> Array:
 def room(robot: Robot, start: Array, before: Seen) -> tuple[Array, Array]:
     """Lowest and highest angle [rad] that a run may take each joint to, (J,).
 
-    A margin off its stops, or where it begins if that is nearer to one. The stops of a walker are
-    part of its days: it may go to them, and as far as it was seen beyond.
+    A margin off its stops, unless it begins nearer. A walker may go to its stops, and as far
+    beyond as it was seen.
     """
     low, high = limits(robot).T
     if robot.base_joints:

@@ -30,10 +30,7 @@ Array = np.ndarray
 def windows_of(
     runs: Sequence[Recording], period: float, grids: Grids, most: int = NEXT.most_windows
 ) -> tuple[Windows, Array]:
-    """Short windows of every run, some of each, and how many each of them stands for, (W,).
-
-    Their `source` is the number of the run.
-    """
+    """Short windows of every run (`source`), and how many each of them stands for, (W,)."""
     seconds = window_seconds(grids, period)
     windows = cut(runs, seconds, history=noise.HISTORY)
     kept, weight = [], []
@@ -50,9 +47,8 @@ def separable(
 ) -> Array:
     """Nats by which each run, as one hypothesis makes it, speaks against another one, (runs,).
 
-    The other hypothesis may fit its start states anew, and its parameters as far as the bags
-    recorded before let it: their information counts as a prior. Both change the model `base`; runs
-    have no noise, and are measured with sigma (2J,).
+    The other may fit its start states anew, and its parameters as far as the bags recorded before
+    let it: their information counts as a prior. Runs have no noise; sigma is (2J,).
     """
     settings = settings_for(base.robot)
     windows, weight = windows_of(runs, period, settings.grids)
@@ -67,10 +63,7 @@ def separable(
 
 
 def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: float) -> float:
-    """Half the squared residual where the parameters are best, `most` in a window [nats].
-
-    Windows that say more have as much less say in where that is.
-    """
+    """Half the squared residual at the best parameters, at `most` in a window [nats]."""
     step, share, found = np.zeros(by_theta.shape[-1]), weight, np.inf
     for _ in range(NEXT.rounds if np.isfinite(most) else 1):
         step = _best(rest, by_theta, share, prior)
@@ -101,10 +94,7 @@ def shown(
     labels: Sequence[str],
     extra: Sequence[Effect] = (),
 ) -> Array:
-    """Evidence of each effect's largest plausible size in each run, shape (runs, labels) [nats].
-
-    Runs are simulated with the model as it stands, without noise, and measured with sigma (2J,).
-    """
+    """Evidence of each effect's largest plausible size in simulated runs (runs, labels) [nats]."""
     wanted = [c for c in candidates(model, extra) if c.label in labels]
     on_ground = bool(model.robot.contacts)
     settings = settings_for(model.robot)

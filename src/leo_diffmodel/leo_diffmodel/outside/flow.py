@@ -54,10 +54,7 @@ class Flow:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """The flow of a recording whose rates are right.
-
-    None where no episode holds a bell, and of a robot on the ground unless its base is held.
-    """
+    """Of rates that are right; None without a bell in any episode, and on the ground unless held."""
     if model.robot.contacts and not recording.held:
         return None
     step, still = period(recording), still_rates(recording)

@@ -35,10 +35,9 @@ def stretch(kind: str, why: str, begin: float, end: float) -> Finding:
 
 
 def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Finding]:
-    """What stands out of the torque left over at joint j (N,).
+    """What stands out of the torque left over at joint j (N,), and out of that in states alike.
 
-    It must do so twice: out of what is left over elsewhere, and out of what is left over in
-    states and under inputs like those, so that an unknown law of angle and speed is no push.
+    The latter so that an unknown law of angle and speed is no push.
     """
     limit = _limit(flow, j, spread(rest[fitted]), fitted)
     out = (np.abs(rest) > limit) & (flow.moving[:, j] > OUTSIDE.burst_moving)
@@ -118,10 +117,9 @@ def _stops(flow: Flow, rest: Array, j: int, run: Array) -> bool:
 
 
 def blocked(flow: Flow, found: Ordinary, j: int, fitted: Array) -> list[Finding]:
-    """The stretches in which joint j is blocked.
+    """Stretches in which joint j is blocked: motor and weight push, and it stands.
 
-    There motor and weight together push far harder than friction takes while the joint moves, in
-    the `fitted` instants (N,), and than in all other stretches of standing.
+    They push far harder than friction takes in the `fitted` instants (N,), and than elsewhere.
     """
     pushed = np.abs(flow.motor[:, j] + flow.load[:, j])
     driven = flow.motor[:, j] * (flow.motor[:, j] + flow.load[:, j]) > 0
@@ -148,10 +146,8 @@ def blocked(flow: Flow, found: Ordinary, j: int, fitted: Array) -> list[Finding]
 def held(recording: Recording, model: Model) -> list[Finding]:
     """What comes before the first input where somebody may hold the robot.
 
-    All joints stand and no motor gets anything, and from that pose the model as given moves. A
-    hand holds the robot, or static friction does: such data cannot say which, and the motion that
-    follows can. A recording with position inputs has none, since its goals hold the robot; nor
-    has one that stands all along.
+    All joints stand without input in a pose that the model as given leaves: a hand holds the
+    robot, or static friction does. None where goals hold the robot, or where it stands all along.
     """
     if recording.input == 'position':
         return []

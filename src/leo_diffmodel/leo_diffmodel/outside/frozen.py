@@ -58,10 +58,7 @@ def _angle(e: Episode, j: int) -> list[tuple[int, int]]:
 
 
 def _speed(e: Episode, j: int) -> list[tuple[int, int]]:
-    """First and last samples of stretches of one speed that the angle does not go along with.
-
-    While the joint stands, a speed may be a bit off and repeat itself.
-    """
+    """First and last samples of stretches of one speed that its angle contradicts, if it moves."""
     coarse = OUTSIDE.frozen_resolutions * resolution(e.dq[:, j])
     slowest = OUTSIDE.frozen_slowest * float(np.abs(e.dq[:, j]).max())
     out = []

@@ -36,9 +36,8 @@ class Motion:
     def masses(self) -> tuple[Array, Array, Array]:
         """Torques (N, J, P) for one more of each of P, with the least and most of each (P,).
 
-        Each link as the model has it, then 1 kg at places of each link: at its joint and about its
-        far end. There is none beside or beyond the joint, where it would turn the weight of the
-        link or carry it: a payload changes where gravity pulls to by less than a wrong zero.
+        Each link as the model has it, then 1 kg at its joint and about its far end. None is beside
+        or beyond the joint: a payload changes where gravity pulls to by less than a wrong zero.
         """
         bodies = self.model.laws.bodies
         moving = [j.child for j in self.model.robot.joints if j.kind != 'fixed']

@@ -42,10 +42,7 @@ class Ordinary:
 
 
 def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinary:
-    """The torque that the model lacks at joint j, by laws that are fitted to some instants (N,).
-
-    Those in which a joint stands say nothing.
-    """
+    """The torque that the model lacks at joint j, by laws fitted to those instants (N,)."""
     columns = np.stack([law.torque for law in laws], axis=1)
     size = np.maximum(np.sqrt((columns[fitted] ** 2).mean(axis=0)), 1e-12)
     bounds = np.array([(law.low, law.high) for law in laws]).T * size
@@ -56,10 +53,10 @@ def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinar
 
 
 def follows(flow: Flow, j: int) -> bool:
-    """Whether a motor does nothing of its own: its torque follows from where its joint is.
+    """Whether a motor's torque follows from where its joint is, and does nothing of its own.
 
-    It is off, or carries the weight, or holds against a hand. A motor that moves its joint has
-    friction to overcome, and something else to do.
+    It is off, or carries the weight, or holds against a hand; one that moves has friction to
+    overcome.
     """
     moving = flow.moving[:, j] > 0.5
     q, motor = flow.q[moving, j], flow.motor[moving, j]
@@ -84,7 +81,7 @@ def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
 def _coarsest(t: Array, y: Array, most: float) -> float:
     """The cycles from t = 0 to 1, to a quarter, that are strongest in y (N,); 1 to `most`.
 
-    In bins of time, so that a pause of years costs no more: then the fastest are left out.
+    In bins of time: of a pause of years the fastest are left out.
     """
     bins = int(min(OUTSIDE.wave_bins_per_cycle * most, OUTSIDE.wave_bins))
     binned = np.bincount(np.minimum((bins * t).astype(int), bins - 1), y, bins)

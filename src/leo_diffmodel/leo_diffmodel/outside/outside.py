@@ -41,11 +41,9 @@ def moved_from_outside(recording: Recording, model: Model) -> list[Finding]:
     Codes are `push` (short), `hand` (lasting), `blocked` and `held`; `unexplained` where the motor
     acts by itself and the joint does not do what model, motor and friction can.
 
-    The torque that the model lacks is explained, joint by joint, by whatever ordinary effects can
-    give it (`ordinary`): friction, a payload twice as large, a gain 20 % off. What stands far out
-    of the rest for a moment is a push; where a large part is left over nearly always, a hand did
-    the work. Of a robot that stands on the ground only standing before the first input is looked
-    for, unless its base is held.
+    The torque that the model lacks is explained, joint by joint, by `ordinary` effects. What
+    stands far out of the rest for a moment is a push; where a large part is left over nearly
+    always, a hand did the work. A robot on the ground is only asked whether it was held at first.
     """
     model = model.of_recordings((recording.name,))
     true = with_true_rates(recording)
@@ -77,8 +75,7 @@ def without(
 ) -> list[Recording]:
     """The recordings with the stretches found in each cut out, 0.1 s before and after them too.
 
-    Episodes are split there; pieces shorter than 0.5 s are dropped. A recording of which nothing
-    remains is left out of the list, which may be empty.
+    Pieces shorter than 0.5 s are dropped, and recordings of which nothing remains.
     """
     out = []
     for recording, stretches in zip(recordings, found, strict=True):
@@ -89,10 +86,7 @@ def without(
 
 
 def not_the_robot(recording: Recording, model: Model) -> list[Span]:
-    """Begin and end [s] of all that is to be cut out of a recording: frozen sensors and gaps, too.
-
-    They are with their margins, in order and apart.
-    """
+    """All that is to be cut out of a recording [s], frozen sensors and gaps too, as `_cuts`."""
     forces = _spans(moved_from_outside(recording, model))
     return _cuts([*forces, *(s for f in frozen(recording) for s in f.spans), *_gaps(recording)])
 
@@ -148,10 +142,9 @@ def _at_joint(recording: Recording, seen: Flow, j: int) -> list[Finding]:
 def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) -> bool:
     """Whether a hand leads the joint: nothing the robot has gives what sets it in motion.
 
-    What lasts of the torque left over is compared with what is there to move the joint: with what
-    motor and weight leave of each other, of which friction takes its share, or with what the
-    accelerations take, whichever is larger. So a motor that only carries the weight moves
-    nothing. Where a motor acts by itself a torque that comes and goes like a clock is a law.
+    What lasts of the torque left over is compared with what motor and weight leave of each other,
+    or what the accelerations take. Where a motor acts by itself a torque that comes and goes like
+    a clock is a law.
     """
     if fitted.sum() * float(np.median(np.diff(seen.time))) < OUTSIDE.least_led:
         return False

@@ -26,7 +26,7 @@ class Rate:
 
 
 def with_true_rates(recording: Recording) -> Recording:
-    """The recording with rates from the angle where the measured one cannot be its derivative.
+    """With rates from the angle where the measured one cannot be its derivative.
 
     That is one in another unit, of the other sign, late, with a zero that is off, or none.
     """
@@ -70,9 +70,8 @@ def _slopes(e: Episode) -> Array:
 def relate(recording: Recording, j: int) -> Rate | None:
     """Scale, lag and zero of one joint over stretches of 0.25 s; None where it hardly moves.
 
-    The integral has hardly any of the rate's noise, which would make the scale look small. A
-    mistimed sample does not decide. `faults.motion` estimates the same with a delay apart from a
-    filter, for the answer; this one takes milliseconds, for every bag that is looked at.
+    The integral has hardly any of the rate's noise, which would make the scale look small.
+    `faults.motion` estimates the same for the answer; this one takes milliseconds.
     """
     change, integral, ends, seconds = stretches(recording, j)
     if len(change) < OUTSIDE.rate_fewest:
