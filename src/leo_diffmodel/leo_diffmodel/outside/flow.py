@@ -54,7 +54,7 @@ class Flow:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """Of rates that are right; None without a bell in any episode, and on the ground unless held."""
+    """Of rates that are right; None if no episode holds a bell, and on the ground unless held."""
     if model.robot.contacts and not recording.held:
         return None
     step, still = period(recording), still_rates(recording)
