@@ -16,7 +16,6 @@ from leo_diffmodel.compare import errors
 from leo_diffmodel.datasheet.measure import Measured
 from leo_diffmodel.datasheet.settings import FRICTION, Rung, TOGETHER, UNTOLD
 from leo_diffmodel.explain.estimate.fitted import constant_rows, effect_row, Fit, unexplained
-from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import Scored
 
 GIVEN = ('supply', 'limit', 'position_gain', 'rate_gain', 'resolution', 'goal_rate', 'efficiency')
@@ -35,11 +34,11 @@ def sheet(found: Measured) -> dict[str, Any]:
         'friction': {
             'law': rung.name,
             'rivals': [r.name for r in found.ladder.rivals],
-            'effects': [effect_row(final, i) for i in _friction(final)],
+            'effects': _effects(final, friction=True),
         },
         'ladder': [_rung(found, r, s) for r, s in found.ladder.rungs],
-        'others': [effect_row(final, i) for i in _others(final)],
-        'not_needed': [_alone(s, better) for s, better in found.alone],
+        'others': _effects(final, friction=False),
+        'not_needed': [_alone(s.fit, better) for s, better in found.alone],
         'not_known': list(_not_known(final)),
         'error': {
             'figure': headline.words,
@@ -74,7 +73,7 @@ def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
     certificate = fitted.certificate
     return {
         'law': rung.name,
-        'effects': [effect_row(fitted, i) for i in _friction(fitted)],
+        'effects': _effects(fitted, friction=True),
         'constants': constant_rows(fitted),
         'error': found.held.headline.by_unit(found.held.figures(fitted), _units(found)),
         'behind_nats': ladder.weight.ahead(best, scored),
@@ -83,9 +82,8 @@ def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
     }
 
 
-def _alone(scored: Scored, better: bool) -> dict[str, Any]:
+def _alone(fitted: Fit, better: bool) -> dict[str, Any]:
     """An effect that the chosen law does without: the most it can be, or that it may be there."""
-    fitted = scored.fit
     last = len(fitted.hypothesis.candidates) - 1
     return {**effect_row(fitted, last), 'predicts_better': better}
 
@@ -115,16 +113,12 @@ def _names(fitted: Fit) -> list[str]:
     return [*effects, *(c.label for c in hypothesis.constants)]
 
 
-def _friction(fitted: Fit) -> list[int]:
-    return [i for i, c in enumerate(fitted.hypothesis.candidates) if _is_friction(c)]
-
-
-def _others(fitted: Fit) -> list[int]:
-    return [i for i, c in enumerate(fitted.hypothesis.candidates) if not _is_friction(c)]
-
-
-def _is_friction(candidate: Candidate) -> bool:
-    return candidate.effect.name in FRICTION
+def _effects(fitted: Fit, friction: bool) -> list[dict[str, Any]]:
+    """Rows of those effects that are friction, or of the others."""
+    candidates = enumerate(fitted.hypothesis.candidates)
+    return [
+        effect_row(fitted, i) for i, c in candidates if (c.effect.name in FRICTION) == friction
+    ]
 
 
 def _units(found: Measured) -> list[str]:

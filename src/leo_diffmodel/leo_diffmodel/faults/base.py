@@ -32,10 +32,9 @@ class Fault:
     harmless: ClassVar[tuple[float, float]] = (0.0, 0.0)
     """Sizes that a good log may have, lowest and highest; outside it is an error."""
     harmless_words: ClassVar[str] = ''  # the same where it is not a size in the fault's unit
-    looks_like: ClassVar[str]
-    """A sentence each; the last says what it does to an answer if it is not seen."""
-    confused_with: ClassVar[str]
-    costs: ClassVar[str]
+    looks_like: ClassVar[str]  # a sentence
+    confused_with: ClassVar[str]  # a sentence
+    costs: ClassVar[str]  # what it does to an answer if it is not seen, a sentence
     todo: ClassVar[str] = ''  # what to do where no map undoes it
     whole_log: ClassVar[bool] = False  # it is one for all joints
 
