@@ -346,22 +346,22 @@ def judged(kind: str, seed: int) -> dict:
     found = find_faults(case.logs, model)
     seconds = time.process_time() - began
     right = [mapped(r, [f for f in found if f.error]) for r in case.logs]
-    forces = moved_from_outside(right, model)
-    said = [(f.fault.name, f.joint) for f in found if f.error]
-    first = [f.fault.name for f in found][:1]
+    forces = [f for r in right for f in moved_from_outside(r, model)]
+    said = [(f.code, f.joint) for f in found if f.error]
+    first = [f.code for f in found][:1]
     false = [s for s in said if s not in case.faults]
-    hands = [s.why for s in forces if s.kind == 'hand']
+    hands = [s.what for s in forces if s.code == 'hand']
     named = first == [name for name, _ in case.faults[:1]] or not case.faults
     if kind == 'elastic':
-        named = any('a resonance at' in s.why for s in forces)
+        named = any('a resonance at' in s.what for s in forces)
     return {
         'kind': kind,
         'seed': seed,
         'joints': len(case.robot.joint_names),
         'truth': case.faults,
         'said': said,
-        'found': [[f.fault.name, f.joint, f.value, f.error] for f in found],
-        'forces': sorted({f'{s.kind}: {s.why}' for s in forces}),
+        'found': [[f.code, f.joint, f.value, f.error] for f in found],
+        'forces': sorted({f'{s.code}: {s.what}' for s in forces}),
         'false': bool(false) or (bool(hands) and not case.hand),
         'right': (named and {*case.faults} <= {*said}) if not case.hand else bool(hands),
         'seconds': seconds,

@@ -13,8 +13,10 @@ from make_effects import Curve, picture, written
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.faults.base import Fault, Found
+from leo_diffmodel.faults.base import Fault
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
+from leo_diffmodel.outside.finding import ERROR
 
 SHOWN = {
     'speed_scale': 1.6,
@@ -141,7 +143,8 @@ def _mend(fault: Fault) -> str:
     """The line of the topic map, for the size that is shown."""
     names = ('elbow', 'wrist', 'wrist', 'elbow') if fault.name == 'input_exchanged' else ()
     joint, value = '' if fault.whole_log else 'elbow', SHOWN[fault.name]
-    line = Found(fault, joint, value, 0.0, '', True, '', names=names).line
+    known = {'joint': joint, 'names': names, 'evidence': ''}
+    line = Found(fault.name, ERROR, '', value=value, **known).line
     return f'`{line}` in the topic map' if line else fault.todo
 
 

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags of LEO with noise, in memory, and what a scan makes of them."""
 
-from pathlib import Path
-
 import numpy as np
+from tests.simulate import of_robot
 
-from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.estimate.fit import fit
 from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
@@ -44,16 +43,8 @@ def recorded(*effects, start='hanging', seconds=1.5, seed=1):
         0.01 * np.arange(len(q)), q, dq, np.clip(volts, -8.6, 8.6), np.ones((len(q), 6), bool)
     )
     held = str(LEO.start_poses[start].held).lower()
-    return Recording(
-        Path(start),
-        '0' * 64,
-        tuple(LEO.joint_names),
-        tuple(a.joint for a in LEO.actuators),
-        'voltage',
-        0.03,
-        (episode,),
-        {'held': held},
-    )
+    known = {'period': 0.03, 'metadata': {'held': held}}
+    return of_robot(LEO, episode, name=start, **known)
 
 
 def windowed(model, bag):

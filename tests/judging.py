@@ -6,33 +6,17 @@ from typing import Any
 from leo_lab.blind.judge import judge
 from leo_sim.description.robot import load_robot
 
+HIDDEN = {'size': 3.0, 'parameters': {'b': 1.0}, 'neutral': {'b': 0.0}, 'units': {'b': 'N'}}
+"""Of each effect of a case."""
+
 
 def truth_of(
     kind: str, *effects: tuple[str, str, str], robot: str = 'pendulum', ever_free: bool = False
 ) -> dict[str, Any]:
     """What a case hides: name, place and family of each effect."""
-    rows = [
-        {
-            'name': name,
-            'where': where,
-            'family': family,
-            'size': 3.0,
-            'parameters': {'b': 1.0},
-            'neutral': {'b': 0.0},
-            'units': {'b': 'N'},
-        }
-        for name, where, family in effects
-    ]
-    return {
-        'kind': kind,
-        'seed': 1,
-        'robot': robot,
-        'engine': 'rk4',
-        'noise': [1e-3, 0.05],
-        'ever_free': ever_free,
-        'constants': {},
-        'effects': rows,
-    }
+    rows = [dict(zip(('name', 'where', 'family'), e, strict=True)) | HIDDEN for e in effects]
+    case = {'kind': kind, 'seed': 1, 'robot': robot, 'ever_free': ever_free, 'effects': rows}
+    return case | {'engine': 'rk4', 'noise': [1e-3, 0.05], 'constants': {}}
 
 
 def row(
@@ -57,11 +41,5 @@ def verdict(
     truth: dict[str, Any], said: str, *rows: dict[str, Any], unknown: dict[str, Any] | None = None
 ) -> dict[str, Any]:
     """How an answer to a case is judged."""
-    answer = {
-        'verdict': said,
-        'effects': list(rows),
-        'errors': {},
-        'seconds': 2.0,
-        'unknown': unknown,
-    }
-    return judge(truth, answer, load_robot(truth['robot']))
+    answer = {'verdict': said, 'effects': list(rows), 'unknown': unknown}
+    return judge(truth, answer | {'errors': {}, 'seconds': 2.0}, load_robot(truth['robot']))

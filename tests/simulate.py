@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from tests.models import stepped
 
-from leo_diffmodel.bags.arrays import Run, write_runs
+from leo_diffmodel.bags.arrays import write_runs
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.faults.mending import runs_of
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.description.robot_file import SensorFile
-from leo_sim.drivers.base import INTERFACES
 from leo_sim.effects import Placed
 from leo_sim.model import Model
 from leo_sim.model.batch import rollout
@@ -65,16 +65,17 @@ def record(
     dq = dq[:count] + rng.normal(0, noise[1], dq[:count].shape)
     on = np.ones(inputs.shape, dtype=bool) if enabled is None else enabled
     episode = Episode(DT * np.arange(count), q, dq, inputs, on)
-    return Recording(
-        Path(f'simulated_{seed}'),
-        '0' * 64,
-        tuple(robot.joint_names),
-        tuple(a.joint for a in robot.actuators),
-        robot.input,
-        DT,
-        (episode,),
-        {},
-    )
+    return of_robot(robot, episode, name=f'simulated_{seed}')
+
+
+def of_robot(
+    robot: Robot, *episodes: Episode, name: str = 'log', period: float = DT, **more: Any
+) -> Recording:
+    """A recording of a robot; `more` are its metadata, and further fields."""
+    names = tuple(robot.joint_names), tuple(a.joint for a in robot.actuators)
+    metadata = more.pop('metadata', {})
+    known = '0' * 64, *names, robot.input, period, episodes, metadata
+    return Recording(Path(name), *known, **more)
 
 
 def measured_torque(noise: float, recording: Recording) -> tuple[Robot, Recording]:
@@ -106,21 +107,7 @@ def rounded(recording: Recording, seed: int = 0) -> Recording:
 
 def bag(folder: Path, recording: Recording) -> Path:
     """Write a recording as a rosbag2 folder."""
-    interface = INTERFACES[recording.input]
-    runs = [
-        Run(
-            e.t,
-            recording.joints,
-            e.q,
-            e.dq,
-            inputs={
-                a: {interface: e.inputs[:, i], 'enabled': e.enabled[:, i].astype(float)}
-                for i, a in enumerate(recording.actuators)
-            },
-        )
-        for e in recording.episodes
-    ]
-    return write_runs(folder, runs, {})
+    return write_runs(folder, runs_of(recording), {})
 
 
 def _rolled(model: Model, inputs: np.ndarray, enabled: Any, push: Any) -> tuple[Any, Any]:

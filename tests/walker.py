@@ -2,9 +2,9 @@
 """Recordings of LEO doing scripted motions, in memory, with noise."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from tests.simulate import of_robot
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.next_run.menu import MotionRun
@@ -32,13 +32,5 @@ def did(motion: str, *effects: Placed, seconds: float = 3.0, seed: int = 1) -> R
         for e in performed(MotionRun(motion, seed, seconds), model, 0.01)
     )
     held = str(LEO.start_poses[MOTIONS[motion].start].held).lower()
-    return Recording(
-        Path(motion),
-        '0' * 64,
-        tuple(LEO.joint_names),
-        tuple(a.joint for a in LEO.actuators),
-        'voltage',
-        0.03,
-        episodes,
-        {'held': held},
-    )
+    known = {'period': 0.03, 'metadata': {'held': held}}
+    return of_robot(LEO, *episodes, name=motion, **known)

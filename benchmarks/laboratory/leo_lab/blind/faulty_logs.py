@@ -20,9 +20,9 @@ import numpy as np
 from leo_diffmodel.bags.arrays import write_runs
 from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.explain.explanation import explain
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.find import find_faults
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import runs_of
 from leo_sim.description.robot import load_robot, Robot
 from leo_sim.effects import place, Placed
@@ -122,7 +122,7 @@ def run_case(seed: int, kind: str) -> dict:
         'beside': effect.effect.name if effect else None,
         'effects': [_hidden(name, value, robot.actuators[0].joint)] if name else [],
         'verdict': 'fault' if _sure(found) else 'fine',
-        'named': [[f.fault.name, f.joint] for f in found],
+        'named': [[f.code, f.joint] for f in found],
         'found': [
             {k: f.to_json()[k] for k in ('name', 'value', 'ci95', 'sure')}
             | {'worst': f.worst, 'otherwise': len(f.otherwise)}
@@ -130,8 +130,8 @@ def run_case(seed: int, kind: str) -> dict:
         ],
         'read': [w.split(': ', 1)[-1] for w in recording.warnings],
         'seconds': seconds,
-        'errors': [_error(name, value, f) for f in found if f.fault.name == name][:1],
-        'right': bool(found) and found[0].fault.name == name if name else not _sure(found),
+        'errors': [_error(name, value, f) for f in found if f.code == name][:1],
+        'right': bool(found) and found[0].code == name if name else not _sure(found),
         'mended': mended,
     }
 

@@ -20,32 +20,22 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reach:
-    """What the data can say about one effect at one place.
+    """What the data can say about one effect at one place."""
 
-    Attributes:
-        name, where: the effect and its place.
-        unit: of the amplitudes, which are changes from neutral.
-        detectable: smallest amplitude that is found in 95 % of runs; None where none is.
-        nameable: smallest amplitude at which every other effect fits clearly worse as well.
-        nearest: the effect that is most like it, and nats between the two when it has its typical
-            size.
-        typical: a small but common size, to compare data sets by.
-        typical_nats: evidence of that size.
-        seconds_to_detect, seconds_to_name: data like these that the typical size needs [s].
-        together: effects that are the same thing in any data of this kind.
-    """
-
-    name: str
+    name: str  # the effect and its place
     where: str
-    unit: str
+    unit: str  # of the amplitudes, which are changes from neutral
     detectable: float | None
+    """Smallest amplitude that is found in 95 % of runs; None where none is."""
     nameable: float | None
+    """Smallest amplitude at which every other effect fits clearly worse as well."""
     nearest: tuple[str, float]
-    typical: float
-    typical_nats: float
-    seconds_to_detect: float | None
+    """The effect that is most like it, and nats between the two when it has its typical size."""
+    typical: float  # a small but common size, to compare data sets by
+    typical_nats: float  # evidence of that size
+    seconds_to_detect: float | None  # data like these that the typical size needs [s]
     seconds_to_name: float | None
-    together: tuple[str, ...]
+    together: tuple[str, ...]  # effects that are the same thing in any data of this kind
 
     @property
     def label(self) -> str:
@@ -54,10 +44,7 @@ class Reach:
 
 
 def needed(nats: float | Array) -> Array:
-    """Evidence at which a gain of `nats` is passed in 95 % of runs; 0 where any will do.
-
-    A gain of mean m has the variance 2 m.
-    """
+    """Evidence at which a gain (mean m, variance 2 m) passes `nats` in 95 % of runs; 0 for any."""
     half = CHECK.power_sigmas / np.sqrt(2)
     under = half**2 + np.asarray(nats, dtype=float)
     return np.where(under > 0, (half + np.sqrt(np.maximum(under, 0.0))) ** 2, 0.0)
@@ -65,17 +52,11 @@ def needed(nats: float | Array) -> Array:
 
 @dataclass(frozen=True)
 class Apart:
-    """How far apart every two effects are; row i has its typical size, column j explains it.
+    """How far apart every two effects are; row i has its typical size, column j explains it."""
 
-    Attributes:
-        nats: evidence of i that j cannot reproduce, shape (effects, effects).
-        ahead: nats by which i is cheaper than j, having fewer parameters.
-        same: whether both are the same thing in any data of this kind.
-    """
-
-    nats: Array
-    ahead: Array
-    same: Array
+    nats: Array  # evidence of i that j cannot reproduce, shape (effects, effects)
+    ahead: Array  # nats by which i is cheaper than j, having fewer parameters
+    same: Array  # whether both are the same thing in any data of this kind
 
     @cached_property
     def separable(self) -> Array:
@@ -169,13 +150,10 @@ def _smallest(trace: Trace, ratio: Array) -> float | None:
 
 
 def explained(traces: Sequence[Trace]) -> Array:
-    """Share of each trace's evidence that another effect reproduces.
+    """Share of each trace's evidence that another effect reproduces (cos^2), (points, traces).
 
-    The other effect may take any size and sign that was tried, or any mix of the parameters
-    that scale it. An effect explains all of itself (docs/reference/identification.md 1.5).
-
-    Returns:
-        shape (points of all traces, traces): cos^2; what is left is 1 less that.
+    The other effect may take any size and sign that was tried, or any mix of the parameters that
+    scale it. An effect explains all of itself (docs/reference/identification.md 1.5).
     """
     stacked = np.concatenate([t.signatures for t in traces])
     cosines, last = stacked @ stacked.T, np.cumsum([len(t.sizes) for t in traces])

@@ -6,11 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.finding import ERROR, Finding, OK, WARNING
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import free_speed, length_unit
-from leo_diffmodel.outside.frozen import resolution
-from leo_diffmodel.outside.samples import period, steps
+from leo_diffmodel.outside.finding import ERROR, Finding, OK, WARNING
+from leo_diffmodel.outside.samples import period, resolution, steps
 from leo_sim.description.robot import Robot
 from leo_sim.description.urdf import Joint
 
@@ -24,8 +23,8 @@ WITHOUT_SPEED = {
 def angle_units(recording: Recording, robot: Robot) -> list[Finding]:
     """One finding per hinge of an imported log whose angles cannot be radians.
 
-    A hinge cannot be far outside the limits of its robot. One without limits turns as often as it
-    likes: it is suspect where nobody said the unit and it turns faster than its motor can.
+    They are far outside its limits; or it has none, nobody said the unit, and its motor is not so
+    fast.
     """
     if 'imported_from' not in recording.metadata:
         return []
@@ -42,8 +41,15 @@ def angle_units(recording: Recording, robot: Robot) -> list[Finding]:
 def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> list[Finding]:
     q = np.concatenate([e.q[:, j] for e in recording.episodes])
     low, high = float(q.min()), float(q.max())
-    why = _beyond(joint, low, high) or _too_fast(recording, j, fastest)
-    if not why:
+    lower, upper = joint.limits
+    reach = CHECK.beyond_limits * max(abs(lower), abs(upper))
+    change = np.concatenate([np.diff(e.q[:, j]) for e in recording.episodes])
+    speed = float(np.quantile(np.abs(change / steps(recording)), 0.9))
+    if np.isfinite(reach) and max(-low, high) > reach:
+        why = f'and its limits are {lower:.3g} and {upper:.3g} rad'
+    elif speed > fastest:
+        why = f'at {speed:.3g} rad/s'
+    else:
         return []
     unit = 'degrees' if max(-low, high) > CHECK.per_cent else 'degrees, or per cent of its range'
     what = f'{joint.name} goes from {low:.4g} to {high:.4g} rad, {why}: that is {unit}'
@@ -52,22 +58,6 @@ def _judged(recording: Recording, j: int, joint: Joint, fastest: float) -> list[
         'unit: rad where that is right and the joint has no limits'
     )
     return [Finding('angle_units', ERROR, what, todo)]
-
-
-def _beyond(joint: Joint, low: float, high: float) -> str:
-    """How an angle is outside the limits of its joint, '' where it is not."""
-    lower, upper = joint.limits
-    reach = CHECK.beyond_limits * max(abs(lower), abs(upper))
-    if max(-low, high) <= reach or not np.isfinite(reach):
-        return ''
-    return f'and its limits are {lower:.3g} and {upper:.3g} rad'
-
-
-def _too_fast(recording: Recording, j: int, fastest: float) -> str:
-    """How fast an angle changes where that is beyond `fastest` [rad/s], else ''."""
-    change = np.concatenate([np.diff(e.q[:, j]) for e in recording.episodes])
-    speed = float(np.quantile(np.abs(change / steps(recording)), 0.9))
-    return f'at {speed:.3g} rad/s' if speed > fastest else ''
 
 
 def positions_only(recording: Recording, robot: Robot) -> list[Finding]:
@@ -89,8 +79,8 @@ def positions_only(recording: Recording, robot: Robot) -> list[Finding]:
 def _coarseness(recording: Recording, j: int) -> tuple[float, float, str]:
     """What the speeds of joint j are off by, the same as a share of its speed, its name.
 
-    A central difference of angles with steps (or noise) of size d, h apart, is off by
-    d / sqrt(12) / (sqrt(2) h) rms.
+    A central difference of angles in steps of d, h apart, is off by d / sqrt(12) / (sqrt(2) h)
+    rms.
     """
     finest = max(resolution(e.q[:, j]) for e in recording.episodes)
     off = finest / np.sqrt(24) / period(recording)

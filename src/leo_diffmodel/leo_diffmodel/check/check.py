@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -12,11 +13,10 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Reach, reaches
 from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.excitation import Excitation, excitation, judge, noise_level
-from leo_diffmodel.check.finding import ERROR, Finding, forces, of_faults, OK, WARNING
 from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.hold import hold
 from leo_diffmodel.check.pairs import alike, hidden, Pair
-from leo_diffmodel.check.timing import even_stamps, length, reading, slow, timing
+from leo_diffmodel.check.timing import even_stamps, length, slow, timing
 from leo_diffmodel.check.traces import traces_of
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.known import provenance, with_known
@@ -24,7 +24,10 @@ from leo_diffmodel.compare.pushes import fast_enough
 from leo_diffmodel.compare.windows import cut
 from leo_diffmodel.explain.problem.classes import Facts
 from leo_diffmodel.faults.find import faults_of
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import mapped
+from leo_diffmodel.outside.finding import ERROR, Finding, OK, times, WARNING
+from leo_diffmodel.outside.outside import moved_from_outside
 from leo_sim.description.robot import Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -34,40 +37,26 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Bag:
-    """A bag to check.
+    """A bag to check."""
 
-    Attributes:
-        recording: as read.
-        other: read with the inputs held the other way; None leaves that question out.
-        hold: how `recording` was read, 'next' or 'previous'.
-    """
-
-    recording: Recording
+    recording: Recording  # as read
     other: Recording | None = None
-    hold: str = 'next'
+    """Read with the inputs held the other way; None leaves that question out."""
+    hold: str = 'next'  # how `recording` was read, 'next' or 'previous'
 
 
 @dataclass(frozen=True)
 class Check:
-    """What `leo check` says.
+    """What `leo check` says."""
 
-    Attributes:
-        findings: of every check, per bag, errors first.
-        excitation: what each joint was put through.
-        reaches: what can be said about each effect.
-        pairs: effects that look alike in this data.
-        threshold: gain that noise alone can give [nats]; None where nothing could be scanned.
-        seconds: how much data there is.
-        provenance: bags, hashes, model, versions.
-    """
-
-    findings: tuple[Finding, ...]
-    excitation: tuple[Excitation, ...]
-    reaches: tuple[Reach, ...]
-    pairs: tuple[Pair, ...]
+    findings: tuple[Finding, ...]  # of every check, per bag, errors first
+    excitation: tuple[Excitation, ...]  # what each joint was put through
+    reaches: tuple[Reach, ...]  # what can be said about each effect
+    pairs: tuple[Pair, ...]  # effects that look alike in this data
     threshold: float | None
-    seconds: float
-    provenance: dict
+    """Gain that noise alone can give [nats]; None where nothing could be scanned."""
+    seconds: float  # how much data there is
+    provenance: dict  # bags, hashes, model, versions
 
     @property
     def is_good(self) -> bool:
@@ -94,13 +83,9 @@ def check(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> Check:
-    """Look at the bags one by one, then at what they can show together.
+    """Look at the bags of one robot one by one, then at what they can show together.
 
-    Args:
-        bags: of one robot.
-        model: its model, as it stands.
-        extra: a user's own effects.
-        progress: called with what is being looked at.
+    `extra` are a user's own effects; `progress` hears of what is being looked at.
     """
     recordings = [bag.recording for bag in bags]
     model = with_known(model, recordings)
@@ -138,7 +123,7 @@ def check(
 def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Recording]:
     """What is wrong, or right, with a bag of noise sigma (2J,), and the bag put right."""
     faults = faults_of(bag.recording, model)
-    sure = [f for f in faults if f.error and f.fault.name != 'input_late']  # `hold` tells it
+    sure = [f for f in faults if f.error and f.code != 'input_late']  # `hold` tells it
     recording, other = bag.recording, bag.other and mapped(bag.other, sure)
     held = hold(mapped(recording, sure), other, bag.hold, model, sigma)
     if bag.other is not None and any(f.severity == ERROR for f in held):
@@ -146,7 +131,6 @@ def look_at(bag: Bag, model: Model, sigma: Array) -> tuple[list[Finding], Record
     right = mapped(recording, [f for f in faults if f.error])
     found = [
         *timing(recording),
-        *reading(recording),
         *held,
         *of_faults(recording, faults),
         *traps(recording, model.robot),
@@ -177,8 +161,7 @@ def of_all(
 
 
 def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    order = {ERROR: 0, WARNING: 1, OK: 2}
-    return tuple(sorted(findings, key=lambda f: order[f.severity]))
+    return tuple(sorted(findings, key=lambda f: (ERROR, WARNING, OK).index(f.severity)))
 
 
 def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
@@ -189,7 +172,46 @@ def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     found = [
         replace(f, bag=str(r.path))
         for r in recordings
-        for f in (*timing(r), *reading(r), *traps(r, model.robot))
+        for f in (*timing(r), *traps(r, model.robot))
     ]
     findings, origin = [short, length(recordings), *found], provenance(recordings, model)
     return Check(_sorted(findings), (), (), (), None, seconds, origin)
+
+
+def of_faults(recording: Recording, faults: Sequence[Found]) -> list[Finding]:
+    """One finding for each fault, and one for each joint whose speed is that of its angle."""
+    found = [_finding(f) for f in faults]
+    if recording.rates != 'measured':
+        return found
+    wrong = {f.joint for f in faults if f.evidence == 'kinematics'}
+    good = [
+        Finding('rate', OK, f'{joint}: the speed is the derivative of the position')
+        for joint in recording.joints
+        if joint not in wrong and '' not in wrong
+    ]
+    return found + good
+
+
+def _finding(f: Found) -> Finding:
+    where = f': {times(f.where)}' if f.where else ''
+    mend = f'put "{f.line}" into the topic map (--topic-map MAP.yaml)' if f.line else ''
+    todo = mend if f.error and mend else f.fault.todo or mend
+    return Finding(f.code, f.severity, f.in_words + where, todo, f.where)
+
+
+def forces(recording: Recording, model: Model) -> list[Finding]:
+    """One finding for each joint and kind of force from outside."""
+    if model.robot.contacts and not recording.held:
+        return []
+    groups = groupby(sorted(moved_from_outside(recording, model), key=_kind), _kind)
+    out = [_together(list(stretches)) for _, stretches in groups]
+    return out or [Finding('push', OK, 'no hand push, no collision')]
+
+
+def _kind(stretch: Finding) -> tuple[str, str]:
+    return stretch.code, stretch.what.split(':')[0]
+
+
+def _together(stretches: Sequence[Finding]) -> Finding:
+    first, where = stretches[0], tuple(span for f in stretches for span in f.where)
+    return replace(first, what=f'{first.what}: {times(where)}', where=where)

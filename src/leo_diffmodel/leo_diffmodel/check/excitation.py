@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.finding import Finding, OK, WARNING
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.sizes import input_unit, length_unit
+from leo_diffmodel.outside.finding import Finding, OK, WARNING
 from leo_sim.description.robot import Robot
 
 Array = np.ndarray
@@ -19,41 +19,22 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Excitation:
-    """Ranges of one joint over all bags.
-
-    Attributes:
-        joint: its name.
-        angle: lowest and highest.
-        rate: lowest and highest.
-        angle_unit: rad, or m on a slide; that of the rate is by the second.
-        input: lowest and highest applied; None without a motor.
-        unit: of the input.
-        levels: number of different inputs, 0 without a motor.
-        moving: share of the time in which the rate stands out of its noise.
-        forward: share of the moving time in which the angle grows.
-        free: time with its motor off [s].
-    """
+    """Ranges of one joint over all bags."""
 
     joint: str
-    angle: tuple[float, float]
-    rate: tuple[float, float]
-    angle_unit: str
-    input: tuple[float, float] | None
-    unit: str
-    levels: int
-    moving: float
-    forward: float
-    free: float
+    angle: tuple[float, float]  # lowest and highest
+    rate: tuple[float, float]  # lowest and highest
+    angle_unit: str  # rad, or m on a slide; that of the rate is by the second
+    input: tuple[float, float] | None  # lowest and highest applied; None without a motor
+    unit: str  # of the input
+    levels: int  # number of different inputs, 0 without a motor
+    moving: float  # share of the time in which the rate stands out of its noise
+    forward: float  # share of the moving time in which the angle grows
+    free: float  # time with its motor off [s]
 
 
 def excitation(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Excitation]:
-    """One row per joint; those of a base that was held in all bags have none.
-
-    Args:
-        recordings: of one robot.
-        sigma: noise of each recording and channel, shape (R, 2J).
-        robot: which they are of.
-    """
+    """One row per joint by noise (R, 2J); those of a base that was held in all bags have none."""
     return [
         _joint([recordings[i] for i in used], sigma[used], j, robot)
         for j, used in _loose(recordings, robot.base_joints)
@@ -132,13 +113,7 @@ def _moves(row: Excitation) -> Finding:
 
 
 def noise_level(recordings: Sequence[Recording], sigma: Array, robot: Robot) -> list[Finding]:
-    """One finding per joint: the noisiest of its bags against what it moves in all of them.
-
-    Args:
-        recordings: of one robot.
-        sigma: noise of positions, then rates, shape (R, 2J).
-        robot: which they are of; the joints of its base count where it is not held.
-    """
+    """One finding per joint: the noisiest of its bags (R, 2J) against what it moves in all."""
     joints, out = recordings[0].joints, []
     for j, used in _loose(recordings, robot.base_joints):
         largest = sigma[used][:, [j, len(joints) + j]].max(axis=0)

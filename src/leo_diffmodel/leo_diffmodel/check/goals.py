@@ -11,13 +11,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.importing.guess_roles import role_of
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.check.finding import Finding, OK, times, WARNING
 from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
 from leo_diffmodel.outside.samples import period, runs
 
 Array = np.ndarray
-EARLY, OWN, LATE = 0, 1, 2
-"""Rows from the goal to the angle that it moves first."""
+EARLY, OWN, LATE = 0, 1, 2  # rows from the goal to the angle that it moves first
 TODO = 'log what was sent (what send_action returns), or cut these parts out: leo bag cut'
 
 
@@ -97,16 +96,11 @@ def frame_shift(recording: Recording) -> list[Finding]:
     rows = {_first(*_shares(recording, j, a)) for j, a in moving} - {None}
     if len(rows) != 1:
         return [Finding('frame', OK, 'in which frame a goal acts does not show here')]
-    return [_acts_in(rows.pop(), 1e3 * period(recording))]
+    return [_acts_in(rows.pop(), f'{1e3 * period(recording):.0f} ms')]
 
 
 def _first(share: Array, spread: Array) -> int | None:
-    """The newest row whose goal has a share, None where newer ones may have one as well.
-
-    Args:
-        share: of the goals in the angle, the newest first, shape (R,).
-        spread: their standard deviations, shape (R,).
-    """
+    """The newest row whose goal surely has a share (R,), no newer one perhaps; or None."""
     small = CHECK.small_share
     for row in (EARLY, OWN, LATE):
         if share[row] > CHECK.frame_sigmas * spread[row] and share[row] > small * share.max():
@@ -115,19 +109,16 @@ def _first(share: Array, spread: Array) -> int | None:
     return None
 
 
-def _acts_in(row: int | None, period: float) -> Finding:
+def _acts_in(row: int | None, frame: str) -> Finding:
     if row == EARLY:
-        what = f'the goal of a row has acted when its positions are read, {period:.0f} ms early'
+        what = f'the goal of a row has acted when its positions are read, {frame} early'
         todo = 'read the bag with a topic map that says hold: previous'
         return Finding('frame', WARNING, what, todo)
     if row == LATE:
-        what = f'a goal acts a frame ({period:.0f} ms) after its row'
+        what = f'a goal acts a frame ({frame}) after its row'
         return Finding('frame', OK, what, 'nothing: explain tries command_delay')
-    what = (
-        'positions are read before the goal of their row is sent, which acts up to a frame '
-        f'({period:.0f} ms) after its stamp'
-    )
-    return Finding('frame', OK, what)
+    read = 'positions are read before the goal of their row is sent, which acts up to a frame'
+    return Finding('frame', OK, f'{read} ({frame}) after its stamp')
 
 
 def _usable(recording: Recording, a: int) -> list[Episode]:

@@ -11,7 +11,6 @@ from scipy.special import huber
 from leo_diffmodel.bags.mend import with_inputs_late
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.types import at_rows
-from leo_diffmodel.check.finding import ERROR, Finding, OK
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
@@ -19,6 +18,7 @@ from leo_diffmodel.compare.sizes import torque_scale
 from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
 from leo_diffmodel.explain.problem.likelihood import huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.outside.finding import ERROR, Finding, OK
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -27,33 +27,18 @@ MEANING = {'next': 'from its stamp on', 'previous': 'over the period before its 
 
 @dataclass(frozen=True)
 class Misfit:
-    """What short windows miss.
+    """What short windows miss."""
 
-    Attributes:
-        start: of each window [s], (W,).
-        loss: without what is free [nats], (W,).
-        error: measured less predicted, over the noise, (W, K).
-        columns: what the free states and torques do to it, (W, K, F).
-    """
-
-    start: Array
-    loss: Array
-    error: Array
-    columns: Array
+    start: Array  # of each window [s], (W,)
+    loss: Array  # without what is free [nats], (W,)
+    error: Array  # measured less predicted, over the noise, (W, K)
+    columns: Array  # what the free states and torques do to it, (W, K, F)
 
 
 def hold(
     recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
 ) -> list[Finding]:
-    """Which way of holding the inputs the data support.
-
-    Args:
-        recording: the bag as read.
-        other: the same bag read the other way; None leaves that question out.
-        hold_now: 'next' or 'previous', how `recording` was read.
-        model: the model.
-        sigma: noise, shape (2J,).
-    """
+    """Which way of holding the inputs the data support, if there is the `other` way to ask."""
     if other is None or recording.input == 'none':
         return []
     ahead = preference(recording, other, model, sigma)
@@ -65,7 +50,14 @@ def hold(
         )
         todo = f'put "hold: {right}" into the topic map (--topic-map MAP.yaml)'
         return [Finding('hold', ERROR, what, todo)]
-    return [_right_way(hold_now, ahead)]
+    if ahead > CHECK.hold_nats:
+        what = f'an input acts {MEANING[hold_now]}, as read: that fits better by {ahead:.0f} nats'
+    else:
+        what = (
+            f'whether an input acts {MEANING["next"]} or {MEANING["previous"]} makes no '
+            f'difference that shows here ({ahead:.0f} nats)'
+        )
+    return [Finding('hold', OK, what)]
 
 
 def _agrees(recording: Recording, hold_now: str, model: Model, sigma: Array) -> bool:
@@ -82,12 +74,11 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
     0 where the difference is small against what the model lacks anyway.
     """
     read, way = (misfit(r, model, sigma) for r in (recording, other))
-    _, mine, theirs = np.intersect1d(
-        np.round(read.start, 6), np.round(way.start, 6), return_indices=True
-    )
-    if not len(mine):
+    starts = np.round(read.start, 6), np.round(way.start, 6)
+    _, first, second = np.intersect1d(*starts, return_indices=True)
+    if not len(first):
         return 0.0
-    read, way = at_rows(read, mine), at_rows(way, theirs)
+    read, way = at_rows(read, first), at_rows(way, second)
     if _removed(read.loss, way.loss, model) < CHECK.hold_trifle:
         return 0.0
     usual = float(np.median(np.minimum(read.loss, way.loss)))
@@ -129,17 +120,6 @@ def _expected(model: Model) -> float:
     return 0.5 * (channels - free)
 
 
-def _right_way(hold_now: str, nats: float) -> Finding:
-    if nats > CHECK.hold_nats:
-        what = f'an input acts {MEANING[hold_now]}, as read: that fits better by {nats:.0f} nats'
-    else:
-        what = (
-            f'whether an input acts {MEANING["next"]} or {MEANING["previous"]} makes no '
-            f'difference that shows here ({nats:.0f} nats)'
-        )
-    return Finding('hold', OK, what)
-
-
 def shifted(recording: Recording, seconds: float) -> Recording:
     """The recording with its inputs acting `seconds` later (earlier where negative)."""
     late = [seconds] * len(recording.actuators)
@@ -150,13 +130,8 @@ def shifted(recording: Recording, seconds: float) -> Recording:
 def misfit(recording: Recording, model: Model, sigma: Array) -> Misfit:
     """Robust loss of short windows with free start states and free missing torques.
 
-    Torques that are constant, that grow in time and that go along with the input are free at
-    each joint, so that what the model lacks does not pass for an input at the wrong time.
-
-    Args:
-        recording: the bag.
-        model: its model, good or not.
-        sigma: noise of angles and rates, shape (2J,).
+    Torques that are constant, that grow in time and that go along with the input are free at each
+    joint, so that what the model lacks does not pass for an input at the wrong time.
     """
     seconds = CHECK.hold_intervals * sample_period([recording])
     most = CHECK.hold_windows_on_ground if model.robot.contacts else CHECK.hold_windows

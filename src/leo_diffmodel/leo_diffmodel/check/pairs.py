@@ -10,29 +10,24 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import Apart, Reach
-from leo_diffmodel.check.finding import Finding, OK, WARNING
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.explain.problem.candidates import uncertain
 from leo_diffmodel.explain.settings import SETTINGS
+from leo_diffmodel.outside.finding import Finding, OK, WARNING
 from leo_sim.model import Model
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two effects that look alike here.
+    """Two effects that look alike here."""
 
-    Attributes:
-        a, b: labels, effect:where.
-        separable_nats: by which either beats the other where it is the truth, at a typical size.
-        seconds: data like these that separating them needs [s]; None where none would do.
-        same_thing: they are equal in any data of this kind.
-    """
-
-    a: str
+    a: str  # labels, effect:where
     b: str
     separable_nats: float
+    """By which either beats the other where it is the truth, at a typical size."""
     seconds: float | None
-    same_thing: bool
+    """Data like these that separating them needs [s]; None where none would do."""
+    same_thing: bool  # they are equal in any data of this kind
 
 
 def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:
@@ -43,16 +38,13 @@ def alike(rows: Sequence[Reach], apart: Apart, seconds: float) -> list[Pair]:
     shown = np.array([(r.seconds_to_detect or np.inf) <= seconds for r in rows])
     near = np.minimum(apart.separable, apart.separable.T) < SETTINGS.gates.margin_nats
     close = apart.same | (near & shown & shown[:, None])
-    found = [_pair(rows, apart, i, j, seconds) for i, j in np.argwhere(np.triu(close, 1))]
+    found = []
+    for i, j in np.argwhere(np.triu(close, 1)):
+        same, nats = bool(apart.same[i, j]), min(apart.separable[i, j], apart.separable[j, i])
+        times = max(apart.longer[i, j], apart.longer[j, i])
+        wanted = None if same or times > CHECK.most_times else float(seconds * times)
+        found.append(Pair(rows[i].label, rows[j].label, float(nats), wanted, same))
     return sorted(found, key=lambda p: (not p.same_thing, p.separable_nats))
-
-
-def _pair(rows: Sequence[Reach], apart: Apart, i: int, j: int, seconds: float) -> Pair:
-    same = bool(apart.same[i, j])
-    nats = min(apart.separable[i, j], apart.separable[j, i])
-    times = max(apart.longer[i, j], apart.longer[j, i])
-    wanted = None if same or times > CHECK.most_times else float(seconds * times)
-    return Pair(rows[i].label, rows[j].label, float(nats), wanted, same)
 
 
 def groups(pairs: Sequence[Pair]) -> list[list[str]]:

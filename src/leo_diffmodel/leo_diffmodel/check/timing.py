@@ -9,8 +9,8 @@ import itertools
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.check.finding import Finding, OK, times, WARNING
 from leo_diffmodel.check.settings import CHECK
+from leo_diffmodel.outside.finding import Finding, OK, times, WARNING
 from leo_diffmodel.outside.samples import period, steps
 
 HARMLESS = (
@@ -23,23 +23,18 @@ Array = np.ndarray
 
 
 def timing(recording: Recording) -> list[Finding]:
-    """Rate with its jitter, and gaps."""
-    return [_rate(recording), *_gaps(recording)]
+    """Rate with its jitter, gaps, and what reading the bag left out."""
+    return [_rate(recording), *_gaps(recording), *_reading(recording)]
 
 
-def reading(recording: Recording) -> list[Finding]:
+def _reading(recording: Recording) -> list[Finding]:
     """What the reader warned of: dropped samples, undecodable messages, unusable inputs."""
-    warnings = [w.removeprefix(f'{recording.path}: ') for w in recording.warnings]
-    return [
-        Finding(
-            'reading',
-            OK if any(h in text for h in HARMLESS) else WARNING,
-            text,
-            todo='look at the driver or the recorder; what is left is used',
-        )
-        for text in warnings
-        if not text.split(' ', 1)[-1].startswith('gaps;')
-    ]
+    todo, out = 'look at the driver or the recorder; what is left is used', []
+    for text in (w.removeprefix(f'{recording.path}: ') for w in recording.warnings):
+        if not text.split(' ', 1)[-1].startswith('gaps;'):
+            harmless = any(h in text for h in HARMLESS)
+            out.append(Finding('reading', OK if harmless else WARNING, text, todo))
+    return out
 
 
 def _rate(recording: Recording) -> Finding:

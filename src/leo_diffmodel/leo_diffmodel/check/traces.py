@@ -28,36 +28,22 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Trace:
-    """The traces of one effect at one place.
+    """The traces of one effect at one place."""
 
-    Attributes:
-        candidate: the effect and its place.
-        sizes: amplitude of each point tried, as change from neutral, shape (S,).
-        nats: evidence of each in the whole data, 0.5 |signature|^2, shape (S,).
-        signatures: unit change of the whitened prediction, nuisances out, shape (S, M).
-    """
-
-    candidate: Candidate
-    sizes: Array
-    nats: Array
-    signatures: Array
+    candidate: Candidate  # the effect and its place
+    sizes: Array  # amplitude of each point tried, as change from neutral, shape (S,)
+    nats: Array  # evidence of each in the whole data, 0.5 |signature|^2, shape (S,)
+    signatures: Array  # unit change of the whitened prediction, nuisances out, shape (S, M)
 
 
 @dataclass(frozen=True)
 class Traces:
-    """All effects of a robot in one data set.
+    """All effects of a robot in one data set."""
 
-    Attributes:
-        traces: one per effect and place.
-        threshold: gain that noise alone can give [nats].
-        seconds: how much data there is.
-        price: nats that each parameter of an effect must earn.
-    """
-
-    traces: tuple[Trace, ...]
-    threshold: float
-    seconds: float
-    price: float
+    traces: tuple[Trace, ...]  # one per effect and place
+    threshold: float  # gain that noise alone can give [nats]
+    seconds: float  # how much data there is
+    price: float  # nats that each parameter of an effect must earn
 
 
 def traces_of(
@@ -69,15 +55,9 @@ def traces_of(
 ) -> Traces:
     """Change every effect on top of the model and see what it does to the data.
 
-    Nothing is named: the model is taken as it stands, with its uncertain constants refitted.
-    Some hundred windows stand for all of them, since evidence adds up over time.
-
-    Args:
-        recordings: of one robot.
-        model: its model.
-        extra: a user's own effects.
-        progress: called with what is being looked at.
-        sigma: noise of each recording and channel, shape (R, 2J); None reads it.
+    Nothing is named: the model is taken as it stands, with its uncertain constants refitted. Some
+    hundred windows stand for all of them, since evidence adds up over time. Noise is (R, 2J); None
+    reads it.
 
     Raises:
         ValueError: no window fits.

@@ -17,23 +17,18 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Blocks:
-    """Numbered stretches of time over several recordings.
+    """Numbered stretches of time over several recordings."""
 
-    Attributes:
-        begin: first stamp of each recording [s], shape (R,).
-        length: block length in each recording [s], shape (R,).
-        offset: number of the first block of each recording, shape (R,). Recordings are numbered
-            by their names, so that what is held out does not depend on how they were listed.
-        held_sources: recordings held out whole; where there are none, every fourth block is.
-        own: recordings held out have constants of their own, which are fitted on every other
-            block of theirs; the rest of them is held out.
-    """
-
-    begin: Array
-    length: Array
+    begin: Array  # first stamp of each recording [s], shape (R,)
+    length: Array  # block length in each recording [s], shape (R,)
     offset: Array
+    """Number of the first block of each recording, shape (R,). Recordings are numbered by their
+    names, so that what is held out does not depend on how they were listed."""
     held_sources: tuple[int, ...] = ()
+    """Recordings held out whole; where there are none, every fourth block is."""
     own: bool = False
+    """Recordings held out have constants of their own, which are fitted on every other block of
+    theirs; the rest of them is held out."""
 
     def index(self, windows: Windows, at: float = 0.0) -> Array:
         """Block of each window's instant `at` (0 its first sample, 1 its last), shape (W,)."""
@@ -94,13 +89,7 @@ class Blocks:
 def make_blocks(
     recordings: Sequence[Recording], hold_out: Sequence[Recording], own: bool = False
 ) -> Blocks:
-    """Blocks of 2 s, or an eighth of a recording shorter than 16 s.
-
-    Args:
-        recordings: to learn from.
-        hold_out: held out whole.
-        own: see `Blocks`.
-    """
+    """Blocks of 2 s, or an eighth of a recording shorter than 16 s; see `Blocks`."""
     everything = [*recordings, *hold_out]
     begin, duration = np.array([_span(r) for r in everything]).T
     length = np.maximum(np.minimum(COMPARE.block_seconds, duration / COMPARE.fewest_blocks), 1e-9)

@@ -26,19 +26,13 @@ STAGES = 3
 
 @dataclass(frozen=True)
 class Comparison:
-    """How wrong a model is on recordings.
-
-    Attributes:
-        data: the contents of compare.json.
-        missing: the torque the model lacks, window by window.
-        where: the missing torque by joint and condition.
-        prediction: the windows behind the errors, as predicted.
-    """
+    """How wrong a model is on recordings."""
 
     data: dict
-    missing: MissingTorque = field(repr=False)
-    where: Where = field(repr=False)
+    missing: MissingTorque = field(repr=False)  # the torque the model lacks, window by window
+    where: Where = field(repr=False)  # the missing torque by joint and condition
     prediction: errors.Prediction = field(repr=False)
+    """The windows behind the errors, as predicted."""
 
 
 def compare(
@@ -47,17 +41,14 @@ def compare(
     step: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
-    """Score a model on recordings.
+    """Score a model on recordings of one robot.
 
-    Args:
-        recordings: bags of one robot.
-        model: the model.
-        step: length of one step [s]; by default the control period of the data.
-        progress: called with what comes next; `STAGES` times.
+    A step [s] is the control period of the data by default. `progress` hears `STAGES` times what
+    comes next.
 
     Raises:
         UserError: the recordings are too short for a single window, or a step out of reach; or
-            they say constants of themselves that the robot does not have.
+        they say constants of themselves that the robot does not have.
     """
     began = time.monotonic()
     model = with_known(model, recordings)

@@ -28,38 +28,23 @@ LYING, HANGING = 'lying', 'hanging'
 
 @dataclass(frozen=True)
 class Condition:
-    """Windows in which one joint was in one condition.
-
-    Attributes:
-        joint: index of the joint.
-        variable: speed, direction, load, angle (of a slide: position), turned (the angle with
-            its whole turns, where the joint went around), input, motor, phase (of a walker's
-            feet, see `phases`) or time.
-        unit: of the bin's ends; empty where the bin is a word.
-        bin: lowest and highest value, or a word.
-        inside: which windows, shape (W,).
-        bag: the recording that a time bin lies in.
-    """
+    """Windows in which one joint was in one condition."""
 
     joint: int
     variable: str
-    unit: str
-    bin: tuple[float, float] | str
-    inside: Array
-    bag: int | None = None
+    """Speed, direction, load, angle (of a slide: position), turned (the angle with its whole
+    turns, where the joint went around), input, motor, phase (of a walker's feet, see `phases`) or
+    time."""
+    unit: str  # of the bin's ends; empty where the bin is a word
+    bin: tuple[float, float] | str  # lowest and highest value, or a word
+    inside: Array  # which windows, shape (W,)
+    bag: int | None = None  # the recording that a time bin lies in
 
 
 def conditions(
     windows: Windows, model: Model, most: int = COMPARE.most_bins, pressed: Array | None = None
 ) -> list[Condition]:
-    """Every condition that at least eight windows were in, each window once per variable.
-
-    Args:
-        windows: the data.
-        model: whose motor law and gravity say what a gear carries.
-        most: number of bands of a variable.
-        pressed: which spheres the ground presses on, shape (W, K+1, P).
-    """
+    """Every condition that at least eight windows were in, each window once per variable."""
     load = carried(windows, model)
     of_feet = None if pressed is None else phases(model.robot, pressed, windows.held)
     found: list[Condition] = []
@@ -175,12 +160,8 @@ def phases(robot: Robot, pressed: Array, held: Array) -> list[Array]:
 
     Joints of one leg see their own foot: swing, stance, double support (the other foot carries
     too), touch-down, lift-off. The others see both feet. All see lying (something other than the
-    feet carries) and hanging (the base is held).
-
-    Args:
-        robot: with feet and spheres.
-        pressed: which spheres the ground presses on, (W, K, P).
-        held: windows with a held base, (W,).
+    feet carries) and hanging (the base is held). Spheres are `pressed` (W, K, P), bases `held`
+    (W,).
     """
     links = [contact.link for contact in robot.contacts]
     on = np.stack(

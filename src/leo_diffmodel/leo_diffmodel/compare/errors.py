@@ -23,17 +23,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Prediction:
-    """Windows predicted from their measured start, noisy as it is, as a user would predict them.
-
-    Attributes:
-        windows: the data.
-        predicted: states, shape (W, K+1, 2J).
-        floor: variance of the error a perfect model would make, shape (W, K+1, 2J).
-    """
+    """Windows predicted from their measured start, noisy as it is, as a user predicts them."""
 
     windows: Windows
-    predicted: Array
-    floor: Array
+    predicted: Array  # states, shape (W, K+1, 2J)
+    floor: Array  # variance of the error a perfect model would make, shape (W, K+1, 2J)
 
     @property
     def error(self) -> Array:
@@ -203,17 +197,11 @@ def change_at_end(prediction: Prediction, other: Array) -> float:
 
 @dataclass(frozen=True)
 class _Instant:
-    """The sample of each window nearest to one time ahead; samples may be uneven.
+    """The sample of each window nearest to one time ahead; samples may be uneven."""
 
-    Attributes:
-        windows: windows that reach it, shape (N,).
-        sample: the sample there, shape (N,).
-        seconds: how far ahead those are, on average [s].
-    """
-
-    windows: Array
-    sample: Array
-    seconds: float
+    windows: Array  # windows that reach it, shape (N,)
+    sample: Array  # the sample there, shape (N,)
+    seconds: float  # how far ahead those are, on average [s]
 
     def of(self, states: Array) -> Array:
         """The states (W, K+1, 2J) at this instant, shape (N, 2J)."""

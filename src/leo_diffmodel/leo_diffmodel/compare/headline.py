@@ -13,23 +13,17 @@ from leo_diffmodel.compare.errors import Prediction, root_mean
 from leo_diffmodel.compare.settings import COMPARE
 from leo_sim.description.robot import Robot
 
-Figures = dict[str, list[float]]
-"""rmse and median of each state, as in explain.json."""
+Figures = dict[str, list[float]]  # rmse and median of each state, as in explain.json
 NORMAL = ndtri(0.5 + (np.arange(64) + 0.5) / 128)
 """Sizes of a standard normal variable, each as likely as the others."""
 
 
 @dataclass(frozen=True)
 class Headline:
-    """Errors as an answer gives them.
+    """Errors as an answer gives them."""
 
-    Attributes:
-        statistic: rmse, or median (of the size), which a few hand pushes do not move.
-        seconds: how far ahead of the measured start [s].
-    """
-
-    statistic: str
-    seconds: float
+    statistic: str  # rmse, or median (of the size), which a few hand pushes do not move
+    seconds: float  # how far ahead of the measured start [s]
 
     @property
     def words(self) -> str:

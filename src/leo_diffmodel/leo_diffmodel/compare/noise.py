@@ -24,8 +24,7 @@ from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Window
 from leo_sim.model import Model
 
 Array = np.ndarray
-HISTORY = COMPARE.history
-"""What windows keep before them [s]."""
+HISTORY = COMPARE.history  # what windows keep before them [s]
 
 
 def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
@@ -56,11 +55,10 @@ def estimate(model: Model, short: Sequence[Windows]) -> Array:
 
 
 def of_inputs(model: Model, windows: Windows) -> Array | None:
-    """What the noise of measured inputs adds to each sample of a window, (R, K+1, 2J).
+    """What the noise of measured inputs adds to each sample of a window, (R, K+1, 2J), or None.
 
-    It is a force that nobody exerted: predicted rates walk away from the robot's, and angles with
-    them. The median over windows and draws, as some windows are chaotic; None where inputs are
-    exact, or no window shows what they do.
+    A force that nobody exerted: predicted rates walk away from the robot's, and angles with them.
+    The median over windows and draws, as some windows are chaotic.
     """
     robot, start = model.robot, windows.measured[:, 0]
     if not (robot.input_noise.any() and windows.count):
@@ -103,8 +101,7 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
 def _about_curves(windows: Windows, quantile: float) -> Array:
     """Noise of each channel about a curve through each window, without a model, shape (2J,).
 
-    A wrong height of the ground, or of the sensor above it, is in every window with contact, and
-    no start state takes it up.
+    A wrong height of the ground is in every window with contact, and in no start state.
     """
     degree = COMPARE.curve_degree
     even = np.linspace(-1, 1, windows.steps + 1)
@@ -161,10 +158,7 @@ def _along(windows: Windows) -> Array:
 
 
 def _reweighted(residual: Array, columns: Array, sigma: Array, quantile: float) -> Array:
-    """One round: project with the present weights, then rescale each channel.
-
-    The share `quantile` of the windows has less left than the noise it is rescaled to.
-    """
+    """One round: project with the present weights, then rescale each channel by that quantile."""
     channels = residual.shape[-1]
     e, a = whitened(residual, columns, sigma)
     left, size, _ = np.linalg.svd(a, full_matrices=False)

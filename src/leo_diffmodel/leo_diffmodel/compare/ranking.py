@@ -31,19 +31,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class _Scored:
-    """A model's errors at the end of windows.
+    """A model's errors at the end of windows."""
 
-    Attributes:
-        square: squared errors of each window and state, (W, S).
-        floor: what noise alone makes of them, (W, S).
-        share: mean squared errors as shares of the motion, (W,).
-        noise: what noise alone makes of that share.
-    """
-
-    square: Array
-    floor: Array
-    share: Array
-    noise: float
+    square: Array  # squared errors of each window and state, (W, S)
+    floor: Array  # what noise alone makes of them, (W, S)
+    share: Array  # mean squared errors as shares of the motion, (W,)
+    noise: float  # what noise alone makes of that share
 
 
 def rank(
@@ -54,16 +47,11 @@ def rank(
 ) -> dict:
     """Score models half a second ahead on the same windows: the contents of ranking.json.
 
-    Nothing is fitted, so all data are held out. Where a model was fitted to one of these bags, all
-    are scored on blocks of time that no fit saw (every fourth, `Blocks.held`). The difference of
-    each model to the best is averaged in each block of 2 s (an eighth of a shorter bag); where its
-    95 % t interval over the blocks holds 0, the two are not distinguishable.
-
-    Args:
-        recordings: bags of one robot.
-        models: by their names, all with the joints and the input of that robot.
-        step: the shortest window [s]; by default the control period of the data.
-        progress: called with what comes next; `STAGES` times for each model.
+    Nothing is fitted, so all data are held out; where a model was fitted to one of these bags,
+    blocks of time that no fit saw (`Blocks.held`). The difference of each model to the best is
+    averaged in each block of 2 s (an eighth of a shorter bag); where its 95 % t interval over the
+    blocks holds 0, the two are not distinguishable. `step` and `progress` are as for `compare`,
+    `STAGES` of each model.
 
     Raises:
         UserError: models of different robots, recordings too short, or as `compare`.
@@ -117,10 +105,7 @@ def half_seconds(
 ) -> tuple[Windows, Array]:
     """Windows of half a second, with the past that any model needs, and the noise (R, 2J).
 
-    The noise is the least that any model leaves; `progress` hears of each.
-
-    Raises:
-        UserError: too short for a single window, or rates that no model can follow.
+    The noise is the least that any model leaves. UserError where it is too short for any.
     """
     needy, found = max(models.values(), key=errors.has_memory), []
     with enough(recordings):
@@ -173,14 +158,9 @@ def _rows(scored: Mapping[str, _Scored], block: Array) -> list[dict]:
 
 
 def behind(difference: Array, block: Array) -> dict:
-    """How far a model is behind the best, with its 95 % interval over blocks of time.
+    """How far a model is behind the best by its difference in each window (W,).
 
-    Args:
-        difference: of the shares, in each window, (W,).
-        block: the block of each window, (W,).
-
-    Returns:
-        value, ci95 (None with a single block), and whether the two are distinguishable.
+    With its 95 % interval over blocks of time, None where there is one block.
     """
     means = np.array([difference[block == b].mean() for b in np.unique(block)])
     value, count = float(means.mean()), len(means)

@@ -15,8 +15,7 @@ from leo_sim.description.constants import BODY_UNITS, COM
 from leo_sim.description.robot import Actuator, Robot
 from leo_sim.effects import Parameter
 
-EARTH = 9.81
-"""Standard gravity [m/s2]."""
+EARTH = 9.81  # standard gravity [m/s2]
 SYMBOLS = ('N', 'm', 's', 'rad', 'kg', 'V')
 COUNTS = ('', '1', '1/turn', '1/m')
 """Units of plain numbers: shares, scales, how often in a turn (on a slide in 2 pi m)."""
@@ -93,10 +92,7 @@ def inertia_scale(robot: Robot) -> float:
 
 
 def reach(robot: Robot) -> float:
-    """Longest way from the base through the links' frames to the end of a link's extent [m].
-
-    Slides with stops are run out.
-    """
+    """Longest way from the base to the end of a link's extent [m], slides with stops run out."""
     far = {robot.joints[0].parent: 0.0}
     for joint in robot.joints:
         stop = max(map(abs, joint.limits)) if joint.name in robot.slides else 0.0
@@ -127,10 +123,7 @@ def _gravity(robot: Robot) -> float:
 
 
 def _extent(robot: Robot, link: str) -> float:
-    """How far the mass of a link is from its joint [m].
-
-    The distance of its centre of mass, or its radius of gyration: of a wheel the first is 0.
-    """
+    """Distance of the centre of mass from the joint, or radius of gyration (of a wheel) [m]."""
     value = _body(robot, link)
     gyration = math.sqrt(value['inertia'] / value['mass']) if value['mass'] else 0.0
     return max(math.hypot(*(value[key] for key in COM)), gyration, COMPARE.smallest_extent)
@@ -158,29 +151,17 @@ def _actuator(robot: Robot, joint: str) -> Actuator | None:
 
 @dataclass(frozen=True)
 class UnitSizes:
-    """What is large of each quantity; of seconds an angle at a rate, or a length at a speed.
+    """What is large of each quantity; of seconds an angle at a rate, or a length at a speed."""
 
-    Attributes:
-        torque: N m.
-        rate: rad/s.
-        angle: rad.
-        force: N.
-        speed: m/s.
-        length: m.
-        inertia: kg m2.
-        mass: kg.
-        input: at a motor [V].
-    """
-
-    torque: float
-    rate: float
-    angle: float
-    force: float
-    speed: float
-    length: float
-    inertia: float
-    mass: float
-    input: float
+    torque: float  # N m
+    rate: float  # rad/s
+    angle: float  # rad
+    force: float  # N
+    speed: float  # m/s
+    length: float  # m
+    inertia: float  # kg m2
+    mass: float  # kg
+    input: float  # at a motor [V]
 
     def of(self, unit: str) -> float | None:
         """Large in a unit: torque / rate in N m s/rad; None where the unit has other symbols.

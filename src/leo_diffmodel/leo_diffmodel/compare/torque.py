@@ -20,39 +20,27 @@ from leo_diffmodel.compare.windows import cut, per_window, sample_period, spread
 from leo_sim.model import Model
 
 Array = np.ndarray
-MOST_DRAWN = 1500
-"""Windows whose torque a page shows."""
+MOST_DRAWN = 1500  # windows whose torque a page shows
 
 
 @dataclass(frozen=True)
 class MissingTorque:
-    """Missing torque by least squares over short windows, each with a free start state.
+    """Missing torque by least squares over short windows, each with a free start state."""
 
-    Attributes:
-        time: middle of each window [s], shape (W,).
-        torque: constant torque that the model lacks there [N m], shape (W, J).
-        spread: its standard deviation from measurement noise [N m], shape (W, J).
-        q: mean joint angle [rad], shape (W, J).
-        dq: mean joint rate [rad/s], shape (W, J).
-        inputs: mean input [V, N m or rad], shape (W, A).
-        windows: the short windows.
-        carrying: which spheres the ground presses on at each sample, shape (W, K+1, P); None for
-            a robot without a ground.
-        bend: how far from linear the answer to the torque is (mean square, in noise variances),
-            as where a contact begins or ends, shape (W,); None for a robot without a ground.
-        untrusted: share of the windows that were left out because of that.
-    """
-
-    time: Array
-    torque: Array
-    spread: Array
-    q: Array
-    dq: Array
-    inputs: Array
+    time: Array  # middle of each window [s], shape (W,)
+    torque: Array  # constant torque that the model lacks there [N m], shape (W, J)
+    spread: Array  # its standard deviation from measurement noise [N m], shape (W, J)
+    q: Array  # mean joint angle [rad], shape (W, J)
+    dq: Array  # mean joint rate [rad/s], shape (W, J)
+    inputs: Array  # mean input [V, N m or rad], shape (W, A)
     windows: Windows
     carrying: Array | None = None
+    """Which spheres the ground presses on at each sample, shape (W, K+1, P); None for a robot
+    without a ground."""
     bend: Array | None = None
-    untrusted: float = 0.0
+    """How far from linear the answer to the torque is (mean square, in noise variances), as where
+    a contact begins or ends, shape (W,); None for a robot without a ground."""
+    untrusted: float = 0.0  # share of the windows that were left out because of that
 
     @property
     def seen(self) -> Array:
@@ -65,21 +53,13 @@ class MissingTorque:
 
 
 def missing_torque(recordings: Sequence[Recording], model: Model, sigma: Array) -> MissingTorque:
-    """Estimate the missing torque over short windows.
-
-    Windows in which no torque would show are left out (a joint that dry friction holds still),
-    unless there are no others.
-    """
+    """Over short windows in which a torque would show, unless there are no others."""
     windows = torque_windows(recordings, model, COMPARE.history if has_memory(model) else 0.0)
     return trusted(estimate(model, windows, sigma), model)
 
 
 def torque_windows(recordings: Sequence[Recording], model: Model, history: float) -> Windows:
-    """Short windows next to each other, `history` [s] before each; on the ground some of them.
-
-    Raises:
-        ValueError: no episode holds one.
-    """
+    """Short windows next to each other, `history` [s] before each; on the ground some of them."""
     windows = cut(recordings, window_seconds(recordings), history=history)
     return spread_out(windows, COMPARE.ground_torque_windows) if model.robot.contacts else windows
 
@@ -87,8 +67,7 @@ def torque_windows(recordings: Sequence[Recording], model: Model, history: float
 def trusted(found: MissingTorque, model: Model) -> MissingTorque:
     """The windows in which a torque would show; all of them where none would show in any.
 
-    On the ground those whose answer is linear, and in them the joints at which it would show: a
-    standing foot hides one torque and not another.
+    On the ground those whose answer is linear, and in them the joints at which it would show.
     """
     if found.bend is None:
         clear = np.all(found.spread < COMPARE.torque_shown * torque_scale(model.robot), axis=1)
@@ -108,13 +87,7 @@ def window_seconds(recordings: Sequence[Recording]) -> float:
 
 
 def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
-    """Least squares for a constant torque per window and joint, with a free start state.
-
-    Args:
-        model: the model that lacks the torque; positive turns the joint forward.
-        windows: short windows.
-        sigma: noise of each recording and channel, shape (R, 2J).
-    """
+    """A constant torque per window and joint by least squares; starts free, noise (R, 2J)."""
     joints = windows.q.shape[-1]
     unit = COMPARE.small_torque * torque_scale(model.robot)
     torques = small_torques(model, windows, np.ones_like(windows.dt))
@@ -148,10 +121,7 @@ def estimate(model: Model, windows: Windows, sigma: Array) -> MissingTorque:
 
 
 def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> MissingTorque:
-    """What `estimate` would find missing from a model if another were the robot.
-
-    The measured states give way to those that the other model predicts from the measured start.
-    """
+    """What `estimate` finds if another model, from the measured start, is the robot."""
     states = predict(other, windows, windows.measured[:, 0])
     joints = windows.q.shape[-1]
     replayed = replace(windows, q=states[..., :joints], dq=states[..., joints:])
@@ -161,11 +131,7 @@ def supposed(model: Model, other: Model, windows: Windows, sigma: Array) -> Miss
 def lacking_and_supposed(
     recordings: Sequence[Recording], model: Model, others: Mapping[str, Model], sigma: Array
 ) -> tuple[MissingTorque, dict[str, Array]]:
-    """What a model lacks, in windows as many as a page can draw, each with a past.
-
-    Returns:
-        the estimate, and what it would be by each other model [N m], shape (W, J).
-    """
+    """What a model lacks, in windows that a page can draw; by each other model (W, J) [N m]."""
     windows = cut(recordings, window_seconds(recordings), history=COMPARE.history)
     found = trusted(estimate(model, spread_out(windows, MOST_DRAWN), sigma), model)
     parts = {name: supposed(model, m, found.windows, sigma) for name, m in others.items()}
@@ -191,8 +157,7 @@ def in_parts(
 def _covariance(a: Array) -> Array:
     """Covariance of start states and torques, shape (W, P, P), from whitened columns (W, N, P).
 
-    Scaled to unit diagonal before it is inverted: in a window in which a contact makes the motion
-    very sensitive, the columns differ by more than floating-point numbers resolve.
+    Scaled to unit diagonal: with a contact columns differ by more than floats resolve.
     """
     normal = np.swapaxes(a, -1, -2) @ a + COMPARE.weak * np.eye(a.shape[-1])
     size = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))

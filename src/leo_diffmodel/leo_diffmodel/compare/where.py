@@ -20,31 +20,21 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Where:
-    """Shares of the missing torque's square beyond noise.
+    """Shares of the missing torque's square beyond noise, single events left out.
 
-    Torques of different joints are compared in units of their joint's own noise, which is how
-    far they move the joint. Single events (a push, a glitch: a few windows far above all others)
-    take no part.
-
-    Attributes:
-        joints: rows {joint, share, torque_nm (on slides N, as torque_unit says), noise_nm,
-            volts, stall_percent, mean_nm, mean_error_nm}.
-        rows: rows of `where` in compare.json.
-        noise_only: all of it is within four standard errors of what noise gives.
-        events: rows {joint, torque_nm, window, bag} of single events, largest first.
+    Torques are compared in units of their joint's own noise, which is how far they move it.
     """
 
     joints: list[dict]
+    """Rows {joint, share, torque_nm (on slides N, as torque_unit says), noise_nm, volts,
+    stall_percent, mean_nm, mean_error_nm}."""
     rows: list[dict]
-    noise_only: bool
-    events: list[dict]
+    noise_only: bool  # all of it is within four standard errors of what noise gives
+    events: list[dict]  # rows {joint, torque_nm, window, bag} of single events, largest first
 
 
 def where(missing: MissingTorque, model: Model) -> Where:
-    """Share of the missing torque by joint, variable and bin.
-
-    Worst first: by how much more than its part of the joint's time a bin has of the error.
-    """
+    """By joint, variable and bin; worst is what has most beyond its part of the joint's time."""
     single = single_events(missing)
     events = _events(missing, model.robot, single)
     missing = missing.take(np.flatnonzero(~single.any(axis=1)))
@@ -143,8 +133,7 @@ def noise_only(missing: MissingTorque) -> bool:
 def _excess(missing: MissingTorque) -> Array:
     """Squared torque beyond noise, in units of the joint's noise, shape (W, J).
 
-    Typical noise; on the ground that of each window, since a joint swings in one and stands in
-    the next.
+    On the ground of each window: a joint swings in one and stands in the next.
     """
     spread = np.where(missing.seen, missing.spread, 0.0)
     typical = _median(missing.spread, missing)

@@ -17,31 +17,20 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Windows:
-    """W stretches of K control intervals, each with H samples of history before it.
+    """W stretches of K control intervals, each with H samples of history before it."""
 
-    Attributes:
-        q: measured joint angle [rad], shape (W, K+1, J).
-        dq: measured joint rate [rad/s], shape (W, K+1, J).
-        inputs: applied input [V, N m or rad], shape (W, K, A); row k acts from sample k to k+1.
-        enabled: motors on, shape (W, K, A).
-        dt: length of each interval [s], shape (W, K).
-        start: time of the first sample [s], shape (W,).
-        source: index of the recording each window comes from, shape (W,).
-        held: the base was fixed, shape (W,).
-        history: the same five arrays for the H samples before, or None where H is 0.
-        recordings: names of the recordings, by which `source` counts.
-    """
-
-    q: Array
-    dq: Array
+    q: Array  # measured joint angle [rad], shape (W, K+1, J)
+    dq: Array  # measured joint rate [rad/s], shape (W, K+1, J)
     inputs: Array
-    enabled: Array
-    dt: Array
-    start: Array
-    source: Array
-    held: Array
+    """Applied input [V, N m or rad], shape (W, K, A); row k acts from sample k to k+1."""
+    enabled: Array  # motors on, shape (W, K, A)
+    dt: Array  # length of each interval [s], shape (W, K)
+    start: Array  # time of the first sample [s], shape (W,)
+    source: Array  # index of the recording each window comes from, shape (W,)
+    held: Array  # the base was fixed, shape (W,)
     history: tuple[Array, Array, Array, Array, Array] | None = None
-    recordings: tuple[str, ...] = ()
+    """The same five arrays for the H samples before, or None where H is 0."""
+    recordings: tuple[str, ...] = ()  # names of the recordings, by which `source` counts
 
     @property
     def count(self) -> int:
@@ -87,16 +76,9 @@ def cut(
     stride: float | None = None,
     history: float = 0.0,
 ) -> Windows:
-    """Windows of about `seconds`, none across an episode's end.
+    """Windows of about `seconds`, none across an episode's end, `stride` [s] from start to start.
 
-    Args:
-        recordings: what to cut; all of one robot.
-        seconds: length of a window; at least one sample interval.
-        stride: time from start to start; by default windows share no sample.
-        history: time before each window to keep [s]; windows without it are left out.
-
-    Raises:
-        ValueError: no episode is long enough.
+    By default they share no sample. They keep `history` [s] before them. ValueError without any.
     """
     period = sample_period(recordings)
     count = max(1, round(seconds / period))
@@ -151,20 +133,15 @@ def spread_out(windows: Windows, most: int) -> Windows:
 
 
 def per_window(sigma: Array, windows: Windows) -> Array:
-    """The noise of the recording each window comes from, shape (W, 1 or K+1, 2J).
-
-    `sigma` is (R, 2J), or (R, K+1, 2J) of each sample of a window.
-    """
+    """Noise (R, 2J) or (R, K+1, 2J) of the recording of each window, (W, 1 or K+1, 2J)."""
     return sigma.reshape(len(sigma), -1, sigma.shape[-1])[windows.source]
 
 
 def thin(recordings: Sequence[Recording]) -> list[Recording]:
     """The recordings with every n-th state, as near as that comes to the period of the slowest.
 
-    A search costs in proportion to the samples, and a faster log would cost most of the time.
-    Each episode has its own n: one bag may hold logs of several rates. The common period is
-    5 ms to 10 ms. States are left out and not averaged, so their noise stays white; inputs become
-    the mean over the longer steps.
+    The common period is 5 ms to 10 ms, since a search costs in proportion to the samples. States
+    are left out and not averaged, so their noise stays white; inputs become means.
     """
     shortest, longest = COMPARE.shortest_period, COMPARE.longest_period
     period = min(max([shortest, *_periods(recordings)]), longest)

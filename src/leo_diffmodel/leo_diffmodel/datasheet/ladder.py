@@ -24,17 +24,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Ladder:
-    """Every law fitted, and how they compare.
-
-    Attributes:
-        rungs: those that the robot can have, with what each leaves; from the lowest on.
-        weight: what a nat counts.
-        limit: gain that noise alone can give an effect [nats].
-    """
+    """Every law fitted, and how they compare."""
 
     rungs: tuple[tuple[Rung, Scored], ...]
-    weight: Weight
-    limit: float
+    """Those that the robot can have, with what each leaves; from the lowest on."""
+    weight: Weight  # what a nat counts
+    limit: float  # gain that noise alone can give an effect [nats]
 
     @property
     def chosen(self) -> tuple[Rung, Scored]:
@@ -85,7 +80,6 @@ def climb(
     """Fit each law with the other effects of `rich`, a hypothesis that holds friction of any kind.
 
     The chosen law and its rivals are brought to the least loss that several starts find.
-    `pool` has the friction effects of the joint by name.
     """
     bare = _bare(rich.fit)
     at = {RUNGS[0].name: fits.refitted(rich, bare.hypothesis, bare.theta)}

@@ -6,20 +6,33 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.known import with_known
 from leo_diffmodel.compare.sizes import inertia_scale
 from leo_diffmodel.datasheet.ladder import added, better, climb, Ladder
-from leo_diffmodel.datasheet.last_fit import last_fit
-from leo_diffmodel.datasheet.settings import COMMON, FIGURES, FRICTION, THE_SAME, TIMES
+from leo_diffmodel.datasheet.settings import (
+    COMMON,
+    FIGURES,
+    FINER,
+    FRICTION,
+    MOST_FINER,
+    STEP_ERROR,
+    THE_SAME,
+    TIMES,
+)
 from leo_diffmodel.explain.estimate import helper
+from leo_diffmodel.explain.estimate.covariance import covariance
 from leo_diffmodel.explain.estimate.estimator import Estimate, Progress, STEPS
-from leo_diffmodel.explain.estimate.fitted import Fit
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.estimate.fitted import dispersion, Fit
 from leo_diffmodel.explain.estimate.smooth import Smooth
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.candidates import limited, seen, uncertain
 from leo_diffmodel.explain.problem.hypothesis import Candidate, Hypothesis
 from leo_diffmodel.explain.problem.pose import pose, Posed, untestable
+from leo_diffmodel.explain.problem.problem import Problem
 from leo_diffmodel.explain.problem.sizes import scales_of
 from leo_diffmodel.explain.problem.usable import Cut, Logged
 from leo_diffmodel.explain.select.evidence import Scored
@@ -31,32 +44,24 @@ from leo_sim.description.robot import Constant, Robot
 from leo_sim.effects import Effect
 from leo_sim.model import Model
 
+Array = np.ndarray
 RECORD = 'record the motion that leo datasheet --motion writes'
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A motor's recordings, fitted.
+    """A motor's recordings, fitted."""
 
-    Attributes:
-        model: whose constants of the motor were open.
-        posed: the windows.
-        ladder: the friction laws.
-        final: the chosen law, fitted once more with finer integration steps.
-        alone: the chosen law with each effect that a scan finds worth a fit, and whether that
-            surely predicts better.
-        held: windows that no fit was made on.
-        notes: what is wrong with the log, and what of it was left out.
-    """
-
-    model: Model
+    model: Model  # whose constants of the motor were open
     joint: str
     posed: Posed
     ladder: Ladder
-    final: Fit
+    final: Fit  # the chosen law, fitted once more with finer integration steps
     alone: tuple[tuple[Scored, bool], ...]
-    held: HeldOut
-    notes: tuple[str, ...]
+    """The chosen law with each effect that a scan finds worth a fit, and whether that surely
+    predicts better."""
+    held: HeldOut  # windows that no fit was made on
+    notes: tuple[str, ...]  # what is wrong with the log, and what of it was left out
 
 
 def measure(
@@ -96,11 +101,7 @@ def measure(
 
 
 def opened(model: Model, joint: str) -> Model:
-    """The model with the constants of the motor at a joint uncertain.
-
-    Raises:
-        UserError: no motor is there, or the robot walks.
-    """
+    """The model with the constants of the motor at a joint uncertain; UserError without one."""
     robot, names = model.robot, [a.joint for a in model.robot.actuators]
     if robot.contacts:
         raise UserError(f'{robot.name} touches the ground; a data sheet is of a motor on a bench')
@@ -162,3 +163,34 @@ def _rich(fits: Smooth, pool: Sequence[Candidate], heard: Progress) -> Estimate:
         at = wider
         rest = [c for c in rest if c not in at.names]
     return at
+
+
+def last_fit(problem: Problem, fitted: Fit) -> Fit:
+    """A fit with finer and finer steps, and what the last one leaves (Richardson 1911) taken off.
+
+    The scheme is of first order: what a step of 1.25 ms was off by moved a rotor inertia by eight
+    standard errors. What is taken off a value goes into its error as well.
+    """
+    for power in range(1, MOST_FINER + 1):
+        before, fitted = fitted, _stepped(problem, fitted, FINER**power)
+        left = (fitted.theta - before.theta) * FINER / (1.0 - FINER)
+        if (np.abs(left) <= STEP_ERROR * fitted.standard_errors).all():
+            break
+    theta = fitted.hypothesis.bounded(fitted.theta + left)
+    return replace(fitted, theta=theta, covariance=_wider(problem, fitted) + np.outer(left, left))
+
+
+def _wider(problem: Problem, fitted: Fit) -> Array:
+    """Covariance with the larger of the variances that blocks and residual give, (P, P)."""
+    train, channels = problem.train, fitted.start.shape[-1]
+    residual = fitted.residual[train]
+    block = np.arange(len(residual)) if problem.block is None else problem.block[train]
+    prior, spread = fitted.hypothesis.prior(fitted.theta), dispersion(fitted.take(train))
+    weighed = prior, spread, channels, problem.numerics, fitted.typical
+    return covariance(fitted.columns[train], residual, block, *weighed, larger=True)
+
+
+def _stepped(problem: Problem, fitted: Fit, share: float) -> Fit:
+    base = problem.base.changed(integration_step=share * problem.base.integration_step)
+    finer = replace(problem, base=base, rough_step=None)
+    return fit(finer, fitted.hypothesis, fitted.theta, fitted.start, thorough=True)

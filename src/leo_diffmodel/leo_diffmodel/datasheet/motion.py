@@ -20,10 +20,8 @@ from leo_sim.model import Model
 PARTS = ('triangle, slow', 'steps, small', 'steps, large', 'chirp', 'kick and let go')
 """Friction near rest and under load; dead band and delay; inertia, delay and lag; back-EMF; and
 viscous friction apart from it, as a free motor has none."""
-SECONDS = 15.0
-"""Of each part: two slow triangles, four free swings."""
-LEVEL = 0.7
-"""Of the largest input [V, N m]."""
+SECONDS = 15.0  # of each part: two slow triangles, four free swings
+LEVEL = 0.7  # of the largest input [V, N m]
 GOALS = 1.2
 """rad to either side, at most: where gravity changes by more than nine tenths of its most."""
 
@@ -31,8 +29,7 @@ GOALS = 1.2
 def motion(model: Model, joint: str) -> Run:
     """75 s of the motor at a joint, the others at rest, 0 V, or their goals at rest.
 
-    Its parts, and then all of it, get milder until the model predicts that it keeps off the stops.
-    Where no milder one does it is the full one, and `about` says what that runs into.
+    It gets milder until the model predicts that it keeps off the stops; `about` says if none does.
     """
     parts, lead = _parts(model.robot, joint)
     about = f'the standard motion of a data sheet at {joint}: {", ".join(PARTS)}'

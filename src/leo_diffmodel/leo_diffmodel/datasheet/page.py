@@ -14,8 +14,7 @@ from leo_diffmodel.report.page import render, Section
 from leo_diffmodel.report.sections import missing, origin
 from leo_diffmodel.report.text import nats, source
 
-USUAL = 'Coulomb, viscous'
-"""The law that most simulators have, drawn beside the chosen one."""
+USUAL = 'Coulomb, viscous'  # the law that most simulators have, drawn beside the chosen one
 
 
 def sheet_page(data: Mapping[str, Any], found: Measured, recordings: Sequence[Recording]) -> str:

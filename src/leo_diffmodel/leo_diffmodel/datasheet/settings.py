@@ -42,13 +42,11 @@ THE_SAME = ('torque_scale', 'voltage_scale', 'back_emf_scale', 'armature')
 TIMES = 5.0
 """How far a constant may be from robot.yaml, where that does not say: a fifth of it to five times;
 published figures of one servo (STS3215) differ so much."""
-FINER = 0.25
-"""Of the integration step before, that of the next of the last fits."""
+FINER = 0.25  # of the integration step before, that of the next of the last fits
 STEP_ERROR = 0.5
 """What a step may leave in a value, in standard errors, for no finer one to follow."""
 MOST_FINER = 2
 """Finer steps at most, to 0.3 ms: at 0.08 ms a fit with load and delay takes minutes."""
 UNTOLD = 0.5
 """A value with a 95 % interval wider than this to a side, as a share of it, is not known."""
-TOGETHER = 0.95
-"""Correlation from which on it is said with what else a value could be exchanged."""
+TOGETHER = 0.95  # correlation from which on it is said with what else a value could be exchanged

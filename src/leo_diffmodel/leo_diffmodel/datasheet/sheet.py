@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.bags.contents import BagContents, load
+from leo_diffmodel.bags.states import deserialize
+from leo_diffmodel.bags.types import SUPPLY, TEMPERATURE, Topic
 from leo_diffmodel.compare import errors
 from leo_diffmodel.datasheet.measure import Measured
 from leo_diffmodel.datasheet.settings import FRICTION, Rung, TOGETHER, UNTOLD
 from leo_diffmodel.explain.estimate.fitted import constant_rows, effect_row, Fit, unexplained
-from leo_diffmodel.explain.problem.hypothesis import Candidate
 from leo_diffmodel.explain.select.evidence import Scored
 
 GIVEN = ('supply', 'limit', 'position_gain', 'rate_gain', 'resolution', 'goal_rate', 'efficiency')
@@ -31,11 +34,11 @@ def sheet(found: Measured) -> dict[str, Any]:
         'friction': {
             'law': rung.name,
             'rivals': [r.name for r in found.ladder.rivals],
-            'effects': [effect_row(final, i) for i in _friction(final)],
+            'effects': _effects(final, friction=True),
         },
         'ladder': [_rung(found, r, s) for r, s in found.ladder.rungs],
-        'others': [effect_row(final, i) for i in _others(final)],
-        'not_needed': [_alone(s, better) for s, better in found.alone],
+        'others': _effects(final, friction=False),
+        'not_needed': [_alone(s.fit, better) for s, better in found.alone],
         'not_known': list(_not_known(final)),
         'error': {
             'figure': headline.words,
@@ -70,7 +73,7 @@ def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
     certificate = fitted.certificate
     return {
         'law': rung.name,
-        'effects': [effect_row(fitted, i) for i in _friction(fitted)],
+        'effects': _effects(fitted, friction=True),
         'constants': constant_rows(fitted),
         'error': found.held.headline.by_unit(found.held.figures(fitted), _units(found)),
         'behind_nats': ladder.weight.ahead(best, scored),
@@ -79,9 +82,8 @@ def _rung(found: Measured, rung: Rung, scored: Scored) -> dict[str, Any]:
     }
 
 
-def _alone(scored: Scored, better: bool) -> dict[str, Any]:
+def _alone(fitted: Fit, better: bool) -> dict[str, Any]:
     """An effect that the chosen law does without: the most it can be, or that it may be there."""
-    fitted = scored.fit
     last = len(fitted.hypothesis.candidates) - 1
     return {**effect_row(fitted, last), 'predicts_better': better}
 
@@ -111,17 +113,41 @@ def _names(fitted: Fit) -> list[str]:
     return [*effects, *(c.label for c in hypothesis.constants)]
 
 
-def _friction(fitted: Fit) -> list[int]:
-    return [i for i, c in enumerate(fitted.hypothesis.candidates) if _is_friction(c)]
-
-
-def _others(fitted: Fit) -> list[int]:
-    return [i for i, c in enumerate(fitted.hypothesis.candidates) if not _is_friction(c)]
-
-
-def _is_friction(candidate: Candidate) -> bool:
-    return candidate.effect.name in FRICTION
+def _effects(fitted: Fit, friction: bool) -> list[dict[str, Any]]:
+    """Rows of those effects that are friction, or of the others."""
+    candidates = enumerate(fitted.hypothesis.candidates)
+    return [
+        effect_row(fitted, i) for i, c in candidates if (c.effect.name in FRICTION) == friction
+    ]
 
 
 def _units(found: Measured) -> list[str]:
     return [state['unit'] for state in errors.state_names(found.model)]
+
+
+def conditions(bags: Iterable[str], joint: str) -> list[dict[str, Any]]:
+    """Of each bag its name, `supply` [V] and `temperature` [degC] as far as they were measured."""
+    return [_row(load(Path(bag)), joint) for bag in bags]
+
+
+def _row(contents: BagContents, joint: str) -> dict[str, Any]:
+    volts = list(_values(contents, SUPPLY, 'voltage', joint))
+    degrees = list(_values(contents, TEMPERATURE, 'temperature', joint))
+    row: dict[str, Any] = {'bag': contents.path.name}
+    row |= {'supply': _span(volts, 'V')} if volts else {}
+    return row | ({'temperature': _span(degrees, 'degC')} if degrees else {})
+
+
+def _values(contents: BagContents, topic: Topic, field: str, joint: str) -> Iterator[float]:
+    """What was measured of the motor at a joint; a frame without a name is of all motors."""
+    logs = [log for log in contents.of_type(topic.type) if log.name.endswith(topic.name)]
+    for log in logs:
+        for _, message in deserialize(log, topic.type):
+            value = float(getattr(message, field))
+            if message.header.frame_id in ('', joint) and np.isfinite(value):
+                yield value
+
+
+def _span(values: list[float], unit: str) -> dict[str, Any]:
+    span = {'first': values[0], 'last': values[-1], 'least': min(values), 'most': max(values)}
+    return span | {'unit': unit}

@@ -69,7 +69,6 @@ def values_of(effects: Sequence[Data]) -> list[str]:
 
 
 def errors_in_words(errors: Mapping[str, float]) -> str:
-    """Errors of each unit."""
     return ', '.join(quantity(value, unit, 2) for unit, value in errors.items())
 
 

@@ -28,7 +28,7 @@ from leo_diffmodel.explain.sentence import answer, next_run
 from leo_diffmodel.explain.settings import Settings, settings_for
 from leo_diffmodel.explain.told import Thing, Told
 from leo_diffmodel.explain.unknown.answer import Unknown
-from leo_diffmodel.outside.outside import Stretch
+from leo_diffmodel.outside.finding import Finding
 from leo_msgs_py.console import Reporter
 from leo_sim.effects import Effect
 from leo_sim.model import Model
@@ -62,7 +62,7 @@ class Explanation:
     rules: tuple[Rule, ...] = ()  # of the verdict and its doubts; none where nothing was searched
     search: Search | None = field(repr=False, default=None)  # None where untestable
     used: tuple[Recording, ...] = field(repr=False, default=())  # as the search had them
-    left_out: tuple[Stretch, ...] = field(repr=False, default=())  # moved by something else
+    left_out: tuple[list[Finding], ...] = field(repr=False, default=())  # moved by something else
 
     @property
     def sentence(self) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.ordinary import losses
 from leo_diffmodel.outside.samples import block_covariance, reweighted
 
 Array = np.ndarray
@@ -24,10 +25,7 @@ GIVEN = ('weight', 'across', 'motor', 'late')
 
 @dataclass(frozen=True)
 class Figure:
-    """A factor, its standard deviation, and how far it is off at worst.
-
-    The worst is what it would change by if all that is left over were of its kind.
-    """
+    """A factor, its sd, and what it changes by if all that is left over is of its kind."""
 
     value: float
     sd: float
@@ -41,20 +39,16 @@ class Figure:
 
 @dataclass(frozen=True)
 class Balance:
-    """Factors of one joint.
-
-    Attributes:
-        figures: by name: `weight`, of gravity, and `across` it (as if the joint were a quarter of
-            a turn on); `motor`; `late`, how much later the motor acts [s]. Some are missing where
-            they do not show: a wheel has no weight.
-        gained: what is left over with the best delay, as a share of what is left with the best
-            of those that a good log has.
-        shares: rms of what each gives, as a share of that of all torques.
-    """
+    """Factors of one joint."""
 
     figures: Mapping[str, Figure]
-    shares: Mapping[str, float]
+    """By name: `weight`, of gravity, and `across` it (as if the joint were a quarter of a turn
+    on); `motor`; `late`, how much later the motor acts [s]. Some are missing where they do not
+    show: a wheel has no weight."""
+    shares: Mapping[str, float]  # rms of what each gives, as a share of that of all torques
     gained: float = 1.0
+    """What is left over with the best delay, as a share of what is left with the best of those
+    that a good log has."""
 
 
 def balance(flow: Flow, j: int) -> Balance | None:
@@ -95,22 +89,13 @@ def _seconds(found: Balance, shift: float) -> Figure:
 
 def _columns(flow: Flow, j: int) -> dict[str, Array]:
     """Weight, and all that takes energy or is constant."""
-    model = flow.motion.model
-    dq, sign, load = (x[:, j] for x in (flow.dq, flow.sign, flow.load))
+    model, load = flow.motion.model, flow.load[:, j]
     turned = flow.q.copy()
     turned[:, j] += 0.5 * np.pi
     slides = model.robot.joint_names[j] in model.robot.slides
     across = np.zeros_like(load) if slides else model.rigid.load(turned)[:, j]
-    return {
-        'weight': load,
-        'across': across,
-        'viscous': -dq,
-        'dry': -sign,
-        'drag': -dq * np.abs(dq),
-        'by load': -sign * np.abs(load),
-        'by motor': -sign * np.abs(flow.motor[:, j]),
-        'constant': np.ones_like(load),
-    }
+    constant = np.ones_like(load)
+    return {'weight': load, 'across': across, **losses(flow, j), 'constant': constant}
 
 
 def _delays(motor: Array) -> Array:
@@ -139,7 +124,11 @@ def _loss(columns: dict[str, Array], y: Array) -> float:
 def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Balance:
     size = np.array([np.sqrt((v**2).mean()) for v in used.values()])
     a = np.stack([*used.values()], axis=1) / size
-    amounts, weight = _robust(a, y)
+
+    def solve(weight: Array) -> Array:
+        return np.asarray(np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y)))
+
+    amounts, weight = reweighted(solve, a, y, 1e-9 * float(np.abs(y).max()) + 1e-300)
     left = y - a @ amounts
     inverse = np.linalg.pinv(a.T @ (weight[:, None] * a))
     sd = _spread(a, weight * left, inverse, flow, fitted) / size
@@ -155,19 +144,8 @@ def _fitted(flow: Flow, fitted: Array, y: Array, used: dict[str, Array]) -> Bala
     return Balance(figures, shares)
 
 
-def _robust(a: Array, y: Array) -> tuple[Array, Array]:
-    def solve(weight: Array) -> Array:
-        return np.asarray(np.linalg.pinv(a.T @ (weight[:, None] * a)) @ (a.T @ (weight * y)))
-
-    floor = 1e-9 * float(np.abs(y).max()) + 1e-300
-    return reweighted(solve, a, y, floor)
-
-
 def _spread(a: Array, left: Array, inverse: Array, flow: Flow, fitted: Array) -> Array:
-    """Standard deviations from blocks of 1 s; infinite where there are no more than columns.
-
-    Fewer blocks than columns are fitted one by one, and say nothing of how far they disagree.
-    """
+    """Standard deviations from blocks of 1 s; infinite where there are no more than columns."""
     times = (flow.time[fitted] / LIMITS.block).astype(int)
     _, block = np.unique(np.stack([flow.episode[fitted], times]), axis=1, return_inverse=True)
     if block.max() + 1 <= a.shape[1]:

@@ -12,12 +12,13 @@ import numpy as np
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.faults.balance import Balance, balance, Figure
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.inputs import dead_input, exchanged
 from leo_diffmodel.faults.left_out import better, misses, Reading
 from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.finding import ERROR, graded
 from leo_diffmodel.outside.flow import Flow, flow
 from leo_diffmodel.outside.ordinary import follows
 from leo_diffmodel.outside.rate import with_true_rates
@@ -40,13 +41,9 @@ def _balances(recording: Recording, seen: Flow) -> dict[str, Balance]:
 def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = ()) -> list[Found]:
     """What is wrong with inputs, zeros and time, by the torques of a log without other faults.
 
-    What the balance of one joint suggests is a fault only where it predicts the log better than
-    all that is ordinary does, in blocks of time that neither was fitted to.
-
-    Args:
-        recording: the log.
-        model: of its robot.
-        settled: joints whose inputs are in their own columns by now, or whose zeros are right.
+    What the balance of one joint suggests is a fault only where it predicts blocks of time that
+    were left out better than all that is ordinary. Joints are `settled` whose inputs or zeros are
+    right.
     """
     seen = flow(with_true_rates(recording), model)
     if seen is None:
@@ -71,7 +68,7 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
 
 def _first_zero(told: Sequence[Found], settled: Sequence[str]) -> Found | None:
     """The wrong zero that predicts best: it turns the weight of all joints beyond it, too."""
-    zeros = [f for f in told if f.error and f.fault.name == 'angle_zero']
+    zeros = [f for f in told if f.error and f.code == 'angle_zero']
     open_ = [f for f in zeros if f.joint not in settled]
     return max(open_, key=lambda f: f.gained, default=None) if len(told) > 1 else None
 
@@ -79,10 +76,7 @@ def _first_zero(told: Sequence[Found], settled: Sequence[str]) -> Found | None:
 def _suggested(
     found: dict[str, Balance], driven: Sequence[str], acting: Sequence[str], period: float
 ) -> list[Found]:
-    """What the balances say: of `driven` joints of their inputs, too, and when these act.
-
-    The latter where motors do something of their own (`acting`): others come with the motion.
-    """
+    """What the balances say of `driven` joints, too, and of when `acting` inputs act."""
     out: list[Found] = []
     for name, b in found.items():
         zero = [*_zero(name, b)]
@@ -101,7 +95,7 @@ def _predicting(
         mine = [g for g in told if g.joint == f.joint]
         gained = _gained(recording, seen, f, mine, joints) if f.error else np.inf
         if gained > 0:
-            yield replace(f, error=f.error and gained > LIMITS.sure, gained=gained)
+            yield replace(f, severity=graded(f.error and gained > LIMITS.sure), gained=gained)
 
 
 def _gained(
@@ -110,9 +104,9 @@ def _gained(
     """Standard errors by which a log with this fault predicts better than one without."""
     number = recording.joints.index
     right = Reading(math.prod(g.value for g in mine if g.fault.channel == 'input'))
-    if f.fault.name == 'gravity_compensated':
+    if f.code == 'gravity_compensated':
         right = Reading(share=f.value)
-    if f.fault.name in ('input_scale', 'input_sign', 'gravity_compensated'):
+    if f.code in ('input_scale', 'input_sign', 'gravity_compensated'):
         j = number(f.joint)
         return better([misses(seen, j)], [misses(seen, j, right)])
     mended = flow(with_true_rates(mapped(recording, [f])), seen.motion.model)
@@ -141,10 +135,7 @@ def _motor(joint: str, b: Balance) -> Iterator[Found]:
 
 
 def _gain(b: Balance) -> Figure | None:
-    """The motor's factor, against that of the weight where this is known.
-
-    An inertia that the model lacks makes both small alike.
-    """
+    """The motor's factor, against a known weight's: a missing inertia makes both small."""
     motor, weight = b.figures.get('motor'), b.figures.get('weight')
     if motor is None or weight is None or weight.half > LIMITS.clear * weight.value:
         return motor
@@ -160,8 +151,7 @@ def _near_one(figure: Figure | None) -> bool:
 def _zero(joint: str, b: Balance) -> Iterator[Found]:
     """Where gravity pulls to, by its part along and its part across the model's.
 
-    Another zero leaves the weight as large as it is. A force or a load that the model lacks turns
-    it as well, less than a quarter, and changes it.
+    Another zero leaves the weight as large as it is; a force or a load changes it.
     """
     if not {'weight', 'across'} <= set(b.figures):
         return
@@ -178,7 +168,7 @@ def _zero(joint: str, b: Balance) -> Iterator[Found]:
         same = abs(size - 1.0) < off.half * size
         other = () if same or along.value < 0 else ('a force or a load is missing in the model',)
         fault = _found('angle_zero', joint, off, what)
-        yield replace(fault, error=not other, otherwise=other)
+        yield replace(fault, severity=graded(not other), otherwise=other)
 
 
 def _compensated(joint: str, b: Balance) -> Iterator[Found]:
@@ -214,7 +204,7 @@ def _late(found: Sequence[Balance], period: float) -> Iterator[Found]:
 
 
 def _time(found: Sequence[Balance]) -> Iterator[Found]:
-    """Whether gravity swings the joints faster or slower than the model, by the surest joint.
+    """Whether gravity swings the joints faster than the model, by the surest joint, or slower.
 
     Slower may be an inertia as well that the model lacks, and is no error.
     """
@@ -236,7 +226,7 @@ def _time(found: Sequence[Balance]) -> Iterator[Found]:
         what = f'swings last {stretch:.3f} ± {factor.half:.2f} times as long as gravity has them'
         slower = () if stretch < 1 else ('an inertia is missing in the model (armature)',)
         fault = _found('time_stretch', '', factor, what)
-        yield replace(fault, error=not slower, otherwise=slower)
+        yield replace(fault, severity=graded(not slower), otherwise=slower)
 
 
 def _alike(weight: Figure, motor: Figure) -> bool:
@@ -246,4 +236,13 @@ def _alike(weight: Figure, motor: Figure) -> bool:
 
 
 def _found(name: str, joint: str, figure: Figure, what: str) -> Found:
-    return Found(FAULTS[name], joint, figure.value, figure.sd, what, True, 'balance', figure.worst)
+    return Found(
+        name,
+        ERROR,
+        what,
+        joint=joint,
+        value=figure.value,
+        sd=figure.sd,
+        worst=figure.worst,
+        evidence='balance',
+    )

@@ -10,15 +10,16 @@ import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue.speed import unfiltered
 from leo_diffmodel.faults.dynamics import dynamic_faults
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.kinematics import kinematic_faults, relate
 from leo_diffmodel.faults.left_out import better, split
 from leo_diffmodel.faults.mending import mapped, without
 from leo_diffmodel.faults.readings import who_is_right
 from leo_diffmodel.faults.sensors import sensor_faults
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.finding import WARNING
 from leo_diffmodel.outside.rate import stretches
 from leo_sim.description.robot import Robot
 from leo_sim.model import Model
@@ -27,12 +28,9 @@ from leo_sim.model import Model
 def find_faults(
     recordings: Sequence[Recording], model: Model, by_torques: bool = True
 ) -> list[Found]:
-    """What is wrong with the logs, errors first.
+    """What is wrong with the logs of one robot, errors first.
 
-    Args:
-        recordings: of one robot.
-        model: its model, with what the recordings know of themselves.
-        by_torques: ask the balance of torques, too: not where laws that nobody knows act.
+    `by_torques` asks the balance of torques, too: not where laws that nobody knows act.
     """
     out = [f for r in recordings for f in faults_of(r, model.of_recordings((r.name,)), by_torques)]
     told = [_of_this_log_alone(f) if _contradicted(f, recordings) else f for f in out]
@@ -40,17 +38,16 @@ def find_faults(
 
 
 def _of_this_log_alone(found: Found) -> Found:
-    return replace(found, error=False, what=f'{found.what}, in this log alone')
+    return replace(found, severity=WARNING, what=f'{found.what}, in this log alone')
 
 
 def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
     """Whether another log of the joint has the right unit, and this one is less than twice off.
 
-    A sensor has one unit in all logs. A factor near 1 that only some of them have comes from
-    motion between the samples: where feet rattle, sampled speeds are not the mean ones.
+    That comes from motion between the samples: where feet rattle, sampled speeds are no means.
     """
     low, high = LIMITS.about_one
-    if found.fault.name not in ('speed_scale', 'angle_scale') or not low < found.value < high:
+    if found.code not in ('speed_scale', 'angle_scale') or not low < found.value < high:
         return False
     others = [r for r in recordings if str(r.path) != found.bag and found.joint in r.joints]
     related = (relate(r, r.joints.index(found.joint)) for r in others)
@@ -59,12 +56,10 @@ def _contradicted(found: Found, recordings: Sequence[Recording]) -> bool:
 
 @np.errstate(all='ignore')
 def faults_of(recording: Recording, model: Model, by_torques: bool = True) -> list[Found]:
-    """What is wrong with one log.
+    """What is wrong with one log; each step looks at what the one before leaves, or puts right.
 
-    Each step looks at what the one before leaves, or puts right: a channel that holds another
-    number than it says is read as what it is; what a sensor did not measure says nothing of the
-    motion; torques need a motion that agrees with itself. A wrong zero or unit that takes away
-    what looks like a sensor that stands is the answer.
+    A channel that holds another number than it says is read as what it is; what a sensor did not
+    measure says nothing of the motion; torques need a motion that agrees with itself.
     """
     robot = model.robot
     whole = [f for f in sensor_faults(recording, robot) if f.patch and not f.where]
@@ -87,7 +82,7 @@ def _kinematic(
 ) -> list[Found]:
     """Where angle and speed contradict each other, of all joints whose angle is measured."""
     robot = model.robot
-    silent = {f.joint for f in stuck if f.fault.name == 'goal_as_angle'}
+    silent = {f.joint for f in stuck if f.code == 'goal_as_angle'}
     silent.update(robot.base_joints if recording.held else ())
     moves = [
         f
@@ -99,10 +94,7 @@ def _kinematic(
 
 
 def adding_up(recording: Recording, found: Sequence[Found]) -> list[Found]:
-    """Those faults of one joint without which its speed adds up to its angle less well.
-
-    Over stretches of 0.25 s, in which hardly any of the speed's noise is left.
-    """
+    """Those faults of one joint without which its speed adds up to its angle less well."""
 
     def missed(faults: Sequence[Found]) -> np.ndarray:
         right = _put_right(recording, faults)
@@ -118,7 +110,7 @@ def adding_up(recording: Recording, found: Sequence[Found]) -> list[Found]:
 
 def _put_right(recording: Recording, moves: Sequence[Found]) -> Recording:
     """The recording with its speeds put right; what a filter rounded is made sharp again."""
-    filters = [f for f in moves if f.fault.name == 'speed_filter']
+    filters = [f for f in moves if f.code == 'speed_filter']
     right = mapped(recording, [f for f in moves if f not in filters])
     for f in filters:
         right = unfiltered(right, f.joint, f.value)
@@ -130,11 +122,10 @@ def _still_there(
 ) -> list[Found]:
     """Faults of single sensors that stay once the kinematics are put right.
 
-    An angle that stands while the speed is not 0 is not frozen where the speed's zero is wrong,
-    or its filter still forgets what was before.
+    A wrong zero of the speed, or its filter, makes an angle that stands look frozen.
     """
-    if not moves or all(f.fault.name != 'frozen' for f in found):
+    if not moves or all(f.code != 'frozen' for f in found):
         return [*found]
     again = sensor_faults(_put_right(recording, moves), robot)
-    frozen = {f.joint for f in again if f.fault.name == 'frozen'}
-    return [f for f in found if f.fault.name != 'frozen' or f.joint in frozen]
+    frozen = {f.joint for f in again if f.code == 'frozen'}
+    return [f for f in found if f.code != 'frozen' or f.joint in frozen]

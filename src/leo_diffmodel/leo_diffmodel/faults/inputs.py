@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.faults.base import Found
-from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.left_out import better, mean, misses, Reading, rest
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.finding import ERROR
 from leo_diffmodel.outside.flow import Flow
 from leo_diffmodel.outside.samples import runs
 
@@ -19,10 +19,7 @@ Array = np.ndarray
 
 
 def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found | None:
-    """Two inputs that stand in each other's columns; None where each is in its own.
-
-    Of a joint whose motion does not explain its input, the one with which both are predicted best.
-    """
+    """Two inputs that stand in each other's columns, as best predicts both; or None."""
     enough = (seen.moving > LIMITS.moving).sum(axis=0) >= LIMITS.fewest_instants
     joints = [j for j in map(recording.joints.index, driven) if enough[j]]
     odd = [j for j in joints if _unexplained(seen, j, j) > LIMITS.odd]
@@ -39,8 +36,7 @@ def exchanged(recording: Recording, seen: Flow, driven: Sequence[str]) -> Found 
         f"the inputs of {a} and {b} stand in each other's columns: exchanged, the motion leaves "
         f'{mean(swapped):.1%} of them unexplained, as logged {mean(as_logged):.1%}'
     )
-    names = (a, b, b, a)
-    return Found(FAULTS['input_exchanged'], '', 1.0, 0.0, what, True, 'balance', names=names)
+    return Found('input_exchanged', ERROR, what, value=1.0, evidence='balance', names=(a, b, b, a))
 
 
 def _own(seen: Flow, j: int) -> Array:
@@ -65,10 +61,7 @@ def _size(seen: Flow, j: int, k: int) -> float:
 
 
 def _unexplained(seen: Flow, j: int, k: int) -> float:
-    """Share of the input of joint k that the motion of joint j does not explain.
-
-    An own one may have the other sign.
-    """
+    """Share of the input of joint k, of either sign if its own, that joint j does not explain."""
     moving = seen.moving[:, j] > LIMITS.moving
     if not seen.motor[moving, k].any():
         return 0.0
@@ -102,7 +95,9 @@ def dead_input(recording: Recording, seen: Flow, joint: str) -> Iterator[Found]:
             f"then is as large as a motor's"
         )
         where = tuple(s for s in spans if s[1] - s[0] > seen.bell)
-        yield Found(FAULTS['input_dead'], joint, share, 0.0, what, True, 'balance', where=where)
+        yield Found(
+            'input_dead', ERROR, what, where=where, joint=joint, value=share, evidence='balance'
+        )
 
 
 def _median(values: Array) -> float:

@@ -5,40 +5,33 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.motion import Channels, coarse, Law, Motion
 from leo_diffmodel.faults.settings import LIMITS
-from leo_diffmodel.outside.frozen import resolution
+from leo_diffmodel.outside.finding import ERROR, graded
+from leo_diffmodel.outside.samples import resolution
 
+_found = partial(Found, evidence='kinematics')
 BY = {'speed_late': 'by a delay', 'speed_filter': 'by a filter'}
 
 
 @dataclass(frozen=True)
 class Relation:
-    """How the logged speed of a joint follows its logged angle.
+    """How the logged speed of a joint follows its logged angle."""
 
-    Attributes:
-        law: scale, lateness, filter and zero, with their covariance.
-        kind: `speed_late` or `speed_filter`, whichever fits better.
-        sure: whether it does so clearly.
-        period: of the samples [s].
-        speed: rms of the true speed [rad/s].
-        grain: step of the speed's sensor [rad/s].
-        usual: mean size of the logged speed [rad/s].
-    """
-
-    law: Law
-    kind: str
-    sure: bool
-    period: float
-    speed: float
-    grain: float
-    usual: float
+    law: Law  # scale, lateness, filter and zero, with their covariance
+    kind: str  # `speed_late` or `speed_filter`, whichever fits better
+    sure: bool  # whether it does so clearly
+    period: float  # of the samples [s]
+    speed: float  # rms of the true speed [rad/s]
+    grain: float  # step of the speed's sensor [rad/s]
+    usual: float  # mean size of the logged speed [rad/s]
 
     @property
     def rounded(self) -> float:
@@ -85,10 +78,7 @@ def relate(recording: Recording, j: int) -> Relation | None:
 
 
 def kinematic_faults(relation: Relation, joint: str, unit: str) -> list[Found]:
-    """What is wrong with the speed of a joint or its angle: kinematics do not say with which.
-
-    `unit` is that of the speed.
-    """
+    """What is wrong with a joint's speed, in that unit, or with its angle: both may be."""
     return [*_scales(relation, joint), *_zero(relation, joint, unit), *_late(relation, joint)]
 
 
@@ -117,24 +107,26 @@ def _scales(relation: Relation, joint: str) -> Iterator[Found]:
     scale, sd = relation.law.of('scale')
     if scale < 0:
         what = f'the logged speed of {joint} has the other sign than the change of its angle'
-        yield Found(FAULTS['speed_sign'], joint, -1.0, sd, what, True, 'kinematics')
+        yield _found('speed_sign', ERROR, what, joint=joint, value=-1.0, sd=sd)
     low, high = FAULTS['speed_scale'].harmless
     if outside(abs(scale), LIMITS.shows * sd + relation.rounded, low, high):
         what = (
             f'the logged speed of {joint} is {abs(scale):.4g} ± {LIMITS.sigmas * sd:.2g} times '
             'the change of its angle'
         )
-        yield Found(FAULTS['speed_scale'], joint, abs(scale), sd, what, True, 'kinematics')
+        yield _found('speed_scale', ERROR, what, joint=joint, value=abs(scale), sd=sd)
 
 
 def _zero(relation: Relation, joint: str, unit: str) -> Iterator[Found]:
     zero, sd = relation.law.of('zero')
-    fault = FAULTS['speed_zero']
-    most = max(fault.harmless[1] * relation.speed * abs(relation.law.theta[0]), relation.grain)
+    most = max(
+        FAULTS['speed_zero'].harmless[1] * relation.speed * abs(relation.law.theta[0]),
+        relation.grain,
+    )
     if abs(zero) > most + LIMITS.shows * sd:
         figure = f'{zero:.3g} ± {LIMITS.sigmas * sd:.1g} {unit}'
         what = f'the logged speed of {joint} is {figure} where it stands'
-        yield Found(fault, joint, zero, sd, what, True, 'kinematics')
+        yield _found('speed_zero', ERROR, what, joint=joint, value=zero, sd=sd)
 
 
 def _late(relation: Relation, joint: str) -> Iterator[Found]:
@@ -153,7 +145,7 @@ def _late(relation: Relation, joint: str) -> Iterator[Found]:
     )
     kinds = [relation.kind] if relation.sure else [*BY]
     error = all(outside(late, LIMITS.sigmas * sd, *FAULTS[kind].harmless) for kind in kinds)
-    yield Found(FAULTS[relation.kind], joint, late, sd, what, error, 'kinematics')
+    yield _found(relation.kind, graded(error), what, joint=joint, value=late, sd=sd)
 
 
 def _stretches(recording: Recording, j: int) -> list[Channels]:

@@ -23,17 +23,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reading:
-    """How the log of a joint's input is read.
+    """How the log of a joint's input is read."""
 
-    Attributes:
-        unit: what it says where 1 N m or N acts.
-        column: whose input is in its place; its own where None.
-        share: of the weight that something besides carries.
-    """
-
-    unit: float = 1.0
-    column: int | None = None
-    share: float = 0.0
+    unit: float = 1.0  # what it says where 1 N m or N acts
+    column: int | None = None  # whose input is in its place; its own where None
+    share: float = 0.0  # of the weight that something besides carries
 
 
 AS_LOGGED = Reading()
@@ -41,14 +35,7 @@ TINY = 1e-12
 
 
 def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Array:
-    """What of the input of joint j its motion does not explain [N m, N as logged], (N,).
-
-    Args:
-        flow: of one recording.
-        j: the joint.
-        fitted: the instants that are fitted, (N,).
-        reading: of its log.
-    """
+    """What of the input of joint j those instants (N,) do not explain [N m, N as logged], (N,)."""
     column = j if reading.column is None else reading.column
     motor, before, missing = flow.motor.copy(), flow.before.copy(), flow.missing.copy()
     motor[:, j] = flow.motor[:, column] / reading.unit
@@ -61,8 +48,7 @@ def rest(flow: Flow, j: int, fitted: Array, reading: Reading = AS_LOGGED) -> Arr
 def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
     """Mean size of the rest of joint j in blocks of time, each by a fit of the others, (B,).
 
-    Instants that share a bell with one of the block are not fitted, either. NaN in blocks without
-    motion.
+    No instant that shares a bell with the block is fitted. NaN in blocks without motion.
     """
     moving = flow.moving[:, j] > LIMITS.moving
     block = _blocks(len(flow.time))
@@ -78,11 +64,7 @@ def misses(flow: Flow, j: int, reading: Reading = AS_LOGGED) -> Array:
 def better(first: Iterable[Array], second: Iterable[Array]) -> float:
     """By how much less the second misses than the first, in standard errors over the blocks.
 
-    Each block of each joint counts alike, however much moves in it.
-
-    Args:
-        first: what was missed at each joint, (B,) each.
-        second: the same, under another reading of the log.
+    Each block of each joint (B,) counts alike, however much moves in it.
     """
     a, b = np.array([*first]), np.array([*second])
     known = np.isfinite(a) & np.isfinite(b)

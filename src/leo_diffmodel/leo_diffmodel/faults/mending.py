@@ -16,7 +16,7 @@ from leo_diffmodel.bags.episode import kept, merged
 from leo_diffmodel.bags.mend import mended as by_map
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.faults.base import Found
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_msgs_py.errors import UserError
@@ -90,9 +90,8 @@ def pooled(faults: Sequence[Found]) -> list[Found]:
 def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list[Recording]:
     """Each recording without the errors that can be undone.
 
-    A wrong unit or sign that the log itself shows is mended in the logs that show it, with the
-    value of all of them; what only torques show is mended in every log. Stretches are left out
-    of the log that they are of.
+    What a log itself shows is mended in the logs that show it, with the value of all of them; what
+    only torques show is mended in every log. Stretches are left out of their own log.
     """
     errors = pooled([f for f in faults if f.error and f.patch])
     out = []
@@ -106,7 +105,7 @@ def all_mended(recordings: Sequence[Recording], faults: Sequence[Found]) -> list
 
 def which(f: Found) -> tuple[str, ...]:
     """What a fault is, and of which joints."""
-    return f.fault.name, f.joint, *f.names
+    return f.code, f.joint, *f.names
 
 
 def _one(group: Sequence[Found]) -> Found:

@@ -19,8 +19,7 @@ from scipy.special import huber
 
 from leo_diffmodel.faults.settings import LIMITS
 from leo_diffmodel.faults.spline import Knots, Rows, solved
-from leo_diffmodel.outside.frozen import resolution
-from leo_diffmodel.outside.samples import block_covariance, noise, spread
+from leo_diffmodel.outside.samples import block_covariance, huber_weight, noise, resolution, spread
 
 Array = np.ndarray
 TINY = 1e-300
@@ -37,19 +36,12 @@ class Channels(NamedTuple):
 
 @dataclass(frozen=True)
 class Law:
-    """How the logged speed relates to the logged angle.
+    """How the logged speed relates to the logged angle."""
 
-    Attributes:
-        theta: scale, late [s], filter [s], zero [rad/s].
-        covariance: of these, from blocks of 1 s; 0 of what was not fitted.
-        loss: Huber loss of both channels [nats].
-        weight: of each sample of both channels.
-    """
-
-    theta: Array
-    covariance: Array
-    loss: float
-    weight: Array
+    theta: Array  # scale, late [s], filter [s], zero [rad/s]
+    covariance: Array  # of these, from blocks of 1 s; 0 of what was not fitted
+    loss: float  # Huber loss of both channels [nats]
+    weight: Array  # of each sample of both channels
 
     def of(self, name: str) -> tuple[float, float]:
         """A parameter with its standard deviation."""
@@ -107,10 +99,7 @@ class Motion:
         return self.fit(NAMES, start)
 
     def fit(self, free: Sequence[str], start: Array) -> Law:
-        """The robust least-squares fit of the `free` parameters, the others as in `start`.
-
-        A step is halved until the loss falls; where none falls, the fit has ended.
-        """
+        """The robust least-squares fit of the `free` parameters, by steps halved if need be."""
         index = [NAMES.index(name) for name in free]
         at = self._point(np.array(start, float), np.ones(2 * len(self.q)), index)
         for _ in range(LIMITS.most_steps):
@@ -141,9 +130,7 @@ class Motion:
 
     def _point(self, theta: Array, weight: Array, index: Sequence[int]) -> _Point:
         rest, slope = self._linearised(theta, weight, index)
-        size = spread(rest) + TINY
-        heavy = np.minimum(1.0, LIMITS.motion_huber * size / np.maximum(np.abs(rest), TINY))
-        return _Point(theta, heavy, rest, slope)
+        return _Point(theta, huber_weight(rest, TINY, LIMITS.motion_huber), rest, slope)
 
     def _law(self, at: _Point, index: Sequence[int]) -> Law:
         """Its covariance is the larger of what blocks and what single samples say."""

@@ -10,9 +10,8 @@ import math
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.faults.base import Found
-from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.dynamics import balances
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import mapped
 from leo_diffmodel.faults.settings import LIMITS
 from leo_sim.model import Model
@@ -38,47 +37,35 @@ SPEEDS = {
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to resolve a contradiction: the fault that it would be, and how far it is off.
-
-    Attributes:
-        found: the fault.
-        off: distance of the torques' factor from 1 (natural logarithm).
-        half: what `off` is known to; infinite where nothing shows.
-    """
+    """One way to resolve a contradiction: the fault that it would be, and how far it is off."""
 
     found: Found
-    off: float
-    half: float
+    off: float  # distance of the torques' factor from 1 (natural logarithm)
+    half: float  # what `off` is known to; infinite where nothing shows
 
 
 def who_is_right(recording: Recording, model: Model | None, found: Sequence[Found]) -> list[Found]:
-    """The faults with each contradiction of scales resolved by the balance of torques.
-
-    Args:
-        recording: the log.
-        model: of its robot; None where torques cannot be asked.
-        found: what the kinematics say.
-    """
-    out = [f for f in found if f.fault.name not in CONTRADICTIONS]
-    for joint in dict.fromkeys(f.joint for f in found if f.fault.name in CONTRADICTIONS):
+    """The faults with contradictions of scales resolved by the torques, where a model is given."""
+    out = [f for f in found if f.code not in CONTRADICTIONS]
+    for joint in dict.fromkeys(f.joint for f in found if f.code in CONTRADICTIONS):
         out += _resolved(recording, model, joint, found)
-    clock = next((f for f in out if f.fault.name == 'time_stretch'), None)
+    clock = next((f for f in out if f.code == 'time_stretch'), None)
     return out if clock is None else [clock, *(f for f in out if not _explains(clock, f))]
 
 
 def _explains(clock: Found, other: Found) -> bool:
     """Whether a clock that is off makes another contradiction of scales needless."""
-    if other.fault.name not in ('speed_scale', 'time_stretch', 'angle_scale'):
+    if other.code not in ('speed_scale', 'time_stretch', 'angle_scale'):
         return False
-    scale = 1 / other.value if other.fault.name == 'angle_scale' else other.value
+    scale = 1 / other.value if other.code == 'angle_scale' else other.value
     return abs(scale / clock.value - 1) < LIMITS.same_clock
 
 
 def _resolved(
     recording: Recording, model: Model | None, joint: str, found: Sequence[Found]
 ) -> list[Found]:
-    mine = {f.fault.name: f for f in found if f.joint == joint}
-    rest = [f for f in mine.values() if f.error and f.fault.name not in CONTRADICTIONS]
+    mine = {f.code: f for f in found if f.joint == joint}
+    rest = [f for f in mine.values() if f.error and f.code not in CONTRADICTIONS]
     out = []
     if 'speed_scale' in mine:
         signed = [mine['speed_sign']] if 'speed_sign' in mine else []
@@ -86,7 +73,7 @@ def _resolved(
     if 'speed_sign' in mine:
         sign = mine['speed_sign']
         what = f'the logged angle of {joint} has the other sign than its speed and its torques'
-        other = replace(sign, fault=FAULTS['angle_sign'], what=what)
+        other = replace(sign, code='angle_sign', what=what)
         out.append(_chosen(recording, model, [*rest, *out], [sign, other]))
     return out
 
@@ -96,14 +83,14 @@ def _scales(found: Found) -> list[Found]:
     k, sd = found.value, found.sd / found.value**2
     size = f'{1 / k:.4g} ± {LIMITS.sigmas * found.sd / k**2:.2g}'
     what = f'the logged angle of {found.joint} is {size} times what its speed adds up to'
-    inverse = replace(found, fault=FAULTS['angle_scale'], value=1 / k, sd=sd, what=what)
+    inverse = replace(found, code='angle_scale', value=1 / k, sd=sd, what=what)
     out = [_with_unit(found, SPEEDS), _with_unit(inverse, ANGLES)]
     if LIMITS.stretches[0] < k < LIMITS.stretches[1]:
         what = (
             f'a second of the log lasts {size} s: its speeds are {k:.4g} times the change of its '
             'angles'
         )
-        out.append(replace(found, fault=FAULTS['time_stretch'], joint='', what=what))
+        out.append(replace(found, code='time_stretch', joint='', what=what))
     named = [f for f in out if ' that is ' in f.what]
     return [*named, *(f for f in out if f not in named)]
 
@@ -119,10 +106,7 @@ def _with_unit(found: Found, units: dict[float, str]) -> Found:
 def _chosen(
     recording: Recording, model: Model | None, rest: Sequence[Found], readings: Sequence[Found]
 ) -> Found:
-    """The reading under which the torques balance, with the others that are left.
-
-    The first one stands where no other balances clearly better.
-    """
+    """The first reading, or one under which the torques balance clearly better; others."""
     seen = [_seen(recording, model, rest, r) for r in readings]
     clear = [s for s in seen if s.half < LIMITS.clear]
     best = min(clear, key=lambda s: s.off, default=seen[0])
@@ -142,7 +126,7 @@ def _seen(
     """How far gravity, or the motor where there is none, is from what it should be then."""
     found = balances(mapped(recording, [*rest, reading]), model) if model else {}
     mine = found.get(reading.joint) or next(iter(found.values()), None)
-    signed = reading.fault.name.endswith('sign')
+    signed = reading.code.endswith('sign')
     names = ('motor',) if signed else ('weight', 'motor')
     figure = next((mine.figures[n] for n in names if n in mine.figures), None) if mine else None
     if figure is None:

@@ -4,17 +4,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.sizes import length_unit
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.settings import LIMITS
-from leo_diffmodel.outside.frozen import frozen, resolution
-from leo_diffmodel.outside.samples import spread, steps
+from leo_diffmodel.outside.finding import ERROR, graded, WARNING
+from leo_diffmodel.outside.frozen import frozen
+from leo_diffmodel.outside.samples import resolution, spread, steps
 from leo_sim.description.robot import Robot
+
+_found = partial(Found, evidence='sensor')
 
 
 def sensor_faults(recording: Recording, robot: Robot) -> list[Found]:
@@ -32,13 +36,10 @@ def sensor_faults(recording: Recording, robot: Robot) -> list[Found]:
 
 
 def _longest(recording: Recording, found: Found) -> float:
-    """The longest stretch of one value that another fault explains [s].
-
-    That is any where the angle is a goal, and where samples repeat what comes about by chance.
-    """
-    if found.fault.name == 'goal_as_angle':
+    """The longest stretch of one value that another fault, or chance repetition, explains [s]."""
+    if found.code == 'goal_as_angle':
         return np.inf
-    if found.fault.name != 'repeated':
+    if found.code != 'repeated':
         return 0.0
     step = steps(recording)
     runs = np.log(len(step)) / -np.log(min(found.value, 0.99))
@@ -57,7 +58,7 @@ def _frozen(recording: Recording) -> Iterator[Found]:
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
         value = _top(recording, joint) if name == 'clipped' else longest
         error = lost > LIMITS.most_lost * sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
-        yield Found(FAULTS[name], joint, value, 0.0, what, error, 'sensor', where=spans)
+        yield _found(name, graded(error), what, where=spans, joint=joint, value=value)
 
 
 def _top(recording: Recording, joint: str) -> float:
@@ -75,7 +76,7 @@ def _goal(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
         moved += int((np.diff(goal) != 0).sum())
     if moved >= LIMITS.fewest_goals and same > LIMITS.goal_share * total:
         what = f'the angle of {joint} is its goal to the last digit, and no measurement'
-        yield Found(FAULTS['goal_as_angle'], joint, same / total, 0.0, what, True, 'sensor')
+        yield _found('goal_as_angle', ERROR, what, joint=joint, value=same / total)
 
 
 def _early(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
@@ -90,7 +91,7 @@ def _early(recording: Recording, j: int, a: int, joint: str) -> Iterator[Found]:
     ahead = early > max(LIMITS.follows, LIMITS.follows_better * after)
     if ahead and late < low - period:
         what = f'the angle of {joint} does {-1e3 * late:.0f} ms in advance what its goal says'
-        yield Found(FAULTS['goal_exchanged'], joint, late, period, what, True, 'sensor')
+        yield _found('goal_exchanged', ERROR, what, joint=joint, value=late, sd=period)
 
 
 def _alike(goals: Sequence[np.ndarray], angles: Sequence[np.ndarray], reach: int) -> np.ndarray:
@@ -125,7 +126,7 @@ def _unsigned(recording: Recording, j: int, joint: str) -> Iterator[Found]:
             f'{"down" if name == "speed_wraps" else "up"}: their sign was read as a part of them'
         )
         sd = left / float(np.sqrt(back.sum()))
-        yield Found(FAULTS[name], joint, top, sd, what, True, 'sensor')
+        yield _found(name, ERROR, what, joint=joint, value=top, sd=sd)
 
 
 def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
@@ -143,7 +144,7 @@ def _repeated(recording: Recording, j: int, joint: str) -> Iterator[Found]:
             f'{100 * share:.0f} ± {100 * LIMITS.sigmas * sd:.0f} % of the samples of {joint} '
             'repeat the one before while it moves'
         )
-        yield Found(FAULTS['repeated'], joint, share, sd, what, False, 'sensor')
+        yield _found('repeated', WARNING, what, joint=joint, value=share, sd=sd)
 
 
 def _coarse(recording: Recording, j: int, joint: str, unit: str) -> Iterator[Found]:
@@ -155,4 +156,4 @@ def _coarse(recording: Recording, j: int, joint: str, unit: str) -> Iterator[Fou
     most = min(LIMITS.coarse * span, FAULTS['quantised'].harmless[1])
     if step > most and len(q) > LIMITS.fewest:
         what = f'the angle of {joint} has {len(values)} different values, {step:.2g} {unit} apart'
-        yield Found(FAULTS['quantised'], joint, step, 0.0, what, False, 'sensor')
+        yield _found('quantised', WARNING, what, joint=joint, value=step)

@@ -12,23 +12,17 @@ from scipy.linalg import solveh_banded
 from leo_diffmodel.faults.settings import LIMITS
 
 Array = np.ndarray
-ORDER = 4
-"""Basis functions that are not zero at an instant."""
+ORDER = 4  # basis functions that are not zero at an instant
 PIECES = np.array([[1, -3, 3, -1], [4, 0, -6, 3], [1, 3, 3, -3], [0, 0, 0, 1]]) / 6.0
 """Coefficients in u, u from 0 to 1 between two knots, of the four basis functions."""
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of a linear map of spline coefficients, each with four neighbouring entries.
+    """Rows of a linear map of spline coefficients, each with four neighbouring entries."""
 
-    Attributes:
-        first: index of the first coefficient of each row, shape (N,).
-        values: shape (N, 4).
-    """
-
-    first: Array
-    values: Array
+    first: Array  # index of the first coefficient of each row, shape (N,)
+    values: Array  # shape (N, 4)
     __array_ufunc__ = None
 
     def __add__(self, other: Rows) -> Rows:
@@ -50,19 +44,12 @@ class Rows:
 
 @dataclass(frozen=True)
 class Knots:
-    """Even knots of one stretch.
+    """Even knots of one stretch."""
 
-    Attributes:
-        begin: time of the first knot [s].
-        step: between two knots [s].
-        count: of coefficients.
-        offset: of the stretch's first coefficient among those of all stretches.
-    """
-
-    begin: float
-    step: float
-    count: int
-    offset: int
+    begin: float  # time of the first knot [s]
+    step: float  # between two knots [s]
+    count: int  # of coefficients
+    offset: int  # of the stretch's first coefficient among those of all stretches
 
     def rows(self, t: Array, derivative: int = 0) -> Rows:
         """Values, or derivatives, of the basis functions at t (N,)."""

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode
-from leo_diffmodel.next_run.ramp import from_here
+from leo_diffmodel.compare.sizes import length_unit
+from leo_diffmodel.next_run.reach import from_here
 from leo_diffmodel.next_run.run_file import Run
+from leo_diffmodel.next_run.safety import limits
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import from_states, start_of
 from leo_sim.description.robot import Robot
@@ -22,43 +24,27 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Travel:
-    """What one joint does.
-
-    Attributes:
-        joint: its name.
-        unit: of its angle, 'rad' or 'm'.
-        low, high: where it goes.
-        stops: where it ends; None on a side without a stop.
-        fastest: its largest speed [unit/s].
-        inputs: lowest and highest input; None for a joint without a motor.
-    """
+    """What one joint does."""
 
     joint: str
-    unit: str
-    low: float
+    unit: str  # of its angle, 'rad' or 'm'
+    low: float  # where it goes
     high: float
-    stops: tuple[float | None, float | None]
-    fastest: float
+    stops: tuple[float | None, float | None]  # where it ends; None on a side without a stop
+    fastest: float  # its largest speed [unit/s]
     inputs: tuple[float, float] | None
+    """Lowest and highest input; None for a joint without a motor."""
 
 
 @dataclass(frozen=True)
 class DryRun:
-    """A run as a model predicts it.
+    """A run as a model predicts it."""
 
-    Attributes:
-        travels: of each joint that the run moves, in the robot's order.
-        hits: what it runs into, in sentences, first things first.
-        first: how long servos take to its first goal [s].
-        seconds: how long the run itself takes [s].
-        finite: whether the model predicts a motion at all.
-    """
-
-    travels: tuple[Travel, ...]
-    hits: tuple[str, ...]
-    first: float
-    seconds: float
-    finite: bool = True
+    travels: tuple[Travel, ...]  # of each joint that the run moves, in the robot's order
+    hits: tuple[str, ...]  # what it runs into, in sentences, first things first
+    first: float  # how long servos take to its first goal [s]
+    seconds: float  # how long the run itself takes [s]
+    finite: bool = True  # whether the model predicts a motion at all
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
@@ -68,12 +54,9 @@ class DryRun:
 def dry_run(
     run: Run, model: Model, measured: State | None = None, goals: Array | None = None
 ) -> DryRun:
-    """Predict a run, from a measured state or else from where it begins.
+    """Predict a run, from a measured state (UserError if none of the model) or where it begins.
 
     Servos are held at `goals`, (A,); where these are not given they are held where they are.
-
-    Raises:
-        UserError: the measured state is none that the model can be in.
     """
     robot, start = model.robot, start_of(run, model)
     whole = run
@@ -85,10 +68,11 @@ def dry_run(
     (track,) = from_states([whole], model, 1.0 / robot.state_rate, [start], held)
     (episode,) = track.episodes
     finite = bool(np.isfinite(episode.q).all() and np.isfinite(episode.dq).all())
+    hits = sorted([*_stops(robot, episode), *_ground(model, episode, held)]) if finite else []
     period = robot.control_period
     return DryRun(
         _travels(robot, episode),
-        _hits(model, episode, held) if finite else (),
+        tuple(said for _, said in hits),
         period * (whole.count - run.count),
         period * run.count,
         finite,
@@ -96,34 +80,24 @@ def dry_run(
 
 
 def _travels(robot: Robot, episode: Episode) -> tuple[Travel, ...]:
-    stops = {joint.name: joint.limits for joint in robot.joints}
-    driven = {a.joint: k for k, a in enumerate(robot.actuators)}
+    given = {a.joint: episode.inputs[:, k] for k, a in enumerate(robot.actuators)}
     out = []
-    for j, name in enumerate(robot.joint_names):
-        q, dq, k = episode.q[:, j], episode.dq[:, j], driven.get(name)
-        given = None if k is None else episode.inputs[:, k]
-        unit = 'm' if name in robot.slides else 'rad'
-        low, high = (float(s) if np.isfinite(s) else None for s in stops[name])
-        inputs = None if given is None else (float(given.min()), float(given.max()))
-        most = float(np.abs(dq).max())
-        out.append(Travel(name, unit, float(q.min()), float(q.max()), (low, high), most, inputs))
+    for j, (name, stops) in enumerate(zip(robot.joint_names, limits(robot), strict=True)):
+        q, dq, u = episode.q[:, j], episode.dq[:, j], given.get(name)
+        low, high = (float(s) if np.isfinite(s) else None for s in stops)
+        inputs = None if u is None else (float(u.min()), float(u.max()))
+        ends, most = (float(q.min()), float(q.max())), float(np.abs(dq).max())
+        out.append(Travel(name, length_unit(robot, name), *ends, (low, high), most, inputs))
     return tuple(out)
-
-
-def _hits(model: Model, episode: Episode, held: bool) -> tuple[str, ...]:
-    """What it runs into, first things first."""
-    found = [*_stops(model.robot, episode), *_ground(model, episode, held)]
-    return tuple(said for _, said in sorted(found))
 
 
 def _stops(robot: Robot, episode: Episode) -> list[tuple[float, str]]:
     """Stops that joints come to from elsewhere; those of a walker are part of its days."""
     if robot.base_joints:
         return []
-    stops, out = {joint.name: joint.limits for joint in robot.joints}, []
-    for j, name in enumerate(robot.joint_names):
-        low, high = stops[name]
-        off = np.minimum(episode.q[:, j] - low, high - episode.q[:, j])
+    (low, high), out = limits(robot).T, []
+    room = np.minimum(episode.q - low, high - episode.q)
+    for name, off in zip(robot.joint_names, room.T, strict=True):
         clear = np.flatnonzero(off > NEXT.clear)
         at = np.flatnonzero(off < NEXT.touch)
         if clear.size and (at := at[at > clear[0]]).size:

@@ -19,8 +19,7 @@ Array = np.ndarray
 Shape = Callable[[Array, np.random.Generator], Array]
 SEED = 0
 KICK_SECONDS, SWING_SECONDS = 1.5, 2.5
-SEEDS = (11, 12, 13)
-"""Of the figures of each motion; others than those a user takes first."""
+SEEDS = (11, 12, 13)  # of the figures of each motion; others than those a user takes first
 
 
 def menu(robot: Robot, reach: Reach, seconds: float) -> list[Run]:
@@ -165,12 +164,10 @@ class MotionRun:
 
     @property
     def name(self) -> str:
-        """Short, for tables."""
         return f'{self.motion}, seed {self.seed}'
 
     @property
     def about(self) -> str:
-        """What it does, in words."""
         return f'{MOTIONS[self.motion].about}, from the pose {MOTIONS[self.motion].start!r}'
 
     @property
@@ -185,10 +182,7 @@ class MotionRun:
 
 
 def walker_menu(robot: Robot, reach: Reach, seconds: float) -> list[Run | MotionRun]:
-    """Runs of `seconds` for a robot with a floating base: none of them makes it fall at once.
-
-    `reach` says how far the inputs go where the base is held.
-    """
+    """Runs of `seconds` for a robot with a floating base: none of them makes it fall at once."""
     hung = [
         replace(run, name=f'{pose}: {run.name}', start=pose)
         for pose, is_held in ((n, p.held) for n, p in robot.start_poses.items())

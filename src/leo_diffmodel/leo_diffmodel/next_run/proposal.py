@@ -33,17 +33,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Option:
-    """One run of the menu and what it is worth.
-
-    Attributes:
-        run: the run.
-        nats: predicted evidence on each point of `Proposal.points`.
-        unsafe: why it may not be run, or None.
-    """
+    """One run of the menu and what it is worth."""
 
     run: Run | MotionRun
-    nats: tuple[float, ...]
-    unsafe: str | None
+    nats: tuple[float, ...]  # predicted evidence on each point of `Proposal.points`
+    unsafe: str | None  # why it may not be run, or None
 
     @property
     def worth(self) -> tuple[float, float]:
@@ -51,7 +45,6 @@ class Option:
         return min(self.nats, default=0.0), sum(self.nats)
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values."""
         return {
             'name': self.run.name,
             'about': self.run.about,
@@ -63,20 +56,12 @@ class Option:
 
 @dataclass(frozen=True)
 class Proposal:
-    """What `leo next` says.
+    """What `leo next` says."""
 
-    Attributes:
-        aim: 'separate' hypotheses, 'show' effects that could not be tested, or 'nothing'.
-        points: what is asked: pairs of labels 'a | b', or labels.
-        hopeless: points on which no run of the menu says anything.
-        options: the menu, best first; those that are not safe last.
-        robot: name of the robot.
-    """
-
-    aim: str
-    points: tuple[str, ...]
-    hopeless: tuple[str, ...]
-    options: tuple[Option, ...]
+    aim: str  # 'separate' hypotheses, 'show' effects that could not be tested, or 'nothing'
+    points: tuple[str, ...]  # what is asked: pairs of labels 'a | b', or labels
+    hopeless: tuple[str, ...]  # points on which no run of the menu says anything
+    options: tuple[Option, ...]  # the menu, best first; those that are not safe last
     robot: str
 
     @property
@@ -87,7 +72,6 @@ class Proposal:
         return self.options[0]
 
     def to_json(self) -> dict[str, Any]:
-        """Plain values."""
         return {
             'aim': self.aim,
             'points': list(self.points),
@@ -105,9 +89,7 @@ def propose(
     seconds: float = 20.0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Proposal:
-    """Choose the next run, of `seconds`, for an explanation of the same bags and model.
-
-    `answer` is the content of explain.json, `extra` are a user's own effects.
+    """Choose the next run, of `seconds`, for an explain.json of the same bags and model.
 
     Raises:
         UserError: the bags are too short to plan from.

@@ -33,39 +33,28 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Question:
-    """One effect that could be one of several.
+    """One effect that could be one of several."""
 
-    Attributes:
-        others: labels (effect:where) of the effects that are not in question.
-        choices: labels of what it could be, the leading one first.
-        pairs: numbers of the choices that a run could separate, two by two.
-    """
-
-    others: tuple[str, ...]
-    choices: tuple[str, ...]
+    others: tuple[str, ...]  # labels (effect:where) of the effects that are not in question
+    choices: tuple[str, ...]  # labels of what it could be, the leading one first
     pairs: tuple[tuple[int, int], ...]
+    """Numbers of the choices that a run could separate, two by two."""
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """The answers to a question, each fitted to the bags.
+    """The answers to a question, each fitted to the bags."""
 
-    Attributes:
-        question: what is open.
-        fits: one per choice.
-        sigma: noise of angles and rates, shape (2J,).
-    """
-
-    question: Question
-    fits: tuple[Fit, ...]
-    sigma: Array
+    question: Question  # what is open
+    fits: tuple[Fit, ...]  # one per choice
+    sigma: Array  # noise of angles and rates, shape (2J,)
 
 
 def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     """The open questions of an explain.json: effects with rivals that nothing separates.
 
-    Effects that are the same in any run are no open question. Effects that are the same only as
-    long as the motors are never free are one where there is no other.
+    Effects that are the same in any run are none; if only while motors are on, where there is no
+    other.
     """
     margin = SETTINGS.gates.margin_nats
     close = [
@@ -104,10 +93,11 @@ def _asked(rows: list[dict], close: list[list[dict]], facts: Facts) -> list[Ques
     for row, label, rivals in zip(rows, labels, close, strict=True):
         nearest = sorted(rivals, key=lambda c: c['separable_nats'])[: NEXT.most_choices - 1]
         choices = [row, *nearest]
+        placed = [(c['name'], c['where']) for c in choices]
         pairs = tuple(
             (i, j)
             for i, j in itertools.combinations(range(len(choices)), 2)
-            if why_same(_placed(choices[i]), _placed(choices[j]), facts) is None
+            if why_same(placed[i], placed[j], facts) is None
         )
         if pairs:
             others = tuple(other for other in labels if other != label)
@@ -122,11 +112,7 @@ def fit_all(
     extra: Sequence[Effect] = (),
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[Fitted]:
-    """Fit every choice of every question to the bags, all windows open to the fit.
-
-    Raises:
-        UserError: a label that this robot has no candidate for.
-    """
+    """Fit every choice of every question to all windows; UserError of one without candidate."""
     posed = pose(recordings, (), model)
     problem = replace(posed.problem, train=np.ones_like(posed.problem.train))
     at = replace(posed, problem=problem), 1.0
@@ -161,10 +147,6 @@ def _noise(recordings: Sequence[Recording], problem: Problem, fits: Sequence[Fit
     return np.asarray(left.max(axis=0))
 
 
-def _placed(row: dict[str, Any]) -> tuple[str, str]:
-    return row['name'], row['where']
-
-
 def _label(row: dict[str, Any]) -> str:
     return f'{row["name"]}:{row["where"]}'
 
@@ -179,10 +161,7 @@ def linearised(posed: Posed) -> tuple[Posed, float]:
 
 
 def fit_in_turn(posed: Posed, share: float, candidates: Sequence[Candidate]) -> Fit:
-    """Add effects one by one, each from where a scan points; sure as all windows would make it.
-
-    `share` is the share of all windows that are fitted.
-    """
+    """Add effects one by one, each from where a scan points; sure as all windows would make it."""
     problem = posed.problem
     found = fit(problem, Hypothesis(constants=uncertain(problem.base, problem.trained)))
     scales = scales_of(problem.base, problem.windows)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a robot has been through, and how far from that a run may take it."""
+"""What a robot has been through, how far from that a run may take it, and how it gets there."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.next_run.ramp import approach, gentle_speeds
+from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_sim.description.robot import Robot
 
@@ -18,16 +18,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Reach:
-    """Where the inputs of a run may go [V, N m or rad], each (A,).
+    """Where the inputs of a run may go [V, N m or rad], each (A,)."""
 
-    Attributes:
-        low, high: lowest and highest input.
-        rest: the input that leaves the robot where it begins: 0 V or N m, or the goal there.
-    """
-
-    low: Array
+    low: Array  # lowest and highest input
     high: Array
-    rest: Array
+    rest: Array  # the input that leaves the robot where it begins: 0 V or N m, or the goal there
 
     @property
     def centre(self) -> Array:
@@ -50,10 +45,7 @@ class Reach:
         return replace(self, rest=at_rest)
 
     def lead(self, robot: Robot) -> Array:
-        """The inputs with which a run begins, (N, A): from `rest` to `centre` where they differ.
-
-        None for volts and torques: a motor has no place to be brought to.
-        """
+        """Servos from `rest` to `centre`, (N, A); a motor has no place to be brought to."""
         if robot.input != 'position':
             return np.zeros((0, len(self.rest)))
         return approach(self.rest, self.centre, robot)
@@ -61,21 +53,14 @@ class Reach:
 
 @dataclass(frozen=True)
 class Seen:
-    """What the robot has been through already.
+    """What the robot has been through already."""
 
-    Attributes:
-        least, most: lowest and highest input on each actuator [V, N m or rad], shape (A,).
-        speed: largest speed of each joint [rad/s], shape (J,).
-        low, high: angles of each joint [rad], shape (J,).
-        period: time from state to state [s].
-    """
-
-    least: Array
+    least: Array  # lowest and highest input on each actuator [V, N m or rad], shape (A,)
     most: Array
-    speed: Array
-    low: Array
+    speed: Array  # largest speed of each joint [rad/s], shape (J,)
+    low: Array  # angles of each joint [rad], shape (J,)
     high: Array
-    period: float
+    period: float  # time from state to state [s]
 
     def allowed(self, robot: Robot) -> Reach:
         """Inputs a run may use: a quarter more than seen, and within the limits."""
@@ -130,3 +115,39 @@ def _inputs(recording: Recording, episode: Episode) -> Array:
     if recording.input == 'position':
         free = episode.q[:, [recording.joints.index(a) for a in recording.actuators]]
     return np.where(episode.enabled, episode.inputs, free)
+
+
+def gentle_speeds(robot: Robot) -> Array:
+    """The speed of a goal that is only on its way, of each actuator [rad/s], (A,)."""
+    rates = (robot.constants.get(f'actuators.{a.joint}.goal_rate') for a in robot.actuators)
+    own = [np.inf if rate is None else rate.value for rate in rates]
+    usual = [NEXT.slow_slide if a.joint in robot.slides else NEXT.slow for a in robot.actuators]
+    return np.minimum(own, usual)
+
+
+def ramp(start: Array, end: Array, robot: Robot) -> Array:
+    """Goals of each control period from `start` to `end`, (N, A), both among them.
+
+    All joints begin and end at rest together, none faster than `gentle_speeds`.
+    """
+    mean = 2 / np.pi * gentle_speeds(robot)  # of half a wave of a cosine
+    seconds = float(np.max(np.abs(end - start) / mean, initial=0.0))
+    count = int(np.ceil(seconds / robot.control_period - 1e-9))
+    share = 0.5 - 0.5 * np.cos(np.pi * np.arange(count + 1) / max(count, 1))
+    share[-1] = 1.0
+    return np.asarray((1.0 - share[:, None]) * start + share[:, None] * end)
+
+
+def approach(start: Array, end: Array, robot: Robot) -> Array:
+    """As `ramp`, and then at rest for a while."""
+    still = round(NEXT.settle / robot.control_period)
+    return np.vstack([ramp(start, end, robot), np.tile(end, (still, 1))])
+
+
+def from_here(run: Run, goals: Array, robot: Robot) -> Run:
+    """The run, and before it what takes servos from other goals, (A,), to its first ones."""
+    if robot.input != 'position':
+        return run
+    lead = approach(np.clip(goals, *robot.bounds), run.inputs[0], robot)
+    on = np.concatenate([np.ones(len(lead), dtype=bool), run.enabled])
+    return replace(run, inputs=np.vstack([lead, run.inputs]), enabled=on, around=0.0)

@@ -38,39 +38,26 @@ from leo_sim.description.robot import Robot
 FIRST = '# leo run file'
 UNITS = dict.fromkeys([*INPUT_UNITS.values(), *map(sliding, INPUT_UNITS.values())])
 TORQUE = {'on': True, 'off': False}
-MOST_PERIODS = 1e6
-"""Of one run: 2.8 hours at 100 Hz."""
+MOST_PERIODS = 1e6  # of one run: 2.8 hours at 100 Hz
 Array = np.ndarray
 
 
 @dataclass(frozen=True)
 class RunFile:
-    """A run file as read.
+    """A run file as read."""
 
-    Attributes:
-        robot: name of the robot it was made for.
-        name: of the run.
-        actuators: joints of the columns, with the unit of each, one of `UNITS`.
-        time: of each row [s], shape (N,), increasing from 0.
-        inputs: shape (N, A).
-        enabled: motors on, shape (N,).
-        start: pose that it begins in, '' where none is named.
-    """
-
-    robot: str
-    name: str
-    actuators: dict[str, str]
-    time: np.ndarray
-    inputs: np.ndarray
-    enabled: np.ndarray
-    start: str = ''
+    robot: str  # name of the robot it was made for
+    name: str  # of the run
+    actuators: dict[str, str]  # joints of the columns, with the unit of each, one of `UNITS`
+    time: np.ndarray  # of each row [s], shape (N,), increasing from 0
+    inputs: np.ndarray  # shape (N, A)
+    enabled: np.ndarray  # motors on, shape (N,)
+    start: str = ''  # pose that it begins in, '' where none is named
 
     def run_for(self, robot: Robot) -> Run:
         """The run in control periods of a robot, inputs within its limits, actuators in order.
 
-        Raises:
-            UserError: made for other actuators, another unit or another robot's start pose, or too
-                long to be one.
+        UserError of other actuators, units or start poses, or if it is too long to be one.
         """
         wanted = {a.joint: input_unit(robot, a.joint) for a in robot.actuators}
         if not _fits(self.actuators, wanted):
@@ -83,8 +70,7 @@ class RunFile:
                 f'the run begins in {self.start!r}, a start pose that {robot.name} '
                 f'does not have{nearest(self.start, robot.start_poses)}'
             )
-        count = _periods(float(self.time[-1]), robot)
-        at = np.arange(count) * robot.control_period + 1e-6
+        at = np.arange(_periods(float(self.time[-1]), robot)) * robot.control_period + 1e-6
         row = np.searchsorted(self.time, at, side='right') - 1
         order = [[*self.actuators].index(joint) for joint in wanted]
         inputs = np.clip(self.inputs[row][:, order], *robot.bounds)
@@ -92,10 +78,7 @@ class RunFile:
 
 
 def _fits(said: Mapping[str, str], wanted: Mapping[str, str]) -> bool:
-    """Whether units by joint are those wanted, or on slides those of turning.
-
-    Earlier files have the latter.
-    """
+    """Whether units by joint are those wanted; in earlier files slides had those of turning."""
     return said.keys() == wanted.keys() and all(
         wanted[joint] in (unit, sliding(unit)) for joint, unit in said.items()
     )
@@ -121,11 +104,7 @@ def _periods(seconds: float, robot: Robot) -> int:
 
 
 def check_place(path: Path) -> None:
-    """See that a run file may be written there; one of before is replaced.
-
-    Raises:
-        UserError: another ending, no folder, or what is there is no run file.
-    """
+    """UserError unless a run file may be written there, or replaced."""
     if not is_run_file(path):
         raise UserError(f'a run file ends in .csv, found {path}')
     if not path.absolute().parent.is_dir():
@@ -135,11 +114,7 @@ def check_place(path: Path) -> None:
 
 
 def write_run(path: Path, run: Run, robot: Robot) -> Path:
-    """Write a run file, whole or not at all.
-
-    Raises:
-        UserError: as `check_place`.
-    """
+    """Write a run file, whole or not at all; UserError as `check_place`."""
     check_place(path)
     names = [f'{a.joint} [{input_unit(robot, a.joint)}]' for a in robot.actuators]
     lines = [
@@ -166,11 +141,7 @@ def is_run_file(path: Path) -> bool:
 
 
 def read_run(path: Path) -> RunFile:
-    """Read a run file.
-
-    Raises:
-        UserError: no such file, or the line that is wrong in it.
-    """
+    """Read a run file; UserError where there is none, or says the line that is wrong in it."""
     lines = read_text(path).splitlines()
     noted = (line[2:].partition(': ') for line in lines if line.startswith('# '))
     notes = {name: text.strip() for name, colon, text in noted if colon}
@@ -185,13 +156,9 @@ def read_run(path: Path) -> RunFile:
     rows = [_row(path, n, next(csv.reader([line])), header) for n, line in table[1:]]
     time = np.array([r[0] for r in rows])
     _check_times(path, time, [n for n, _ in table[1:]])
-    robot, name, start = (
-        notes.get('robot', ''),
-        notes.get('run', path.stem),
-        notes.get('start', ''),
-    )
     inputs, enabled = (np.array([row[k] for row in rows]) for k in (1, 2))
-    return RunFile(robot, name, actuators, time, inputs, enabled, start)
+    robot, name = notes.get('robot', ''), notes.get('run', path.stem)
+    return RunFile(robot, name, actuators, time, inputs, enabled, notes.get('start', ''))
 
 
 def _column(path: Path, name: str) -> tuple[str, str]:
@@ -239,23 +206,15 @@ def _check_times(path: Path, time: np.ndarray, numbers: Sequence[int]) -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """What to send to a robot.
+    """What to send to a robot."""
 
-    Attributes:
-        name: short, for tables.
-        about: what it does, in words.
-        inputs: of each control period [V, N m or rad], shape (N, A).
-        enabled: motors on (False: free, no current) in each period, shape (N,).
-        start: pose of the robot that it begins in; '' takes the one the robot starts in.
-        around: inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently.
-    """
-
-    name: str
-    about: str
-    inputs: Array
-    enabled: Array
-    start: str = ''
+    name: str  # short, for tables
+    about: str  # what it does, in words
+    inputs: Array  # of each control period [V, N m or rad], shape (N, A)
+    enabled: Array  # motors on (False: free, no current) in each period, shape (N,)
+    start: str = ''  # pose of the robot that it begins in; '' takes the one the robot starts in
     around: Array | float = 0.0
+    """Inputs that milder runs keep, shape (N, A): 0 V, or goals that change gently."""
 
     def milder(self, shares: Array) -> Run:
         """The run with a share of its size on each actuator, shape (A,)."""
@@ -268,5 +227,4 @@ class Run:
 
     @property
     def count(self) -> int:
-        """Number of control periods."""
         return len(self.inputs)

@@ -11,6 +11,7 @@ import numpy as np
 
 from leo_diffmodel.add.patch import from_data
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.compare.sizes import length_unit
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.next_run.menu import MotionRun
 from leo_diffmodel.next_run.questions import Fitted
@@ -39,10 +40,9 @@ def of_explanation(answer: dict[str, Any], model: Model) -> list[Model]:
 
 
 def values(fit: Fit) -> list[Array]:
-    """The parameters (P,) as fitted, and two standard deviations away along the main direction.
+    """The parameters (P,) as fitted, and two standard deviations away where they are least sure.
 
-    That is the one in which they are least sure, each in parts of the range that it may have, or
-    of its value where that is not bounded.
+    In parts of the range that each may have, or of its value where that is not bounded.
     """
     span = fit.hypothesis.high - fit.hypothesis.low
     span = np.where(np.isfinite(span) & (span > 0), span, np.maximum(np.abs(fit.theta), 1e-9))
@@ -65,38 +65,35 @@ class TooFar:
 def tamed(
     runs: Sequence[Run | MotionRun], models: Sequence[Model], before: Seen
 ) -> tuple[list[Run | MotionRun], list[str | None]]:
-    """The runs, milder where any of the models predicts that they go too far.
+    """The runs, milder where any model predicts that they go too far; why one is too far still.
 
     A scripted motion steers, and falls by intent: it is taken as it is.
-
-    Returns:
-        The runs, and why one may not be sent however mild it is, or None.
     """
     robot, mild = models[0].robot, list(runs)
     unsafe: list[str | None] = [None] * len(runs)
-    wild = [i for i, run in enumerate(runs) if isinstance(run, Run)]
+    open_ = [i for i, run in enumerate(runs) if isinstance(run, Run)]
     for tries in range(NEXT.most_taming + 1):
-        found = _wild(mild, wild, models, before)
+        found = _unsafe(mild, open_, models, before)
         unsafe = [found[i].why if i in found else None for i in range(len(runs))]
-        wild = list(found)
-        if not wild or tries == NEXT.most_taming:
+        open_ = list(found)
+        if not open_ or tries == NEXT.most_taming:
             break
         for i, wrong in found.items():
             if isinstance(run := mild[i], Run):
-                mild[i] = run.milder(_shares(robot, wrong))
-    return [_named(new, old) for new, old in zip(mild, runs, strict=True)], unsafe
+                milder = run.milder(_shares(robot, wrong))
+                mild[i] = replace(milder, name=f'{runs[i].name}, gentle')
+    return mild, unsafe
 
 
-def _wild(
+def _unsafe(
     runs: Sequence[Run | MotionRun], asked: Sequence[int], models: Sequence[Model], before: Seen
 ) -> dict[int, TooFar]:
     """What is wrong with some of the runs under the first model that finds anything."""
     found: dict[int, TooFar] = {}
     for model in models:
         left = [i for i in asked if i not in found]
-        for i, track in zip(
-            left, simulate([runs[i] for i in left], model, before.period), strict=True
-        ):
+        tracks = simulate([runs[i] for i in left], model, before.period)
+        for i, track in zip(left, tracks, strict=True):
             if wrong := too_far(track, model.robot, before):
                 found[i] = wrong
     return found
@@ -107,12 +104,6 @@ def _shares(robot: Robot, wrong: TooFar) -> Array:
     theirs = wrong.joints[list(robot.actuated)]
     alone = robot.input == 'position' and theirs.any()
     return np.where(theirs if alone else True, NEXT.taming, 1.0)
-
-
-def _named(new: Run | MotionRun, old: Run | MotionRun) -> Run | MotionRun:
-    if new is old or not isinstance(new, Run):
-        return new
-    return replace(new, name=f'{old.name}, gentle')
 
 
 def too_far(recording: Recording, robot: Robot, before: Seen) -> TooFar | None:
@@ -128,26 +119,29 @@ def too_far(recording: Recording, robot: Robot, before: Seen) -> TooFar | None:
         return None
     j = int(np.argmax(fast | near))
     name = robot.joint_names[j]
-    rate = 'm/s' if name in robot.slides else 'rad/s'
-    seen = f'{before.speed[j]:.3g} were seen'
-    why = f'{name} would reach {peak[j]:.3g} {rate}, {seen}' if fast[j] else _close(robot, name)
-    return TooFar(fast | near, why)
+    unit, margin = length_unit(robot, name), f'{100 * NEXT.margin:.0f} %'
+    if fast[j]:
+        why = f'would reach {peak[j]:.3g} {unit}/s, {before.speed[j]:.3g} were seen'
+    elif robot.base_joints:
+        why = 'would go beyond its stop'
+    else:
+        why = f'would come within {margin} of its range of its stop'
+    return TooFar(fast | near, f'{name} {why}')
 
 
-def _close(robot: Robot, name: str) -> str:
-    if robot.base_joints:
-        return f'{name} would go beyond its stop'
-    return f'{name} would come within {100 * NEXT.margin:.0f} % of its range of its stop'
+def limits(robot: Robot) -> Array:
+    """Lowest and highest angle of each joint [rad], (J, 2); infinite where it has no stop."""
+    stops = {joint.name: joint.limits for joint in robot.joints}
+    return np.array([stops[name] for name in robot.joint_names])
 
 
 def room(robot: Robot, start: Array, before: Seen) -> tuple[Array, Array]:
     """Lowest and highest angle [rad] that a run may take each joint to, (J,).
 
-    A margin off its stops, or where it begins if that is nearer to one. The stops of a walker are
-    part of its days: it may go to them, and as far as it was seen beyond.
+    A margin off its stops, unless it begins nearer. A walker may go to its stops, and as far
+    beyond as it was seen.
     """
-    stops = {joint.name: joint.limits for joint in robot.joints}
-    low, high = np.array([stops[name] for name in robot.joint_names]).T
+    low, high = limits(robot).T
     if robot.base_joints:
         give = NEXT.touch
         return np.minimum(low, before.low) - give, np.maximum(high, before.high) + give

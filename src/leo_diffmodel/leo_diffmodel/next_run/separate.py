@@ -29,18 +29,12 @@ Array = np.ndarray
 def windows_of(
     runs: Sequence[Recording], period: float, grids: Grids, most: int = NEXT.most_windows
 ) -> tuple[Windows, Array]:
-    """Short windows of every run, some of each, and how many each of them stands for.
-
-    Returns:
-        the windows, `source` the number of the run, and their weights, shape (W,).
-    """
+    """Short windows of every run (`source`), and how many each of them stands for, (W,)."""
     seconds = window_seconds(grids, period)
     windows = cut(runs, seconds, history=noise.HISTORY)
     kept, weight = [], []
-    for run in range(len(runs)):
+    for run in np.unique(windows.source):
         own = np.flatnonzero(windows.source == run)
-        if not own.size:
-            continue
         some = own[np.linspace(0, len(own) - 1, min(len(own), most)).astype(int)]
         kept.append(some)
         weight.append(np.full(len(some), len(own) / len(some)))
@@ -50,20 +44,10 @@ def windows_of(
 def separable(
     base: Model, runs: Sequence[Recording], period: float, sigma: Array, other: Fit
 ) -> Array:
-    """Nats by which each run, as one hypothesis makes it, speaks against another one.
+    """Nats by which each run, as one hypothesis makes it, speaks against another one, (runs,).
 
-    The other hypothesis may fit its start states anew, and its parameters as far as the bags
-    recorded before let it: their information counts as a prior.
-
-    Args:
-        base: the model that both hypotheses change.
-        runs: the runs under the first hypothesis, without noise.
-        period: time from state to state [s].
-        sigma: measurement noise, shape (2J,).
-        other: the second hypothesis, fitted to the bags recorded before.
-
-    Returns:
-        shape (runs,).
+    The other may fit its start states anew, and its parameters as far as the bags recorded before
+    let it: their information counts as a prior. Runs have no noise; sigma is (2J,).
     """
     settings = settings_for(base.robot)
     windows, weight = windows_of(runs, period, settings.grids)
@@ -79,16 +63,13 @@ def separable(
 
 
 def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: float) -> float:
-    """Half the squared residual where the parameters are best, `most` in a window [nats].
-
-    Windows that say more have as much less say in where that is.
-    """
-    step, heard, found = np.zeros(by_theta.shape[-1]), weight, np.inf
+    """Half the squared residual at the best parameters, at `most` in a window [nats]."""
+    step, share, found = np.zeros(by_theta.shape[-1]), weight, np.inf
     for _ in range(NEXT.rounds if np.isfinite(most) else 1):
-        step = _best(rest, by_theta, heard, prior)
+        step = _best(rest, by_theta, share, prior)
         each = _nats(rest, by_theta, step)
         total = float(weight @ np.minimum(each, most)) + 0.5 * float(step @ prior @ step)
-        found, heard = min(found, total), weight * np.minimum(1.0, most / np.maximum(each, 1e-12))
+        found, share = min(found, total), weight * np.minimum(1.0, most / np.maximum(each, 1e-12))
     still = float(weight @ np.minimum(_nats(rest, by_theta, np.zeros_like(step)), most))
     return min(found, still)
 
@@ -101,9 +82,8 @@ def _best(rest: Array, by_theta: Array, weight: Array, prior: Array) -> Array:
     matrix = np.einsum('w,wnp,wnq->pq', weight, by_theta, by_theta) + prior
     slope = np.einsum('w,wnp,wn->p', weight, by_theta, rest)
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    return np.asarray(
-        np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0] / size
-    )
+    scaled = np.linalg.lstsq(matrix / np.outer(size, size), slope / size, rcond=None)[0]
+    return np.asarray(scaled / size)
 
 
 def shown(
@@ -114,16 +94,7 @@ def shown(
     labels: Sequence[str],
     extra: Sequence[Effect] = (),
 ) -> Array:
-    """Evidence of each effect's largest plausible size in each run, shape (runs, labels) [nats].
-
-    Args:
-        model: the model as it stands.
-        runs: simulated with it, without noise.
-        period: time from state to state [s].
-        sigma: measurement noise, shape (2J,).
-        labels: the effects that the bags could not test, as effect:where.
-        extra: a user's own effects.
-    """
+    """Evidence of each effect's largest plausible size in simulated runs (runs, labels) [nats]."""
     wanted = [c for c in candidates(model, extra) if c.label in labels]
     settings = settings_for(model.robot)
     most = NEXT.windows_on_ground if model.robot.contacts else NEXT.most_windows

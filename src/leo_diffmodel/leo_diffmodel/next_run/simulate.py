@@ -32,13 +32,9 @@ def simulate(runs: Sequence[Run | MotionRun], model: Model, period: float) -> li
             given.setdefault(run.start or 'nominal', []).append(i)
     for start, at in given.items():
         together = [run for i in at if isinstance(run := runs[i], Run)]
-        made |= zip(at, _batch(together, model, period, start), strict=True)
+        starts, held = [start_of(r, model) for r in together], model.robot.start_poses[start].held
+        made |= zip(at, from_states(together, model, period, starts, held), strict=True)
     return [made[i] for i in range(len(runs))]
-
-
-def _batch(runs: Sequence[Run], model: Model, period: float, pose: str) -> list[Recording]:
-    starts = [start_of(run, model) for run in runs]
-    return from_states(runs, model, period, starts, model.robot.start_poses[pose].held)
 
 
 def start_of(run: Run, model: Model) -> State:
@@ -76,47 +72,33 @@ def _steps(robot: Robot, period: float) -> tuple[int, float]:
 
 
 def performed(run: MotionRun, model: Model, period: float) -> tuple[Episode, ...]:
-    """The motion as a model performs it, without noise, states every `period` s."""
+    """The motion as a model performs it, without noise, states every `period` s.
+
+    An episode ends where the robot is put up again, which takes a step.
+    """
     robot, rng = model.robot, np.random.default_rng(run.seed)
     repeat, dt = _steps(robot, period)
-    routine, track = Routine(robot, run.motion, run.seed), _Track(dt)
-    state = model.start(routine.start, rng)
+    routine = Routine(robot, run.motion, run.seed)
+    parts: list[list[tuple]] = [[]]
+    state, count = model.start(routine.start, rng), 0
     for _ in range(round(min(run.seconds, NEXT.tried_seconds) / robot.control_period)):
         volts = routine.volts(*model.sense(state))
         if volts is None:
-            track.cut()
-            state = model.start(routine.start, rng, track.seconds)
+            count += 1
+            parts.append([])
+            state = model.start(routine.start, rng, dt * count)
             continue
         for _ in range(repeat):
-            track.add(*model.sense(state), volts)
+            parts[-1].append((count, *model.sense(state), volts))
             state = model.step(state, volts, dt)
-    track.cut()
-    return tuple(track.episodes)
+            count += 1
+    return tuple(_episode(rows, dt) for rows in parts if len(rows) > 1)
 
 
-class _Track:
-    def __init__(self, dt: float) -> None:
-        self.episodes: list[Episode] = []
-        self._rows: list[tuple[Array, ...]] = []
-        self._dt, self._count = dt, 0
-
-    @property
-    def seconds(self) -> float:
-        """Since the run began, at the last cut."""
-        return self._dt * self._count
-
-    def add(self, *row: Array) -> None:
-        """Angles, rates and inputs held from then on."""
-        self._rows.append(row)
-
-    def cut(self) -> None:
-        """The robot is put up again, or done."""
-        if len(self._rows) > 1:
-            q, dq, inputs = (np.array(column) for column in zip(*self._rows, strict=True))
-            t = self._dt * (self._count + np.arange(len(q), dtype=np.float64))
-            self.episodes.append(Episode(t, q, dq, inputs, np.ones(inputs.shape, dtype=bool)))
-        self._count += len(self._rows) + 1
-        self._rows = []
+def _episode(rows: list[tuple], dt: float) -> Episode:
+    """Of rows of a number, angles, rates and inputs held from then on."""
+    k, q, dq, inputs = (np.array(column) for column in zip(*rows, strict=True))
+    return Episode(dt * k.astype(float), q, dq, inputs, np.ones(inputs.shape, dtype=bool))
 
 
 def _recording(run: Run | MotionRun, model: Model, episodes: tuple[Episode, ...]) -> Recording:

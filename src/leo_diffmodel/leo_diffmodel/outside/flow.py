@@ -15,7 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.outside.masses import Motion
-from leo_diffmodel.outside.samples import integral, period, THIRD
+from leo_diffmodel.outside.samples import integral, noise, period, THIRD
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
@@ -25,47 +25,27 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Flow:
-    """N instants of one recording, J joints.
+    """N instants of one recording, J joints."""
 
-    Attributes:
-        time: since the first state of the recording [s], shape (N,).
-        episode: number of the episode, shape (N,).
-        q: angles [rad, m], shape (N, J).
-        dq: rates [rad/s, m/s], shape (N, J).
-        ddq: accelerations [rad/s2, m/s2], shape (N, J).
-        missing: torque that the motion takes less what the model gives [N m, N], shape (N, J).
-        motor: torque of the motors by the model, without back-EMF [N m, N], shape (N, J).
-        before: the same some tens of milliseconds earlier, shape (N, D, J).
-        load: torque of gravity by the model [N m, N], shape (N, J).
-        turning: what the joint's own acceleration takes [N m, N], shape (N, J).
-        sign: -1 to 1, mean direction of motion, shape (N, J).
-        moving: share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays.
-        enabled: share with the motor on, shape (N, J); 0 without a motor.
-        bell: length of the stretches that torques are means over [s].
-        motion: the same angles, rates and accelerations, with the model.
-    """
-
-    time: Array
-    episode: Array
-    q: Array
-    dq: Array
-    ddq: Array
-    missing: Array
-    motor: Array
-    before: Array
-    load: Array
-    turning: Array
-    sign: Array
+    time: Array  # since the first state of the recording [s], shape (N,)
+    episode: Array  # number of the episode, shape (N,)
+    q: Array  # angles [rad, m], shape (N, J)
+    dq: Array  # rates [rad/s, m/s], shape (N, J)
+    ddq: Array  # accelerations [rad/s2, m/s2], shape (N, J)
+    missing: Array  # torque that the motion takes less what the model gives [N m, N], shape (N, J)
+    motor: Array  # torque of the motors by the model, without back-EMF [N m, N], shape (N, J)
+    before: Array  # the same some tens of milliseconds earlier, shape (N, D, J)
+    load: Array  # torque of gravity by the model [N m, N], shape (N, J)
+    turning: Array  # what the joint's own acceleration takes [N m, N], shape (N, J)
+    sign: Array  # -1 to 1, mean direction of motion, shape (N, J)
     moving: Array
-    enabled: Array
-    bell: float
-    motion: Motion
+    """Share of the stretch in which the joint moves, shape (N, J); 0 if its angle stays."""
+    enabled: Array  # share with the motor on, shape (N, J); 0 without a motor
+    bell: float  # length of the stretches that torques are means over [s]
+    motion: Motion  # the same angles, rates and accelerations, with the model
 
-    @property
-    def rotor(self) -> Array:
-        """Inertia of the rotors by the model [kg m2, kg], shape (J,)."""
-        rotors = np.asarray(self.motion.model.laws.rotor_inertia, dtype=float).reshape(-1)
-        return np.broadcast_to(rotors, self.q.shape[1:])
+    def joint(self, j: int) -> str:
+        return self.motion.model.robot.joint_names[j]
 
     @property
     def own(self) -> Array:
@@ -74,51 +54,57 @@ class Flow:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """The flow of a recording whose rates are right.
-
-    None where no episode holds a bell, and of a robot on the ground unless its base is held.
-    """
+    """Of rates that are right; None if no episode holds a bell, and on the ground unless held."""
     if model.robot.contacts and not recording.held:
         return None
     step, still = period(recording), still_rates(recording)
     bell = max(OUTSIDE.bell_seconds, OUTSIDE.bell_least_intervals * step)
     grid = max(step, bell / OUTSIDE.bell_most_intervals)
-    parts = [_episode(e, i, model, grid, bell, still) for i, e in enumerate(recording.episodes)]
-    found = [p for p in parts if p is not None]
-    if not found:
+    episodes = enumerate(recording.episodes)
+    parts = [p for i, e in episodes if (p := _episode(e, i, model, grid, bell, still))]
+    if not parts:
         return None
-    whole = {name: np.concatenate([part[name] for part in found]) for name in found[0]}
+    whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     motion = Motion(model, whole['q'], whole['dq'], whole['ddq'])
     return Flow(**whole, bell=bell, motion=motion)
 
 
+def rotors(model: Model) -> Array:
+    """Inertia of the rotors [kg m2, kg], shape (J,)."""
+    inertia = np.asarray(model.laws.rotor_inertia, dtype=float).reshape(-1)
+    return np.broadcast_to(inertia, len(model.robot.joint_names))
+
+
 def still_rates(recording: Recording) -> Array:
     """Rate below which a joint may stand, shape (J,): three times the noise of the rate."""
-    rough = np.concatenate([np.diff(e.dq, 3, axis=0) for e in recording.episodes])
-    if not len(rough):
-        return np.full(len(recording.joints), OUTSIDE.least_still)
-    fast = np.quantile(np.abs(np.concatenate([e.dq for e in recording.episodes])), 0.95, axis=0)
-    noise = 1.4826 * np.median(np.abs(rough), axis=0) / np.sqrt(THIRD)
-    moving = np.maximum(OUTSIDE.still_sigmas * noise, OUTSIDE.still_share * fast)
+    rates = [e.dq for e in recording.episodes]
+    fast = np.quantile(np.abs(np.concatenate(rates)), 0.95, axis=0)
+    rough = np.array([noise(column) for column in zip(*(dq.T for dq in rates), strict=True)])
+    moving = np.maximum(OUTSIDE.still_sigmas * rough, OUTSIDE.still_share * fast)
     return np.asarray(np.maximum(moving, OUTSIDE.least_still))
 
 
 def _episode(
     e: Episode, number: int, model: Model, grid: float, bell: float, still: Array
-) -> dict[str, Array] | None:
-    """What a flow has of one episode; None where it holds no bell."""
+) -> dict[str, Array]:
+    """What a flow has of one episode; empty where it holds no bell."""
     count = int((e.t[-1] - e.t[0]) / grid + 1e-6)
     weights = _bell(max(2, round(bell / grid)))
     if count < len(weights) + 1:
-        return None
+        return {}
     nodes = e.t[0] + grid * np.arange(count + 1)
     raw = _intervals(e, model, nodes, grid, weights, still)
+    raw['time'] = 0.5 * (nodes[1:] + nodes[:-1])
     every = max(1, len(weights) // OUTSIDE.per_bell)
-    smooth = {name: _smoothed(values, weights, every) for name, values in raw.items()}
-    turned = np.ptp(_windows(raw['q'], weights, every), axis=-1)
+
+    def under_bells(values: Array) -> Array:
+        """One after the other, inside the episode, along the last axis."""
+        return sliding_window_view(values, len(weights), axis=0)[::every]
+
+    smooth = {name: under_bells(values) @ weights for name, values in raw.items()}
+    turned = np.ptp(under_bells(raw['q']), axis=-1)
     smooth['moving'] *= turned > OUTSIDE.turned * still * bell
-    middle = _smoothed(0.5 * (nodes[1:] + nodes[:-1]), weights, every)
-    return {'time': middle, 'episode': np.full(len(middle), number), **smooth}
+    return {**smooth, 'episode': np.full(len(turned), number)}
 
 
 def _bell(count: int) -> Array:
@@ -126,16 +112,6 @@ def _bell(count: int) -> Array:
     x = (np.arange(count) + 0.5) / count * 2 - 1
     weights = (1 - x**2) ** 2
     return np.asarray(weights / weights.sum())
-
-
-def _smoothed(values: Array, weights: Array, every: int) -> Array:
-    """Means under the bell, where it lies inside the episode, one every so many intervals."""
-    return np.asarray(_windows(values, weights, every) @ weights)
-
-
-def _windows(values: Array, weights: Array, every: int) -> Array:
-    """What lies under each bell, along the last axis."""
-    return sliding_window_view(values, len(weights), axis=0)[::every]
 
 
 def _intervals(
@@ -159,8 +135,7 @@ def _intervals(
     held = _held(model, middle, rate, u, on, sign)
     mass, bias = model.rigid.mass_and_bias(middle, rate)
     load = model.rigid.load(middle)
-    rotors = np.asarray(model.laws.rotor_inertia, dtype=float).reshape(-1)
-    inertial = (mass + np.diag(np.broadcast_to(rotors, ddq.shape[-1:]))) * ddq[:, None, :]
+    inertial = (mass + np.diag(rotors(model))) * ddq[:, None, :]
     return {
         'q': middle,
         'dq': rate,

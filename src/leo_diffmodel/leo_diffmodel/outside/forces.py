@@ -10,6 +10,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.spatial import cKDTree
 
 from leo_diffmodel.bags.recording import Episode, Recording
+from leo_diffmodel.outside.finding import ERROR, Finding, WARNING
 from leo_diffmodel.outside.flow import Flow, still_rates
 from leo_diffmodel.outside.ordinary import Ordinary
 from leo_diffmodel.outside.samples import runs, spread
@@ -17,18 +18,26 @@ from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
 
 Array = np.ndarray
+TODO = {
+    'push': 'a hand, a stop or a cable? cut it out: leo bag cut --without-outside',
+    'hand': 'a hand is in no model: record again with nothing but the motors moving it',
+    'blocked': 'free the joint and record again, or cut it out: leo bag cut --without-outside',
+    'unexplained': 'are columns, units and signs of the inputs right? leo explain asks effects',
+    'held': 'nothing: leo explain leaves it out',
+}
+HELD = 'all joints: stand before the first input where the model would move; held by a hand?'
 
 
-Burst = tuple[float, float, float, bool]
-"""Begin [s], end [s], largest torque in it [N m, N], and whether it stops the joint at an end of
-where it ever went."""
+def stretch(kind: str, why: str, begin: float, end: float) -> Finding:
+    """A stretch [s] in which something else than its motors moves or holds the robot."""
+    severity = ERROR if kind == 'hand' else WARNING
+    return Finding(kind, severity, why, TODO[kind], ((begin, end),))
 
 
-def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Burst]:
-    """What stands out of the torque left over at joint j (N,).
+def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Finding]:
+    """What stands out of the torque left over at joint j (N,), and out of that in states alike.
 
-    It must do so twice: out of what is left over elsewhere, and out of what is left over in
-    states and under inputs like those, so that an unknown law of angle and speed is no push.
+    The latter so that an unknown law of angle and speed is no push.
     """
     limit = _limit(flow, j, spread(rest[fitted]), fitted)
     out = (np.abs(rest) > limit) & (flow.moving[:, j] > OUTSIDE.burst_moving)
@@ -37,17 +46,22 @@ def bursts(flow: Flow, rest: Array, j: int, fitted: Array) -> list[Burst]:
     both = _surely(flow, rest, j, np.abs(rest) > OUTSIDE.burst_wide * limit)
     sure = out & (both > limit)
     wide = runs(both > OUTSIDE.burst_wide * limit, flow.episode)
-    half = 0.25 * flow.bell
+    long = (run for run in wide if sure[run].sum() >= OUTSIDE.burst_instants)
     return [
-        (
-            float(flow.time[run[0]]) - half,
-            float(flow.time[run[-1]]) + half,
-            float(both[run].max()),
-            _stops(flow, rest, j, run),
-        )
-        for run in wide
-        if sure[run].sum() >= OUTSIDE.burst_instants
+        _burst(flow, j, run, float(both[run].max()), _stops(flow, rest, j, run)) for run in long
     ]
+
+
+def _burst(flow: Flow, j: int, run: Array, size: float, stopped: bool) -> Finding:
+    half, joint = 0.25 * flow.bell, flow.joint(j)
+    begin, end = float(flow.time[run[0]]) - half, float(flow.time[run[-1]]) + half
+    if stopped:
+        kind, why = 'blocked', f'{joint}: hits something that stops it with {size:.2g}'
+    elif end - begin > OUTSIDE.lasting:
+        kind, why = 'hand', f'{joint}: is led by a hand or a cable with up to {size:.2g}'
+    else:
+        kind, why = 'push', f'{joint}: is pushed with up to {size:.2g}'
+    return stretch(kind, why, begin, end)
 
 
 def _limit(flow: Flow, j: int, usual: float, fitted: Array) -> Array:
@@ -102,13 +116,10 @@ def _stops(flow: Flow, rest: Array, j: int, run: Array) -> bool:
     return bool(outmost and rest[peak] * before < 0 and ends)
 
 
-def blocked(
-    flow: Flow, found: Ordinary, j: int, fitted: Array
-) -> list[tuple[float, float, float]]:
-    """Begin [s], end [s] and torque [N m, N] of the stretches in which joint j is blocked.
+def blocked(flow: Flow, found: Ordinary, j: int, fitted: Array) -> list[Finding]:
+    """Stretches in which joint j is blocked: motor and weight push, and it stands.
 
-    There motor and weight together push far harder than friction takes while the joint moves, in
-    the `fitted` instants (N,), and than in all other stretches of standing.
+    They push far harder than friction takes in the `fitted` instants (N,), and than elsewhere.
     """
     pushed = np.abs(flow.motor[:, j] + flow.load[:, j])
     driven = flow.motor[:, j] * (flow.motor[:, j] + flow.load[:, j]) > 0
@@ -127,17 +138,16 @@ def blocked(
         hard &= float(np.quantile(np.abs(found.rest[run]), 0.75)) > OUTSIDE.blocked_left * sizes[i]
         begin, end = float(time[run[0]]), float(time[run[-1]])
         if hard and end - begin > OUTSIDE.blocked_seconds:
-            out.append((begin, end, float(sizes[i])))
+            why = f'{flow.joint(j)}: stands while motor and weight push with {sizes[i]:.2g}'
+            out.append(stretch('blocked', why, begin, end))
     return out
 
 
-def held(recording: Recording, model: Model) -> list[tuple[float, float]]:
-    """Begin and end [s] of what comes before the first input where somebody may hold the robot.
+def held(recording: Recording, model: Model) -> list[Finding]:
+    """What comes before the first input where somebody may hold the robot.
 
-    All joints stand and no motor gets anything, and from that pose the model as given moves. A
-    hand holds the robot, or static friction does: such data cannot say which, and the motion that
-    follows can. A recording with position inputs has none, since its goals hold the robot; nor
-    has one that stands all along.
+    All joints stand without input in a pose that the model as given leaves: a hand holds the
+    robot, or static friction does. None where goals hold the robot, or where it stands all along.
     """
     if recording.input == 'position':
         return []
@@ -147,7 +157,9 @@ def held(recording: Recording, model: Model) -> list[tuple[float, float]]:
         return []
     ends = [(e, int(np.argmax(acts)) if acts.any() else len(acts) - 1) for e, acts in found]
     return [
-        (float(e.t[0]), float(e.t[end])) for e, end in ends if end and _would_move(e, end, free)
+        stretch('held', HELD, float(e.t[0]), float(e.t[end]))
+        for e, end in ends
+        if end and _would_move(e, end, free)
     ]
 
 

@@ -9,26 +9,20 @@ import numpy as np
 
 from leo_diffmodel.bags.episode import merged
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.samples import integral
+from leo_diffmodel.outside.samples import integral, resolution
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
 
 
 class Frozen(NamedTuple):
-    """Stretches of one value.
-
-    Attributes:
-        joint: its name.
-        sensor: angle or speed.
-        at_end: the values are the largest or smallest that the sensor ever showed.
-        spans: begin and end of each since the recording's first state [s].
-    """
+    """Stretches of one value."""
 
     joint: str
-    sensor: str
-    at_end: bool
+    sensor: str  # angle or speed
+    at_end: bool  # the values are the largest or smallest that the sensor ever showed
     spans: tuple[tuple[float, float], ...]
+    """Begin and end of each since the recording's first state [s]."""
 
 
 def frozen(recording: Recording) -> list[Frozen]:
@@ -38,32 +32,33 @@ def frozen(recording: Recording) -> list[Frozen]:
         for sensor, find, name in (('angle', _angle, 'q'), ('speed', _speed, 'dq')):
             values = np.concatenate([getattr(e, name)[:, j] for e in recording.episodes])
             ends = values.min(), values.max()
-            found = [(a, b, v in ends) for e in recording.episodes for a, b, v in find(e, j)]
+            found = [(e, a, b) for e in recording.episodes for a, b in find(e, j)]
             for at_end in (False, True):
-                same = ((a, b) for a, b, end in found if end == at_end)
+                same = [
+                    (float(e.t[a]), float(e.t[b]))
+                    for e, a, b in found
+                    if (getattr(e, name)[a, j] in ends) == at_end
+                ]
                 spans = merged(same, OUTSIDE.frozen_adjacent)
                 out.append(Frozen(joint, sensor, at_end, spans))
     return [f for f in out if f.spans]
 
 
-def _angle(e: Episode, j: int) -> list[tuple[float, float, float]]:
-    """Stretches, with their value, of one angle although the speed adds up."""
+def _angle(e: Episode, j: int) -> list[tuple[int, int]]:
+    """First and last samples of stretches of one angle although the speed adds up."""
     area = integral(e.t, e.dq[:, j])
     least = max(OUTSIDE.frozen_move, OUTSIDE.frozen_resolutions * resolution(e.q[:, j]))
     fastest = float(np.abs(e.dq[:, j]).max())
     slowest = max(OUTSIDE.frozen_slowest * fastest, 2 * resolution(e.dq[:, j]))
     return [
-        (float(e.t[a]), float(e.t[b]), float(e.q[a, j]))
+        (a, b)
         for a, b in _constant(e.t, e.q[:, j])
         if np.ptp(area[a : b + 1]) > max(least, slowest * (e.t[b] - e.t[a]))
     ]
 
 
-def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
-    """Stretches, with their value, of one speed that the angle does not go along with.
-
-    While the joint stands, a speed may be a bit off and repeat itself.
-    """
+def _speed(e: Episode, j: int) -> list[tuple[int, int]]:
+    """First and last samples of stretches of one speed that its angle contradicts, if it moves."""
     coarse = OUTSIDE.frozen_resolutions * resolution(e.dq[:, j])
     slowest = OUTSIDE.frozen_slowest * float(np.abs(e.dq[:, j]).max())
     out = []
@@ -73,7 +68,7 @@ def _speed(e: Episode, j: int) -> list[tuple[float, float, float]]:
         stands = abs(after - e.q[a, j]) < OUTSIDE.frozen_move
         off = abs(e.q[b, j] - e.q[a, j] - e.dq[a, j] * seconds)
         if off > OUTSIDE.frozen_move + max(coarse, slowest * stands) * seconds:
-            out.append((float(e.t[a]), float(e.t[b]), float(e.dq[a, j])))
+            out.append((a, b))
     return out
 
 
@@ -84,10 +79,3 @@ def _constant(t: Array, values: Array) -> list[tuple[int, int]]:
     long = t[last] - t[first] >= OUTSIDE.frozen_seconds
     long &= last - first >= OUTSIDE.frozen_samples - 1
     return list(zip(first[long].tolist(), last[long].tolist(), strict=True))
-
-
-def resolution(*parts: Array, quantile: float = 0.05) -> float:
-    """The smallest step between neighbouring samples of stretches (N,); 0 where there is none."""
-    step = np.abs(np.concatenate([np.diff(part) for part in parts]))
-    moved = step[step > 0]
-    return float(np.quantile(moved, quantile)) if moved.size else 0.0

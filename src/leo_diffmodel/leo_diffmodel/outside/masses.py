@@ -25,15 +25,10 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Motion:
-    """N instants of a robot's motion, and what they would take if it weighed something else.
-
-    Attributes:
-        model: of the robot.
-        q, dq, ddq: angles, rates and accelerations in SI units, shape (N, J).
-    """
+    """N instants of a robot's motion, and what they would take if it weighed something else."""
 
     model: Model
-    q: Array
+    q: Array  # angles, rates and accelerations in SI units, shape (N, J)
     dq: Array
     ddq: Array
 
@@ -41,9 +36,8 @@ class Motion:
     def masses(self) -> tuple[Array, Array, Array]:
         """Torques (N, J, P) for one more of each of P, with the least and most of each (P,).
 
-        Each link as the model has it, then 1 kg at places of each link: at its joint and about its
-        far end. There is none beside or beyond the joint, where it would turn the weight of the
-        link or carry it: a payload changes where gravity pulls to by less than a wrong zero.
+        Each link as the model has it, then 1 kg at its joint and about its far end. None is beside
+        or beyond the joint: a payload changes where gravity pulls to by less than a wrong zero.
         """
         bodies = self.model.laws.bodies
         moving = [j.child for j in self.model.robot.joints if j.kind != 'fixed']

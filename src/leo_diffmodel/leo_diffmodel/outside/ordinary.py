@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
-from leo_diffmodel.outside.flow import Flow
+from leo_diffmodel.outside.flow import Flow, rotors
 from leo_diffmodel.outside.samples import reweighted
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.model import Model
@@ -35,40 +35,28 @@ class Law:
 
 @dataclass(frozen=True)
 class Ordinary:
-    """The torque at one joint, explained as far as ordinary effects can.
+    """The torque at one joint, explained as far as ordinary effects can."""
 
-    Attributes:
-        rest: what is left over [N m, N], shape (N,).
-        friction: of the effects that take energy [N m, N], shape (N,).
-    """
-
-    rest: Array
-    friction: Array
+    rest: Array  # what is left over [N m, N], shape (N,)
+    friction: Array  # of the effects that take energy [N m, N], shape (N,)
 
 
 def explained(flow: Flow, j: int, fitted: Array, laws: Sequence[Law]) -> Ordinary:
-    """Explain the torque that the model lacks at joint j.
-
-    Args:
-        flow: of one recording.
-        j: the joint.
-        fitted: the instants that are fitted (N,); those of a joint that stands say nothing.
-        laws: what may explain it.
-    """
+    """The torque that the model lacks at joint j, by laws fitted to those instants (N,)."""
     columns = np.stack([law.torque for law in laws], axis=1)
     size = np.maximum(np.sqrt((columns[fitted] ** 2).mean(axis=0)), 1e-12)
     bounds = np.array([(law.low, law.high) for law in laws]).T * size
-    amounts = _robust(columns[fitted] / size, flow.missing[fitted, j], bounds)
+    amounts = _within(bounds, columns[fitted] / size, flow.missing[fitted, j])
     parts = columns / size * amounts
     taking = np.array([law.takes for law in laws])
     return Ordinary(flow.missing[:, j] - parts.sum(axis=1), parts[:, taking].sum(axis=1))
 
 
 def follows(flow: Flow, j: int) -> bool:
-    """Whether a motor does nothing of its own: its torque follows from where its joint is.
+    """Whether a motor's torque follows from where its joint is, and does nothing of its own.
 
-    It is off, or carries the weight, or holds against a hand. A motor that moves its joint has
-    friction to overcome, and something else to do.
+    It is off, or carries the weight, or holds against a hand; one that moves has friction to
+    overcome.
     """
     moving = flow.moving[:, j] > 0.5
     q, motor = flow.q[moving, j], flow.motor[moving, j]
@@ -93,7 +81,7 @@ def strongest_wave(time: Array, rest: Array, fitted: Array) -> list[Law]:
 def _coarsest(t: Array, y: Array, most: float) -> float:
     """The cycles from t = 0 to 1, to a quarter, that are strongest in y (N,); 1 to `most`.
 
-    In bins of time, so that a pause of years costs no more: then the fastest are left out.
+    In bins of time: of a pause of years the fastest are left out.
     """
     bins = int(min(OUTSIDE.wave_bins_per_cycle * most, OUTSIDE.wave_bins))
     binned = np.bincount(np.minimum((bins * t).astype(int), bins - 1), y, bins)
@@ -104,11 +92,9 @@ def _coarsest(t: Array, y: Array, most: float) -> float:
     return coarse * (first + int(np.argmax(strength[first : last + 1])))
 
 
-def _robust(columns: Array, y: Array, bounds: Array) -> Array:
+def _within(bounds: Array, columns: Array, y: Array) -> Array:
     """Amounts within bounds that fit most instants, whatever the others do."""
     low, high = np.minimum(bounds[0], -1e-12), np.maximum(bounds[1], 1e-12)
-    floor = 1e-9 * float(np.abs(y).max()) + 1e-15
-
     held = OUTSIDE.ridge**2 * len(y) * np.eye(columns.shape[1])
 
     def solve(weight: Array) -> Array:
@@ -117,7 +103,7 @@ def _robust(columns: Array, y: Array, bounds: Array) -> Array:
         right = solve_triangular(upper, weighted @ y, trans='T')
         return np.asarray(lsq_linear(upper, right, (low, high), method='bvls').x)
 
-    return reweighted(solve, columns, y, floor)[0]
+    return reweighted(solve, columns, y, 1e-9 * float(np.abs(y).max()) + 1e-15)[0]
 
 
 def ordinary(flow: Flow, j: int) -> list[Law]:
@@ -139,21 +125,31 @@ def _masses(flow: Flow, j: int) -> list[Law]:
     torque, least, most = flow.motion.masses
     weights = [Law(-x, a, b) for x, a, b in zip(torque[:, j].T, least, most, strict=True)]
     tilted = [Law(x, -OUTSIDE.tilt, OUTSIDE.tilt) for x in flow.motion.turned[:, j].T]
-    return [*weights, *tilted, Law(-flow.ddq[:, j], OUTSIDE.lighter * flow.rotor[j], ANY)]
+    return [
+        *weights,
+        *tilted,
+        Law(-flow.ddq[:, j], OUTSIDE.lighter * rotors(flow.motion.model)[j], ANY),
+    ]
 
 
 def _friction(flow: Flow, j: int) -> list[Law]:
     """What takes energy; less than nothing only as far as the model itself has friction."""
-    dq, sign, load, motor = (x[:, j] for x in (flow.dq, flow.sign, flow.load, flow.motor))
     viscous, dry = _model_friction(flow.motion.model, j)
-    return [
-        Law(-dq, -viscous, ANY, True),
-        Law(-sign, -dry, ANY, True),
-        Law(-dq * np.abs(dq), 0.0, ANY, True),
-        Law(-sign * np.abs(load), 0.0, ANY, True),
-        Law(-sign * np.abs(motor), 0.0, ANY, True),
-        Law(-dq * flow.enabled[:, j], -viscous, ANY, True),
-    ]
+    least = {'viscous': -viscous, 'dry': -dry}
+    laws = [Law(x, least.get(name, 0.0), ANY, True) for name, x in losses(flow, j).items()]
+    return [*laws, Law(-flow.dq[:, j] * flow.enabled[:, j], -viscous, ANY, True)]
+
+
+def losses(flow: Flow, j: int) -> dict[str, Array]:
+    """Torques of what takes energy at joint j, for a unit of each (N,)."""
+    dq, sign, load, motor = (x[:, j] for x in (flow.dq, flow.sign, flow.load, flow.motor))
+    return {
+        'viscous': -dq,
+        'dry': -sign,
+        'drag': -dq * np.abs(dq),
+        'by load': -sign * np.abs(load),
+        'by motor': -sign * np.abs(motor),
+    }
 
 
 def _model_friction(model: Model, j: int) -> tuple[float, float]:

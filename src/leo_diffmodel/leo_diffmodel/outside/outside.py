@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from leo_diffmodel.bags.episode import kept, merged
 from leo_diffmodel.bags.recording import Recording
+from leo_diffmodel.outside.finding import Finding
 from leo_diffmodel.outside.flow import Flow, flow, still_rates
-from leo_diffmodel.outside.forces import blocked, Burst, bursts, held
+from leo_diffmodel.outside.forces import blocked, bursts, held, stretch
 from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.ordinary import (
     explained,
@@ -32,54 +32,35 @@ Array = np.ndarray
 Span = tuple[float, float]
 FORCES = ('push', 'hand', 'blocked', 'unexplained')
 """The kinds of stretches in which the robot is moved, or stopped."""
-HELD = 'all joints: stand before the first input where the model would move; held by a hand?'
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """A stretch of a recording in which somebody else moves or holds the robot.
-
-    Attributes:
-        source: number of the recording in the list.
-        begin: since the recording's first state [s].
-        end: the same [s].
-        why: a sentence without a full stop, beginning with the joint.
-        kind: push (short), hand (lasting), blocked or held; unexplained where the motor acts by
-            itself and the joint does not do what model, motor and friction can.
-    """
-
-    source: int
-    begin: float
-    end: float
-    why: str
-    kind: str
 
 
 @np.errstate(all='ignore')
-def moved_from_outside(recordings: Sequence[Recording], model: Model) -> list[Stretch]:
-    """Where somebody else moves or holds the robot, in order of recording and time.
+def moved_from_outside(recording: Recording, model: Model) -> list[Finding]:
+    """Where somebody else moves or holds the robot: one stretch in each finding, in order of time.
 
-    The torque that the model lacks is explained, joint by joint and bag by bag, by whatever
-    ordinary effects can give it (`ordinary`). What stands far out of the rest for a moment is a
-    push; where a large part is left over nearly always, a hand did the work. Of a robot that
-    stands on the ground only standing before the first input is looked for, unless its base is
-    held.
+    Codes are `push` (short), `hand` (lasting), `blocked` and `held`; `unexplained` where the motor
+    acts by itself and the joint does not do what model, motor and friction can.
 
-    The model may lack friction, have a payload twice as large, a gain 20 % off.
+    The torque that the model lacks is explained, joint by joint, by `ordinary` effects. What
+    stands far out of the rest for a moment is a push; where a large part is left over nearly
+    always, a hand did the work. A robot on the ground is only asked whether it was held at first.
     """
-    found = [
-        s for i, r in enumerate(recordings) for s in _of_one(i, r, model.of_recordings((r.name,)))
-    ]
-    return sorted(found, key=lambda s: (s.source, s.begin))
+    model = model.of_recordings((recording.name,))
+    true = with_true_rates(recording)
+    found = held(true, model)
+    if (seen := flow(true, model)) is not None:
+        joints = range(len(model.robot.base_joints), len(recording.joints))
+        found += [f for j in joints for f in _at_joint(true, seen, j)]
+    return sorted(found, key=lambda f: f.where[0][0])
 
 
-def share_outside(recordings: Sequence[Recording], stretches: Sequence[Stretch]) -> float:
-    """Share of the moving time, 0 to 1, that is in pushes, hands and blocked joints."""
+def share_outside(recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]) -> float:
+    """Share of the moving time, 0 to 1, that is in pushes, hands and blocked joints of each."""
     total = outside = 0.0
-    for source, recording in enumerate(recordings):
+    for recording, stretches in zip(recordings, found, strict=False):
         true = with_true_rates(recording)
         still = still_rates(true)
-        spans = _spans(source, [s for s in stretches if s.kind in FORCES])
+        spans = _spans(f for f in stretches if f.code in FORCES)
         for e in true.episodes:
             step = np.diff(e.t)
             inside = _within(e.t[:-1], spans)
@@ -89,28 +70,25 @@ def share_outside(recordings: Sequence[Recording], stretches: Sequence[Stretch])
     return outside / total if total else 0.0
 
 
-def without(recordings: Sequence[Recording], stretches: Sequence[Stretch]) -> list[Recording]:
-    """The recordings with the stretches cut out, 0.1 s before and after them too.
+def without(
+    recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]
+) -> list[Recording]:
+    """The recordings with the stretches found in each cut out, 0.1 s before and after them too.
 
-    Episodes are split there; pieces shorter than 0.5 s are dropped. A recording of which nothing
-    remains is left out of the list, which may be empty.
+    Pieces shorter than 0.5 s are dropped, and recordings of which nothing remains.
     """
     out = []
-    for source, recording in enumerate(recordings):
-        spans = _cuts(_spans(source, stretches))
+    for recording, stretches in zip(recordings, found, strict=True):
+        spans = _cuts(_spans(stretches))
         pieces = kept(recording, spans, OUTSIDE.least_piece) if spans else recording
         out += [] if pieces is None else [pieces]
     return out
 
 
 def not_the_robot(recording: Recording, model: Model) -> list[Span]:
-    """Begin and end [s] of all that is to be cut out of a recording: frozen sensors and gaps, too.
-
-    They are with their margins, in order and apart.
-    """
-    stretches = moved_from_outside([recording], model)
-    spans = [*_spans(0, stretches), *(s for f in frozen(recording) for s in f.spans)]
-    return _cuts([*spans, *_gaps(recording)])
+    """All that is to be cut out of a recording [s], frozen sensors and gaps too, as `_cuts`."""
+    forces = _spans(moved_from_outside(recording, model))
+    return _cuts([*forces, *(s for f in frozen(recording) for s in f.spans), *_gaps(recording)])
 
 
 def _cuts(spans: Iterable[Span]) -> list[Span]:
@@ -119,8 +97,8 @@ def _cuts(spans: Iterable[Span]) -> list[Span]:
     return list(merged(wide, OUTSIDE.least_piece))
 
 
-def _spans(source: int, stretches: Sequence[Stretch]) -> list[Span]:
-    return [(s.begin, s.end) for s in stretches if s.source == source]
+def _spans(found: Iterable[Finding]) -> list[Span]:
+    return [span for f in found for span in f.where]
 
 
 def _within(t: Array, spans: Iterable[Span]) -> Array:
@@ -128,15 +106,6 @@ def _within(t: Array, spans: Iterable[Span]) -> Array:
     for begin, end in spans:
         inside |= (t >= begin) & (t <= end)
     return inside
-
-
-def _of_one(source: int, recording: Recording, model: Model) -> list[Stretch]:
-    true = with_true_rates(recording)
-    found = [Stretch(0, begin, end, HELD, 'held') for begin, end in held(true, model)]
-    if (seen := flow(true, model)) is not None:
-        joints = list(enumerate(recording.joints))[len(model.robot.base_joints) :]
-        found += [s for j, joint in joints for s in _at_joint(true, seen, j, joint)]
-    return [replace(s, source=source) for s in found]
 
 
 def _gaps(recording: Recording) -> list[Span]:
@@ -152,7 +121,7 @@ def _gaps(recording: Recording) -> list[Span]:
     return [(a, b) for a, b in (*edges, *inner) if b - a > limit]
 
 
-def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stretch]:
+def _at_joint(recording: Recording, seen: Flow, j: int) -> list[Finding]:
     fitted = seen.moving[:, j] > 0.5
     if fitted.sum() < OUTSIDE.fewest_instants:
         return []
@@ -164,23 +133,18 @@ def _at_joint(recording: Recording, seen: Flow, j: int, joint: str) -> list[Stre
     rung = resonance(recording, j) if led or pushes else None
     if led and follows(seen, j):
         why = 'is led by a hand: no motor, weight or friction gives what accelerates it'
-        return _all_of(seen, f'{joint}: {why}', 'hand')
+        return _all_of(seen, 'hand', f'{seen.joint(j)}: {why}')
     if led or rung:
-        return _all_of(seen, f'{joint}: {_unlike(seen, found, j, rung)}', 'unexplained')
-    stands = [
-        Stretch(0, a, b, f'{joint}: stands while motor and weight push with {size:.2g}', 'blocked')
-        for a, b, size in blocked(seen, found, j, fitted)
-    ]
-    return [*(_of_burst(b, joint) for b in pushes), *stands]
+        return _all_of(seen, 'unexplained', _unlike(seen, found, j, rung))
+    return [*pushes, *blocked(seen, found, j, fitted)]
 
 
 def _led(seen: Flow, laws: list[Law], found: Ordinary, j: int, fitted: Array) -> bool:
     """Whether a hand leads the joint: nothing the robot has gives what sets it in motion.
 
-    What lasts of the torque left over is compared with what is there to move the joint: with what
-    motor and weight leave of each other, of which friction takes its share, or with what the
-    accelerations take, whichever is larger. So a motor that only carries the weight moves
-    nothing. Where a motor acts by itself a torque that comes and goes like a clock is a law.
+    What lasts of the torque left over is compared with what motor and weight leave of each other,
+    or what the accelerations take. Where a motor acts by itself a torque that comes and goes like
+    a clock is a law.
     """
     if fitted.sum() * float(np.median(np.diff(seen.time))) < OUTSIDE.least_led:
         return False
@@ -207,26 +171,14 @@ def _lasting(rest: Array, fitted: Array) -> float:
 
 def _unlike(seen: Flow, found: Ordinary, j: int, rung: float | None) -> str:
     """What is not like the model at a joint whose motor acts by itself, in words."""
-    robot, size = seen.motion.model.robot, _lasting(found.rest, seen.moving[:, j] > 0.5)
-    unit = 'N' if robot.joint_names[j] in robot.slides else 'N m'
+    joint, size = seen.joint(j), _lasting(found.rest, seen.moving[:, j] > 0.5)
+    unit = 'N' if joint in seen.motion.model.robot.slides else 'N m'
     what = f'a resonance at {rung:.1f} Hz (an elastic gear?)' if rung else 'the model or the log'
-    return f'moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'
+    return f'{joint}: moves as no motor, weight or friction makes it, by {size:.2g} {unit}: {what}'
 
 
-def _all_of(seen: Flow, why: str, kind: str) -> list[Stretch]:
+def _all_of(seen: Flow, kind: str, why: str) -> list[Finding]:
     """The whole recording, episode by episode."""
-    numbers = np.unique(seen.episode)
-    times = [seen.time[seen.episode == n] for n in numbers]
+    times = [seen.time[seen.episode == n] for n in np.unique(seen.episode)]
     half = 0.5 * seen.bell
-    return [Stretch(0, float(t[0]) - half, float(t[-1]) + half, why, kind) for t in times]
-
-
-def _of_burst(burst: Burst, joint: str) -> Stretch:
-    begin, end, size, stopped = burst
-    if stopped:
-        why, kind = f'{joint}: hits something that stops it with {size:.2g}', 'blocked'
-    elif end - begin > OUTSIDE.lasting:
-        why, kind = f'{joint}: is led by a hand or a cable with up to {size:.2g}', 'hand'
-    else:
-        why, kind = f'{joint}: is pushed with up to {size:.2g}', 'push'
-    return Stretch(0, begin, end, why, kind)
+    return [stretch(kind, why, float(t[0]) - half, float(t[-1]) + half) for t in times]

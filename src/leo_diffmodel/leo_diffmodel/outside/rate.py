@@ -12,27 +12,21 @@ from leo_diffmodel.outside.samples import integral, noise, period, reweighted, s
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
-TINY = 1e-12
-"""rad, m: keeps weights finite where a fit is exact."""
+TINY = 1e-12  # rad, m: keeps weights finite where a fit is exact
 
 
 @dataclass(frozen=True)
 class Rate:
-    """Angle change = scale x integral of the rate, less its zero, `lag` later.
+    """Angle change = scale x integral of the rate, less its zero, `lag` later."""
 
-    Attributes:
-        scale: of the angle against the rate, with its standard deviation.
-        lag: by which the rate is late [s], with its standard deviation.
-        zero: what the rate is where the joint stands [rad/s, m/s], with its standard deviation.
-    """
-
-    scale: tuple[float, float]
-    lag: tuple[float, float]
+    scale: tuple[float, float]  # of the angle against the rate, with its standard deviation
+    lag: tuple[float, float]  # by which the rate is late [s], with its standard deviation
     zero: tuple[float, float]
+    """What the rate is where the joint stands [rad/s, m/s], with its standard deviation."""
 
 
 def with_true_rates(recording: Recording) -> Recording:
-    """The recording with rates from the angle where the measured one cannot be its derivative.
+    """With rates from the angle where the measured one cannot be its derivative.
 
     That is one in another unit, of the other sign, late, with a zero that is off, or none.
     """
@@ -76,9 +70,8 @@ def _slopes(e: Episode) -> Array:
 def relate(recording: Recording, j: int) -> Rate | None:
     """Scale, lag and zero of one joint over stretches of 0.25 s; None where it hardly moves.
 
-    The integral has hardly any of the rate's noise, which would make the scale look small. A
-    mistimed sample does not decide. `faults.motion` estimates the same with a delay apart from a
-    filter, for the answer; this one takes milliseconds, for every bag that is looked at.
+    The integral has hardly any of the rate's noise, which would make the scale look small.
+    `faults.motion` estimates the same for the answer; this one takes milliseconds.
     """
     change, integral, ends, seconds = stretches(recording, j)
     if len(change) < OUTSIDE.rate_fewest:
@@ -88,8 +81,15 @@ def relate(recording: Recording, j: int) -> Rate | None:
     if np.sqrt((integral**2).mean()) < OUTSIDE.rate_clear * _noise_of_integral(recording, j):
         return None
     columns = np.stack([integral, ends, -seconds], axis=1)
-    theta, covariance = _robust(columns, change)
-    sigma = np.sqrt(np.diag(covariance))
+
+    def solve(weight: Array) -> Array:
+        root = np.sqrt(weight)
+        return np.asarray(np.linalg.lstsq(columns * root[:, None], change * root, rcond=None)[0])
+
+    huber, rounds = OUTSIDE.rate_huber, OUTSIDE.rate_rounds
+    theta, weight = reweighted(solve, columns, change, TINY, huber, rounds)
+    inverse = np.linalg.pinv(columns.T @ (columns * weight[:, None]))
+    sigma = (spread(change - columns @ theta) + TINY) * np.sqrt(np.diag(inverse))
     scale = float(theta[0])
     lag, zero = ((float(theta[i]) / scale, float(sigma[i]) / abs(scale)) for i in (1, 2))
     return Rate((scale, float(sigma[0])), lag, zero)
@@ -101,28 +101,14 @@ def _noise_of_integral(recording: Recording, j: int) -> float:
 
 
 def _noise(recording: Recording, j: int, name: str) -> float:
-    """Of angle or rate."""
     return noise([getattr(e, name)[:, j] for e in recording.episodes])
 
 
 def stretches(recording: Recording, j: int) -> Array:
     """Angle change, integral of the rate, change of the rate, and seconds, of stretches (4, S)."""
-    return np.concatenate([_stretches(e, j) for e in recording.episodes], axis=1)
-
-
-def _stretches(e: Episode, j: int) -> Array:
-    count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
-    channels = np.stack([e.q[:, j], integral(e.t, e.dq[:, j]), e.dq[:, j], e.t])
-    return np.diff(channels[:, ::count])
-
-
-def _robust(columns: Array, y: Array) -> tuple[Array, Array]:
-    """Amounts of columns (N, P) that fit most of y (N,), and their covariance."""
-
-    def solve(weight: Array) -> Array:
-        root = np.sqrt(weight)[:, None]
-        return np.asarray(np.linalg.lstsq(columns * root, y * root[:, 0], rcond=None)[0])
-
-    theta, weight = reweighted(solve, columns, y, TINY, OUTSIDE.rate_huber, OUTSIDE.rate_rounds)
-    gram = columns.T @ (columns * weight[:, None])
-    return theta, (spread(y - columns @ theta) + TINY) ** 2 * np.linalg.pinv(gram)
+    parts = []
+    for e in recording.episodes:
+        count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
+        channels = np.stack([e.q[:, j], integral(e.t, e.dq[:, j]), e.dq[:, j], e.t])
+        parts.append(np.diff(channels[:, ::count]))
+    return np.concatenate(parts, axis=1)

@@ -15,7 +15,7 @@ def resonance(recording: Recording, j: int) -> float | None:
     """Frequency [Hz] at which joint j answers its own input most; None where there is no peak.
 
     The answer is acceleration for a unit of the input, where the two are coherent: a rigid joint
-    has no peak in it, and what friction, weight and their damping change is slow.
+    has no peak in it.
     """
     joint, step = recording.joints[j], period(recording)
     if joint not in recording.actuators:

@@ -11,8 +11,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
-THIRD = 20.0
-"""Variance of third differences of white noise of variance 1: 1 + 9 + 9 + 1."""
+THIRD = 20.0  # variance of third differences of white noise of variance 1: 1 + 9 + 9 + 1
 
 
 def steps(recording: Recording) -> Array:
@@ -42,6 +41,13 @@ def noise(parts: Sequence[Array]) -> float:
     return spread(rough) / np.sqrt(THIRD) if rough.size else 0.0
 
 
+def resolution(*parts: Array, quantile: float = 0.05) -> float:
+    """The smallest step between neighbouring samples of stretches (N,); 0 where there is none."""
+    step = np.abs(np.concatenate([np.diff(part) for part in parts]))
+    moved = step[step > 0]
+    return float(np.quantile(moved, quantile)) if moved.size else 0.0
+
+
 def runs(inside: Array, part: Array | None = None) -> list[Array]:
     """Rows of each run of rows that are all inside (N,), of one and the same part (N,)."""
     cut = np.diff(inside.astype(int)) != 0
@@ -61,30 +67,27 @@ def reweighted(
 ) -> tuple[Array, Array]:
     """Amounts of columns (N, P) that fit most of y (N,), whatever the others do; the weights (N,).
 
-    Args:
-        solve: the amounts for weights (N,).
-        columns: what is fitted.
-        y: to this.
-        floor: added to the standard deviation of what is left over.
-        huber: such deviations from which on a sample counts less.
-        rounds: of reweighting.
+    `solve` gives the amounts for weights (N,). A sample counts less from `huber` standard
+    deviations of what is left over on; `floor` is added to these.
     """
     weight = np.ones(len(y))
     for _ in range(rounds):
         amounts = solve(weight)
-        rest = np.abs(y - columns @ amounts)
-        size = spread(rest) + floor
-        weight = np.minimum(1.0, huber * size / np.maximum(rest, 1e-300))
+        weight = huber_weight(y - columns @ amounts, floor, huber)
     return amounts, weight
+
+
+def huber_weight(rest: Array, floor: float, huber: float) -> Array:
+    """Of samples by what is left over (N,); see `reweighted`."""
+    size = spread(rest) + floor
+    return np.asarray(np.minimum(1.0, huber * size / np.maximum(np.abs(rest), 1e-300)))
 
 
 def block_covariance(inverse: Array, scores: Array, block: Array) -> Array:
     """Of P estimates, where errors are correlated within blocks (the clustered sandwich), (P, P).
 
-    Args:
-        inverse: of the normal matrix, shape (P, P).
-        scores: weighted residual times column of each sample, shape (N, P).
-        block: number of the block of each sample, shape (N,).
+    Of the inverse of the normal matrix (P, P), the weighted residual times column of each sample
+    (N, P), and the number of its block (N,).
     """
     sums = np.stack([np.bincount(block, score) for score in scores.T], axis=1)
     blocks, count = sums.shape

@@ -17,7 +17,7 @@ from leo_sim.effects.consent import add_effect_argument
 
 if TYPE_CHECKING:
     from leo_diffmodel.bags.recording import Recording
-    from leo_diffmodel.faults.base import Found
+    from leo_diffmodel.faults.found import Found
     from leo_sim.model import Model
 
 EXAMPLES = {
@@ -234,7 +234,7 @@ def _write(folder: Path, recording: Recording, faults: Sequence[Found]) -> None:
 
 def _in_words(bag: Path, new: Path, undone: Sequence[Found], left: Sequence[Found]) -> list[str]:
     lines = [f'mended: {fault.what} ({fault.mending})' for fault in undone]
-    lines += [f'not mended: {"; or ".join([fault.what, *fault.otherwise])}' for fault in left]
+    lines += [f'not mended: {fault.in_words}' for fault in left]
     if undone:
         return [*lines, f'wrote {new}', f'next: {leo("bag", "info", new)}']
     return [*lines, f'nothing that can be mended is surely wrong with {bag}; nothing written']

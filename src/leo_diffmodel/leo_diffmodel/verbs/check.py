@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from leo_diffmodel.check.amplitudes import Reach
     from leo_diffmodel.check.check import Bag, Check
     from leo_diffmodel.check.excitation import Excitation
-    from leo_diffmodel.check.finding import Finding
+    from leo_diffmodel.outside.finding import Finding
 
 EXAMPLES = (
     'leo check bags/run1 --model pendulum',

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from leo_diffmodel.bags.recorder import Recorder
-from leo_diffmodel.next_run.ramp import from_here
+from leo_diffmodel.next_run.reach import from_here
 from leo_diffmodel.next_run.run_file import Run
 from leo_diffmodel.nodes.graph_recorder import GraphRecorder
 from leo_diffmodel.nodes.robot_facts import FACTS, facts_of, held_in

@@ -123,9 +123,8 @@ def _played(
 
 def _sheet(options: Any, model: Model, joint: str, folder: Path | None) -> dict[str, Any]:
     """Measure, and write what was asked for."""
-    from leo_diffmodel.datasheet.conditions import conditions
     from leo_diffmodel.datasheet.measure import measure
-    from leo_diffmodel.datasheet.sheet import sheet
+    from leo_diffmodel.datasheet.sheet import conditions, sheet
 
     recordings, began = (
         common.read_bags(options.inputs, model, options.topic_map),

@@ -8,9 +8,8 @@ from tests.walker import did, LEO, SIGMA
 
 from leo_diffmodel.check import traces
 from leo_diffmodel.check.amplitudes import reaches
-from leo_diffmodel.check.check import of_all
+from leo_diffmodel.check.check import of_all, of_faults
 from leo_diffmodel.check.excitation import excitation
-from leo_diffmodel.check.finding import of_faults
 from leo_diffmodel.check.pairs import hidden, nowhere
 from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.explain.problem.candidates import candidates

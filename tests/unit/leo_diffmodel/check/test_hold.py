@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """When inputs act, where a controller feeds measurement noise back into them."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from tests.simulate import of_robot
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.check.check import Bag, look_at
@@ -32,8 +31,7 @@ def fed_back(seed: int, late: int = 1) -> Recording:
         state = MODEL.step(state, torque[len(rows) - 1], DT)
     q, dq, u = (column[:, None] for column in np.array(rows).T)
     on = np.ones(u.shape, bool)
-    episode = Episode(t=t, q=q, dq=dq, inputs=u, enabled=on)
-    return Recording(Path('a.bag'), '', ('pivot',), ('pivot',), 'torque', DT, (episode,), {})
+    return of_robot(MODEL.robot, Episode(t=t, q=q, dq=dq, inputs=u, enabled=on))
 
 
 def said(recording: Recording) -> str:
@@ -61,8 +59,7 @@ def test_when_inputs_act_is_asked_once_time_is_right():
     t, q = np.arange(len(goals)) / 30, np.array(rows) + rng.normal(0, 4e-4, goals.shape)
     on = np.ones(goals.shape, bool)
     episode = Episode(t=t, q=q, dq=np.gradient(q, t, axis=0), inputs=goals, enabled=on)
-    names = ('pivot',), ('pivot',), 'position', 1 / 30, (episode,), {}
-    log = Recording(Path('a.bag'), '', *names, rates='absent')
+    log = of_robot(robot, episode, period=1 / 30, rates='absent')
     sigma = estimate(model, short_windows([log]))[0]
     found, _ = look_at(Bag(log, shifted(log, -1 / 30)), model, sigma)
     told = [f.code for f in found if f.severity == 'error']

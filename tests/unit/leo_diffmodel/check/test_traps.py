@@ -2,12 +2,12 @@
 """Each trap of logs made for something else is found in data that have it, and in no others."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.flywheel import flywheel
 from tests.lerobot_data import write_lerobot
+from tests.simulate import of_robot, PENDULUM, POSITION
 
 from leo_diffmodel.bags.importing.column_map import ColumnMap
 from leo_diffmodel.bags.importing.convert import import_logs
@@ -15,13 +15,11 @@ from leo_diffmodel.bags.recording import Episode, read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
 from leo_diffmodel.check.angles import angle_units, positions_only
 from leo_diffmodel.check.check import Bag, look_at, traps
-from leo_diffmodel.check.finding import Finding
 from leo_diffmodel.check.goals import asked, frame_shift
 from leo_diffmodel.check.timing import even_stamps, is_even, slow
-from leo_sim.description.robot import load_robot
+from leo_diffmodel.outside.finding import Finding
 from leo_sim.model import Model
 
-PENDULUM = load_robot('pendulum')
 LIMITED = replace(
     PENDULUM,
     joints=tuple(
@@ -38,44 +36,24 @@ def recorded(
 ) -> Recording:
     """One joint's angles and goals (T,), as an imported bag reads."""
     dq, on = np.gradient(q, t)[:, None], np.ones((len(t), 1), dtype=bool)
-    episode = Episode(t, q[:, None], dq, goal[:, None], on)
-    return Recording(
-        Path('log'),
-        '0' * 64,
-        ('pivot',),
-        ('pivot',),
-        'position',
-        float(np.median(np.diff(t))),
-        (episode,),
-        IMPORTED | metadata,
-        rates=rates,
-    )
+    episode, period = Episode(t, q[:, None], dq, goal[:, None], on), float(np.median(np.diff(t)))
+    return of_robot(POSITION, episode, period=period, metadata=IMPORTED | metadata, rates=rates)
 
 
 def teleoperated(
-    seconds: float = 40.0,
-    rate: float = 30.0,
-    late: float = 0.0,
-    stop: float = np.inf,
-    seed: int = 0,
-    tremor: float = 0.003,
+    rate: float = 30.0, late: float = 0.0, stop: float = np.inf, seed: int = 0
 ) -> Recording:
-    """A servo that follows a hand: positions read, then the goal sent `late` after [s].
+    """40 s of a servo that follows a hand: positions read, then the goal sent `late` after [s].
 
-    Args:
-        seconds, rate: of the log.
-        late: what the goal needs to act.
-        stop: an end of the goals that the servo accepts [rad].
-        seed: of the motion.
-        tremor: of the hand [rad].
+    It accepts goals up to `stop` [rad] either way.
     """
     rng = np.random.default_rng(seed)
-    time = np.arange(0, seconds, FINE)
-    places = rng.uniform(-1, 1, round(seconds) + 1)  # reached by starts and stops
+    time = np.arange(0, 40, FINE)
+    places = rng.uniform(-1, 1, 41)  # reached by starts and stops
     part = np.clip(1.6 * (time % 1.0), 0, 1)
     begin, end = places[time.astype(int)], places[time.astype(int) + 1]
     hand = begin + (end - begin) * part**3 * (10 - 15 * part + 6 * part**2)
-    hand += tremor * np.sin(2 * np.pi * 9 * time + np.cumsum(rng.normal(0, 0.03, len(time))))
+    hand += 0.003 * np.sin(2 * np.pi * 9 * time + np.cumsum(rng.normal(0, 0.03, len(time))))
     per_frame = round(1 / rate / FINE)
     frames = np.arange(0, len(time) - per_frame, per_frame)
     goal = TICK * np.round(hand[frames] / TICK)
@@ -118,6 +96,7 @@ def test_computed_stamps_are_even(t):
     found = only(even_stamps(stamped(t)))
     assert found.severity == 'warning' and 'stamps are frame / ' in found.what
     assert even_stamps(replace(stamped(t), metadata={})) == []
+    assert only(even_stamps(stamped(FRAMES / 1000))).severity == 'ok', 'a fast loop'
 
 
 @pytest.mark.parametrize(
@@ -132,10 +111,6 @@ def test_computed_stamps_are_even(t):
 )
 def test_stamps_of_a_clock_are_not(t):
     assert not is_even(t - t[0]) and even_stamps(stamped(t)) == []
-
-
-def test_even_stamps_of_a_fast_loop_limit_nothing():
-    assert only(even_stamps(stamped(FRAMES / 1000))).severity == 'ok'
 
 
 @pytest.mark.parametrize(('rate', 'said'), [(30, True), (44, True), (50, False), (100, False)])
@@ -162,26 +137,20 @@ def test_radians_are_radians(robot):
     assert (angle_units(turning, robot) == []) == (robot is PENDULUM)
     foreign = replace(recorded(99 * np.sin(t), t, t), metadata={})
     assert angle_units(foreign, robot) == []
+    said = recorded(60 * np.sin(t), t, t, angle_units_said='pivot')
+    assert [f.severity for f in angle_units(said, LIMITED)] == ['error'], 'limits contradict it'
 
 
 def test_a_wheel_turns_as_often_and_as_fast_as_its_log_and_its_motor_say(tmp_path):
+    def turned(q: np.ndarray, **metadata: str) -> Recording:
+        return replace(recorded(q, t, t, **metadata), joints=('shaft',), actuators=('shaft',))
+
     t = FRAMES / 100
     wheel = flywheel(tmp_path)  # 300 rad/s without load
-    assert angle_units(turned(134 * t, t), wheel) == []
-    found = only(angle_units(turned(400 * t, t), wheel))
+    assert angle_units(turned(134 * t), wheel) == []
+    found = only(angle_units(turned(400 * t), wheel))
     assert found.severity == 'error' and 'unit: rad' in found.todo
-    assert angle_units(turned(400 * t, t, angle_units_said='shaft'), wheel) == []
-
-
-def turned(q: np.ndarray, t: np.ndarray, **metadata: str) -> Recording:
-    """Angles of the wheel, as an imported bag reads."""
-    return replace(recorded(q, t, t, **metadata), joints=('shaft',), actuators=('shaft',))
-
-
-def test_the_limits_of_a_joint_contradict_what_a_map_says():
-    t = FRAMES / 100
-    log = recorded(60 * np.sin(t), t, t, angle_units_said='pivot')
-    assert only(angle_units(log, LIMITED)).severity == 'error'
+    assert angle_units(turned(400 * t, angle_units_said='shaft'), wheel) == []
 
 
 def test_differences_of_a_coarse_encoder_are_told():

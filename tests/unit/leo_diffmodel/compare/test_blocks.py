@@ -72,15 +72,7 @@ def test_neither_what_is_held_out_nor_the_folds_depend_on_the_order_of_bags(coun
 
     def parted(order):
         windows, blocks = cut(order, 0.3), make_blocks(order, [])
-        names = [order[s].path.name for s in windows.source]
-        return set(
-            zip(
-                names,
-                windows.start.tolist(),
-                blocks.held(windows).tolist(),
-                blocks.folds(windows).tolist(),
-                strict=True,
-            )
-        )
+        names, held = [order[s].path.name for s in windows.source], blocks.held(windows)
+        return {*zip(names, windows.start, held, blocks.folds(windows), strict=True)}
 
     assert parted(data) == parted(data[::-1])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.simulate import PENDULUM, record
 
+from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.ranking import behind, rank
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
@@ -83,8 +84,6 @@ def test_models_of_different_robots_are_refused(recording):
 
 
 def test_a_recording_too_short_for_a_window_is_refused(recording):
-    (episode,) = recording.episodes
-    t, q, dq, u, on = (getattr(episode, k)[:5] for k in ('t', 'q', 'dq', 'inputs', 'enabled'))
-    short = replace(recording, episodes=(replace(episode, t=t, q=q, dq=dq, inputs=u, enabled=on),))
+    short = replace(recording, episodes=(at_rows(recording.episodes[0], slice(0, 5)),))
     with pytest.raises(UserError, match='record at least 2 s'):
         rank([short], {'a': Model(PENDULUM), 'b': rubbing(TRUTH)})

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The missing torque is the one that was there."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from tests.simulate import PENDULUM, record, TORQUE
+from tests.simulate import of_robot, PENDULUM, record, TORQUE
 
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.compare.torque import _covariance, missing_torque
@@ -63,9 +61,7 @@ def pushed_about(model: Model, volts: np.ndarray) -> Recording:
     q, dq = np.array(seen).T[:, :, None]
     u = volts[:, None]
     episode = Episode(np.arange(len(volts)) * PERIOD, q, dq, u, np.ones_like(u, bool))
-    return Recording(
-        Path('bags/stuck'), '0' * 64, ('pivot',), ('pivot',), 'voltage', 0.01, (episode,), {}
-    )
+    return of_robot(PENDULUM, episode)
 
 
 def test_windows_that_are_held_still_are_left_out(rubbing):

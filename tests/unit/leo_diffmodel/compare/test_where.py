@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from tests.simulate import DT, PENDULUM, record, steps, TORQUE
 
+from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.comparison import compare
 from leo_diffmodel.compare.conditions import bands
 from leo_diffmodel.compare.errors import state_names
@@ -116,10 +117,7 @@ def uneven(recording, seed):
     e = recording.episodes[0]
     # The mean of the inputs between two kept samples acted there.
     mean = np.add.reduceat(e.inputs, kept) / np.diff(np.append(kept, len(e.t)))[:, None]
-    thin = replace(
-        e, t=e.t[kept], q=e.q[kept], dq=e.dq[kept], inputs=mean, enabled=e.enabled[kept]
-    )
-    return replace(recording, episodes=(thin,))
+    return replace(recording, episodes=(replace(at_rows(e, kept), inputs=mean),))
 
 
 def test_uneven_bags_of_different_rates_are_scored_at_the_time_asked_for():

@@ -3,21 +3,29 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from tests.simulate import record, TORQUE
 
 from leo_diffmodel.datasheet import ladder as laws
 from leo_diffmodel.datasheet.ladder import Ladder
-from leo_diffmodel.datasheet.measure import measure, opened
+from leo_diffmodel.datasheet.measure import last_fit, measure, opened
 from leo_diffmodel.datasheet.settings import RUNGS
 from leo_diffmodel.datasheet.sheet import sheet
 from leo_diffmodel.datasheet.words import beside, figures, friction
+from leo_diffmodel.explain.estimate.fit import fit
+from leo_diffmodel.explain.problem.candidates import uncertain
+from leo_diffmodel.explain.problem.hypothesis import Hypothesis
+from leo_diffmodel.explain.problem.pose import searched
 from leo_msgs_py.errors import UserError
 from leo_sim.description.robot import load_robot
 from leo_sim.effects import place
 from leo_sim.model import Model
 
 COULOMB, VISCOUS, DELAY = 0.15, 0.05, 0.03
+SERVO = load_robot('servo_pendulum')
+INERTIA = 'actuators.pivot.rotor_inertia'
+TRUTH = SERVO.constants[INERTIA].value
 
 
 @pytest.fixture(scope='module')
@@ -42,9 +50,8 @@ def test_the_law_with_both_kinds_of_friction_is_chosen(data):
     assert data['friction']['law'] == 'Coulomb, viscous'
     assert data['friction']['rivals'] == []
     by_law = {row['law']: row['verdict'] for row in data['ladder']}
-    assert by_law == {
-        'none': 'worse', 'viscous': 'worse', 'Coulomb': 'worse', 'Coulomb, viscous': 'chosen'
-    }  # fmt: skip
+    worse = dict.fromkeys(('none', 'viscous', 'Coulomb'), 'worse')
+    assert by_law == worse | {'Coulomb, viscous': 'chosen'}
 
 
 @pytest.mark.parametrize(
@@ -107,3 +114,34 @@ def test_no_sheet_of(robot, joint, said):
 def test_too_short_a_log_says_what_to_record():
     with pytest.raises(UserError, match='leo datasheet --motion'):
         measure([record(TORQUE, seconds=0.4)], Model(TORQUE), 'pivot')
+
+
+@pytest.fixture(scope='module')
+def fits():
+    """Constants of a servo that moves without steps, almost without noise, by steps of 5 ms."""
+    run = record(SERVO, seconds=6.0, noise=(1e-4, 1e-3), integration_step=5e-5)
+    problem, model = searched([run], [], Model(SERVO))[0], Model(SERVO)
+    first = fit(problem, Hypothesis(constants=uncertain(model)))
+    return first, last_fit(problem, first)
+
+
+def off(fitted):
+    """Error of the rotor inertia, and its standard error."""
+    index = [c.path for c in fitted.hypothesis.constants].index(INERTIA)
+    return fitted.theta[index] - TRUTH, fitted.standard_errors[index]
+
+
+def test_the_step_of_the_search_moves_a_constant_beyond_its_error(fits):
+    error, standard = off(fits[0])
+    assert abs(error) > 5 * standard
+
+
+def test_the_last_fit_has_the_true_one_within_its_error(fits):
+    (before, _), (error, standard) = map(off, fits)
+    assert abs(error) < min(3 * standard, 0.3 * abs(before))
+
+
+def test_its_intervals_are_no_narrower_for_it(fits):
+    first, last = fits
+    assert (last.standard_errors > 0.8 * first.standard_errors).all()
+    assert np.isfinite(last.covariance).all()

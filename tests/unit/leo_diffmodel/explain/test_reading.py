@@ -11,15 +11,16 @@ from leo_diffmodel.explain import reading as module
 from leo_diffmodel.explain.problem.usable import Logged
 from leo_diffmodel.explain.reading import Asked, best_reading
 from leo_diffmodel.explain.settings import SETTINGS
-from leo_diffmodel.faults.base import Found
-from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.settings import LIMITS
+from leo_diffmodel.outside.finding import ERROR, WARNING
 
 BLOCKS = np.array([3.0, 2.0, 4.0, 3.0, np.nan, 2.0])
 
 
 def fault(name: str, gained: float = 3.0) -> Found:
-    return Found(FAULTS[name], 'pivot', 2.0, 0.1, 'it is', True, 'balance', gained=gained)
+    known = {'joint': 'pivot', 'value': 2.0, 'sd': 0.1, 'evidence': 'balance'}
+    return Found(name, ERROR, 'it is', gained=gained, **known)
 
 
 @pytest.fixture
@@ -84,4 +85,4 @@ def test_a_log_as_given_and_one_without_faults_are_searched_once(asked):
 def test_what_torques_show_far_beyond_doubt_is_decided():
     sure, less = (fault('input_scale', LIMITS.decided * k) for k in (1.1, 0.9))
     assert Logged((), (), faults=(sure,)).decided
-    assert not Logged((), (), faults=(less, replace(sure, error=False))).decided
+    assert not Logged((), (), faults=(less, replace(sure, severity=WARNING))).decided

@@ -13,9 +13,10 @@ from tests.simulate import POSITION, record
 from leo_diffmodel.bags.mend import mended
 from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.catalogue import FAULTS
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import map_of
+from leo_diffmodel.outside.finding import ERROR
 
 SIZES = {
     'speed_wraps': 100.0,
@@ -25,19 +26,11 @@ SIZES = {
     'time_stretch': 1.5,
     'frozen': 0.5,
 }
-EXACT = (
-    'speed_scale',
-    'speed_sign',
-    'speed_zero',
-    'speed_wraps',
-    'speed_sign_bit',
-    'angle_scale',
-    'angle_sign',
-    'angle_zero',
-    'input_scale',
-    'input_sign',
-    'time_stretch',
-)
+EXACT = [
+    *(f'speed_{what}' for what in ('scale', 'sign', 'zero', 'wraps', 'sign_bit')),
+    *(f'angle_{what}' for what in ('scale', 'sign', 'zero')),
+    *('input_scale', 'input_sign', 'time_stretch'),
+]
 
 
 @pytest.fixture(scope='module')
@@ -45,9 +38,12 @@ def log():
     return record(POSITION, seconds=5)
 
 
+def size(name) -> float:
+    return -1.0 if name.endswith('sign') else SIZES.get(name, 0.5)
+
+
 def spoilt(log, name) -> Episode:
-    value = -1.0 if name.endswith('sign') else SIZES.get(name, 0.5)
-    return FAULTS[name].spoil(log.episodes[0], 0, 0, value)
+    return FAULTS[name].spoil(log.episodes[0], 0, 0, size(name))
 
 
 @pytest.mark.parametrize(
@@ -68,13 +64,10 @@ def test_it_changes_its_channel_and_no_other(log, name):
 
 @pytest.mark.parametrize('name', EXACT)
 def test_its_patch_is_its_inverse(log, name):
-    value = -1.0 if name.endswith('sign') else SIZES.get(name, 0.5)
     joint = '' if name == 'time_stretch' else 'pivot'
-    found = Found(FAULTS[name], joint, value, 0.0, '', True, 'kinematics')
-    clean = log.episodes[0]
-    back = mended(
-        replace(log, input='torque', episodes=(spoilt(log, name),)), map_of([found])
-    ).episodes[0]
+    found = Found(name, ERROR, '', joint=joint, value=size(name), evidence='kinematics')
+    wrong = replace(log, input='torque', episodes=(spoilt(log, name),))
+    (clean,), (back,) = log.episodes, mended(wrong, map_of([found])).episodes
     for column in ('t', 'q', 'dq', 'inputs'):
         assert getattr(back, column) == pytest.approx(getattr(clean, column), abs=1e-9), column
 

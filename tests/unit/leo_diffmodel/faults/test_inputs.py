@@ -43,23 +43,23 @@ def errors(log: Recording) -> list:
 
 
 def test_friction_at_all_joints_is_no_fault(log):
-    assert errors(log) == [] and moved_from_outside([log], Model(ROBOT)) == []
+    assert errors(log) == [] and moved_from_outside(log, Model(ROBOT)) == []
 
 
 def test_exchanged_inputs_are_told_and_put_right(log):
     (e,) = log.episodes
     wrong = with_inputs(log, FAULTS['input_exchanged'].spoil(e, 0, 0, 1.0).inputs)
     (told,) = errors(wrong)
-    assert told.fault.name == 'input_exchanged' and {*told.names} == {'shoulder', 'elbow'}
+    assert told.code == 'input_exchanged' and {*told.names} == {'shoulder', 'elbow'}
     assert told.line.startswith('input_of: {')
     (again,) = mapped(wrong, [told]).episodes
     assert again.inputs == pytest.approx(e.inputs)
-    assert moved_from_outside([mapped(wrong, [told])], Model(ROBOT)) == []
+    assert moved_from_outside(mapped(wrong, [told]), Model(ROBOT)) == []
 
 
 def test_no_hand_is_blamed_for_exchanged_inputs(log):
     wrong = with_inputs(log, log.episodes[0].inputs[:, ::-1])
-    kinds = {s.kind for s in moved_from_outside([wrong], Model(ROBOT))}
+    kinds = {f.code for f in moved_from_outside(wrong, Model(ROBOT))}
     assert 'hand' not in kinds
 
 
@@ -67,7 +67,7 @@ def test_an_input_that_was_lost_is_told_and_left_out(log):
     u = log.episodes[0].inputs.copy()
     u[600:, 0] = 0.0
     (told,) = errors(with_inputs(log, u))
-    assert (told.fault.name, told.joint) == ('input_dead', 'shoulder')
+    assert (told.code, told.joint) == ('input_dead', 'shoulder')
     assert told.value == pytest.approx(0.7, abs=0.01)
     left = mended(with_inputs(log, u), [told])
     assert max(e.t[-1] for e in left.episodes) < 6.1

@@ -11,8 +11,16 @@ from tests.simulate import PENDULUM, POSITION
 
 from leo_diffmodel.bags.recording import Episode
 from leo_diffmodel.next_run.menu import menu
-from leo_diffmodel.next_run.ramp import approach, from_here, gentle_speeds, ramp
-from leo_diffmodel.next_run.reach import Reach, rest_goals, Seen, seen
+from leo_diffmodel.next_run.reach import (
+    approach,
+    from_here,
+    gentle_speeds,
+    ramp,
+    Reach,
+    rest_goals,
+    Seen,
+    seen,
+)
 from leo_diffmodel.next_run.run_file import read_run, Run, write_run
 from leo_diffmodel.next_run.settings import NEXT
 from leo_diffmodel.next_run.simulate import simulate, start_of

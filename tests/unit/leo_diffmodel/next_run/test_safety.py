@@ -22,18 +22,13 @@ FRICTION = {'pendulum': 0.001}
 """Of a robot that 0.02 N m would hold still [N m]."""
 SECONDS = 4.0
 ROBOTS = [
-    ('pendulum', 1),
-    ('pendulum', 2),
-    ('servo_pendulum', 1),
-    ('torque_pendulum', 2),
-    ('double_pendulum', 1),
-    ('double_pendulum', 2),
-    ('xl330_pendulum', 1),
-    ('xl330_pendulum', 2),
-    ('so101', 1),
-    ('so101', 2),
-    ('so101', 3),
-    ('leo', 1),
+    *(
+        (name, seed)
+        for name in ('pendulum', 'double_pendulum', 'xl330_pendulum')
+        for seed in (1, 2)
+    ),
+    *(('servo_pendulum', 1), ('torque_pendulum', 2), ('leo', 1)),
+    *(('so101', seed) for seed in (1, 2, 3)),
 ]
 
 

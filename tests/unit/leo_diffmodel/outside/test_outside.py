@@ -12,10 +12,12 @@ from tests.simulate import bag, DT, NOISE, PENDULUM, record, steps, TORQUE
 
 from leo_diffmodel.bags.cut import cut_bag
 from leo_diffmodel.bags.episode import between
-from leo_diffmodel.bags.recording import Episode, read_bag, Recording
+from leo_diffmodel.bags.recording import read_bag, Recording
 from leo_diffmodel.bags.topic_map import TopicMap
-from leo_diffmodel.check.finding import ERROR, forces
+from leo_diffmodel.bags.types import at_rows
+from leo_diffmodel.check.check import forces
 from leo_diffmodel.compare.sizes import gravity_scale
+from leo_diffmodel.outside.finding import ERROR
 from leo_diffmodel.outside.frozen import frozen
 from leo_diffmodel.outside.outside import moved_from_outside, not_the_robot, share_outside, without
 from leo_diffmodel.verbs.bag import main
@@ -31,17 +33,14 @@ WRONG = {
         place(r, 'coulomb_friction', 'pivot', c=0.1 * g),
         place(r, 'viscous_friction', 'pivot', b=0.01 * g),
     ),
-    'payload': lambda r, g: (
-        place(
-            r,
-            'link_mass',
-            r.moving_links[-1],
-            m=r.constants[f'links.{r.moving_links[-1]}.mass'].value,
-        ),
-    ),
+    'payload': lambda r, g: (place(r, 'link_mass', r.moving_links[-1], m=last_mass(r)),),
     'gain': lambda r, g: (place(r, 'torque_scale', 'pivot', k=0.8),),
     'late': lambda r, g: (place(r, 'command_delay', 'pivot', delay=0.03),),
 }
+
+
+def last_mass(robot: Robot) -> float:
+    return robot.constants[f'links.{robot.moving_links[-1]}.mass'].value
 
 
 def wrong(robot: Robot, what: str) -> tuple:
@@ -49,7 +48,7 @@ def wrong(robot: Robot, what: str) -> tuple:
 
 
 def found(recording: Recording, robot: Robot) -> list[tuple[str, float, float]]:
-    return [(s.kind, s.begin, s.end) for s in moved_from_outside([recording], Model(robot))]
+    return [(f.code, *f.where[0]) for f in moved_from_outside(recording, Model(robot))]
 
 
 @pytest.mark.parametrize('robot', [PENDULUM, TORQUE, SERVO], ids=lambda r: r.name)
@@ -73,10 +72,10 @@ def test_shoves_are_found_where_they_are(robot, what):
 @pytest.mark.parametrize('held', [False, True])
 def test_a_hand_is_found_all_along(robot, held):
     recording = led(robot, 3, held)
-    stretches = moved_from_outside([recording], Model(robot))
-    assert [s.kind for s in stretches] == ['hand']
-    assert share_outside([recording], stretches) > 0.95
-    assert without([recording], stretches) == []
+    stretches = moved_from_outside(recording, Model(robot))
+    assert [f.code for f in stretches] == ['hand']
+    assert share_outside([recording], [stretches]) > 0.95
+    assert without([recording], [stretches]) == []
     (told,) = forces(recording, Model(robot))
     assert told.severity == ERROR and 'pivot' in told.what
 
@@ -131,16 +130,13 @@ def test_a_false_rate_changes_nothing_of_what_is_found(recording, what):
 def stops(inputs: float, angle: float, *effects: Placed) -> Recording:
     """The joint stands at an angle for 3 s while the motor pushes; then it is let go."""
     parts = [steps(TORQUE, 8.0, 3), np.full((300, 1), inputs), steps(TORQUE, 9.0, 4)]
-    rng, pushed = np.random.default_rng(0), np.concatenate(parts)
-    e = record(TORQUE, *effects, seconds=SECONDS, inputs=pushed).episodes[0]
-    q, dq = e.q.copy(), e.dq.copy()
-    q[800:1100] = angle + rng.normal(0, NOISE[0], (300, 1))
-    dq[800:1100] = rng.normal(0, NOISE[1], (300, 1))
-    pieces = [
-        Episode(e.t[s], q[s], dq[s], pushed[s], e.enabled[s])
-        for s in (slice(0, 800), slice(800, 1100), slice(1100, None))
-    ]
-    return replace(record(TORQUE, seconds=1.0), episodes=tuple(pieces))
+    rng = np.random.default_rng(0)
+    log = record(TORQUE, *effects, seconds=SECONDS, inputs=np.concatenate(parts))
+    (e,) = log.episodes
+    e.q[800:1100] = angle + rng.normal(0, NOISE[0], (300, 1))
+    e.dq[800:1100] = rng.normal(0, NOISE[1], (300, 1))
+    pieces = (at_rows(e, s) for s in (slice(0, 800), slice(800, 1100), slice(1100, None)))
+    return replace(log, episodes=tuple(pieces))
 
 
 def test_a_blocked_joint_is_found():
@@ -167,23 +163,21 @@ def test_a_speed_at_its_largest_value_is_cut_out():
 
 
 def test_missing_samples_are_a_gap_and_no_force():
-    (e,) = record(PENDULUM, seconds=SECONDS).episodes
-    some = np.r_[0:500, 508:2000]
-    arrays = {n: getattr(e, n)[some] for n in ('t', 'q', 'dq', 'inputs', 'enabled')}
-    gappy = replace(record(PENDULUM, seconds=SECONDS), episodes=(Episode(**arrays),))
-    assert moved_from_outside([gappy], Model(PENDULUM)) == []
+    clean = record(PENDULUM, seconds=SECONDS)
+    gappy = replace(clean, episodes=(at_rows(clean.episodes[0], np.r_[0:500, 508:2000]),))
+    assert moved_from_outside(gappy, Model(PENDULUM)) == []
     assert not_the_robot(gappy, Model(PENDULUM)) == [pytest.approx((4.89, 5.18))]
 
 
 def test_without_splits_there_and_drops_short_pieces():
     pushed = record(PENDULUM, seconds=SECONDS, seed=3, push=shove(PENDULUM, 0.4, 12.0))
-    stretches = moved_from_outside([pushed], Model(PENDULUM))
-    (rest,) = without([pushed], stretches)
+    stretches = moved_from_outside(pushed, Model(PENDULUM))
+    (rest,) = without([pushed], [stretches])
     assert len(rest.episodes) == 2 and rest.episodes[0].t[0] > 0.5
     for a, b in pairwise(rest.episodes):
         assert a.t[-1] < 11.95 and b.t[0] > 12.2
-    assert moved_from_outside([rest], Model(PENDULUM)) == []
-    assert without([rest], []) == [rest]
+    assert moved_from_outside(rest, Model(PENDULUM)) == []
+    assert without([rest], [[]]) == [rest]
 
 
 def test_between_takes_a_part_and_refuses_what_is_none():
@@ -213,22 +207,8 @@ def test_a_cut_bag_reads_as_the_part_of_the_recording(tmp_path):
 def test_leo_bag_cut_leaves_out_a_shove(tmp_path, capsys):
     pushed = record(PENDULUM, seconds=SECONDS, seed=3, push=shove(PENDULUM, 12.0))
     whole, new = bag(tmp_path / 'whole', pushed), tmp_path / 'new'
-    assert (
-        main(
-            [
-                'cut',
-                str(whole),
-                '-o',
-                str(new),
-                '--without-outside',
-                '--model',
-                'pendulum',
-                '--from',
-                '1',
-            ]
-        )
-        == 0
-    )
+    words = ['cut', str(whole), '-o', str(new), '--without-outside', '--model', 'pendulum']
+    assert main([*words, '--from', '1']) == 0
     assert f'next: leo bag info {new}' in capsys.readouterr().out
     episodes = read_bag(new, PENDULUM).episodes
     assert len(episodes) == 2

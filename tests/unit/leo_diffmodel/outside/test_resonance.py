@@ -16,8 +16,8 @@ from leo_sim.model import Model
 def test_the_resonance_of_an_elastic_gear_is_found(hertz):
     log = elastic(hertz)
     assert resonance(log, 0) == pytest.approx(hertz, rel=0.06)
-    (told,) = moved_from_outside([log], Model(TORQUE))
-    assert told.kind == 'unexplained' and 'a resonance at' in told.why
+    (told,) = moved_from_outside(log, Model(TORQUE))
+    assert told.code == 'unexplained' and 'a resonance at' in told.what
 
 
 def test_a_rigid_joint_with_friction_has_none():

@@ -17,7 +17,7 @@ from leo_diffmodel.compare.windows import Windows
 from leo_diffmodel.explain.explanation import Explanation
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.explain.told import Told
-from leo_diffmodel.outside.outside import Stretch
+from leo_diffmodel.outside.finding import Finding, WARNING
 from leo_diffmodel.report.compared import comparison_page
 from leo_diffmodel.report.explained import explanation_page
 from leo_diffmodel.report.sections import missing as missing_section
@@ -120,10 +120,10 @@ def test_every_verdict_makes_a_page(verdict, model, recording):
 
 
 def test_the_page_of_recordings_that_were_moved_from_outside(model, recording):
-    pushed = Stretch(0, 1.0, 2.0, 'pivot: a push', 'push')
+    pushed = Finding('push', WARNING, 'pivot: a push', where=((1.0, 2.0),))
     gates = SETTINGS.gates.to_json()
     answer = replace(
-        explanation('unknown', model), not_testable=[], settings=gates, left_out=(pushed,)
+        explanation('unknown', model), not_testable=[], settings=gates, left_out=([pushed],)
     )
     bags = [recording, replace(recording, path=Path('bags/other'))]
     _, text = read(explanation_page(answer, bags))

@@ -14,11 +14,12 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare.windows import thin
 from leo_diffmodel.explain.settings import Settings
 from leo_diffmodel.explain.told import Thing, Told
-from leo_diffmodel.faults.base import Found
 from leo_diffmodel.faults.find import find_faults
+from leo_diffmodel.faults.found import Found
 from leo_diffmodel.faults.mending import all_mended, pooled, which
 from leo_diffmodel.faults.settings import LIMITS
-from leo_diffmodel.outside.outside import moved_from_outside, share_outside, Stretch, without
+from leo_diffmodel.outside.finding import Finding, WARNING
+from leo_diffmodel.outside.outside import moved_from_outside, share_outside, without
 from leo_sim.model import Model
 
 ALONE = 'record the robot alone, moved by its motors or by its weight'
@@ -82,13 +83,14 @@ class Logged:
         """With faults that may be there, and are not sure, where known effects do as well."""
         sure = self.in_the_way
         return replace(
-            self, faults=tuple(replace(f, error=False) if f in sure else f for f in self.faults)
+            self,
+            faults=tuple(replace(f, severity=WARNING) if f in sure else f for f in self.faults),
         )
 
     @property
     def answer(self) -> tuple[Told, str]:
         """What is said where a fault is in the way, and what to do about it."""
-        what = tuple(Thing('; or '.join([f.what, *f.otherwise])) for f in self.in_the_way)
+        what = tuple(Thing(f.in_words) for f in self.in_the_way)
         todo = '; '.join(dict.fromkeys(_todo(f) for f in self.in_the_way))
         return Told('The log is wrong, so no effect is named', what), todo
 
@@ -96,7 +98,7 @@ class Logged:
     def notes(self) -> list[str]:
         """What may be wrong with the log by the torques, and is not sure; the physics goes on."""
         return [
-            f'the log may be wrong instead: {"; or ".join([f.what, *f.otherwise])}{_how_sure(f)}'
+            f'the log may be wrong instead: {f.in_words}{_how_sure(f)}'
             for f in self.faults
             if f.evidence == 'balance' and not f.error
         ]
@@ -133,14 +135,14 @@ class Cut:
         recordings: what to learn from.
         hold_out: what no fit may see.
         settings: how many stretches are listed, and what share of them is most.
-        stretches: what was left out, in the numbering of all recordings as given.
+        stretches: what was left out of each of all recordings; empty where nothing was.
         share: of the moving time that is in them, 0 to 1.
     """
 
     recordings: Sequence[Recording]
     hold_out: Sequence[Recording]
     settings: Settings
-    stretches: tuple[Stretch, ...] = ()
+    stretches: tuple[list[Finding], ...] = ()
     share: float = 0.0
 
     @classmethod
@@ -155,13 +157,12 @@ class Cut:
         if as_given:
             return cls(recordings, hold_out, settings)
         everything = [*recordings, *hold_out]
-        found = moved_from_outside(everything, model)
-        learned = [s for s in found if s.source < len(recordings)]
-        rest = (s for s in found if s not in learned)
-        held_out = [replace(s, source=s.source - len(recordings)) for s in rest]
-        kept = without(recordings, learned) if learned else recordings
-        held = without(hold_out, held_out) if held_out else hold_out
-        return cls(kept, held, settings, tuple(found), share_outside(everything, found))
+        found = tuple(moved_from_outside(r, model) for r in everything)
+        if not any(found):
+            return cls(recordings, hold_out, settings)
+        kept = without(recordings, found[: len(recordings)])
+        held = without(hold_out, found[len(recordings) :])
+        return cls(kept, held, settings, found, share_outside(everything, found))
 
     @property
     def mostly(self) -> bool:
@@ -182,14 +183,19 @@ class Cut:
     @property
     def answer(self) -> tuple[Told, str]:
         """What is said where most of the motion is from outside, and what to record instead."""
-        unlike = all(s.kind == 'unexplained' for s in self.stretches)
+        unlike = all(f.code == 'unexplained' for each in self.stretches for f in each)
         what = 'Unlike all that is known' if unlike else 'Moved from outside'
         share = f'in {self.share:.0%} of the moving time, so no effect is named'
         return Told(f'{what} {share}', (Thing(self._listed),)), COLUMNS if unlike else ALONE
 
     @property
     def _listed(self) -> str:
-        words = [f'{max(0.0, s.begin):.1f} to {s.end:.1f} s ({s.why})' for s in self.stretches]
+        words = [
+            f'{max(0.0, begin):.1f} to {end:.1f} s ({f.what})'
+            for each in self.stretches
+            for f in each
+            for begin, end in f.where
+        ]
         listed = self.settings.numerics.listed
         more = len(words) - listed
         return ', '.join(words[:listed]) + (f' and {more} more' if more > 0 else '')

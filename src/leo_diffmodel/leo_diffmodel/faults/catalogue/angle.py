@@ -125,8 +125,7 @@ class Repeated(Fault):
     name = 'repeated'
     channel = 'angle'
     law = 'a share of the samples is that of the row before'
-    harmless = (0.0, 0.02)
-    """Of the samples of a moving joint: now and then a bus misses one."""
+    harmless = (0.0, 0.02)  # of the samples of a moving joint: now and then a bus misses one
     looks_like = 'Stairs: every second or third step of the angle is exactly zero.'
     confused_with = 'A coarse encoder at low speed.'
     costs = 'Noise, and a delay of half the time from fresh sample to fresh sample.'
@@ -146,8 +145,7 @@ class Quantised(Fault):
     channel = 'angle'
     unit = 'rad'
     law = 'q_log = step round(q / step)'
-    harmless = (0.0, 0.02)
-    """rad."""
+    harmless = (0.0, 0.02)  # rad
     harmless_words = '0.02 rad, or a fiftieth of the range moved through where that is less'
     looks_like = 'Few different values, all multiples of one.'
     confused_with = 'Noise; backlash.'

@@ -44,8 +44,7 @@ class SpeedZero(Fault):
     unit = 'rad/s'
     key = 'speed_zero'
     law = 'w = dq/dt + b'
-    harmless = (-0.02, 0.02)
-    """Of how fast the joint moves (rms)."""
+    harmless = (-0.02, 0.02)  # of how fast the joint moves (rms)
     harmless_words = 'a fiftieth of the rms speed; a step of the sensor, which may round down'
     looks_like = 'The sum of the speeds runs away from the angle, evenly.'
     confused_with = 'speed_scale where the joint turns one way only.'

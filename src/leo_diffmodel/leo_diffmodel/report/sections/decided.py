@@ -10,7 +10,8 @@ from typing import Any
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.select.search import Search
 from leo_diffmodel.explain.settings import Gates, texts
-from leo_diffmodel.outside.outside import share_outside, Stretch
+from leo_diffmodel.outside.finding import Finding
+from leo_diffmodel.outside.outside import share_outside
 from leo_diffmodel.report.page import Section
 from leo_diffmodel.report.text import label, number, numbered, percent, quantity, unit
 
@@ -84,14 +85,20 @@ def edit_test(data: Mapping[str, Any]) -> Section:
     return Section('edited.html', {**data, 'seconds': seconds, 'rows': rows, 'best': best})
 
 
-def left_out(recordings: Sequence[Recording], found: Sequence[Stretch]) -> Section:
-    numbers = numbered(recordings)
-    rows = []
-    for s in found:
-        time = f'{max(0.0, s.begin):.1f} … {s.end:.1f}\u00a0s'
-        rows.append({'bag': numbers[s.source], 'time': time, 'kind': s.kind, 'why': s.why})
-    share, several = percent(share_outside(recordings, found)), len(recordings) > 1
-    return Section('outside.html', {'share': share, 'rows': rows, 'several': several})
+def left_out(recordings: Sequence[Recording], found: Sequence[Sequence[Finding]]) -> Section:
+    both = zip(numbered(recordings), found, strict=False)
+    values = {
+        'share': percent(share_outside(recordings, found)),
+        'rows': [_stretch(f, bag) for bag, each in both for f in each],
+        'several': len(recordings) > 1,
+    }
+    return Section('outside.html', values)
+
+
+def _stretch(found: Finding, bag: str) -> dict[str, str]:
+    ((begin, end),) = found.where
+    time = f'{max(0.0, begin):.1f} … {end:.1f}\u00a0s'
+    return {'bag': bag, 'time': time, 'kind': found.code, 'why': found.what}
 
 
 def untested(not_testable: Sequence[Mapping[str, Any]]) -> Section:

@@ -4,7 +4,7 @@
 import numpy as np
 
 from leo_diffmodel.bags.arrays import Run, write_runs
-from leo_diffmodel.datasheet.conditions import conditions
+from leo_diffmodel.datasheet.sheet import conditions
 from leo_diffmodel.datasheet.words import figures
 
 T = np.array([0.0, 0.1, 0.2])
