@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.explain.estimate.estimator import Estimate
 from leo_diffmodel.explain.estimate.fit import fit
-from leo_diffmodel.explain.estimate.fitted import Fit
-from leo_diffmodel.explain.estimate.linear_part import linear_part
+from leo_diffmodel.explain.estimate.fitted import Fit, linear_part
 from leo_diffmodel.explain.findings.choices import last_word
 from leo_diffmodel.explain.findings.held_out import HeldOut
 from leo_diffmodel.explain.problem.classes import Facts
