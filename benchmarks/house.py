@@ -104,7 +104,8 @@ def sums(found: dict[str, Counter[str]]) -> dict[str, int]:
 
 def shown(now: dict[str, Counter[str]], before: dict[str, Counter[str]]) -> Table:
     """A row for each room, with what it had before."""
-    table = Table('room', *COLUMNS)
+    table = Table('room', *COLUMNS, box=None)
+    table.columns[0].no_wrap = True
     rows = {**now, 'src': sum((c for r, c in now.items() if r != 'tests'), Counter())}
     past = {**before, 'src': sum((c for r, c in before.items() if r != 'tests'), Counter())}
     for room in sorted({*rows, *(past if before else ())}):
@@ -137,7 +138,7 @@ def main() -> str:
     parser.add_argument('--keep', action='store_true', help='lower the budget to what there is')
     options = parser.parse_args()
     now = rooms(ROOT)
-    Console().print(shown(now, of_commit(options.against) if options.against else {}))
+    Console(width=120).print(shown(now, of_commit(options.against) if options.against else {}))
     return keep(now) if options.keep else ''
 
 
