@@ -115,7 +115,8 @@ class Units:
 
     def _by_numbers(self, name: str, values: Column) -> Unit:
         other = self._shared.name == 'deg' or numbers.peak_of([values]) > numbers.RADIANS
-        if GRIPPER in name and other and numbers.is_per_cent(values):
+        may_be = np.nanmin(values) >= -1.0 and np.nanmax(values) <= numbers.PER_CENT
+        if GRIPPER in name and other and may_be:
             return Unit('?', 'a gripper is often in per cent: then scale: rad for 1 %')
         return self._shared
 

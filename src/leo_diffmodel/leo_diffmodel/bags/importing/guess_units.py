@@ -90,10 +90,6 @@ def of_time(column: Column) -> Unit:
     return Unit('?', f'{step:.4g} from row to row')
 
 
-def is_per_cent(column: Column) -> bool:
-    return bool(np.nanmin(column) >= -1.0 and np.nanmax(column) <= PER_CENT)
-
-
 def is_clipped(columns: Sequence[Column]) -> bool:
     """Say whether values end at exactly 100, in two samples or more, as per cent do."""
     return peak_of(columns) == 100.0 and sum(int((np.abs(c) == 100.0).sum()) for c in columns) > 1

@@ -11,6 +11,12 @@ from leo_msgs_py.errors import UserError
 NUMBERS = [[0.0, 1.5], [0.25, -2.0], [0.5, 1e-3]]
 
 
+def table(folder, text, **said):
+    (folder / 'log.csv').write_text(text, encoding='utf-8')
+    (found,) = read_csv(folder / 'log.csv', LogFormat(**said))
+    return found
+
+
 @pytest.mark.parametrize(
     ('text', 'said'),
     [
@@ -26,21 +32,17 @@ NUMBERS = [[0.0, 1.5], [0.25, -2.0], [0.5, 1e-3]]
     ],
 )
 def test_any_delimiter_and_decimal_sign(tmp_path, text, said):
-    log = tmp_path / 'log.csv'
-    log.write_text(text)
-    (table,) = read_csv(log, LogFormat(**said))
-    assert list(table) == ['t', 'q']
-    np.testing.assert_array_equal(np.column_stack([*table.values()]), NUMBERS)
+    found = table(tmp_path, text, **said)
+    assert list(found) == ['t', 'q']
+    np.testing.assert_array_equal(np.column_stack([*found.values()]), NUMBERS)
 
 
 @pytest.mark.parametrize('second', ['00.250000', '00.25Z', '00.25+00:00', '00,25'])
 @pytest.mark.parametrize('between', [' ', 'T'])
 def test_dates_are_seconds(tmp_path, between, second):
-    log = tmp_path / 'log.csv'
     day = f'2026-10-25{between}02:00:'
-    log.write_text(f't;q\n{day}00;1.5\n{day}{second};2\n')
-    (table,) = read_csv(log, LogFormat())
-    np.testing.assert_allclose(np.diff(table['t']), [0.25], atol=1e-6)
+    found = table(tmp_path, f't;q\n{day}00;1.5\n{day}{second};2\n')
+    np.testing.assert_allclose(np.diff(found['t']), [0.25], atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -57,10 +59,8 @@ def test_dates_are_seconds(tmp_path, between, second):
     ],
 )
 def test_what_may_be_either_is_refused(tmp_path, text, said, message):
-    log = tmp_path / 'log.csv'
-    log.write_text(text)
     with pytest.raises(UserError, match=message) as refusal:
-        read_csv(log, LogFormat(**said))
+        table(tmp_path, text, **said)
     assert '\n' not in str(refusal.value) and len(str(refusal.value)) < 500
 
 
@@ -74,12 +74,10 @@ def test_what_may_be_either_is_refused(tmp_path, text, said, message):
     ],
 )
 def test_comments_above_the_header_and_their_constants(tmp_path, above):
-    log = tmp_path / 'log.csv'
-    log.write_text(f'{above}0,1.5\n# a pause\n0.25,-2\n0.5,1e-3\n')
-    (table,) = read_csv(log, LogFormat())
-    assert {*table} == {'mass', 'Länge', 't', 'q'}
-    assert table['mass'].tolist() == [0.5] * 3 and table['Länge'].tolist() == [0.25] * 3
-    np.testing.assert_array_equal(np.column_stack([table['t'], table['q']]), NUMBERS)
+    found = table(tmp_path, f'{above}0,1.5\n# a pause\n0.25,-2\n0.5,1e-3\n')
+    assert {*found} == {'mass', 'Länge', 't', 'q'}
+    assert found['mass'].tolist() == [0.5] * 3 and found['Länge'].tolist() == [0.25] * 3
+    np.testing.assert_array_equal(np.column_stack([found['t'], found['q']]), NUMBERS)
 
 
 @pytest.mark.parametrize(
@@ -92,30 +90,26 @@ def test_comments_above_the_header_and_their_constants(tmp_path, above):
     ],
 )
 def test_without_a_header_columns_are_counted(tmp_path, text):
-    (tmp_path / 'log.txt').write_text(text)
-    (table,) = read_csv(tmp_path / 'log.txt', LogFormat())
-    assert list(table) == ['0', '1']
-    np.testing.assert_array_equal(np.column_stack([*table.values()]), NUMBERS)
+    found = table(tmp_path, text)
+    assert list(found) == ['0', '1']
+    np.testing.assert_array_equal(np.column_stack([*found.values()]), NUMBERS)
 
 
 def test_lines_keep_their_numbers_below_comments(tmp_path):
-    (tmp_path / 'log.csv').write_text('# one\n# two\nt,q\n0,1\n# pause\n1,x\n')
     with pytest.raises(UserError, match="line 6, q: 'x' is not a number"):
-        read_csv(tmp_path / 'log.csv', LogFormat())
+        table(tmp_path, '# one\n# two\nt,q\n0,1\n# pause\n1,x\n')
 
 
 def test_a_column_named_twice_is_refused_until_the_map_names_all(tmp_path):
-    log = tmp_path / 'dup.csv'
-    log.write_text('t,q,tau,tau\n0,1,2,9\n1,1,2,9\n')
+    text = 't,q,tau,tau\n0,1,2,9\n1,1,2,9\n'
     with pytest.raises(UserError, match="'tau' is the name of columns 3 and 4; rename them, or"):
-        read_csv(log, LogFormat())
-    (table,) = read_csv(log, LogFormat(header=['t', 'q', 'tau', 'tau2']))
-    assert table['tau'].tolist() == [2, 2] and table['tau2'].tolist() == [9, 9]
+        table(tmp_path, text)
+    found = table(tmp_path, text, header=['t', 'q', 'tau', 'tau2'])
+    assert found['tau'].tolist() == [2, 2] and found['tau2'].tolist() == [9, 9]
 
 
 @pytest.mark.parametrize('units', ['[s],[deg],-', 's,°,', '(s),(U/min),1'])
 def test_a_line_of_units_below_the_header_is_part_of_the_names(tmp_path, units):
-    (tmp_path / 'log.csv').write_text(f't,q,n\n{units}\n0,1,2\n1,3,4\n', encoding='utf-8')
-    (table,) = read_csv(tmp_path / 'log.csv', LogFormat())
+    found = table(tmp_path, f't,q,n\n{units}\n0,1,2\n1,3,4\n')
     second = units.split(',')[1].strip('()[]')
-    assert list(table) == ['t [s]', f'q [{second}]', 'n'] and table['n'].tolist() == [2, 4]
+    assert list(found) == ['t [s]', f'q [{second}]', 'n'] and found['n'].tolist() == [2, 4]
