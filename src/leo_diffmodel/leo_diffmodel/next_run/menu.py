@@ -80,8 +80,8 @@ def _in_turn(course: _Course) -> Run:
     about = 'random steps on one motor, the others at rest, in turn'
     count, time = len(course.size), course.time
     turn = np.floor(count * time / (time[-1] + 1e-9)).astype(int)
-    mine = turn[:, None] == np.arange(count)
-    return course.run('one joint at a time', about, mine * course.shaped(steps(0.3)))
+    moves = turn[:, None] == np.arange(count)
+    return course.run('one joint at a time', about, moves * course.shaped(steps(0.3)))
 
 
 def _held(time: Array, hold: float, draw: Callable[[int], Array]) -> Array:
