@@ -33,19 +33,14 @@ def menu(robot: Robot, reach: Reach, seconds: float) -> list[Run]:
 
 
 class _Course:
-    """What the runs of a menu have in common.
-
-    Attributes:
-        time: of each control period since the lead-in [s], (N,).
-        around: the inputs that a run goes around, lead-in first, (L + N, A).
-        size: how far it goes either way, (A,).
-    """
+    """What the runs of a menu have in common: times, what they go around, and how far, (A,)."""
 
     def __init__(self, robot: Robot, reach: Reach, seconds: float) -> None:
         period = robot.control_period
         count = max(1, round(seconds / period))
         lead = reach.lead(robot)
-        self.time = np.arange(max(1, count - len(lead))) * period
+        self.time = np.arange(max(1, count - len(lead))) * period  # since the lead-in [s], (N,)
+        # the inputs that a run goes around, lead-in first, (L + N, A)
         self.around = np.vstack([lead, np.tile(reach.centre, (len(self.time), 1))])
         self.size = reach.size
 
