@@ -79,7 +79,7 @@ def preference(recording: Recording, other: Recording, model: Model, sigma: Arra
     if not len(first):
         return 0.0
     read, way = at_rows(read, first), at_rows(way, second)
-    if _removed(read.loss, way.loss, model) < CHECK.hold_trifle:
+    if _removed(read.loss, way.loss, model) < CHECK.hold_least:
         return 0.0
     usual = float(np.median(np.minimum(read.loss, way.loss)))
     excess = max(1.0, usual / _expected(model))  # of white noise, so that nats stay odds

@@ -60,7 +60,7 @@ class Limits:
     hold_windows: int = 80  # their number at most
     hold_windows_on_ground: int = 30  # the same on the ground, where a window is expensive
     hold_nats: float = 10.0  # by which the better way must fit better
-    hold_trifle: float = 0.05
+    hold_least: float = 0.05
     """Of what the model misses beyond noise: what the better way must spare."""
 
     # What effects leave in the data

@@ -185,9 +185,9 @@ def _feet_below(robot: Robot, joint: str) -> list[int]:
 
 def _of_leg(on: Array, foot: int) -> Array:
     """Of windows (W, K, feet), as the leg of one foot sees them, (W,)."""
-    mine, all_feet = on[..., foot], on.all(axis=(1, 2))
+    down, all_feet = on[..., foot], on.all(axis=(1, 2))
     return np.select(
-        [all_feet, mine.all(axis=1), ~mine.any(axis=1), mine[:, 0] & ~mine[:, -1]],
+        [all_feet, down.all(axis=1), ~down.any(axis=1), down[:, 0] & ~down[:, -1]],
         [DOUBLE, STANCE, SWING, LIFT_OFF],
         TOUCH_DOWN,
     )

@@ -55,8 +55,8 @@ class Headline:
     def by_unit(self, figures: Figures, units: Sequence[str]) -> dict[str, float]:
         """Over the states of each unit, the root of the mean square of their figures."""
         given = np.array(figures[self.statistic])
-        mine = {unit: np.array([u == unit for u in units]) for unit in dict.fromkeys(units)}
-        return {unit: float(np.sqrt(np.mean(given[of] ** 2))) for unit, of in mine.items()}
+        members = {unit: np.array([u == unit for u in units]) for unit in dict.fromkeys(units)}
+        return {unit: float(np.sqrt(np.mean(given[of] ** 2))) for unit, of in members.items()}
 
 
 def headline(robot: Robot, longest: float = np.inf) -> Headline:

@@ -55,7 +55,7 @@ def respond(model: Model, windows: Windows, start: Array, torques: Array) -> tup
     torque = np.zeros((len(moves), *torques.shape[1:]))
     torque[1 + states :] = torques
     y = predict(model, windows, starts, torque)
-    with np.errstate(invalid='ignore'):  # a wild window may reach infinity; `tame` finds it
+    with np.errstate(invalid='ignore'):  # a window may reach infinity; `tame` finds it
         columns = y[1:] - y[0]
     columns[:states] /= COMPARE.state_step
     return y[0], np.moveaxis(columns, 0, -1)
@@ -81,7 +81,7 @@ def flat_and_ramp(windows: Windows) -> tuple[Array, Array]:
 
 def tame(columns: Array) -> Array:
     """Which windows have a finite sensitivity (W, K+1, 2J, B) of sensible size, (W,)."""
-    sane: Array = np.abs(columns).max(axis=(1, 2, 3)) < COMPARE.wild
+    sane: Array = np.abs(columns).max(axis=(1, 2, 3)) < COMPARE.most_sensitive
     return sane
 
 

@@ -133,10 +133,10 @@ def _score(model: Model, windows: Windows, sigma: Array, units: Sequence[str]) -
     motion = (windows.measured[:, -1] - windows.measured[:, 0]) ** 2
     share, beneath = np.zeros(windows.count), 0.0
     for unit in dict.fromkeys(units):
-        mine = np.array([u == unit for u in units])
-        moved = max(motion[:, mine].mean(), COMPARE.stillest**2)
-        share += square[:, mine].mean(axis=1) / moved
-        beneath += float(floor[:, mine].mean() / moved)
+        of_unit = np.array([u == unit for u in units])
+        moved = max(motion[:, of_unit].mean(), COMPARE.stillest**2)
+        share += square[:, of_unit].mean(axis=1) / moved
+        beneath += float(floor[:, of_unit].mean() / moved)
     kinds = len(set(units))
     return _Scored(square, floor, share / kinds, beneath / kinds)
 

@@ -32,7 +32,7 @@ class Compare:
     small_torque: float = 1e-3  # by which a torque is moved for it, as a share of the robot's own
     least_seen: float = 1e-6
     """Singular value, as a share of the largest, of what a window says of its start."""
-    wild: float = 1e9
+    most_sensitive: float = 1e9
     """A window so sensitive was started deep in the ground, and is thrown out of it."""
     scheme_windows: int = 30  # by which a scheme is chosen on the ground
     scheme_typical: float = 0.05

@@ -81,22 +81,22 @@ def measure(
     model = opened(with_known(model, recordings), joint)
     helper.prepare(climb, not any(e.source for e in extra))
     data, notes = _usable(recordings, model)
-    posed, heard = _posed(data, model), Reporter.of(progress)
+    posed, reporter = _posed(data, model), Reporter.of(progress)
     fits = Smooth(posed, scales_of(model, posed.problem.windows))
     pool = [
         limited(c, model, posed.problem.grids)
         for c in seen(model, data, extra)
         if is_of_motor(c, joint, model.robot)
     ]
-    rich = _rich(fits, pool, heard)
+    rich = _rich(fits, pool, reporter)
     friction = {c.effect.name: c for c in pool if c.effect.name in FRICTION}
-    ladder = climb(fits, rich, friction, heard)
+    ladder = climb(fits, rich, friction, reporter)
     _, best = ladder.chosen
     rest = [c for c in pool if c.effect.name not in FRICTION and c not in best.names]
-    alone = ladder.alone(fits, rest, heard)
+    alone = ladder.alone(fits, rest, reporter)
     held = HeldOut.of(data, posed, best.fit, model)
     final = last_fit(posed.problem, best.fit)
-    heard('the last fit', STEPS.end)
+    reporter('the last fit', STEPS.end)
     return Measured(model, joint, posed, ladder, final, tuple(alone), held, tuple(notes))
 
 
@@ -150,16 +150,16 @@ def _posed(data: Sequence[Recording], model: Model) -> Posed:
     return posed
 
 
-def _rich(fits: Smooth, pool: Sequence[Candidate], heard: Progress) -> Estimate:
+def _rich(fits: Smooth, pool: Sequence[Candidate], reporter: Progress) -> Estimate:
     """Friction of every common kind, and each other effect that surely predicts better then."""
     problem, named = fits.posed.problem, {c.effect.name: c for c in pool}
     at = fits.first(Hypothesis(constants=uncertain(problem.base, problem.trained)))
     for name in COMMON:
-        at = added(fits, at, named[name], heard) if name in named else at
+        at = added(fits, at, named[name], reporter) if name in named else at
     at = fits.finished(at, [at.fit.hypothesis.neutral])
-    heard('friction of any kind', STEPS.end)
+    reporter('friction of any kind', STEPS.end)
     rest = [c for c in pool if c.effect.name not in FRICTION]
-    while wider := better(fits, at, rest, heard):
+    while wider := better(fits, at, rest, reporter):
         at = wider
         rest = [c for c in rest if c not in at.names]
     return at

@@ -65,11 +65,11 @@ def _tamed(runs: Sequence[Run], model: Model) -> list[Run]:
 
 def bench_reach(robot: Robot, joint: str) -> Reach:
     """How far it may go: the joint alone, and off its stops."""
-    mine = np.array([a.joint == joint for a in robot.actuators])
+    driven = np.array([a.joint == joint for a in robot.actuators])
     if robot.input != 'position':
-        return Reach.of_levels(LEVEL * robot.limits * mine)
+        return Reach.of_levels(LEVEL * robot.limits * driven)
     (lowest, highest), rest = robot.bounds, rest_goals(robot)
     margin = NEXT.margin * (highest - lowest)
-    size = np.minimum(GOALS, 0.5 * (highest - lowest) - margin) * mine
-    centre = np.where(mine, np.clip(rest, lowest + margin + size, highest - margin - size), rest)
+    size = np.minimum(GOALS, 0.5 * (highest - lowest) - margin) * driven
+    centre = np.where(driven, np.clip(rest, lowest + margin + size, highest - margin - size), rest)
     return Reach(centre - size, centre + size, rest)

@@ -107,10 +107,10 @@ def _motor(flow: Flow, motor: Array, late: float) -> dict[str, Array]:
     """The motor `late` s ago, and what it would change by if it were later still."""
     moved, slope = np.empty_like(motor), np.empty_like(motor)
     for number in np.unique(flow.episode):
-        mine = flow.episode == number
-        t = flow.time[mine]
-        moved[mine] = np.interp(t - late, t, motor[mine])
-        slope[mine] = np.gradient(moved[mine], t) if len(t) > 1 else 0.0
+        here = flow.episode == number
+        t = flow.time[here]
+        moved[here] = np.interp(t - late, t, motor[here])
+        slope[here] = np.gradient(moved[here], t) if len(t) > 1 else 0.0
     return {'motor': moved, 'late': -slope}
 
 

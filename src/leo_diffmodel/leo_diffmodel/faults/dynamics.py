@@ -92,18 +92,18 @@ def _predicting(
 ) -> Iterator[Found]:
     """Those that predict blocks of time better than the log as it is; warnings if not surely."""
     for f in told:
-        mine = [g for g in told if g.joint == f.joint]
-        gained = _gained(recording, seen, f, mine, joints) if f.error else np.inf
+        of_joint = [g for g in told if g.joint == f.joint]
+        gained = _gained(recording, seen, f, of_joint, joints) if f.error else np.inf
         if gained > 0:
             yield replace(f, severity=graded(f.error and gained > LIMITS.sure), gained=gained)
 
 
 def _gained(
-    recording: Recording, seen: Flow, f: Found, mine: Sequence[Found], joints: Iterable[str]
+    recording: Recording, seen: Flow, f: Found, of_joint: Sequence[Found], joints: Iterable[str]
 ) -> float:
     """Standard errors by which a log with this fault predicts better than one without."""
     number = recording.joints.index
-    right = Reading(math.prod(g.value for g in mine if g.fault.channel == 'input'))
+    right = Reading(math.prod(g.value for g in of_joint if g.fault.channel == 'input'))
     if f.code == 'gravity_compensated':
         right = Reading(share=f.value)
     if f.code in ('input_scale', 'input_sign', 'gravity_compensated'):
@@ -236,13 +236,4 @@ def _alike(weight: Figure, motor: Figure) -> bool:
 
 
 def _found(name: str, joint: str, figure: Figure, what: str) -> Found:
-    return Found(
-        name,
-        ERROR,
-        what,
-        joint=joint,
-        value=figure.value,
-        sd=figure.sd,
-        worst=figure.worst,
-        evidence='balance',
-    )
+    return Found(name, ERROR, what, joint=joint, evidence='balance', **vars(figure))

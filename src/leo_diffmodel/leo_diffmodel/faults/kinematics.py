@@ -131,8 +131,8 @@ def _zero(relation: Relation, joint: str, unit: str) -> Iterator[Found]:
 
 def _late(relation: Relation, joint: str) -> Iterator[Found]:
     late, sd = relation.late
-    trifle = max(LIMITS.least_late, LIMITS.late_periods * relation.period)
-    if abs(late) < trifle + LIMITS.shows * sd:
+    least = max(LIMITS.least_late, LIMITS.late_periods * relation.period)
+    if abs(late) < least + LIMITS.shows * sd:
         return
     by = BY[relation.kind] if relation.sure else 'by a delay or a filter'
     frames = late / relation.period

@@ -64,14 +64,14 @@ def _explains(clock: Found, other: Found) -> bool:
 def _resolved(
     recording: Recording, model: Model | None, joint: str, found: Sequence[Found]
 ) -> list[Found]:
-    mine = {f.code: f for f in found if f.joint == joint}
-    rest = [f for f in mine.values() if f.error and f.code not in CONTRADICTIONS]
+    of_joint = {f.code: f for f in found if f.joint == joint}
+    rest = [f for f in of_joint.values() if f.error and f.code not in CONTRADICTIONS]
     out = []
-    if 'speed_scale' in mine:
-        signed = [mine['speed_sign']] if 'speed_sign' in mine else []
-        out.append(_chosen(recording, model, [*rest, *signed], _scales(mine['speed_scale'])))
-    if 'speed_sign' in mine:
-        sign = mine['speed_sign']
+    if 'speed_scale' in of_joint:
+        signed = [of_joint['speed_sign']] if 'speed_sign' in of_joint else []
+        out.append(_chosen(recording, model, [*rest, *signed], _scales(of_joint['speed_scale'])))
+    if 'speed_sign' in of_joint:
+        sign = of_joint['speed_sign']
         what = f'the logged angle of {joint} has the other sign than its speed and its torques'
         other = replace(sign, code='angle_sign', what=what)
         out.append(_chosen(recording, model, [*rest, *out], [sign, other]))
@@ -125,10 +125,14 @@ def _seen(
 ) -> Reading:
     """How far gravity, or the motor where there is none, is from what it should be then."""
     found = balances(mapped(recording, [*rest, reading]), model) if model else {}
-    mine = found.get(reading.joint) or next(iter(found.values()), None)
+    balance = found.get(reading.joint) or next(iter(found.values()), None)
     signed = reading.code.endswith('sign')
     names = ('motor',) if signed else ('weight', 'motor')
-    figure = next((mine.figures[n] for n in names if n in mine.figures), None) if mine else None
+    figure = (
+        next((balance.figures[n] for n in names if n in balance.figures), None)
+        if balance
+        else None
+    )
     if figure is None:
         return Reading(reading, 0.0, np.inf)
     least = LIMITS.least_factor

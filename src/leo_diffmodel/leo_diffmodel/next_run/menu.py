@@ -33,19 +33,14 @@ def menu(robot: Robot, reach: Reach, seconds: float) -> list[Run]:
 
 
 class _Course:
-    """What the runs of a menu have in common.
-
-    Attributes:
-        time: of each control period since the lead-in [s], (N,).
-        around: the inputs that a run goes around, lead-in first, (L + N, A).
-        size: how far it goes either way, (A,).
-    """
+    """What the runs of a menu have in common: times, what they go around, and how far, (A,)."""
 
     def __init__(self, robot: Robot, reach: Reach, seconds: float) -> None:
         period = robot.control_period
         count = max(1, round(seconds / period))
         lead = reach.lead(robot)
-        self.time = np.arange(max(1, count - len(lead))) * period
+        self.time = np.arange(max(1, count - len(lead))) * period  # since the lead-in [s], (N,)
+        # the inputs that a run goes around, lead-in first, (L + N, A)
         self.around = np.vstack([lead, np.tile(reach.centre, (len(self.time), 1))])
         self.size = reach.size
 
@@ -80,8 +75,8 @@ def _in_turn(course: _Course) -> Run:
     about = 'random steps on one motor, the others at rest, in turn'
     count, time = len(course.size), course.time
     turn = np.floor(count * time / (time[-1] + 1e-9)).astype(int)
-    mine = turn[:, None] == np.arange(count)
-    return course.run('one joint at a time', about, mine * course.shaped(steps(0.3)))
+    moves = turn[:, None] == np.arange(count)
+    return course.run('one joint at a time', about, moves * course.shaped(steps(0.3)))
 
 
 def _held(time: Array, hold: float, draw: Callable[[int], Array]) -> Array:

@@ -73,14 +73,14 @@ def _in_its_place(row: dict, answer: dict[str, Any]) -> list[dict]:
     turns, gates = answer.get('stability', []), answer.get('settings', {})
     if row.get('inclusion_probability', 1.0) >= gates.get('stable', 0.0):
         return []
-    mine = {_label(r) for r in answer['effects']}
+    named = {_label(r) for r in answer['effects']}
     known = {_label(c) for c in row['confusable_with']}
     others = [
         e
         for turn in turns
         if _label(row) not in turn['effects'] and turn['share'] > 0.5 * (1.0 - gates['stable'])
         for e in turn['effects']
-        if e not in mine | known
+        if e not in named | known
     ]
     return [
         {'name': name, 'where': where, 'separable_nats': 0.0, 'same_thing': None}

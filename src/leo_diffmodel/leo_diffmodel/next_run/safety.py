@@ -101,9 +101,9 @@ def _unsafe(
 
 def _shares(robot: Robot, wrong: TooFar) -> Array:
     """How much smaller a run becomes, (A,): each servo by itself, motors all together."""
-    theirs = wrong.joints[list(robot.actuated)]
-    alone = robot.input == 'position' and theirs.any()
-    return np.where(theirs if alone else True, NEXT.taming, 1.0)
+    motors = wrong.joints[list(robot.actuated)]
+    alone = robot.input == 'position' and motors.any()
+    return np.where(motors if alone else True, NEXT.taming, 1.0)
 
 
 def too_far(recording: Recording, robot: Robot, before: Seen) -> TooFar | None:

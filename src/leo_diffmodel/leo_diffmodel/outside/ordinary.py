@@ -117,7 +117,7 @@ def ordinary(flow: Flow, j: int) -> list[Law]:
         Law(np.ones(len(flow.time)), -OUTSIDE.tilt * own, OUTSIDE.tilt * own),
         Law(-(flow.q[:, j] - np.median(flow.q[:, j])), 0.0, steep or ANY),
     ]
-    return [law for law in laws if np.abs(law.torque).max() > OUTSIDE.trifle * own]
+    return [law for law in laws if np.abs(law.torque).max() > OUTSIDE.smallest * own]
 
 
 def _masses(flow: Flow, j: int) -> list[Law]:

@@ -39,7 +39,7 @@ class Limits:
     beside: float = 0.5
     """rad: how far from the far end of a link, seen from its joint, a payload is taken to be."""
     turn: float = 1e-3  # rad, m: by which joints are turned on to see what changes
-    trifle: float = 1e-9  # of the usual torque: what no law of a joint is smaller than
+    smallest: float = 1e-9  # of the usual torque: what no law of a joint is smaller than
     motor_limit: float = 0.6  # of its largest torque, above which a motor may give less
     dead_band: float = 0.15  # of its largest torque, below which a motor may give less
     earlier: float = -0.3  # least share of the torque that may act later; less than 0 is earlier

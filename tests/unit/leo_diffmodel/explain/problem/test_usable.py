@@ -17,20 +17,21 @@ def test_a_shove_is_cut_out_and_said():
     model, calm = Model(TORQUE), record(TORQUE, seconds=SECONDS, seed=4)
     pushed = record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 4.0, 12.0))
     cut = Cut.of([calm, pushed], [], SETTINGS, model)
-    assert [s.source for s in cut.stretches] == [1, 1] and 0 < cut.share < 0.1
+    assert [len(found) for found in cut.stretches] == [0, 2] and 0 < cut.share < 0.1
     assert cut.recordings[0] is calm and len(cut.recordings[1].episodes) == 3
     for episode in cut.recordings[1].episodes:
         assert not any(np.any((episode.t > b + 0.02) & (episode.t < b + 0.13)) for b in (4, 12))
     (note,) = cut.notes
     assert note.startswith('left out as moved or held from outside, --keep uses it: ')
-    assert all(f'{s.begin:.1f} to {s.end:.1f} s' in note for s in cut.stretches)
+    spans = [span for f in cut.stretches[1] for span in f.where]
+    assert all(f'{begin:.1f} to {end:.1f} s' in note for begin, end in spans)
 
 
 def test_what_is_held_out_is_cut_too():
     pushed = record(TORQUE, seconds=SECONDS, seed=3, push=shove(TORQUE, 4.0))
     calm = record(TORQUE, seconds=SECONDS, seed=4)
     cut = Cut.of([calm], [pushed], SETTINGS, Model(TORQUE))
-    assert [s.source for s in cut.stretches] == [1] and cut.recordings == [calm]
+    assert [len(found) for found in cut.stretches] == [0, 1] and cut.recordings == [calm]
     assert len(cut.hold_out[0].episodes) == 2
     data, held = cut.thinned
     assert [len(data), len(held)] == [1, 1]
