@@ -5,6 +5,7 @@ python docs/make_api.py            writes it
 python docs/make_api.py --check    exit status 1 where it is not up to date
 """
 
+import itertools
 import re
 import sys
 
@@ -40,7 +41,7 @@ CONFIG = {
     'heading_level': 2,
     'members_order': 'source',
     'signature_crossrefs': False,
-    'summary': False,
+    'summary': {'attributes': True, 'classes': False, 'functions': False, 'modules': False},
     'separate_signature': True,
 }
 
@@ -52,14 +53,25 @@ def page() -> str:
     text = FIELD.sub('', '\n\n'.join(part.strip() for part in parts) + '\n')
     here = set(re.findall(r'^#+ `([\w.]+)`', text, re.MULTILINE))
     text = LINK.sub(lambda m: m[0] if m[2] in here else m[1], text)
-    return HEAD + '\n' + re.sub(r'\n{3,}', '\n\n', text)
+    return HEAD + '\n' + re.sub(r' – $', '', re.sub(r'\n{3,}', '\n\n', text), flags=re.MULTILINE)
 
 
 def _own(module: griffe.Module) -> griffe.Module:
-    """Without what it imports."""
+    """Without what it imports; a comment beside or above a field is its description."""
     for name in [name for name, member in module.members.items() if member.is_alias]:
         module.del_member(name)
+    for kind in module.classes.values():
+        for field in kind.attributes.values():
+            if not field.docstring and (text := _comment(module.lines, field.lineno - 1)):
+                field.docstring = griffe.Docstring(text, parent=field)
     return module
+
+
+def _comment(lines: list[str], at: int) -> str:
+    if beside := lines[at].partition('  # ')[2]:
+        return beside
+    above = itertools.takewhile(lambda line: line.startswith('    # '), reversed(lines[:at]))
+    return ' '.join(line.removeprefix('    # ') for line in reversed(list(above)))
 
 
 if __name__ == '__main__':

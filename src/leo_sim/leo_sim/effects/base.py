@@ -74,9 +74,8 @@ class Effect:
     # compile. It then runs for whole windows at once, and `torque` need not be written. Of a
     # command that acts at once: the parameters and the input; `command` need not be written.
     law: ClassVar[Callable[..., Any] | None] = None
-    together: ClassVar[
-        tuple[str, ...]
-    ] = ()  # effects that it does at once: one joint shows no more
+    # effects that it does at once: one joint shows no more
+    together: ClassVar[tuple[str, ...]] = ()
     rank: ClassVar[int] = 100  # laws of one hook run in ascending rank
     source: str = ''  # the user's file it was read from; '' for an effect of the catalogue
     digest: str = ''  # hash of that file's text
@@ -84,7 +83,7 @@ class Effect:
     def command(self, p: Values, u: Array, memory: Any, dt: Numbers) -> tuple[Any, Any]:
         """Inputs that reach the motors in the next dt s, and the memory.
 
-        U are inputs V (N m) held over the next dt, (..., actuators). The memory is what this
+        The inputs u V (N m) are held over the next dt, (..., actuators). The memory is what this
         method returned before, None at the start, when inputs were 0.
         """
         return self._by_law(p, u), memory
