@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,6 +136,14 @@ def time_message(stamp_ns: int) -> Any:
 
     seconds, rest = divmod(int(stamp_ns), 1_000_000_000)
     return Time(sec=seconds, nanosec=rest)
+
+
+def status_message(name: str, level: bytes, text: str, values: Mapping[str, object]) -> Any:
+    """diagnostic_msgs/DiagnosticStatus with values as they print."""
+    from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    return DiagnosticStatus(name=name, level=level, message=text, values=pairs)
 
 
 def _joint_state(

@@ -9,7 +9,7 @@ from pathlib import Path
 import time
 from typing import Any, TYPE_CHECKING
 
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -19,7 +19,7 @@ from leo_diffmodel.difference.job import CONFIG_NAMES, Progress, Updates
 from leo_msgs_py import topics
 from leo_msgs_py.errors import UserError
 from leo_msgs_py.node import every, listen
-from leo_msgs_py.values import JointStates
+from leo_msgs_py.values import JointStates, status_message
 from leo_sim.effects.consent import effect_words
 from leo_sim.model import Model
 from leo_sim.model.model_file import load_model
@@ -69,12 +69,10 @@ class DifferenceService:
             'trained on': difference.trained_on if difference else 0,
             **progress.numbers,
         }
-        return DiagnosticStatus(
-            name=f'{self._node.get_name()}: difference model',
-            level=DiagnosticStatus.ERROR if progress.error else DiagnosticStatus.OK,
-            message=progress.error or progress.state,
-            values=[KeyValue(key=key, value=f'{value:g}') for key, value in values.items()],
-        )
+        name = f'{self._node.get_name()}: difference model'
+        level = DiagnosticStatus.ERROR if progress.error else DiagnosticStatus.OK
+        said = {key: f'{value:g}' for key, value in values.items()}
+        return status_message(name, level, progress.error or progress.state, said)
 
     def close(self) -> None:
         self._updates.stop()

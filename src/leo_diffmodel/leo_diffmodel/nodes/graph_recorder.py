@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from operator import itemgetter
 from typing import Any, TYPE_CHECKING
 
-from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile
 from rclpy.subscription import Subscription
@@ -21,6 +21,7 @@ from leo_msgs_py import topics
 from leo_msgs_py.interfaces import load
 from leo_msgs_py.node import every
 from leo_msgs_py.serialized import taken
+from leo_msgs_py.values import status_message
 
 if TYPE_CHECKING:
     from leo_diffmodel.watch.live.buffer import MessageBuffer
@@ -116,7 +117,7 @@ class GraphRecorder:
 
     def status(self) -> DiagnosticStatus:
         recorder = self._recorder
-        level, message = self._health()
+        level, text = self._health()
         values = {
             'bag': recorder.folder or '',
             'size_bytes': recorder.size,
@@ -124,12 +125,7 @@ class GraphRecorder:
             'lost': recorder.lost,
             'of another robot': recorder.foreign,
         }
-        return DiagnosticStatus(
-            level=level,
-            name=f'{self._node.get_name()}: recording',
-            message=message,
-            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
-        )
+        return status_message(f'{self._node.get_name()}: recording', level, text, values)
 
     def _health(self) -> tuple[bytes, str]:
         recorder = self._recorder

@@ -15,7 +15,7 @@ import shlex
 import time
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from std_msgs.msg import Header
 
@@ -151,26 +151,22 @@ class Status:
 
     def _report(self) -> None:
         header = Header(stamp=self._node.get_clock().now().to_msg())
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.OK,
-            name=f'{self._node.get_name()}: learning',
-            message=self._said,
-            values=[KeyValue(key=k, value=v) for k, v in self._values()],
-        )
+        name = f'{self._node.get_name()}: learning'
+        status = status_message(name, DiagnosticStatus.OK, self._said, self._values())
         self._publisher.publish(DiagnosticArray(header=header, status=[status]))
 
-    def _values(self) -> list[tuple[str, str]]:
+    def _values(self) -> dict[str, object]:
         if self.done is None:
-            return []
+            return {}
         returns = ', '.join(f'{r:.1f}' for r in self.done.tests)
-        return [
-            ('round', str(self.done.update)),
-            ('phase', self.done.phase),
-            ('difference model version', str(self.done.version)),
-            ('returns on the robot', returns or 'none yet'),
-            ('round that drives the robot', str(self.done.driver)),
-            ('steps on the robot', str(self.done.samples)),
-        ]
+        return {
+            'round': self.done.update,
+            'phase': self.done.phase,
+            'difference model version': self.done.version,
+            'returns on the robot': returns or 'none yet',
+            'round that drives the robot': self.done.driver,
+            'steps on the robot': self.done.samples,
+        }
 
 
 class DifferenceClient:

@@ -98,7 +98,10 @@ class Constant:
 def constants_of(
     folder: Path, file: RobotFile, links: tuple[Link, ...], joints: tuple[Joint, ...]
 ) -> dict[str, Constant]:
-    """All constants by path, robot.yaml's over the URDF's; UserError: a wrong unit, or missing."""
+    """All constants by path: defaults of the URDF, then what robot.yaml says.
+
+    UserError: a wrong unit or value, or a motor figure that is missing.
+    """
     found = {c.path: c for c in _urdf_constants(links, joints)}
     slides = {joint.name for joint in joints if joint.kind == 'prismatic'}
     for path, quantity in _given(file):
@@ -130,7 +133,11 @@ def _given(file: RobotFile) -> Iterator[tuple[str, Quantity]]:
 
 
 def checked(where: str, path: str, quantity: Quantity, unit: str) -> Constant:
-    """A constant as a file gives it; UserError, with `where`: its unit or range is wrong."""
+    """A constant as a file gives it; `where` is the file and the place in it, for the error.
+
+    UserError: another unit, a value outside its uncertain range, or one of these outside what any
+    robot has.
+    """
     if not _same(path, quantity.unit, unit):
         raise UserError(f'{where}: {path}: the unit is {unit!r}, found {quantity.unit!r}')
     low, high = quantity.uncertain or (quantity.value, quantity.value)

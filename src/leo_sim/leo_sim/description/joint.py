@@ -91,7 +91,10 @@ def mimics(element: Element) -> Copied | None:
 
 
 def coupled(joints: Sequence[Joint], copied: Mapping[str, Copied]) -> list[Joint]:
-    """Joints with those that copy bound to the one that moves by itself; ValueError: none does."""
+    """Joints with those that copy others bound to the one that moves by itself.
+
+    ValueError: one copies no joint, one that is fixed, or itself in a circle.
+    """
     by_name = {joint.name: joint for joint in joints}
     bound = {name: _leader(name, copied, by_name) for name in copied}
     drag = {joint.name: joint.damping for joint in joints}

@@ -66,10 +66,11 @@ class Robot:
     input: str  # 'voltage' (V), 'torque' (N m) or 'position' (rad, the goal of a servo's own loop)
     base: str  # 'fixed' or 'planar'
     control_period: float  # s
-    integration_step: float  # s
-    schemes: Mapping[str, robot_file.SchemeFile]  # 'reference', 'training' and 'search'
+    integration_step: float  # s, that of the scheme 'reference'
+    # how it is integrated: 'reference', 'training', 'search'
+    schemes: Mapping[str, robot_file.SchemeFile]
     state_rate: float  # Hz
-    episode_seconds: float
+    episode_seconds: float  # s
     start_poses: Mapping[str, robot_file.PoseFile]
     sensors: Mapping[str, robot_file.SensorFile]
     contacts: tuple[Contact, ...]  # what may touch the ground; empty for robots without ground
@@ -153,13 +154,6 @@ class Robot:
         )
 
 
-AS_IN_THE_FILE = (
-    *('name', 'input', 'base', 'control_period', 'integration_step', 'state_rate'),
-    *('episode_seconds', 'start_poses', 'sensors', 'feet', 'observation', 'reward', 'driver'),
-)
-"""What a robot has as robot.yaml has it."""
-
-
 def load_robot(ref: str | Path) -> Robot:
     """A robot by name (entry point group leo.robots) or by folder.
 
@@ -223,17 +217,29 @@ def _robot(folder: Path, file: robot_file.RobotFile, text: str) -> Robot:
     constants = constants_of(folder, file, links, joints)
     values = {path: constant.value for path, constant in constants.items()}
     return Robot(
-        **{name: getattr(file, name) for name in AS_IN_THE_FILE},
+        name=file.name,
         folder=folder,
         urdf=text,
         links=links,
         joints=joints,
         joint_names=moving,
         actuators=tuple(_actuator(joint, values) for joint in file.actuators),
+        input=file.input,
+        base=file.base,
+        control_period=file.control_period,
+        integration_step=file.integration_step,
         schemes=_schemes(file),
+        state_rate=file.state_rate,
+        episode_seconds=file.episode_seconds,
+        start_poses=file.start_poses,
+        sensors=file.sensors,
         contacts=tuple(Contact(name=n, **c.model_dump()) for n, c in file.contacts.items()),
+        feet=file.feet,
+        observation=file.observation,
+        reward=file.reward,
         termination=tuple(rule for rule in file.termination if rule.active),
         constants=constants,
+        driver=file.driver,
     )
 
 

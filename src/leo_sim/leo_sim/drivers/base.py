@@ -212,7 +212,10 @@ class DriverOptions:
 
 
 def robot_info(robot: Robot, state_rate: float = 0.0, own_clock: bool = True) -> DriverInfo:
-    """What the node must know about a robot of this model; state_rate [Hz] 0 takes its own."""
+    """What the node must know about a robot of this model; state_rate [Hz] 0 takes its own.
+
+    UserError: the control period does not hold a whole number of states.
+    """
     rate = state_rate or robot.state_rate
     states = rate * robot.control_period
     finite = 0.0 < rate < math.inf

@@ -20,7 +20,10 @@ OFF_GOAL = 3  # a servo farther from its goal, counts, has some duty while its t
 
 
 class GoalUnits(MotorUnits):
-    """Goals of position servos, which follow them by their own loop; free before the first one."""
+    """Goals of position servos, which follow them by a loop of their own.
+
+    Before the first goal, and where a driver stops, the motors are free.
+    """
 
     goal = shown = 'goal_position'
     goals: Array

@@ -25,7 +25,7 @@ class ServoLine:
     family: ClassVar[Family]
     packets: ClassVar[type]
     """The SDK's packet handler; its `size` is how many bytes of data the last status had."""
-    port: ClassVar[type]  # the SDK's
+    port: ClassVar[type]  # the SDK's, which gets our Limits
     asks: ClassVar[tuple[bool, ...]] = ()  # further arguments of the SDK's sync read
 
     def __init__(self, path: str, baud: int, names: Mapping[int, str], computer: Computer) -> None:

@@ -53,7 +53,7 @@ def _plain(loop: OwnLoop, count: int) -> str:
 
 
 def _in(unit: str, value: Callable[[OwnLoop, int], float], zero: str = '') -> Words:
-    """A count as a value in a unit, which has a format; `zero` is what 0 is called."""
+    """Says a count as a value in a unit, given as a format; `zero` is what 0 is called."""
 
     def words(loop: OwnLoop, count: int) -> str:
         return f' ({zero})' if zero and not count else f' ({unit.format(value(loop, count))})'
@@ -71,12 +71,19 @@ def _place(loop: OwnLoop, count: int) -> str:
     return f' ({loop.file.direction * loop.count * (count - loop.file.zero):.3g} rad)'
 
 
-_ramp = _in('{:.3g} rad/s2', lambda s, n: n * (s.model.acceleration_unit / s.file.gear), 'none')
-_speed = _in(
-    '{:.3g} rad/s', lambda s, n: n * (s.model.rate_unit / s.file.gear), 'as fast as it can'
-)
-_share = _in('{:.0%}', lambda s, n: n / s.model.pwm_of_supply)
-_width = _in('{:.2g} rad', lambda s, n: n * s.count)
+def _acceleration(loop: OwnLoop, count: int) -> float:
+    return count * (loop.model.acceleration_unit / loop.file.gear)
+
+
+def _rate(loop: OwnLoop, count: int) -> float:
+    return count * (loop.model.rate_unit / loop.file.gear)
+
+
+_ramp = _in('{:.3g} rad/s2', _acceleration, 'none')
+_speed = _in('{:.3g} rad/s', _rate, 'as fast as it can')
+_share = _in('{:.0%}', lambda loop, count: count / loop.model.pwm_of_supply)
+_width = _in('{:.2g} rad', lambda loop, count: count * loop.count)
+_current = _in('{:.3g} A', lambda loop, count: count * loop.model.current_unit)
 WORDS: dict[str, tuple[str, Words]] = {
     'position_p_gain': ('P', _gain),
     'position_i_gain': ('I', _plain),
@@ -87,7 +94,7 @@ WORDS: dict[str, tuple[str, Words]] = {
     'profile_velocity': ('speed limit', _speed),
     'pwm_limit': ('torque limit', _share),
     'max_torque_limit': ('at power-on', _share),
-    'current_limit': ('current limit', _in('{:.3g} A', lambda s, n: n * s.model.current_unit)),
+    'current_limit': ('current limit', _current),
     'min_startup_force': ('least torque', _share),
     'cw_dead_zone': ('dead zone cw', _width),
     'ccw_dead_zone': ('dead zone ccw', _width),

@@ -120,7 +120,7 @@ class _InnerLoop(NamedTuple):
         if before is None:
             before = self._undriven(linked, (smooth, dq, level, offset), lead)
         shape, size = before.shape, dq.shape[-1]
-        smooth, at, level = (rows(x, shape, size) for x in (smooth, dq, level))
+        smooth, at, level = (rows(each, shape, size) for each in (smooth, dq, level))
         play = before.play
         if laws.gap is not None:
             torque, speed = rows(torques.motor, shape, size), rows(speed, shape, size)
@@ -181,9 +181,10 @@ class _InnerLoop(NamedTuple):
         shape, size = driven.shape, q.shape[-1]
         motion, last = self._motion(shape, q, dq, memory), rows(last, shape, size, True).copy()
         place = dynamics.tree, dynamics.world(shape), self.spheres.floor(shape)
-        h, held = rows(self.h, shape, 1)[:, 0], _still(memory, shape)
-        time: Any = h, self.inner, count, held, tuple(range(size))
-        advance_periods(motion, last, *place, driven.forces, driven.play, *time)
+        h, held, axes = rows(self.h, shape, 1)[:, 0], _still(memory, shape), tuple(range(size))
+        advance_periods(
+            motion, last, *place, driven.forces, driven.play, h, self.inner, count, held, axes
+        )
         return self._state(shape, motion, memory)
 
     def _motion(self, shape: tuple[int, ...], q: Array, dq: Array, memory: Memory) -> Motion:

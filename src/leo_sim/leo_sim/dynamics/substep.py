@@ -90,10 +90,11 @@ def integrate(
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
     q = q + 0.5 * h * dq
     dynamics.begin(q, dq, h)
+    motors = Period(u, on, h, 1, push)
     for i in range(count):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, h)
-        motors = Period(u, on, h, 1, push)
+            motors = Period(u, on, h, 1, push)
         faster, memory = kick(laws, dynamics, q, dq, memory, motors, drag)
         q, dq = dynamics.move(q, dq, faster, h)
         if laws.remembers:

@@ -127,8 +127,7 @@ def _driving(
     torques = (every_row(part, shape, size) for part in _torques(laws, size, cut, memory))
     still = rows(level, lead, size), rows(laws.rotor_inertia, lead, size)
     h = every_row(cut.h[:, None, :, None], shape, 1)[..., 0]
-    parts: Any = *torques, *still, *stops, h, cut.parts, cut.first
-    return Driving(*parts)
+    return Driving(*torques, *still, *stops, h, cut.parts, cut.first)
 
 
 def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:

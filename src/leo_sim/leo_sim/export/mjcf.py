@@ -5,10 +5,10 @@ import math
 from xml.etree.ElementTree import Element, SubElement
 
 from leo_sim.description.robot import Robot
-from leo_sim.description.urdf import with_bodies
+from leo_sim.description.urdf import numbers, with_bodies
 from leo_sim.export.figures import Figures, figures, loop_gains, nominal, refuse_mimics, strengths
 from leo_sim.model.model import Model
-from leo_sim.references.mjcf import hard_figures, numbers, tree
+from leo_sim.references.mjcf import hard_figures, tree
 
 STEP = 0.0005  # longest time step that is written, s
 

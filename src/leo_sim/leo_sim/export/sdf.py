@@ -12,10 +12,9 @@ import numpy as np
 from leo_msgs_py.errors import UserError
 from leo_sim.description.joint import Joint
 from leo_sim.description.robot import Robot
-from leo_sim.description.urdf import origin, put_bodies, rpy
+from leo_sim.description.urdf import numbers, origin, put_bodies, rpy
 from leo_sim.export.figures import Figures, figures, loop_gains, refuse_mimics, strengths
 from leo_sim.model.model import Model
-from leo_sim.references.mjcf import numbers
 
 VERSION = '1.11'
 WORLD = 'world'

@@ -61,7 +61,8 @@ def rollout(
     periods = np.broadcast_to(np.asarray(dt, dtype=float), inputs.shape[-3:-1])
     begun = np.broadcast_to(np.asarray(start, dtype=float), inputs.shape[-3:-2])
     q, dq = np.asarray(q0, dtype=float), np.asarray(dq0, dtype=float)
-    past, still = history and History(*history), _held(model, held, inputs.shape[-3])
+    past = None if history is None else History(*history)
+    still = _held(model, held, inputs.shape[-3])
     batch = Batch(q, dq, inputs, periods, enabled, past, push, begun, still)
     if not model.robot.contacts:
         return _rolled(model, batch)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows shared out over the cores of this process, where their physics is compiled."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 import itertools
@@ -18,9 +18,9 @@ T = TypeVar('T')
 _alone: list[bool] = []
 _loaded: list[bool] = []  # compiled code is loaded by one thread: two at once compile it again
 
-
-AXES, PAST = (2, 2, 3, 2, 3, 0, 3, 1, 1), (3, 3, 3, 3, 2)
-"""Which axis, from the end, is that of the windows: in the fields of a batch, in its history."""
+AXES = {1: ('start', 'held'), 2: ('q0', 'dq0', 'periods'), 3: ('inputs', 'enabled', 'push')}
+AXES_OF_HISTORY = {2: ('dt',), 3: ('q', 'dq', 'inputs', 'enabled')}
+"""Fields by which of their axes, from the end, is that of the windows."""
 
 
 class Batch(NamedTuple):
@@ -37,11 +37,8 @@ class Batch(NamedTuple):
     held: Any
 
     def part(self, windows: slice) -> 'Batch':
-        past = self.history
-        if past is not None:
-            past = type(past)(*(_axis(a, windows, n) for a, n in zip(past, PAST, strict=True)))
-        cut = Batch(*(_axis(a, windows, n) for a, n in zip(self, AXES, strict=True)))
-        return cut._replace(history=past)
+        past = None if self.history is None else _part(self.history, windows, AXES_OF_HISTORY)
+        return _part(self, windows, AXES)._replace(history=past)
 
 
 def shares(work: Callable[[Batch], T], batch: Batch) -> list[T]:
@@ -77,10 +74,17 @@ def cores() -> int:
     return min(there, int(asked)) if asked.isdigit() and int(asked) > 0 else there
 
 
+def _part(whole: Any, windows: slice, axes: Mapping[int, Sequence[str]]) -> Any:
+    for axis, names in axes.items():
+        cut = {name: _axis(getattr(whole, name), windows, axis) for name in names}
+        whole = whole._replace(**cut)
+    return whole
+
+
 def _axis(values: Any, windows: slice, from_end: int) -> Any:
     """Values with their window axis cut, the one `from_end` from the end; None stays None."""
-    if values is None or not from_end:
-        return values
+    if values is None:
+        return None
     index = (..., windows, *(slice(None),) * (from_end - 1))
     values = np.asarray(values)
     return values if values.ndim < from_end else values[index]

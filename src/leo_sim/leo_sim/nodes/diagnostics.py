@@ -4,9 +4,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Header
 
+from leo_msgs_py.values import status_message
 from leo_sim.nodes.loop import Loop
 
 
@@ -18,23 +19,13 @@ def robot_diagnostics(
     figures: Mapping[str, object],
     neighbours: Sequence[str],
 ) -> DiagnosticArray:
-    """What a robot node says, with what is new since the last time; `torque`: motors on."""
-    safety, health, faults, alarm = loop.safety, loop.health, loop.faults, loop.measured.alarm()
+    """What a robot node says, with what is new since the last time.
+
+    `torque`: motors on; `neighbours` are other robots that obey the same commands.
+    """
+    safety, health, faults = loop.safety, loop.health, loop.faults
     count, mean, largest = health.take_loop_times()
-    missed, lost = health.take_missed(), faults.take_new()
-    stopped = f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
-    others = f'another robot obeys the same commands: {"".join(neighbours[:1])}'
-    news = (  # the worst first
-        (alarm, DiagnosticStatus.ERROR, alarm),
-        (safety.e_stopped, DiagnosticStatus.ERROR, stopped),
-        (neighbours, DiagnosticStatus.WARN, others),
-        (lost, DiagnosticStatus.WARN, f'{lost} packets lost or damaged in the last second'),
-        (safety.timed_out, DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'),
-        (missed, DiagnosticStatus.WARN, f'{missed} deadlines missed in the last second'),
-        (torque, DiagnosticStatus.OK, 'running'),
-        (True, DiagnosticStatus.OK, 'running, motors free'),
-    )
-    level, message = next((level, text) for is_so, level, text in news if is_so)
+    level, text = _worst(loop, torque, neighbours)
     values = {
         'states in the last second': count,
         'loop time mean ms': f'{mean:.3f}',
@@ -51,6 +42,24 @@ def robot_diagnostics(
         'stopped by the watchdog': loop.gate.halts,
         **loop.measured.figures(),
     }
-    pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-    status = DiagnosticStatus(name=name, level=level, message=message, values=pairs)
+    status = status_message(name, level, text, values)
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
+
+
+def _worst(loop: Loop, torque: bool, neighbours: Sequence[str]) -> tuple[Any, str]:
+    """Level and text of the worst news."""
+    safety, alarm = loop.safety, loop.measured.alarm()
+    missed, lost = loop.health.take_missed(), loop.faults.take_new()
+    if alarm:
+        return DiagnosticStatus.ERROR, alarm
+    if safety.e_stopped:
+        return DiagnosticStatus.ERROR, f'e-stop: {safety.at_stop} until /robot/e_stop_reset'
+    if neighbours:
+        return DiagnosticStatus.WARN, f'another robot obeys the same commands: {neighbours[0]}'
+    if lost:
+        return DiagnosticStatus.WARN, f'{lost} packets lost or damaged in the last second'
+    if safety.timed_out:
+        return DiagnosticStatus.WARN, f'no command: timed out, {safety.when_old}'
+    if missed:
+        return DiagnosticStatus.WARN, f'{missed} deadlines missed in the last second'
+    return DiagnosticStatus.OK, 'running' if torque else 'running, motors free'

@@ -83,7 +83,10 @@ class Publishers:
 
 
 class MeasuredTopics:
-    """What hardware measures besides angles: supply and currents per state, the rest slowly."""
+    """What hardware measures besides angles: supply and currents with each state, the rest slowly.
+
+    Of a driver that measures nothing, nothing is published.
+    """
 
     def __init__(self, node: Node, actuators: tuple[str, ...], driver: Driver) -> None:
         self._actuators = actuators
@@ -103,8 +106,8 @@ class MeasuredTopics:
         unknown = dict.fromkeys(
             ('charge', 'capacity', 'design_capacity', 'percentage', 'temperature'), np.nan
         )
-        known = {'voltage': found.supply, 'current': -drawn, 'present': True}
-        self._supply.publish(BatteryState(header=header, **known, **unknown))
+        known = {'header': header, 'voltage': found.supply, 'current': -drawn, 'present': True}
+        self._supply.publish(BatteryState(**known, **unknown))
         if found.current is not None:
             names, effort = list(self._actuators), found.current.tolist()
             self._current.publish(JointState(header=header, name=names, effort=effort))

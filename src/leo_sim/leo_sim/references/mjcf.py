@@ -5,8 +5,7 @@ import math
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from leo_sim.description.robot import Robot
-from leo_sim.description.urdf import Body, Joint
-from leo_sim.description.urdf import numbers as numbers
+from leo_sim.description.urdf import Body, Joint, numbers
 from leo_sim.laws.laws import Laws
 
 KINDS = {'revolute': 'hinge', 'continuous': 'hinge', 'prismatic': 'slide'}
@@ -49,8 +48,10 @@ def tree(robot: Robot, laws: Laws) -> Element:
             'type': 'sphere',
             'mass': '0',
             'size': repr(contact.radius),
+            'pos': numbers((contact.x, 0.0, contact.z)),
+            'contype': '0',
+            'conaffinity': '0',
         }
-        sphere |= {'pos': numbers((contact.x, 0.0, contact.z)), 'contype': '0', 'conaffinity': '0'}
         SubElement(made[contact.link], 'geom', sphere)
         SubElement(pairs, 'pair', geom1=GROUND, geom2=contact.name, condim='3')
     return root

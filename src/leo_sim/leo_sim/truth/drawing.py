@@ -39,7 +39,7 @@ SHRINKS = ('voltage_limit',)
 NEAR_REST = ('stribeck_friction', 'stribeck_load_friction')
 LATER = ('encoder_scale', 'velocity_lag', 'measurement_delay')
 LAST_DRAWN = 'measurement_delay'
-"""What joined the catalogue after it are hidden by files alone: seeds keep their secrets."""
+"""Effects that joined the catalogue after it are hidden by files alone: seeds keep secrets."""
 
 PLACE = 0.1  # of a payload, from the origin of its link [m]
 WINDOWS, SECONDS = 16, 0.5

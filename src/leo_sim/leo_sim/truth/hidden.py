@@ -31,7 +31,8 @@ def hidden_model(
     """The model of the robot as it really is.
 
     Effects come from the file `hidden`, or one is drawn by `hidden_seed`; a drawn one, or any with
-    `sealed` given, is written sealed and the file's name is printed.
+    `sealed` given, is written sealed and the file's name is printed. UserError: no such file, an
+    unknown effect, no such seed, or both ways at once.
     """
     effects = _effects(robot, private.get('hidden', ''), private.get('hidden_seed', -1))
     drawn = private.get('hidden_seed', -1) >= 0

@@ -34,8 +34,9 @@ def main(argv: list[str]) -> int:
 
 
 def _sentences(truth: dict[str, Any]) -> str:
-    lines = [f'robot {truth["robot"]}: {len(truth["effects"])} hidden effect(s)']
-    return '\n'.join([*lines, *(f'  {described(effect)}' for effect in truth['effects'])])
+    effects = truth['effects']
+    first = f'robot {truth["robot"]}: {len(effects)} hidden effect(s)'
+    return '\n'.join([first, *(f'  {described(effect)}' for effect in effects)])
 
 
 def described(effect: Mapping[str, Any]) -> str:

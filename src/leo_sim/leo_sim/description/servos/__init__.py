@@ -25,7 +25,7 @@ MODES: dict[Family, dict[str, int]] = {
 }
 """The value of the register operating_mode in which a goal register drives the motor. Dynamixel's
 position mode is the extended one: its count goes on over a turn."""
-FAR = 1_048_575  # counts either way that it takes there (e-Manual, X series)
+FAR = 1_048_575  # counts either way that a servo takes in that mode (e-Manual, X series)
 CURRENT_MODE = MODES['dynamixel']['goal_current']
 PWM_MODE = MODES['dynamixel']['goal_pwm']
 WATCHDOG_UNIT, EXPIRED = 0.02, -1

@@ -139,6 +139,7 @@ def _rest(trial: Trial) -> None:
 
 
 def _push(trial: Trial, k: int, moving: Moving) -> Push:
+    """Push an actuator the way that has more room, harder each time, until its joint moves."""
     name = trial.info.actuators[k]
     joint = trial.info.joints.index(name)
     for count in range(1, PUSHES + 1):
