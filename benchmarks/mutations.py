@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Takes one safety measure out at a time: at least one test must fail for each.
+"""Changes the source for the worse, one change at a time: at least one test must fail for each.
 
-    python benchmarks/safety_mutations.py [NAME ...]
+    python benchmarks/mutations.py safety [NAME ...]     without a measure for safety
+    python benchmarks/mutations.py explain [NAME ...]    with an answer that decides otherwise
 
-The measures are in safety_mutations.yaml; each change is made in a copy of the source, which the
-tests here then run against.
+The changes are in safety_mutations.yaml and explain_mutations.yaml; each is made in a copy of the
+source, which the tests here then run against.
 """
 
 from __future__ import annotations
@@ -21,28 +22,29 @@ from tempfile import TemporaryDirectory
 import yaml
 
 ROOT = Path(__file__).parents[1]
-PACKAGE = 'src/leo_sim/leo_sim'
-MUTATIONS: dict[str, dict[str, str]] = yaml.safe_load(
-    Path(__file__).with_suffix('.yaml').read_text()
-)
+Mutation = dict[str, str]
 
 
 def main() -> int:
-    """Run and print; 1 if a measure can be taken out unnoticed."""
+    """Run and print; 1 if a change goes unnoticed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('names', nargs='*', help=', '.join(MUTATIONS))
-    names = parser.parse_args().names or list(MUTATIONS)
-    missed = [name for name in names if not noticed(name, MUTATIONS[name])]
+    parser.add_argument('of', choices=('safety', 'explain'))
+    parser.add_argument('names', nargs='*', help='of the changes; all where none is given')
+    options = parser.parse_args()
+    listed = Path(__file__).with_name(f'{options.of}_mutations.yaml').read_text()
+    mutations: dict[str, Mutation] = yaml.safe_load(listed)
+    names = options.names or list(mutations)
+    missed = [name for name in names if not noticed(name, mutations[name])]
     print(f'{len(names) - len(missed)} of {len(names)} are noticed')
     return int(bool(missed))
 
 
-def noticed(name: str, mutation: dict[str, str]) -> bool:
-    """Whether a test fails without a measure."""
+def noticed(name: str, mutation: Mutation) -> bool:
+    """Whether a test fails with a change."""
     with TemporaryDirectory() as folder:
         source = Path(folder) / 'src'
         shutil.copytree(ROOT / 'src', source, ignore=shutil.ignore_patterns('*.pyc'))
-        file = Path(folder, PACKAGE, mutation['file'])
+        file = Path(source, mutation['file'])
         text = file.read_text()
         assert text.count(mutation['old']) == 1, f'{name}: {file.name} has changed'
         file.write_text(text.replace(mutation['old'], mutation.get('new', '')))
