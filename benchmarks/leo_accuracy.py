@@ -43,7 +43,7 @@ def by_hand() -> None:
     model = Model('leo')
     masses = sum(body.mass for body in model.laws.bodies.values())
     start = model.start()
-    over = model.laws.spheres.touch(start.q, start.dq, ()).over[0] * 1e3
+    over = model.spheres.touch(start.q, start.dq, ()).over[0] * 1e3
     print(
         f'mass {masses:.6f} kg (data sheet 1.85702); start: left heel {over[0]:+.2f} mm, '
         f'left toe {over[1]:+.2f} mm over the floor'

@@ -30,7 +30,7 @@ def moved(model: Model, states: States, dt: float) -> tuple[np.ndarray, np.ndarr
 
 def heights(model: Model, q: np.ndarray) -> np.ndarray:
     """Of all spheres over the ground, m, (N, P)."""
-    return model.laws.spheres.touch(q, q, q.shape[:-1]).over
+    return model.spheres.touch(q, q, q.shape[:-1]).over
 
 
 def sampled(model: Model, each: int, seed: int = 0, robots: int = 300) -> dict[str, States]:

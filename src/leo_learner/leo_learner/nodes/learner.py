@@ -42,6 +42,7 @@ from leo_msgs_py.node import (
     spin_once,
 )
 from leo_msgs_py.terminal import leo
+from leo_msgs_py.values import status_message
 from leo_sim.description.robot import Robot
 from leo_sim.effects.consent import trust_parameter
 from leo_sim.model import Model

@@ -32,7 +32,6 @@ from leo_sim.dynamics.window_input import (
     pieces,
     Play,
 )
-from leo_sim.dynamics.window_kernel import room_of
 from leo_sim.dynamics.window_kernel import run as run_states
 from leo_sim.laws.laws import Laws, Memory
 
@@ -66,11 +65,11 @@ def run(
     lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
     driving = _driving(laws, cut, held.memory, level, (lead, size))
     gears = Play(*(rows(v, lead, size) for v in play))
-    asked_of = *_bent(laws, (lead, size)), *looped(laws, cut, held.memory, (lead, size))
+    bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    figures, seen = (tree.tree, *tree.world, tree.each(lead)), (angles, rates, room_of(size))
-    run_states(*figures, driving, gears, *asked_of, *seen)
+    figures = tree.tree, *tree.world, tree.each(lead)
+    run_states(*figures, driving, gears, *bent, *loops, angles, rates)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 

@@ -22,10 +22,12 @@ Work = namedtuple(
 """Room for one state: 18 rows (1, J), h (1, 1), the inverse of its inertia, impulses (3, J)."""
 
 
-def room_of(size: int) -> Work:
-    rows, inverse = np.zeros((18, 1, size)), np.zeros((1, size, size))
-    parts: Any = *rows, np.zeros((1, 1)), inverse, np.zeros((3, size))
-    return Work(*parts)
+@compiled_without_gil
+def work_of(size: int) -> Any:
+    r, h, inverse = np.zeros((18, 1, size)), np.zeros((1, 1)), np.zeros((1, size, size))
+    first = r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]
+    second = r[9], r[10], r[11], r[12], r[13], r[14], r[15], r[16], r[17]
+    return Work(*first, *second, h, inverse, np.zeros((3, size)))
 
 
 @compiled_without_gil
@@ -42,17 +44,16 @@ def run(
     looped: Looped,
     q: Array,
     dq: Array,
-    work: Work,
 ) -> None:
     """Fill angles and rates (K + 1, N, J) after the first sample.
 
     Figures of the links and gravity, m/s2, serve `each` states in a row, see `spatial.dynamics`.
     Laws are functions of three parameters, angle, rate, torque of the motor and load; behind the
     servos' loops are functions of three parameters and the voltage. Bent and looped have their
-    parameters and places. The first angles and rates are given. Work is room of `room_of`.
+    parameters and places. The first angles and rates are given.
     """
     states, size = q.shape[1:]
-    room = room_for(tree.kind.shape[0])
+    room, work = room_for(tree.kind.shape[0]), work_of(size)
     for n in range(states):
         s = (n // each) % figures.shape[0]
         own, down = figures[s], gravity[s]

@@ -182,8 +182,11 @@ class Model:
         if self.laws.stops is not None and outside(self.laws.stops, state.q):
             check_possible(self.robot, state.q, state.dq)
         on = None if enabled is None or np.all(enabled) else np.asarray(enabled, dtype=bool)
-        period, now = Period(u, on, dt / count, count, push), (state.q, state.dq, state.memory)
-        return State(*self._integrate(self.laws, self._dynamics, *now, period))
+        period = Period(u, on, dt / count, count, push)
+        q, dq, memory = self._integrate(
+            self.laws, self._dynamics, state.q, state.dq, state.memory, period
+        )
+        return State(q, dq, memory)
 
     def sense(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Measured angles and rates (J,), without noise."""
