@@ -42,7 +42,7 @@ class Actuator:
 
 
 class Contact(robot_file.ContactFile):
-    """A sphere that touches the ground, as `left_heel`; without own figures the ground's."""
+    """A sphere that touches the ground, as `left_heel`; figures it lacks are the ground's."""
 
     model_config = ConfigDict(frozen=True)
 

@@ -57,8 +57,10 @@ def figures(model: Model) -> Figures:
     sprung = stiffness > 0
     rest = np.where(sprung, at_rest / np.where(sprung, stiffness, 1.0), 0.0)
     bias = np.where(sprung, 0.0, at_rest)[laws.actuated]
-    armature, damping = still + laws.rotor_inertia, at_rest - joint(0.0, 1.0)
-    friction, zero = still if level is None else level, laws.sense(still, still, {})[0]
+    armature = still + laws.rotor_inertia
+    damping = at_rest - joint(0.0, 1.0)
+    friction = still if level is None else level
+    zero = laws.sense(still, still, {})[0]
     drives = _drives(model, laws, bias)
     return Figures(armature, damping, friction, stiffness, rest, zero, drives, laws)
 

@@ -119,8 +119,8 @@ def warmed(model: Model, history: History, dq: Array, memory: Memory) -> tuple[M
         return memory, recalled
     inputs = np.asarray(history.inputs, dtype=float)
     periods = np.broadcast_to(np.asarray(history.dt, dtype=float), inputs.shape[-3:-1])
-    past = [np.moveaxis(np.asarray(x, dtype=float), -2, 0) for x in (history.q, history.dq)]
-    states = list(zip(*past, strict=True))
+    readings = (np.moveaxis(np.asarray(x, float), -2, 0) for x in (history.q, history.dq))
+    states = list(zip(*readings, strict=True))
     true = [laws.true_state(*state) for state in states]
     rates = [state[1] for state in true] + [dq]
     memory = rested(laws, *true[0], {**memory, TIME: memory[TIME] - periods.sum(axis=-1)[:, None]})

@@ -36,8 +36,8 @@ class Moving:
 class Trial:
     """A driver, called as the node calls it.
 
-    `ask` asks a person to do something and waits for it; without it, or `moving`, nobody is there
-    and nothing may move. `found` is what the connected driver says it is set to.
+    `ask` asks a person to do something and waits for it; without it nobody is there. Without
+    `moving` nothing may move. `found` is what the connected driver says it is set to.
     """
 
     def __init__(
