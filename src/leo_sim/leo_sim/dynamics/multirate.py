@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Numbers, rows
+from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.description.robot_file import SchemeFile
 from leo_sim.dynamics.contact_kernel import advance, advance_periods
 from leo_sim.dynamics.contact_work import Forces, Motion, Play
@@ -135,7 +135,7 @@ class _InnerLoop(NamedTuple):
             np.where(linked, laws.rotor_inertia, 0.0),
             *(laws.stops or (-np.inf, np.inf)),
         )
-        shape = np.broadcast_shapes(
+        shape = common(
             *(np.shape(f)[:-1] for f in (*fixed, *moving)), lead, *map(np.shape, laws.ground)
         )
         size = moving[1].shape[-1]

@@ -37,10 +37,10 @@ class Spatial(Compiled):
         size, h = q.shape[-1], np.asarray(h)
         shape = common(self.axes(q, dq), *(f.shape[:-1] for f in (diagonal, driving, held, h)))
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
+        given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
-        fields = (rows(f, shape, size) for f in (diagonal, driving, held))
-        given: Any = *fields, rows(h, shape, 1), inverse, rates
-        kick(self.tree, *self.world, self.each(shape), *states, *given)
+        h = rows(h, shape, 1)
+        kick(self.tree, *self.world, self.each(shape), *states, *given, h, inverse, rates)
         return rates.reshape(*shape, size), Factor(inverse.reshape(*shape, size, size))
 
     def each(self, shape: tuple[int, ...]) -> int:

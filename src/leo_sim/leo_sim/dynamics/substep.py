@@ -7,6 +7,7 @@ keeps second order and stays stable with stiff motors; Coriolis and centrifugal 
 predicted with those before it. The same code drives every body.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,10 +49,13 @@ def slowing(
 
 
 def kick(
-    laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, motors: Period, drag: Drag
+    laws: Laws, dynamics: Dynamics, q: Array, dq: Array, memory: Memory, given: Any, drag: Drag
 ) -> tuple[Any, Memory]:
-    """Rates (..., J) after one kick at the angles q, and the new memory."""
-    u, enabled, h, _, push = motors
+    """Rates (..., J) after one kick at the angles q, and the new memory.
+
+    Given are the inputs at the motors, those enabled, h s, and the extra torque; see `Period`.
+    """
+    u, enabled, h, push = given
     load = dynamics.load(q) if laws.needs_load else None
     offset, motor_speed = memory[DRIVE] if laws.gap is not None else (None, dq)
     torques = laws.torques(q, dq, motor_speed, u, enabled, load, memory)
@@ -90,12 +94,10 @@ def integrate(
     drag = slowing(laws, dynamics, q, dq, memory, u, on)
     q = q + 0.5 * h * dq
     dynamics.begin(q, dq, h)
-    motors = Period(u, on, h, 1, push)
     for i in range(count):
         if i and laws.dynamic:
             u, on, memory = laws.command(inputs, enabled, memory, h)
-            motors = Period(u, on, h, 1, push)
-        faster, memory = kick(laws, dynamics, q, dq, memory, motors, drag)
+        faster, memory = kick(laws, dynamics, q, dq, memory, (u, on, h, push), drag)
         q, dq = dynamics.move(q, dq, faster, h)
         if laws.remembers:
             memory = laws.remember(q - 0.5 * h * dq, dq, memory, h)
@@ -113,4 +115,4 @@ def rested(laws: Laws, q: Array, dq: Array, memory: Memory) -> Memory:
 
 def substeps(dt: float, longest: float) -> int:
     """How many equal substeps no longer than `longest` s make up dt s."""
-    return max(1, int(np.ceil(dt / longest - 1e-9)))
+    return max(1, math.ceil(dt / longest - 1e-9))

@@ -15,7 +15,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from leo_sim.common.broadcasting import Array, Numbers, rows
+from leo_sim.common.broadcasting import Array, common, Numbers, rows
 from leo_sim.common.compiled import compiled_law
 from leo_sim.dynamics.spatial import Spatial
 from leo_sim.dynamics.substep import DRIVE, PROBE, rested
@@ -62,7 +62,7 @@ def run(
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
     scanned = (v for v in (cut.inputs, cut.enabled) if v is not None and v.shape[1] > 1)
     axes += [*loop_axes(laws), *(v.shape[1:-1] for v in scanned)]
-    lead = np.broadcast_shapes(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
+    lead = common(q.shape[:-1], dq.shape[:-1], tree.leading, *axes)
     driving = _driving(laws, cut, held.memory, level, (lead, size))
     gears = Play(*(rows(v, lead, size) for v in play))
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))

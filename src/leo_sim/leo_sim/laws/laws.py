@@ -221,7 +221,7 @@ class Laws:
             )
         if self._efficiency is not None:
             motor = Motor(*(self._efficiency * figure for figure in motor))
-        return Motor(*map(self.at_joints, motor))
+        return motor if self._all_actuated else Motor(*map(self.at_joints, motor))
 
     def at_joints(self, figures: Any) -> Any:
         """Figures of actuators (..., A) at their joints (..., J), 0 elsewhere."""
