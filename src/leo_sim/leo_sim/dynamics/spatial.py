@@ -39,8 +39,8 @@ class Spatial(Compiled):
         states = rows(q, shape, size, True), rows(dq, shape, size, True)
         given = rows(diagonal, shape, size), rows(driving, shape, size), rows(held, shape, size)
         inverse, rates = np.empty((math.prod(shape), size, size)), np.empty(states[1].shape)
-        h = rows(h, shape, 1)
-        kick(self.tree, *self.world, self.each(shape), *states, *given, h, inverse, rates)
+        steps = rows(h, shape, 1)
+        kick(self.tree, *self.world, self.each(shape), *states, *given, steps, inverse, rates)
         return rates.reshape(*shape, size), Factor(inverse.reshape(*shape, size, size))
 
     def each(self, shape: tuple[int, ...]) -> int:

@@ -57,8 +57,8 @@ def run(
     """
     cut, size = pieces(laws, held, longest), q.shape[-1]
     play, (level, *axes) = _play(laws, q, dq, held), _first(laws, held)
-    bent = (v for use in laws.bent for v in use.values.values())
-    axes += [np.shape(v)[:-1] for v in (*play, *bent)]
+    given = (v for use in laws.bent for v in use.values.values())
+    axes += [np.shape(v)[:-1] for v in (*play, *given)]
     axes += [np.shape(v)[:-2] for v in (held.push, held.enabled) if v is not None]
     scanned = (v for v in (cut.inputs, cut.enabled) if v is not None and v.shape[1] > 1)
     axes += [*loop_axes(laws), *(v.shape[1:-1] for v in scanned)]
@@ -68,8 +68,8 @@ def run(
     bent, loops = _bent(laws, (lead, size)), looped(laws, cut, held.memory, (lead, size))
     angles, rates = (np.empty((len(cut.parts) + 1, math.prod(lead), size)) for _ in range(2))
     angles[0], rates[0] = rows(q, lead, size, True), rows(dq, lead, size, True)
-    figures = tree.tree, *tree.world, tree.each(lead)
-    run_states(*figures, driving, gears, *bent, *loops, angles, rates)
+    each = tree.each(lead)
+    run_states(tree.tree, *tree.world, each, driving, gears, *bent, *loops, angles, rates)
     states = (x.reshape(-1, *lead, size) for x in (angles, rates))
     return _sensed(laws, cut, held.memory, *states)
 
@@ -126,7 +126,7 @@ def _driving(
     torques = (every_row(part, shape, size) for part in _torques(laws, size, cut, memory))
     still = rows(level, lead, size), rows(laws.rotor_inertia, lead, size)
     h = every_row(cut.h[:, None, :, None], shape, 1)[..., 0]
-    return Driving(*torques, *still, *stops, h, cut.parts, cut.first)
+    return Driving._make((*torques, *still, *stops, h, cut.parts, cut.first))
 
 
 def _torques(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, ...]:

@@ -204,7 +204,8 @@ def looped(
     gain, rate_gain, grain, supply = map(laws.at_joints, servos.loop)
     scale, rate_scale, zero = servos.reading()
     figures = (gain, rate_gain * rate_scale, grain, supply, scale, zero)
-    return functions, Looped(*driven, *(rows(f, lead, size) for f in figures), values, acts)
+    parts = *driven, *(rows(f, lead, size) for f in figures), values, acts
+    return functions, Looped._make(parts)
 
 
 def _per_volt(laws: Laws, size: int, cut: Pieces, memory: Memory) -> tuple[Any, Any]:
