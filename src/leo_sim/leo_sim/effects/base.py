@@ -74,7 +74,7 @@ class Effect:
     # compile. It then runs for whole windows at once, and `torque` need not be written. Of a
     # command that acts at once: the parameters and the input; `command` need not be written.
     law: ClassVar[Callable[..., Any] | None] = None
-    # effects that it does at once: one joint shows no more
+    # effects that it does at once: of one joint data show no more than these
     together: ClassVar[tuple[str, ...]] = ()
     rank: ClassVar[int] = 100  # laws of one hook run in ascending rank
     source: str = ''  # the user's file it was read from; '' for an effect of the catalogue

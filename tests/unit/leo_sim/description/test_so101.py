@@ -41,13 +41,14 @@ def test_it_holds_its_arm_with_the_error_that_its_gain_leaves():
     assert 0.03 < state.q[1] < 0.1, 'the shoulder sags by some degrees'
 
 
+BAM = 0.166 * 16  # duty for 1 rad: 0.166 for each 1 of P, which is 16
 PUBLISHED = {
     'so101_robotstudio': (3.35, 17.8, 0.60, 0.028, 0.052),
     'so101_menagerie': (2.94, 998.22, 0.60 + 2.731, 0.028, 0.052),
     'so101_menagerie_so100': (3.5, 50.0, 5.128, 0.1, 0.1),
     'so101_open_duck': (3.23, 17.11, 0.56, 0.027, 0.068),
-    'so101_bam': (0.97 * 3.516, 2.656 * 1.00494 * 3.516, 0.0599 + 0.5595, 0.02608, 0.0515),
-    'so101_bam_m3': (0.97 * 3.816, 2.656 * 1.17871 * 3.816, 0.0315 + 0.6523, 0.0235, 0.05564),
+    'so101_bam': (0.97 * 3.516, BAM * 1.00494 * 3.516, 0.0599 + 0.5595, 0.02608, 0.0515),
+    'so101_bam_m3': (0.97 * 3.816, BAM * 1.17871 * 3.816, 0.0315 + 0.6523, 0.0235, 0.05564),
     'so101_kscale_12v': (4.786, 0.16489 * 16 * 4.786, 0.0537 + 1.4357, 0.02696, 0.04363),
 }
 """As MuJoCo counts them: N m, N m/rad, N m s/rad, kg m2 and N m at the joint."""
