@@ -27,7 +27,7 @@ def column(rows: Sequence[Any], name: str) -> Array:
 
 
 class JointUnits:
-    """Angles and rates of all joints from the counts of their servos, by `ids` in their order."""
+    """Angles and rates of all joints from the counts of their servos; `ids` are in joint order."""
 
     def __init__(self, robot: Robot, bus: BusFile) -> None:
         servos = [bus.servos[joint] for joint in robot.joint_names]
@@ -55,7 +55,7 @@ class JointUnits:
 
 
 class MotorUnits(ABC):
-    """Inputs of the actuators as a register of their servos, by `ids` in their order, and back."""
+    """Inputs of actuators as a register of their servos, and back; `ids` are in actuator order."""
 
     goal: str  # the register that drives them
     shown: str  # the register that shows what a servo was sent; '' where none does
