@@ -66,7 +66,10 @@ class Sharer:
         self._base = model
 
     def share(self, weights: bytes, recording: Recording) -> Share | None:
-        """The share on a recording; None without weights. UserError: they are no weights."""
+        """The share on a recording; None without weights.
+
+        UserError: they are none, or no step of the recording was driven.
+        """
         if not weights:
             return None
         if weights != self._bytes:
