@@ -38,7 +38,7 @@ MUTED = {**STYLE, 'color': palette.MUTED}
 
 
 def draw(view: View, path: Path, report: Report) -> str:
-    """Write .png, .svg, .gif or .mp4, as the path ends, or raise UserError; its name."""
+    """Write .png, .svg, .gif or .mp4, as the path ends; its name. UserError: no film is made."""
     report(path.name)
     with whole(path) as part:
         if path.suffix in PICTURES:

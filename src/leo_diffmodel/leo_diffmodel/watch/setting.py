@@ -51,6 +51,7 @@ class Setting:
 
 
 def words(scene: Scene, setting: Setting) -> list[str]:
+    """EFFECT:WHERE PARAM=VALUE … as typed after `leo add MODEL`."""
     hypothesis, theta = _hypothesis(scene, setting)
     on, found = hypothesis.placed(scene.model, theta), []
     for c, placed in zip(hypothesis.candidates, on, strict=True):
