@@ -18,17 +18,20 @@ import yaml
 from leo_msgs_py.errors import UserError
 
 Rng = np.random.Generator
-NUMBERS = (None, True, -1, 0, 1e308, -1e308, 1e-320, float('nan'), float('inf'), 10**400)
-WORDS = ('', ' ', '-', 'N m', 'kg', 'pivot', '/', '../..', 'x' * 500)
-LISTS = ([], {}, [1], [2, 1], [1, 2, 3], {'a': 1}, {'value': 1})
-QUANTITIES = ({'value': 'two', 'unit': 'V'}, {'value': 1e300, 'unit': 'N m'})
-JUNK: tuple[Any, ...] = (*NUMBERS, *WORDS, *LISTS, *QUANTITIES, [None], [[[]]])
-SYNTAX = ('', ' ', '\n', '---', '[', '{', '- a\n- b\n', ':', '\t', 'a: b: c', '? [a]', '&a [*a]')
-TAGS = ('!!python/object:os.system x', '2001-99-99', '0b', '!!binary x')
-DEEP = ('[' * 3000, '{a: ' * 2000, '&a {<<: *a}')
-GROWING = 'a: &a [x,x]\nb: &b [*a,*a]\nc: &c [*b,*b]\nd: [*c,*c]'
-STRANGE = ('\ufeff', '%YAML 9.9', "'", '"\\xZZ"', 'robot: ' + '9' * 5000, 'null', '3')
-TEXTS = (*SYNTAX, *TAGS, *DEEP, GROWING, *STRANGE, 'robot: {robot: {robot: pendulum}}')
+JUNK: tuple[Any, ...] = (
+    *(None, True, -1, 0, 1e308, -1e308, 1e-320, float('nan'), float('inf'), 10**400),
+    *('', ' ', '-', 'N m', 'kg', 'pivot', '/', '../..', 'x' * 500),
+    *([], {}, [1], [2, 1], [1, 2, 3], {'a': 1}, {'value': 1}),
+    *({'value': 'two', 'unit': 'V'}, {'value': 1e300, 'unit': 'N m'}, [None], [[[]]]),
+)
+TEXTS = (
+    *('', ' ', '\n', '---', '[', '{', '- a\n- b\n', ':', '\t', 'a: b: c', '? [a]'),
+    *('&a [*a]', '!!python/object:os.system x', '2001-99-99', '0b', '!!binary x', '[' * 3000),
+    *('{a: ' * 2000, '&a {<<: *a}'),
+    'a: &a [x,x]\nb: &b [*a,*a]\nc: &c [*b,*b]\nd: [*c,*c]',
+    *('\ufeff', '%YAML 9.9', "'", '"\\xZZ"', 'robot: ' + '9' * 5000, 'null', '3'),
+    'robot: {robot: {robot: pendulum}}',
+)
 WORDS = ('', 'x', 'nan', 'inf', '-1', '1e308', '0 0', '0 0 0', '1 2 3 4', 'é', '-0', '1e-320')
 
 
