@@ -139,7 +139,10 @@ def dispersion(fitted: Fit) -> float:
 
 
 def unexplained(fitted: Fit, quantile: float = 0.5) -> float:
-    """Mean squared whitened residual over its expected value: 1 where only noise is left."""
+    """Mean squared whitened residual over its expected value: 1 where only noise is left.
+
+    `quantile` is over windows; the median does not see what shows in less than half of them.
+    """
     return likelihood.excess(fitted.residual, fitted.start.shape[-1], quantile)
 
 
@@ -217,7 +220,8 @@ def rest_of(problem: Problem, null: Fit, final: Fit) -> Rest:
     """What the effects of a fit leave of the error of the model without them (`null`).
 
     Looks at windows in which no contact comes or goes, if there are some: engines differ in
-    impacts, and agree on what happens between two of them.
+    impacts, and agree on what happens between two of them. On the ground the ratio is that of a
+    window worse than most (`seen_at`), so that a law shows that acts at times only.
     """
     numerics = problem.numerics
     steady = np.flatnonzero(problem.steady(final.hypothesis, final.theta, final.start))

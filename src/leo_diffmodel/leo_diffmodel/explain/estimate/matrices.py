@@ -113,7 +113,10 @@ def matrices(
     pool: Sequence[Candidate],
     progress: Progress = lambda *_: None,
 ) -> Matrices:
-    """Linearise a fit in its own effects and, at finite amplitudes, in all those of a pool."""
+    """Linearise a fit in its own effects and, at finite amplitudes, in all those of a pool.
+
+    In some of the training windows; start states and constants are projected out.
+    """
     few = max(1, round(problem.numerics.matrix_samples / problem.windows.steps))
     some = problem.some_trained(few)
     made = _Builder(problem.take(some), fitted.take(some), scales)

@@ -131,7 +131,8 @@ def finely_enough(problem: Problem, share: float = 1.0) -> Problem:
     """The problem with the longest integration step that its noise cannot tell from a finer one.
 
     The step is halved, at most to the robot's own, until that changes the predictions of all
-    windows, of which the problem has `share`, by less than `finer_nats`.
+    windows, of which the problem has `share`, by less than `finer_nats`. Sensitivities need less:
+    what a step is off by is nearly the same with and without a small change.
     """
     longest, own = problem.numerics.longest_step, problem.base.integration_step
     if longest <= own or not problem.windows.count:
@@ -183,7 +184,7 @@ def _stepped(problem: Problem, at: Point, step: float) -> Linear:
 
 
 def _apart(rough: Linear, fine: Linear) -> float:
-    """The largest share by which sensitivities, to starts and each parameter, mostly differ."""
+    """The largest share by which sensitivities to starts and parameters differ in most windows."""
     shares = [_share(rough.by_start, fine.by_start)]
     shares += [
         _share(rough.by_theta[..., i : i + 1], fine.by_theta[..., i : i + 1])

@@ -76,7 +76,7 @@ class Sets:
         return [s for s in known if supported(known, s, weight, limit)]
 
     def add(self, sets: Iterable[Estimate]) -> None:
-        """Score fitted sets; of two fits of one set the better is kept, and its parts renewed."""
+        """Score fitted sets; of two fits of one set the better is kept, others begin from it."""
         for at in sets:
             new = replace(score(at), ends=self.estimator.ends(at))
             other = self.known.get(at.names)
