@@ -191,12 +191,12 @@ def _disagreements(findings: Findings) -> Iterator[Rule]:
     """
     for part, values in zip(findings.effects, findings.by_recording, strict=True):
         first = part.fit.hypothesis.offset(part.index)
-        for i, asked in values.items():
+        for i, of_bags in values.items():
             parameter, value = part.candidate.parameters[i - first], float(part.fit.theta[i])
-            if not asked:
+            if not of_bags:
                 continue
-            low = min(asked, key=lambda a: a.value + a.half)
-            high = max(asked, key=lambda a: a.value - a.half)
+            low = min(of_bags, key=lambda v: v.value + v.half)
+            high = max(of_bags, key=lambda v: v.value - v.half)
             apart, label = high.value - low.value, part.candidate.label
             exclude = low.value + low.half < high.value - high.half
             limit = findings.gates.disagree * abs(value - parameter.neutral)

@@ -59,7 +59,7 @@ def _hypotheses(findings: Findings) -> list[dict]:
     """All candidates on the model as given, best first; those never fitted have a scan only."""
     fitted = {part.candidate for part in findings.singles}
     before = findings.headline.mean(findings.ladder[0][1])
-    scanned = [
+    scanned: list[dict] = [
         {
             **_names(scan.candidate),
             'parameters': {},

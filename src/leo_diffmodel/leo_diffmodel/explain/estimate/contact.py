@@ -184,7 +184,7 @@ def _imitating(best: Iterate, scans: Sequence[Scan]) -> list[Iterate]:
 
 
 def _loss(at: Iterate) -> float:
-    return float(at.fit.loss[at.posed.problem.train].sum())
+    return at.fit.lost(at.posed.problem.train)
 
 
 def finalists(null: Fit, field: Sequence[Scan], scans: Sequence[Scan]) -> list[Scan]:

@@ -12,7 +12,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import fast_enough
-from leo_diffmodel.compare.windows import cut, per_window, sample_period, Windows
+from leo_diffmodel.compare.windows import cut, evenly, per_window, sample_period, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
@@ -231,8 +231,7 @@ def _problem(
 ) -> Problem:
     used = blocks.train(windows) | blocks.held(windows)
     whole = np.flatnonzero(used | blocks.telling(windows) if blocks.own else used)
-    if len(whole) > (most := settings.numerics.most_windows):
-        whole = whole[np.linspace(0, len(whole) - 1, most).astype(int)]
+    whole = whole[evenly(len(whole), settings.numerics.most_windows)]
     windows = windows.take(whole)
     return Problem(
         model,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from leo_diffmodel.compare.pushes import own, predict
-from leo_diffmodel.compare.windows import per_window, Windows
+from leo_diffmodel.compare.windows import evenly, per_window, Windows
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.likelihood import typical_size
 from leo_diffmodel.explain.problem.shooting import Linear, linearise, whiten
@@ -109,7 +109,7 @@ class Problem:
     def some_trained(self, most: int) -> Array:
         """Numbers of `most` training windows, evenly chosen; of all where there are no more."""
         train = np.flatnonzero(self.train)
-        return train[np.linspace(0, len(train) - 1, min(most, len(train))).astype(int)]
+        return train[evenly(len(train), most)]
 
     @property
     def trained(self) -> tuple[str, ...]:
