@@ -43,6 +43,7 @@ def merged(found: Sequence[Explanation]) -> Explanation:
     return replace(
         first,
         verdict=last.verdict,
+        rules=last.rules,
         told=tuple(said for each in found for said in each.told),
         effects=[row for each in found for row in each.effects],
         constants={path: c for each in found for path, c in each.constants.items()},

@@ -53,8 +53,9 @@ def settle(
 ) -> Settled:
     """Settle from each of several start states (W, 2J), and keep the best in each window.
 
-    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is a sensitivity found
-    nearby. All windows together then promise less than `nats`.
+    `theta` (P,) are the values of the hypothesis, `by_start` (W, N, 2J) is the sensitivity of the
+    whitened residual to the start states, found nearby. They are settled where all windows
+    together promise less than `nats`, and none more than the settings say.
     """
     count = problem.windows.count
     tiled = np.tile(np.arange(count), len(starts))
