@@ -23,14 +23,10 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Background:
-    """What small differences leave to doubt.
+    """What small differences leave to doubt."""
 
-    Attributes:
-        scale: their typical size [noise of each sample].
-        factors: by how much standard errors of each effect's parameters are larger, (P,) each.
-    """
-
-    scale: float
+    scale: float  # their typical size [noise of each sample]
+    # by how much standard errors of each effect's parameters are larger, (P,) each
     factors: dict[Candidate, Array]
 
     def widened(self, fitted: Fit) -> Fit:

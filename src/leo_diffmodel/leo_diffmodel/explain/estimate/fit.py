@@ -157,18 +157,12 @@ def _enough(numerics: Numerics, promised: float, thorough: bool) -> float:
 
 @dataclass(frozen=True)
 class Step:
-    """A step of the parameters, and of each start state: start + gain (change of theta).
+    """A step of the parameters, and of each start state: start + gain (change of theta)."""
 
-    Attributes:
-        theta: shape (P,).
-        start, gain: shapes (W, 2J) and (W, 2J, P).
-        promised: what it saves where all is linear [nats].
-    """
-
-    theta: Array
-    start: Array
-    gain: Array
-    promised: float = 0.0
+    theta: Array  # shape (P,)
+    start: Array  # shape (W, 2J)
+    gain: Array  # shape (W, 2J, P)
+    promised: float = 0.0  # what it saves where all is linear [nats]
 
 
 class _Point:

@@ -21,35 +21,20 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Matrices:
-    """Terms, and the normal equations of all their columns, scaled to unit length.
+    """Terms, and the normal equations of all their columns, scaled to unit length."""
 
-    Attributes:
-        fit: what they are linear about.
-        members: terms of the effects in it.
-        others: of all other effects, the shapes of each that explain most.
-        gram: products of the columns, shape (C, C).
-        along: their products with what no effect explains, shape (C,).
-        total: half the square of that [nats].
-        limits: of the coefficients, shape (2, C).
-        length: of the columns before, shape (C,).
-        scans: of the candidates that are not in the fit, on top of it, most first.
-        threshold: gain that noise alone can give [nats].
-        samples: how many the columns have.
-        masses: of the links in the fit [kg].
-    """
-
-    fit: Fit
-    members: tuple[Term, ...]
-    others: tuple[Term, ...]
-    gram: Array
-    along: Array
-    total: float
-    limits: Array
-    length: Array
-    scans: tuple[Scan, ...]
-    threshold: float
-    samples: int
-    masses: Mapping[str, float]
+    fit: Fit  # what they are linear about
+    members: tuple[Term, ...]  # terms of the effects in it
+    others: tuple[Term, ...]  # of all other effects, the shapes of each that explain most
+    gram: Array  # products of the columns, shape (C, C)
+    along: Array  # their products with what no effect explains, shape (C,)
+    total: float  # half the square of that [nats]
+    limits: Array  # of the coefficients, shape (2, C)
+    length: Array  # of the columns before, shape (C,)
+    scans: tuple[Scan, ...]  # of the candidates that are not in the fit, on top of it, most first
+    threshold: float  # gain that noise alone can give [nats]
+    samples: int  # how many the columns have
+    masses: Mapping[str, float]  # of the links in the fit [kg]
 
     @property
     def terms(self) -> tuple[Term, ...]:

@@ -25,19 +25,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Settled:
-    """Windows at the start states that fit them best.
+    """Windows at the start states that fit them best."""
 
-    Attributes:
-        start: shape (W, 2J).
-        loss: of each window [nats], shape (W,).
-        residual: whitened, shape (W, N).
-        by_start: sensitivity of the residual to the start, there or nearby, shape (W, N, 2J).
-    """
-
-    start: Array
-    loss: Array
-    residual: Array
-    by_start: Array
+    start: Array  # shape (W, 2J)
+    loss: Array  # of each window [nats], shape (W,)
+    residual: Array  # whitened, shape (W, N)
+    by_start: Array  # sensitivity of the residual to the start, there or nearby, shape (W, N, 2J)
 
     def take(self, index: Array) -> Settled:
         return Settled(*(x[index] for x in vars(self).values()))

@@ -27,19 +27,15 @@ Point = tuple[Hypothesis, Array, Array]
 
 @dataclass(frozen=True)
 class Posed:
-    """One set of recordings, cut twice.
+    """One set of recordings, cut twice."""
 
-    Attributes:
-        problem: short windows: their start states are found from anywhere, and an effect of any
-            size shows as a change of slope; all candidates are searched here.
-        longer: windows as long as their start states can be found with a nearly right model,
-            where two good explanations part; None where no longer ones can.
-        blocks: time blocks of both; the unit of hold-out and of the bootstrap.
-    """
-
+    # short windows: their start states are found from anywhere, and an effect of any size shows as
+    # a change of slope; all candidates are searched here
     problem: Problem
+    # windows as long as their start states can be found with a nearly right model, where two good
+    # explanations part; None where no longer ones can
     longer: Problem | None
-    blocks: Blocks
+    blocks: Blocks  # time blocks of both; the unit of hold-out and of the bootstrap
 
     def before(self, until: float) -> Posed:
         """The problem whose fits end then at the latest [s of `time.monotonic`]."""
