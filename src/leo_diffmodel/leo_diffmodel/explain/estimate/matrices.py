@@ -195,10 +195,10 @@ class _Builder:
         terms = [*self._members, *self._others]
         limits = np.array([(c.low, c.high) for t in terms for c in t.columns]).reshape(-1, 2)
         rows = rows / length[:, None]
-        gram, at = rows @ rows.T, self._fit
-        bodies = at.hypothesis.model(self._problem.base, at.theta).laws.bodies
+        gram, fitted = rows @ rows.T, self._fit
+        bodies = fitted.hypothesis.model(self._problem.base, fitted.theta).laws.bodies
         return Matrices(
-            at,
+            fitted,
             tuple(self._members),
             tuple(self._others),
             gram,

@@ -45,7 +45,8 @@ def singles(done: Finished, facts: Facts) -> Iterator[Part]:
     assert empty is not None
     before = _loss(empty, done.held)
     for single in (s for s in found.sets if len(s.names) == 1):
-        (candidate,), saved = single.names, before - _loss(single, done.held)
+        (candidate,) = single.names
+        saved = before - _loss(single, done.held)
         yield _part(done, candidate, saved, (found.null, single.fit), facts)
 
 
