@@ -148,12 +148,12 @@ def _searched(reading: Reading, found: Search, step: float | None) -> Explanatio
     asked, model, data, cut = reading.asked, reading.asked.model, reading.recordings, reading.cut
     step, own = errors.step_seconds(data, step), own_constants(model, cut.hold_out)
     findings = collect(data, model, found, reading.facts, step, own, asked.progress)
-    decided, found_out = decision(findings), rows(findings)
+    decided, row = decision(findings), rows(findings)
     left_out = [] if cut.mostly else cut.notes
     said = answer(findings, decided, [*left_out, *_step_note(model, found.problem.base)])
     able, why = seen(model, data, asked.extra), 'no speed was measured'
     blind = [not_shown(c, why) for c in candidates(model, asked.extra) if c not in able]
-    found_out['not_testable'] += blind
+    row['not_testable'] += blind
     notes = [f'Note: {note}.' for note in reading.log.notes]
     return Explanation(
         decided.verdict,
@@ -165,7 +165,7 @@ def _searched(reading: Reading, found: Search, step: float | None) -> Explanatio
         unknown=findings.unknown,
         used=data,
         left_out=cut.stretches,
-        **found_out,
+        **row,
     )
 
 
