@@ -323,7 +323,11 @@ def test_a_contender_goes_on_while_it_makes_up_for_what_it_is_behind(monkeypatch
     def iterate(name: str, step: int):
         loss = np.full(12, lengths[name][step])
         fitted = SimpleNamespace(
-            hypothesis=name, loss=loss, residual=windows, start=np.zeros((12, 18))
+            hypothesis=name,
+            loss=loss,
+            lost=lambda chosen: loss[chosen].sum(),
+            residual=windows,
+            start=np.zeros((12, 18)),
         )
         posed = SimpleNamespace(
             problem=SimpleNamespace(
