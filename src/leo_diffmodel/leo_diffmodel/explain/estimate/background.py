@@ -58,7 +58,10 @@ def background(made: Matrices, named: Sequence[Candidate], spread: float) -> Bac
 
 
 def _likeliest(free: Array, left: Array, samples: int) -> float:
-    """Square of the most likely scale, from products with columns beside those of a set."""
+    """Square of the most likely scale, from products with columns beside those of a set.
+
+    Of these there are as many directions as candidates; along each the product is normal.
+    """
     values, vectors = np.linalg.eigh(free)
     seen = values > 1e-6
     if not seen.any():

@@ -50,7 +50,10 @@ def imitations(problem: Problem, fitted: Fit, scans: Sequence[Scan]) -> list[Sca
 
 
 def _other_wholes(scan: Scan, values: Array) -> list[Array]:
-    """The scanned points of a law, by its whole numbers; without those that it has."""
+    """The scanned points of a law, by its whole numbers; without those that it has.
+
+    Where a joint moves through less than a period, other numbers of periods in a turn do the same.
+    """
     whole = [i for i, p in enumerate(scan.candidate.parameters) if p.whole]
     kinds = np.unique(scan.points[:, whole], axis=0) if whole else ()
     return [

@@ -177,7 +177,8 @@ class Numerics:
     worth_more: float = 0.5
     """Share of the threshold that a fit in all windows must gain, to be brought to its end."""
     halving: tuple[tuple[int, float], ...] = ((4, inf), (3, 60.0))
-    """How many go on after each step, and how far behind at most [nats for a dispersion of 1]."""
+    """How many go on after each step, and how far behind at most [nats for a dispersion of 1].
+    None goes before a step: a scan may stop far from where an effect fits."""
     rising: float = 0.1
     """Share of what a contender is behind the best; one goes on whose last step made up for it."""
     late_steps: int = 6
