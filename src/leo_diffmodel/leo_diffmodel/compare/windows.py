@@ -129,7 +129,12 @@ def spread_out(windows: Windows, most: int) -> Windows:
     """At most `most` of the windows, evenly chosen."""
     if windows.count <= most:
         return windows
-    return windows.take(np.linspace(0, windows.count - 1, most).astype(int))
+    return windows.take(evenly(windows.count, most))
+
+
+def evenly(count: int, most: int) -> Array:
+    """Numbers of at most `most` of so many things, evenly chosen, shape (min(count, most),)."""
+    return np.linspace(0, count - 1, min(count, most)).astype(int)
 
 
 def per_window(sigma: Array, windows: Windows) -> Array:

@@ -11,7 +11,7 @@ from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.check.amplitudes import needed
 from leo_diffmodel.check.traces import roughly, scan_all
 from leo_diffmodel.compare import noise
-from leo_diffmodel.compare.windows import cut, Windows
+from leo_diffmodel.compare.windows import cut, evenly, Windows
 from leo_diffmodel.explain.estimate.fitted import Fit
 from leo_diffmodel.explain.estimate.ground_fit import settled_on_ground
 from leo_diffmodel.explain.problem import shooting
@@ -35,7 +35,7 @@ def windows_of(
     kept, weight = [], []
     for run in np.unique(windows.source):
         own = np.flatnonzero(windows.source == run)
-        some = own[np.linspace(0, len(own) - 1, min(len(own), most)).astype(int)]
+        some = own[evenly(len(own), most)]
         kept.append(some)
         weight.append(np.full(len(some), len(own) / len(some)))
     return windows.take(np.concatenate(kept)), np.concatenate(weight)
