@@ -16,9 +16,10 @@ from leo_sim.description.robot import load_robot, Robot
 from .contents import BagContents, load, TopicLog
 from .episode import Episode as Episode
 from .episode import Recording as Recording
+from .held import average, Held, held_inputs
 from .impossible import without_impossible
 from .inputs import InputLog, on_the_angles_turn, read_inputs
-from .mend import average, Held, held_inputs, on_time
+from .mend import on_time
 from .notes import notes_of
 from .spikes import without_spikes
 from .split import split, unwrapped

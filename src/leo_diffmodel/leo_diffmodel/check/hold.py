@@ -15,7 +15,7 @@ from leo_diffmodel.check.settings import CHECK
 from leo_diffmodel.compare.pushes import flat_and_ramp, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import torque_scale
-from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
+from leo_diffmodel.compare.windows import cut, spread_out, Windows
 from leo_diffmodel.explain.problem.likelihood import huber_weight
 from leo_diffmodel.explain.settings import SETTINGS
 from leo_diffmodel.outside.finding import ERROR, Finding, OK
@@ -133,7 +133,7 @@ def misfit(recording: Recording, model: Model, sigma: Array) -> Misfit:
     Torques that are constant, that grow in time and that go along with the input are free at each
     joint, so that what the model lacks does not pass for an input at the wrong time.
     """
-    seconds = CHECK.hold_intervals * sample_period([recording])
+    seconds = CHECK.hold_intervals * recording.state_period
     most = CHECK.hold_windows_on_ground if model.robot.contacts else CHECK.hold_windows
     windows = spread_out(cut([recording], seconds, history=COMPARE.history), most)
     predicted, columns = respond(model, windows, windows.measured[:, 0], _torques(model, windows))

@@ -20,7 +20,7 @@ from leo_diffmodel.compare.pushes import (
     whitened,
 )
 from leo_diffmodel.compare.settings import COMPARE
-from leo_diffmodel.compare.windows import cut, sample_period, spread_out, Windows
+from leo_diffmodel.compare.windows import cut, spread_out, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray
@@ -33,7 +33,7 @@ def short_windows(recordings: Sequence[Recording]) -> list[Windows]:
     Raises:
         ValueError: a recording is too short for a single one.
     """
-    return [_short(r, sample_period([r])) for r in recordings]
+    return [_short(r, r.state_period) for r in recordings]
 
 
 def _short(recording: Recording, period: float) -> Windows:

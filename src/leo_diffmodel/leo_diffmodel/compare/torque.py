@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import sample_period
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.bags.types import at_rows
 from leo_diffmodel.compare.conditions import carrying
@@ -16,7 +17,7 @@ from leo_diffmodel.compare.errors import has_memory
 from leo_diffmodel.compare.pushes import nearer, predict, respond, small_torques, whitened
 from leo_diffmodel.compare.settings import COMPARE
 from leo_diffmodel.compare.sizes import push_scale, torque_scale
-from leo_diffmodel.compare.windows import cut, per_window, sample_period, spread_out, Windows
+from leo_diffmodel.compare.windows import cut, per_window, spread_out, Windows
 from leo_sim.model import Model
 
 Array = np.ndarray

@@ -38,7 +38,7 @@ class Fault:
     todo: ClassVar[str] = ''  # what to do where no map undoes it
     whole_log: ClassVar[bool] = False  # it is one for all joints
 
-    def spoil(self, e: Episode, j: int, a: int, value: float) -> Episode:
+    def inject(self, e: Episode, j: int, a: int, value: float) -> Episode:
         """The episode as a log with this fault of size `value` at joint j, actuator a, has it."""
         name, column = COLUMNS[self.channel], a if self.channel == 'input' else j
         values = getattr(e, name).copy()

@@ -10,7 +10,6 @@ import math
 import numpy as np
 
 from leo_diffmodel.bags.recording import Recording
-from leo_diffmodel.compare.windows import sample_period
 from leo_diffmodel.faults.balance import Balance, balance, Figure
 from leo_diffmodel.faults.catalogue import FAULTS
 from leo_diffmodel.faults.found import Found
@@ -58,7 +57,7 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
     for f in dead:
         found.pop(f.joint, None)
     acting = [name for name in driven if not follows(seen, recording.joints.index(name))]
-    told = _suggested(found, driven, acting, sample_period([recording]))
+    told = _suggested(found, driven, acting, recording.state_period)
     told = [*_predicting(recording, seen, told, found)]
     if (zero := _first_zero(told, settled)) is not None:
         right = mapped(recording, [zero])

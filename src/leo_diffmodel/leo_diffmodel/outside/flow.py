@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from leo_diffmodel.bags.held import mean_held
 from leo_diffmodel.bags.recording import Episode, Recording
 from leo_diffmodel.outside.masses import Motion
-from leo_diffmodel.outside.samples import integral, noise, period, THIRD
+from leo_diffmodel.outside.samples import integral, noise, THIRD
 from leo_diffmodel.outside.settings import OUTSIDE
 from leo_sim.laws.laws import Memory
 from leo_sim.model import Model
@@ -57,7 +58,7 @@ def flow(recording: Recording, model: Model) -> Flow | None:
     """Of rates that are right; None if no episode holds a bell, and on the ground unless held."""
     if model.robot.contacts and not recording.held:
         return None
-    step, still = period(recording), still_rates(recording)
+    step, still = recording.state_period, still_rates(recording)
     bell = max(OUTSIDE.bell_seconds, OUTSIDE.bell_least_intervals * step)
     grid = max(step, bell / OUTSIDE.bell_most_intervals)
     episodes = enumerate(recording.episodes)
@@ -126,7 +127,8 @@ def _intervals(
 
     def acting(late: float) -> tuple[Array, Array]:
         """Inputs and enabled motors, where they act so much later than the model says."""
-        return _mean(e.t + late, given, nodes), _mean(e.t + late, enabled, nodes)
+        t = e.t + late
+        return mean_held(t, given, nodes), mean_held(t, enabled, nodes)
 
     u, on = acting(0.0)
     enabled_joints = np.zeros_like(ddq)
@@ -176,15 +178,6 @@ def _at_motors(model: Model, e: Episode) -> Array:
         reached, _, memory = model.laws.command(u[None], None, memory, float(h))
         out.append(reached[0])
     return np.array(out)
-
-
-def _mean(t: Array, held: Array, nodes: Array) -> Array:
-    """Mean of held values over the intervals between nodes."""
-    area = np.vstack([np.zeros(held.shape[1]), np.cumsum(held[:-1] * np.diff(t)[:, None], axis=0)])
-    known = np.minimum(nodes - t[0], 0.0)[:, None] * held[0]
-    for column, a in zip(known.T, area.T, strict=True):
-        column += np.interp(nodes, t, a)
-    return np.diff(known, axis=0) / np.diff(nodes)[:, None]
 
 
 def _states(e: Episode, nodes: Array, grid: float, weights: Array) -> tuple[Array, Array]:

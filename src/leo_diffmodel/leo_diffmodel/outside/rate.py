@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leo_diffmodel.bags.recording import Episode, Recording
-from leo_diffmodel.outside.samples import integral, noise, period, reweighted, spread
+from leo_diffmodel.outside.samples import integral, noise, reweighted, spread
 from leo_diffmodel.outside.settings import OUTSIDE
 
 Array = np.ndarray
@@ -97,7 +97,9 @@ def relate(recording: Recording, j: int) -> Rate | None:
 
 def _noise_of_integral(recording: Recording, j: int) -> float:
     """Of the rate's, over one stretch [rad, m]."""
-    return _noise(recording, j, 'dq') * float(np.sqrt(OUTSIDE.rate_seconds * period(recording)))
+    return _noise(recording, j, 'dq') * float(
+        np.sqrt(OUTSIDE.rate_seconds * recording.state_period)
+    )
 
 
 def _noise(recording: Recording, j: int, name: str) -> float:
