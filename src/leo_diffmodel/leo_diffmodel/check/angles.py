@@ -23,8 +23,8 @@ WITHOUT_SPEED = {
 def angle_units(recording: Recording, robot: Robot) -> list[Finding]:
     """One finding per hinge of an imported log whose angles cannot be radians.
 
-    They are far outside its limits; or it has none, nobody said the unit, and its motor is not so
-    fast.
+    They are far outside the limits of its robot. A hinge without limits turns as often as it
+    likes: it is suspect where nobody said the unit and it turns faster than its motor can.
     """
     if 'imported_from' not in recording.metadata:
         return []

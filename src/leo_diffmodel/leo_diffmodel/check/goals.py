@@ -100,7 +100,10 @@ def frame_shift(recording: Recording) -> list[Finding]:
 
 
 def _first(share: Array, spread: Array) -> int | None:
-    """The newest row whose goal surely has a share (R,), no newer one perhaps; or None."""
+    """The newest row whose goal has a share; None where newer ones may have one as well.
+
+    Shares of the goals in the angle, the newest first, and their standard deviations are (R,).
+    """
     small = CHECK.small_share
     for row in (EARLY, OWN, LATE):
         if share[row] > CHECK.frame_sigmas * spread[row] and share[row] > small * share.max():

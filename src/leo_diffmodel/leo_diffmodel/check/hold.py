@@ -38,7 +38,10 @@ class Misfit:
 def hold(
     recording: Recording, other: Recording | None, hold_now: str, model: Model, sigma: Array
 ) -> list[Finding]:
-    """Which way of holding the inputs the data support, if there is the `other` way to ask."""
+    """Which way of holding the inputs the data support, by noise (2J,).
+
+    `recording` was read as `hold_now` says, `other` the other way; None leaves the question out.
+    """
     if other is None or recording.input == 'none':
         return []
     ahead = preference(recording, other, model, sigma)

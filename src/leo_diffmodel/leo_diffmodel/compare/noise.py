@@ -101,7 +101,8 @@ def _estimate(model: Model, windows: Windows, most: int) -> Array:
 def _about_curves(windows: Windows, quantile: float) -> Array:
     """Noise of each channel about a curve through each window, without a model, shape (2J,).
 
-    A wrong height of the ground is in every window with contact, and in no start state.
+    A wrong height of the ground, or of the sensor above it, is in every window with contact, and
+    no start state takes it up.
     """
     degree = COMPARE.curve_degree
     even = np.linspace(-1, 1, windows.steps + 1)
@@ -158,7 +159,10 @@ def _along(windows: Windows) -> Array:
 
 
 def _reweighted(residual: Array, columns: Array, sigma: Array, quantile: float) -> Array:
-    """One round: project with the present weights, then rescale each channel by that quantile."""
+    """One round: project with the present weights, then rescale each channel.
+
+    The share `quantile` of the windows has less left than the noise it is rescaled to.
+    """
     channels = residual.shape[-1]
     e, a = whitened(residual, columns, sigma)
     left, size, _ = np.linalg.svd(a, full_matrices=False)

@@ -41,8 +41,8 @@ def dynamic_faults(recording: Recording, model: Model, settled: Sequence[str] = 
     """What is wrong with inputs, zeros and time, by the torques of a log without other faults.
 
     What the balance of one joint suggests is a fault only where it predicts blocks of time that
-    were left out better than all that is ordinary. Joints are `settled` whose inputs or zeros are
-    right.
+    were left out better than all that is ordinary. Joints are `settled` whose inputs are in their
+    own columns by now, or whose zeros are right.
     """
     seen = flow(with_true_rates(recording), model)
     if seen is None:
@@ -75,7 +75,10 @@ def _first_zero(told: Sequence[Found], settled: Sequence[str]) -> Found | None:
 def _suggested(
     found: dict[str, Balance], driven: Sequence[str], acting: Sequence[str], period: float
 ) -> list[Found]:
-    """What the balances say of `driven` joints, too, and of when `acting` inputs act."""
+    """What the balances say: of `driven` joints of their inputs, too, and when these act.
+
+    The latter where motors do something of their own (`acting`): others come with the motion.
+    """
     out: list[Found] = []
     for name, b in found.items():
         zero = [*_zero(name, b)]
@@ -203,7 +206,7 @@ def _late(found: Sequence[Balance], period: float) -> Iterator[Found]:
 
 
 def _time(found: Sequence[Balance]) -> Iterator[Found]:
-    """Whether gravity swings the joints faster than the model, by the surest joint, or slower.
+    """Whether gravity swings the joints faster or slower than the model, by the surest joint.
 
     Slower may be an inertia as well that the model lacks, and is no error.
     """
@@ -235,4 +238,13 @@ def _alike(weight: Figure, motor: Figure) -> bool:
 
 
 def _found(name: str, joint: str, figure: Figure, what: str) -> Found:
-    return Found(name, ERROR, what, joint=joint, evidence='balance', **vars(figure))
+    return Found(
+        name,
+        ERROR,
+        what,
+        joint=joint,
+        value=figure.value,
+        sd=figure.sd,
+        evidence='balance',
+        worst=figure.worst,
+    )

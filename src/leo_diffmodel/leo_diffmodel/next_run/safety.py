@@ -130,7 +130,7 @@ def too_far(recording: Recording, robot: Robot, before: Seen) -> TooFar | None:
 
 
 def limits(robot: Robot) -> Array:
-    """Lowest and highest angle of each joint [rad], (J, 2); infinite where it has no stop."""
+    """Lowest and highest angle of each joint [rad, m], (J, 2); infinite without a stop."""
     stops = {joint.name: joint.limits for joint in robot.joints}
     return np.array([stops[name] for name in robot.joint_names])
 

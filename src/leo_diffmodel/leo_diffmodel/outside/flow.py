@@ -55,7 +55,10 @@ class Flow:
 
 
 def flow(recording: Recording, model: Model) -> Flow | None:
-    """Of rates that are right; None if no episode holds a bell, and on the ground unless held."""
+    """The flow of a recording whose rates are right.
+
+    None where no episode holds a bell, and of a robot on the ground unless its base is held.
+    """
     if model.robot.contacts and not recording.held:
         return None
     step, still = recording.state_period, still_rates(recording)

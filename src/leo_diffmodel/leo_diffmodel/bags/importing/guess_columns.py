@@ -111,7 +111,8 @@ def _alike(name: str, joint: str) -> float:
 
 def of_joint(robot: KnownRobot, joint: str, values: Column) -> Unit | None:
     """Return the unit in which a position is one of the joint; None where none is."""
-    reach, peak = np.abs(robot.limits.get(joint, np.inf)).max(), peak_of([values])
+    low, high = robot.limits.get(joint, (-np.inf, np.inf))
+    reach, peak = max(abs(low), abs(high)), peak_of([values])
     if joint in robot.slides:
         return Unit('m', f'{joint} of {robot.ref} slides')
     if not np.isfinite(reach):
