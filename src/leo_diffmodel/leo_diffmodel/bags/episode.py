@@ -42,6 +42,16 @@ class Episode:
     enabled: NDArray[np.bool_]
     effort: Floats | None = None
 
+    @property
+    def period(self) -> float:
+        """Median time from state to state [s]."""
+        return float(np.median(np.diff(self.t)))
+
+    @property
+    def seconds(self) -> float:
+        """From its first state to its last [s]."""
+        return float(self.t[-1] - self.t[0])
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -195,7 +205,7 @@ def by_rate(recordings: Iterable[Recording]) -> list[Recording]:
 def _parts(recording: Recording) -> list[Recording]:
     first: list[Episode] = []
     for e in recording.episodes:
-        if e.t[-1] - e.t[0] >= LEAST and not any(_alike(e, other) for other in first):
+        if e.seconds >= LEAST and not any(_alike(e, other) for other in first):
             first.append(e)
     if len(first) < 2:
         return [recording]

@@ -166,7 +166,7 @@ def _sorted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 def _too_short(bags: Sequence[Bag], model: Model, why: str) -> Check:
     recordings = [bag.recording for bag in bags]
-    seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
+    seconds = sum(e.seconds for r in recordings for e in r.episodes)
     todo = 'record 20 s or more with a changing input, or leave that bag out'
     short = Finding('short', ERROR, why, todo)
     found = [

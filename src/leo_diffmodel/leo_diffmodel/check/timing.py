@@ -67,7 +67,7 @@ def _gaps(recording: Recording) -> list[Finding]:
 def length(recordings: Sequence[Recording]) -> Finding:
     """How long all bags together are."""
     episodes = [e for r in recordings for e in r.episodes]
-    seconds = sum(float(e.t[-1] - e.t[0]) for e in episodes)
+    seconds = sum(e.seconds for e in episodes)
     what = f'{seconds:.1f} s in {len(episodes)} {"episode" if len(episodes) == 1 else "episodes"}'
     if seconds < CHECK.short_seconds:
         return Finding('length', WARNING, what, 'record 20 s or more')

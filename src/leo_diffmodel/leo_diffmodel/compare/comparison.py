@@ -141,7 +141,7 @@ def windows_up_to(
     Raises:
         ValueError: not even a step fits.
     """
-    lengths = np.array([float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes])
+    lengths = np.array([e.seconds for r in recordings for e in r.episodes])
 
     def fit(whole: float) -> bool:
         """Whether windows of that length can start in a good part of the data."""

@@ -116,7 +116,7 @@ def horizon_windows(
     Windows count samples: where bags differ in rate, those of the fastest last `seconds`. They
     keep what was before them where the model has a memory, or where `remembering` says so.
     """
-    total = sum(e.t[-1] - e.t[0] for r in recordings for e in r.episodes if len(e.t) > 1)
+    total = sum(e.seconds for r in recordings for e in r.episodes if len(e.t) > 1)
     period = sample_period(recordings)
     stride = max(period, total / (most or most_windows(model, seconds)))
     seconds *= period / min(r.state_period for r in recordings)

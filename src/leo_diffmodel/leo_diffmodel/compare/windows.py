@@ -142,7 +142,7 @@ def thin(recordings: Sequence[Recording]) -> list[Recording]:
     """
     shortest, longest = COMPARE.shortest_period, COMPARE.longest_period
     period = min(max([shortest, *_periods(recordings)]), longest)
-    return [every(r, [max(1, round(period / _period(e))) for e in r.episodes]) for r in recordings]
+    return [every(r, [max(1, round(period / e.period)) for e in r.episodes]) for r in recordings]
 
 
 def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
@@ -154,7 +154,7 @@ def at_one_rate(recordings: Sequence[Recording]) -> Sequence[Recording]:
 def _periods(recordings: Sequence[Recording]) -> list[float]:
     """Median time between states of each episode that is long enough to have one [s]."""
     episodes = (e for r in recordings for e in r.episodes)
-    return [_period(e) for e in episodes if len(e.t) >= COMPARE.fewest_samples]
+    return [e.period for e in episodes if len(e.t) >= COMPARE.fewest_samples]
 
 
 def every(recording: Recording, strides: Sequence[int]) -> Recording:
@@ -167,11 +167,6 @@ def every(recording: Recording, strides: Sequence[int]) -> Recording:
         return recording
     period = max(recording.command_period, replace(recording, episodes=episodes).state_period)
     return replace(recording, episodes=episodes, command_period=period)
-
-
-def _period(episode: Episode) -> float:
-    """Median time between its states [s]."""
-    return float(np.median(np.diff(episode.t)))
 
 
 def _shorter(episode: Episode, stride: int) -> Episode:

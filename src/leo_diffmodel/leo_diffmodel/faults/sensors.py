@@ -57,7 +57,7 @@ def _frozen(recording: Recording) -> Iterator[Found]:
         )
         name = 'clipped' if at_end and sensor == 'speed' else 'frozen'
         value = _top(recording, joint) if name == 'clipped' else longest
-        error = lost > LIMITS.most_lost * sum(float(e.t[-1] - e.t[0]) for e in recording.episodes)
+        error = lost > LIMITS.most_lost * sum(e.seconds for e in recording.episodes)
         yield _found(name, graded(error), what, where=spans, joint=joint, value=value)
 
 

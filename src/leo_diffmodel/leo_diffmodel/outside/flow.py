@@ -92,7 +92,7 @@ def _episode(
     e: Episode, number: int, model: Model, grid: float, bell: float, still: Array
 ) -> dict[str, Array]:
     """What a flow has of one episode; empty where it holds no bell."""
-    count = int((e.t[-1] - e.t[0]) / grid + 1e-6)
+    count = int(e.seconds / grid + 1e-6)
     weights = _bell(max(2, round(bell / grid)))
     if count < len(weights) + 1:
         return {}
@@ -189,7 +189,7 @@ def _states(e: Episode, nodes: Array, grid: float, weights: Array) -> tuple[Arra
     dq = _box(e.t, e.dq, nodes, grid)
     slope = np.gradient(q, grid, axis=0)
     own, other = _noise(e.dq), _noise(e.q)
-    thinned = np.sqrt(max(1.0, grid / float(np.median(np.diff(e.t)))))
+    thinned = np.sqrt(max(1.0, grid / e.period))
     bell = np.diff(weights, prepend=0, append=0)
     of_rate = own / thinned * np.sqrt((bell**2).sum())
     of_angle = other / grid * np.sqrt((np.convolve(bell, [0.5, 0, -0.5]) ** 2).sum())

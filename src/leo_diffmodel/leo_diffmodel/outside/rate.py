@@ -61,7 +61,7 @@ def _usual(moved: Array) -> float:
 
 def _slopes(e: Episode) -> Array:
     """Of the angle, about each sample (T, J)."""
-    half = max(OUTSIDE.rate_across, float(np.median(np.diff(e.t))))
+    half = max(OUTSIDE.rate_across, e.period)
     before, after = (np.clip(e.t + s * half, e.t[0], e.t[-1]) for s in (-1, 1))
     moved = [np.interp(after, e.t, q) - np.interp(before, e.t, q) for q in e.q.T]
     return np.stack(moved, axis=1) / (after - before)[:, None]
@@ -110,7 +110,7 @@ def stretches(recording: Recording, j: int) -> Array:
     """Angle change, integral of the rate, change of the rate, and seconds, of stretches (4, S)."""
     parts = []
     for e in recording.episodes:
-        count = max(4, round(OUTSIDE.rate_seconds / float(np.median(np.diff(e.t)))))
+        count = max(4, round(OUTSIDE.rate_seconds / e.period))
         channels = np.stack([e.q[:, j], integral(e.t, e.dq[:, j]), e.dq[:, j], e.t])
         parts.append(np.diff(channels[:, ::count]))
     return np.concatenate(parts, axis=1)
