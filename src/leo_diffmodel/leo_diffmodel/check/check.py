@@ -85,7 +85,7 @@ def check(
 ) -> Check:
     """Look at the bags of one robot one by one, then at what they can show together.
 
-    `extra` are a user's own effects; `progress` hears of what is being looked at.
+    `extra` are a user's own effects; `progress` is called with what is being looked at.
     """
     recordings = [bag.recording for bag in bags]
     model = with_known(model, recordings)

@@ -42,7 +42,7 @@ def of_explanation(answer: dict[str, Any], model: Model) -> list[Model]:
 def values(fit: Fit) -> list[Array]:
     """The parameters (P,) as fitted, and two standard deviations away where they are least sure.
 
-    In parts of the range that each may have, or of its value where that is not bounded.
+    Each counts in parts of the range that it may have, or of its value where that is not bounded.
     """
     span = fit.hypothesis.high - fit.hypothesis.low
     span = np.where(np.isfinite(span) & (span > 0), span, np.maximum(np.abs(fit.theta), 1e-9))
