@@ -164,10 +164,10 @@ def read_goals(
     if not named & set(bag.motors):
         return None
     sources = [_source(bag, found, name, role) for name in bag.motors]
-    said = [(name, found[source]) for name, source in zip(bag.motors, sources, strict=True)]
+    asked = [(name, found[source]) for name, source in zip(bag.motors, sources, strict=True)]
     edges = [0, *(np.flatnonzero(np.diff(states.stamp_ns) < 0) + 1).tolist(), len(states.stamp_ns)]
     runs = [slice(a, b) for a, b in pairwise(edges)]  # a restarted robot begins another
-    parts = [_run(states, run, said, measured, role) for run in runs]
+    parts = [_run(states, run, asked, measured, role) for run in runs]
     log, stamp, values = (np.concatenate([part[k] for part in parts]) for k in range(3))
     if not len(log):
         return None
@@ -190,7 +190,11 @@ def _source(bag: RobotBag, found: dict[str, list[Asked]], name: str, role: Role)
 
 
 def _run(
-    states: StateLog, run: slice, said: list[tuple[str, list[Asked]]], measured: Floats, role: Role
+    states: StateLog,
+    run: slice,
+    asked: list[tuple[str, list[Asked]]],
+    measured: Floats,
+    role: Role,
 ) -> tuple[Stamps, Stamps, Floats]:
     """Log times, stamps and goals of one run; none before all joints have one."""
     t = states.stamp_ns[run]
@@ -198,7 +202,7 @@ def _run(
     last = states.log_ns[run.stop] if run.stop < len(states.log_ns) else np.iinfo(np.int64).max
     delay = int(np.median(states.log_ns[run] - t))
     legs = []
-    for name, messages in said:
+    for name, messages in asked:
         now = [a for a in messages if first <= a.log_ns < last and name in a.names]
         legs.append(_legs(now, name, delay, states.stamped, role))
     if not all(legs):
