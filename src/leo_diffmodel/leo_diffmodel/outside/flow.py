@@ -83,7 +83,8 @@ def still_rates(recording: Recording) -> Array:
     """Rate below which a joint may stand, shape (J,): three times the noise of the rate."""
     rates = [e.dq for e in recording.episodes]
     fast = np.quantile(np.abs(np.concatenate(rates)), 0.95, axis=0)
-    rough = np.array([noise(column) for column in zip(*(dq.T for dq in rates), strict=True)])
+    joints = range(len(recording.joints))
+    rough = np.array([noise([dq[:, j] for dq in rates]) for j in joints])
     moving = np.maximum(OUTSIDE.still_sigmas * rough, OUTSIDE.still_share * fast)
     return np.asarray(np.maximum(moving, OUTSIDE.least_still))
 

@@ -97,9 +97,8 @@ def relate(recording: Recording, j: int) -> Rate | None:
 
 def _noise_of_integral(recording: Recording, j: int) -> float:
     """Of the rate's, over one stretch [rad, m]."""
-    return _noise(recording, j, 'dq') * float(
-        np.sqrt(OUTSIDE.rate_seconds * recording.state_period)
-    )
+    wide = float(np.sqrt(OUTSIDE.rate_seconds * recording.state_period))
+    return _noise(recording, j, 'dq') * wide
 
 
 def _noise(recording: Recording, j: int, name: str) -> float:
