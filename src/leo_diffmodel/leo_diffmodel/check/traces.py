@@ -71,7 +71,7 @@ def traces_of(
     some = roughly(fewer(whole), whole.windows.count)
     problem = settled_on_ground(some)
     share = problem.windows.count * float(problem.windows.dt[0].sum())
-    seconds = sum(float(e.t[-1] - e.t[0]) for r in recordings for e in r.episodes)
+    seconds = sum(e.seconds for r in recordings for e in r.episodes)
     scans = scan_all(problem, model, candidates(model, extra), progress)
     traces = tuple(_trace(s, max(seconds / share, 1.0)) for s in scans)
     price = 0.5 * float(np.log(whole.windows.measured.size))

@@ -54,8 +54,8 @@ class Fitted:
 def questions(answer: dict[str, Any], facts: Facts) -> list[Question]:
     """The open questions of an explain.json: effects with rivals that nothing separates.
 
-    Effects that are the same in any run are none; if only while motors are on, where there is no
-    other.
+    Effects that are the same in any run are no open question. Effects that are the same only as
+    long as the motors are never free are one where there is no other.
     """
     margin = SETTINGS.gates.margin_nats
     close = [

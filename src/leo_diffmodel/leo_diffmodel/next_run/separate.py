@@ -63,7 +63,10 @@ def separable(
 
 
 def _least(rest: Array, by_theta: Array, weight: Array, prior: Array, most: float) -> float:
-    """Half the squared residual at the best parameters, at `most` in a window [nats]."""
+    """Half the squared residual where the parameters are best, `most` in a window [nats].
+
+    Windows that say more have as much less say in where that is.
+    """
     step, share, found = np.zeros(by_theta.shape[-1]), weight, np.inf
     for _ in range(NEXT.rounds if np.isfinite(most) else 1):
         step = _best(rest, by_theta, share, prior)

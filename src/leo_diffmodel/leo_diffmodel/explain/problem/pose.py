@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from leo_diffmodel.bags.episode import sample_period
 from leo_diffmodel.bags.recording import Recording
 from leo_diffmodel.compare import errors, noise
 from leo_diffmodel.compare.blocks import Blocks, make_blocks
 from leo_diffmodel.compare.pushes import fast_enough
-from leo_diffmodel.compare.windows import cut, evenly, per_window, sample_period, Windows
+from leo_diffmodel.compare.windows import cut, evenly, per_window, Windows
 from leo_diffmodel.explain.problem.candidates import own_constants
 from leo_diffmodel.explain.problem.hypothesis import Hypothesis
 from leo_diffmodel.explain.problem.problem import Problem
